@@ -1,0 +1,102 @@
+# Needs make and Python 3.11 or newer, nothing else: every target sets up .venv by itself.
+# Another interpreter: make PYTHON=python3.13 ...
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help setup report test test-all bench lint format lock clean distclean FORCE
+
+# What the caller's shell says about other Pythons must not leak into ours.
+unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE VIRTUAL_ENV
+
+PYTHON ?=
+VENV := .venv
+BIN := $(VENV)/bin
+LOCK := requirements-lock.txt
+READY := $(VENV)/.ready
+PIP := -m pip --disable-pip-version-check --no-input
+CACHES := .pytest_cache .mypy_cache .ruff_cache .benchmarks build dist
+
+# A shell word list: the interpreters to try, in order.
+TRY := $(if $(PYTHON),"$(PYTHON)",python3 python3.13 python3.12 python3.11 python3.14 python)
+FIT := import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))
+FIND = python=; for p in $(TRY); do \
+	if "$$p" -c '$(FIT)' >/dev/null 2>&1; then python=$$p; break; fi; done; \
+	if [ -z "$$python" ]; then \
+		echo 'discmech needs Python 3.11 or newer with its venv module (on Debian: python3-venv), and $(if $(PYTHON),PYTHON=$(PYTHON) is not one,found none); name one with make PYTHON=/path/to/python.' >&2; \
+		exit 2; fi
+
+help:  ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+
+setup: $(READY)  ## only the environment, .venv
+	@:
+
+# The stamp holds what .venv was made for (checkout, PYTHON as asked). A checkout that was moved,
+# another PYTHON or a dead interpreter make it anew; a changed lock or pyproject.toml update it.
+FITS := $(shell { read -r top && read -r asked; } 2>/dev/null < $(READY) && \
+	[ "$$top" = "$(CURDIR)" ] && { [ -z "$(PYTHON)" ] || [ "$$asked" = "$(PYTHON)" ]; } && \
+	[ -x $(BIN)/python ] && echo yes)
+
+$(READY): pyproject.toml $(LOCK) $(if $(FITS),,FORCE)
+	@if [ "$(FITS)" = yes ]; then echo 'bringing $(VENV) up to date'; else \
+		$(FIND); \
+		echo "setting up $(VENV) with $$("$$python" -V) (once, about a minute)"; \
+		rm -rf $(VENV) && "$$python" -m venv $(VENV); fi
+	@$(BIN)/python $(PIP) install -q --no-deps -r $(LOCK)
+	@$(BIN)/python $(PIP) install -q --no-deps --no-build-isolation -e .
+	@$(BIN)/python $(PIP) check >/dev/null || { $(BIN)/python $(PIP) check; \
+		echo '$(LOCK) does not fit pyproject.toml: say make lock.' >&2; exit 2; }
+	@printf '%s\n' "$(CURDIR)" "$(PYTHON)" > $@
+	@echo '$(VENV) is ready'
+
+# make itself answers every failure with 2; the command's own exit codes are put in words here.
+report: $(READY)  ## all studies, to reports/build/index.html
+	@$(BIN)/discmech report || { code=$$?; case $$code in \
+		1) echo 'report: a verdict failed (1)' ;; \
+		2) echo 'report: bad input (2)' ;; \
+		3) echo 'report: inconclusive (3)' ;; \
+		*) echo "report: stopped ($$code)" ;; esac >&2; exit $$code; }
+
+test: $(READY)  ## all tests but the slow ones
+	@$(BIN)/python -m pytest -q -n auto --dist worksteal --benchmark-disable -m 'not slow'
+
+test-all: $(READY)  ## every test
+	@$(BIN)/python -m pytest -q -n auto --dist worksteal --benchmark-disable
+
+bench: $(READY)  ## timings beside C and scipy, in one run (needs gcc)
+	@command -v gcc >/dev/null || { \
+		echo 'make bench compares with C and found no gcc; install one (on Debian: gcc).' >&2; exit 2; }
+	@$(BIN)/python -m pytest tests/benchmarks -o python_files='bench_*.py' \
+		-o python_functions='bench_* test_*'
+
+lint: $(READY)  ## ruff and mypy
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+
+format: $(READY)  ## let ruff mend what it can
+	@$(BIN)/ruff check --fix .
+	@$(BIN)/ruff format .
+
+# From an environment that has never seen the old pins. Use the oldest Python we support, so that
+# the newest version found is one that all of them have.
+lock:  ## pin the newest versions anew
+	@$(FIND); set -e; fresh=$$(mktemp -d); trap 'rm -rf "$$fresh"' EXIT; \
+	"$$python" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || \
+		echo "note: locking with $$("$$python" -V); Python 3.11 gives pins that fit every supported one" >&2; \
+	"$$python" -m venv "$$fresh"; \
+	"$$fresh/bin/python" $(PIP) install -q 'hatchling>=1.27' editables; \
+	"$$fresh/bin/python" $(PIP) install -q --no-build-isolation -e '.[dev]'; \
+	{ sed -n '/^#/p' $(LOCK); \
+	  "$$fresh/bin/python" $(PIP) list --format=freeze \
+	    --exclude pip --exclude setuptools --exclude wheel --exclude discmech; } > $(LOCK).new; \
+	mv $(LOCK).new $(LOCK); grep -c '==' $(LOCK) | sed 's/$$/ pins in $(LOCK)/'
+
+clean:  ## remove what was generated, keep .venv
+	@rm -rf reports/build $(CACHES) *.egg-info
+	@find . -path ./$(VENV) -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean  ## remove .venv as well
+	@rm -rf $(VENV)
+
+FORCE:

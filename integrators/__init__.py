@@ -1,0 +1,45 @@
+"""Discrete mechanics on Lie groupoids, in local coordinates.
+
+After J. C. Marrero, D. Martín de Diego, E. Martínez, *The local description of discrete
+mechanics*. Importing this package loads neither sympy nor numba; what needs them loads them.
+"""
+
+from __future__ import annotations
+
+from . import scenes
+from .algebras import MatrixAlgebra, se, sl, so, sp, su
+from .discretisations import Discretisation, discretisation, midpoint, rectangle, trapezoidal
+from .equations import Scheme
+from .errors import BadInput, DiscmechError, StepFailure
+from .groupoid import Groupoid, LocalGroupoid
+from .groupoids import action, lie_group, pair
+from .momentum import Conserved
+from .retractions import cayley
+from .scene import Scene
+
+__all__ = [
+    "BadInput",
+    "Conserved",
+    "DiscmechError",
+    "Discretisation",
+    "Groupoid",
+    "LocalGroupoid",
+    "MatrixAlgebra",
+    "Scene",
+    "Scheme",
+    "StepFailure",
+    "action",
+    "cayley",
+    "discretisation",
+    "lie_group",
+    "midpoint",
+    "pair",
+    "rectangle",
+    "scenes",
+    "se",
+    "sl",
+    "so",
+    "sp",
+    "su",
+    "trapezoidal",
+]

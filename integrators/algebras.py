@@ -1,0 +1,169 @@
+"""Matrix Lie algebras: a basis of exact square matrices, everything else derived from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import Any
+
+from .errors import BadInput
+
+Nested = tuple[tuple[Any, ...], ...]
+
+
+@dataclass(frozen=True)
+class MatrixAlgebra:
+    """The span of `basis` (m linearly independent N×N matrices), closed under the commutator.
+
+    Coordinates ξ ∈ Rᵐ stand for the matrix ξ^γ e_γ. Matrices are nested tuples, so that building
+    an algebra loads nothing; what needs symbolic mathematics is derived when first asked for.
+    """
+
+    name: str
+    basis: tuple[Nested, ...]
+
+    def __post_init__(self) -> None:
+        sizes = {(len(e), len(row)) for e in self.basis for row in e}
+        if len(sizes) != 1 or len({n for pair in sizes for n in pair}) != 1:
+            raise BadInput(
+                f"algebra {self.name}: the basis needs square matrices of one size, "
+                f"but the shapes {sorted(sizes)} occur."
+            )
+
+    @property
+    def dim(self) -> int:
+        """m, the number of basis matrices."""
+        return len(self.basis)
+
+    @property
+    def size(self) -> int:
+        """N, the number of rows of a basis matrix."""
+        return len(self.basis[0])
+
+    def hat(self, xi: Sequence[Any]) -> Any:
+        """The N×N sympy matrix ξ^γ e_γ of the coordinates ξ (length m)."""
+        from sympy import zeros
+
+        return sum((c * e for c, e in zip(xi, self._matrices, strict=True)), zeros(self.size))
+
+    def coordinates(self, matrix: Any) -> Any:
+        """The m×1 coordinates of an N×N sympy matrix that lies in the algebra."""
+        return self._dual * matrix.reshape(self.size**2, 1)
+
+    def contains(self, matrix: Any) -> bool:
+        """Whether the matrix is a combination of the basis (exactly)."""
+        from sympy import simplify
+
+        rest = matrix - self.hat(self.coordinates(matrix))
+        return all(simplify(entry) == 0 for entry in rest)
+
+    @cached_property
+    def _matrices(self) -> list[Any]:
+        from sympy import Matrix
+
+        return [Matrix(e) for e in self.basis]
+
+    @cached_property
+    def _dual(self) -> Any:
+        """The m×N² matrix that reads coordinates off a matrix (least squares, exact)."""
+        from sympy import Matrix
+
+        columns = Matrix.hstack(*[e.reshape(self.size**2, 1) for e in self._matrices])
+        gram = columns.H * columns
+        if gram.det() == 0:
+            raise BadInput(
+                f"algebra {self.name}: its basis matrices are linearly dependent; leave out "
+                "those that are combinations of the others."
+            )
+        return gram.inv() * columns.H
+
+    @cached_property
+    def structure_constants(self) -> list[Any]:
+        """m matrices: entry [γ][μ, ν] is Ĉ^γ_{μν} of [e_μ, e_ν] = Ĉ^γ_{μν} e_γ.
+
+        Raises `BadInput` if a commutator leaves the span of the basis.
+        """
+        from sympy import zeros
+
+        constants = [zeros(self.dim) for _ in range(self.dim)]
+        for m, n in combinations(range(self.dim), 2):
+            a, b = self._matrices[m], self._matrices[n]
+            bracket = a * b - b * a
+            if not self.contains(bracket):
+                raise BadInput(
+                    f"algebra {self.name}: the commutator of basis matrices {m + 1} and {n + 1} "
+                    "is not a combination of the basis; add the missing matrices."
+                )
+            for g, value in enumerate(self.coordinates(bracket)):
+                constants[g][m, n], constants[g][n, m] = value, -value
+        return constants
+
+    @cached_property
+    def closed_under_triple_products(self) -> bool:
+        """Whether ξηξ stays in the algebra: what Cayley needs.
+
+        Tested by polarisation on e_a e_c e_b + e_b e_c e_a; true of so, se, sp, sl(2), su(2).
+        """
+        es = self._matrices
+        return all(
+            self.contains(es[a] * e * es[b] + es[b] * e * es[a])
+            for a in range(self.dim)
+            for b in range(a, self.dim)
+            for e in es
+        )
+
+
+def _elementary(n: int, entries: dict[tuple[int, int], Any]) -> Nested:
+    return tuple(tuple(entries.get((i, j), 0) for j in range(n)) for i in range(n))
+
+
+def so(n: int) -> MatrixAlgebra:
+    """Skew n×n matrices. so(3) has the paper's basis: ξ̂ x = ξ × x; else E_ji − E_ij for i < j."""
+    pairs = [(1, 2), (2, 0), (0, 1)] if n == 3 else list(combinations(range(n), 2))
+    return MatrixAlgebra(
+        f"so({n})", tuple(_elementary(n, {(i, j): -1, (j, i): 1}) for i, j in pairs)
+    )
+
+
+def se(n: int) -> MatrixAlgebra:
+    """Rigid motions of Rⁿ as (n+1)×(n+1) matrices: the rotations of so(n), then translations."""
+    rotations = [
+        tuple((*row, 0) for row in e) + ((0,) * (n + 1),) for e in so(n).basis
+    ]
+    translations = [_elementary(n + 1, {(i, n): 1}) for i in range(n)]
+    return MatrixAlgebra(f"se({n})", (*rotations, *translations))
+
+
+def sl(n: int) -> MatrixAlgebra:
+    """Traceless n×n matrices: the diagonal E_ii − E_i+1,i+1, then E_ij for i ≠ j."""
+    diagonal = [_elementary(n, {(i, i): 1, (i + 1, i + 1): -1}) for i in range(n - 1)]
+    others = [_elementary(n, {(i, j): 1}) for i in range(n) for j in range(n) if i != j]
+    return MatrixAlgebra(f"sl({n})", (*diagonal, *others))
+
+
+def sp(n: int) -> MatrixAlgebra:
+    """Hamiltonian n×n matrices, n even: JS with S symmetric, J the standard symplectic matrix."""
+    if n % 2:
+        raise BadInput(f"sp({n}): the size of symplectic matrices is even; write sp({n + 1}).")
+    k = n // 2
+    basis: list[dict[tuple[int, int], Any]] = []
+    basis += [{(i, j): 1, (k + j, k + i): -1} for i in range(k) for j in range(k)]
+    upper = [(i, j) for i in range(k) for j in range(i, k)]
+    basis += [{(i, k + j): 1, (j, k + i): 1} for i, j in upper]
+    basis += [{(k + i, j): 1, (k + j, i): 1} for i, j in upper]
+    return MatrixAlgebra(f"sp({n})", tuple(_elementary(n, e) for e in basis))
+
+
+def su(n: int) -> MatrixAlgebra:
+    """Skew-Hermitian traceless n×n matrices; su(2) is −i/2 times the Pauli matrices."""
+    from sympy import I, Rational
+
+    half = Rational(1, 2)
+    basis: list[dict[tuple[int, int], Any]] = []
+    for i, j in combinations(range(n), 2):
+        basis.append({(i, j): -I * half, (j, i): -I * half})
+        basis.append({(i, j): -half, (j, i): half})
+    basis += [{(i, i): -I * half, (i + 1, i + 1): I * half} for i in range(n - 1)]
+    return MatrixAlgebra(f"su({n})", tuple(_elementary(n, e) for e in basis))

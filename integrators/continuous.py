@@ -1,0 +1,91 @@
+"""The continuous system on the dual algebroid: momentum, velocity, energy, vector field.
+
+    ẋ = ρ̂(x) ξ,   μ̇_γ = ρ̂^i_γ ∂l/∂x^i − Ĉ^ν_{γμ} ξ^μ μ_ν,   μ = ∂l/∂ξ
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .compiling import run_text
+from .equations import Scheme
+from .errors import BadInput
+from .printing import function_text
+from .scene import Scene
+from .symbols import SceneSymbols
+
+
+def momentum(s: SceneSymbols) -> Any:
+    """∂l/∂ξ at (x, u), m×1."""
+    from sympy import Matrix
+
+    return Matrix(len(s.u), 1, [s.lagrangian.diff(v) for v in s.u])
+
+
+def velocity(s: SceneSymbols) -> Any:
+    """ξ(x, μ), m×1, for a Lagrangian that is quadratic in the velocity.
+
+    Raises `BadInput` if it is not, or if its mass matrix is singular.
+    """
+    mu = momentum(s)
+    mass = mu.jacobian(s.u).applyfunc(lambda e: e.simplify())
+    if mass.free_symbols & set(s.u):
+        raise BadInput(
+            f"{s.scene.name}: the Lagrangian is not quadratic in the velocity, so no closed form "
+            "of ξ(x, μ) exists; this study cannot be run on it."
+        )
+    if mass.det().simplify() == 0:
+        raise BadInput(
+            f"{s.scene.name}: the mass matrix ∂²l/∂ξ² is singular: {mass.tolist()}; every velocity "
+            "needs its kinetic energy."
+        )
+    return mass.LUsolve(s.mu - mu.xreplace(dict.fromkeys(s.u, 0)))
+
+
+def energy(s: SceneSymbols) -> Any:
+    """H(x, μ) = μ·ξ − l."""
+    xi = velocity(s)
+    return s.mu.dot(xi) - s.lagrangian.xreplace(dict(zip(s.u, xi, strict=True)))
+
+
+def vector_field(s: SceneSymbols) -> Any:
+    """(ẋ, μ̇) at (x, μ), (n+m)×1."""
+    from sympy import Matrix
+
+    groupoid = s.scene.groupoid
+    xi = velocity(s)
+    at = dict(zip(s.u, xi, strict=True))
+    rho = groupoid.rho(s.x, s.h) / s.h
+    force = Matrix(len(s.x), 1, [s.lagrangian.diff(w).xreplace(at) for w in s.x])
+    mu_dot = rho.T * force
+    for nu, c in enumerate(groupoid.structure_functions(s.x, s.h)):
+        mu_dot -= (c / s.h) * xi * s.mu[nu]
+    return (rho * xi).col_join(mu_dot)
+
+
+def state_function(s: SceneSymbols, parts: list[Any], numbers: Any) -> Any:
+    """f(x, mu, parameters) in an arithmetic, from expressions in (x, μ) and the parameters."""
+    from sympy import Symbol
+
+    numbered = {p: Symbol(f"p{i}", real=True) for i, p in enumerate(s.parameter_list)}
+    results = [[e.xreplace(numbered) for e in part] for part in parts]
+    vectors = {"x": s.x, "mu": s.mu, "p": list(numbered.values())}
+    namespace = numbers if isinstance(numbers, dict) else numbers.namespace()
+    return run_text(function_text("state_function", vectors, results), namespace)["state_function"]
+
+
+def initial_momentum(scheme: Scheme, scene: Scene, numbers: Any) -> list[Any]:
+    """μ₀ = ∂l/∂ξ(x₀, v₀), in an arithmetic."""
+    s = scheme.s
+    if scene.lagrangian is None:
+        raise BadInput(
+            f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
+            "trajectory(..., mu0=...)."
+        )
+    swap = dict(zip(s.u, s.mu, strict=True))
+    f = state_function(s, [[e.xreplace(swap) for e in momentum(s)]], numbers)
+    with numbers.working():
+        x = [numbers.number(v) for v in scene.x0]
+        v = [numbers.number(v) for v in scene.v0]
+        return list(f(x, v, [numbers.number(p) for p in s.parameter_values]))
+

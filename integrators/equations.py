@@ -1,0 +1,327 @@
+"""From one discrete Lagrangian to everything that is derived from it (paper, sections 2 and 3).
+
+L_d is kept as a function of (x, u) and of the *points* b(x, u; θh) that the rule asks for, each an
+atom z with known derivatives. Two facts then keep every expression small, on every groupoid:
+
+    e→_γ(f∘β) = 0   and   e←_γ(f∘β) = ρ^i_γ(y) ∂f/∂y^i        (f a function of the base)
+
+so the end point y = b(x, u; h) never has to be differentiated in F⁻ or F⁺: what is rational in a
+Cayley chart stays polynomial.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from .discretisations import Discretisation
+from .errors import BadInput
+from .exact import exact
+from .groupoid import Groupoid, check_axioms
+from .identities import first_violation
+from .scene import Scene
+from .symbols import SceneSymbols
+
+if TYPE_CHECKING:
+    from .flow import Flow
+
+
+@dataclass(frozen=True)
+class Point:
+    """The point at fraction `theta` of a step: an atom z for the expressions b(x, u; θh)."""
+
+    theta: Any
+    z: Any
+    value: Any
+
+    @property
+    def is_end(self) -> bool:
+        """Whether it is y = b(x, u; h)."""
+        return bool(self.theta == 1)
+
+
+class _GroupoidForRule:
+    """What a rule sees of the groupoid: the target, with its points kept as atoms."""
+
+    def __init__(self, groupoid: Groupoid, s: SceneSymbols) -> None:
+        self.groupoid, self.s = groupoid, s
+        self.points: list[Point] = []
+
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        theta = h / self.s.h
+        if not self.groupoid.dim_x or theta == 0:
+            return x
+        if x != self.s.x or u != self.s.u or not theta.is_number:
+            return self.groupoid.target(x, u, h)
+        for point in self.points:
+            if point.theta == theta:
+                return point.z
+        letter = "y" if theta == 1 else f"z{len(self.points)}"
+        z = self.s.vector(letter, self.groupoid.dim_x)
+        self.points.append(Point(theta, z, self.groupoid.target(x, u, h)))
+        return z
+
+    def element(self, u: Any, h: Any) -> Any:
+        return self.groupoid.element(u, h)
+
+
+class _LagrangianForRule:
+    """What a rule sees of the Lagrangian: L(x, u) and L.parameters."""
+
+    def __init__(self, s: SceneSymbols) -> None:
+        self.s, self.parameters = s, s.parameters
+
+    def __call__(self, x: Any, u: Any) -> Any:
+        return self.s.lagrangian_at(x, u)
+
+
+class Scheme:
+    """A scene discretised by a rule: symbolic and exact.
+
+    Attributes: x, u (columns n×1, m×1), y, v (those of the next step), h, and `s` with the
+    parameters' symbols. Raises `BadInput` if the groupoid violates its axioms, the rule or the
+    Lagrangian cannot be evaluated, or L_d is degenerate (FL singular everywhere).
+    """
+
+    def __init__(self, scene: Scene, rule: Discretisation) -> None:
+        if not isinstance(rule, Discretisation):
+            raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
+        check_axioms(scene.groupoid)
+        self.scene, self.rule = scene, rule
+        self.s = s = SceneSymbols(scene)
+        self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
+        self._seen = _GroupoidForRule(scene.groupoid, s)
+        if scene.discrete_lagrangian is not None:
+            given = s.call(
+                scene.discrete_lagrangian, "its discrete Lagrangian", s.x, s.u, s.h, s.parameters
+            )
+        else:
+            s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
+            given = s.call(rule.formula, f"rule {rule.name}",
+                           _LagrangianForRule(s), self._seen, s.x, s.u, s.h)
+        #: L_d with the points as atoms
+        self.discrete_lagrangian_at_points = s.scalar(given, f"rule {rule.name}")
+        self.points = tuple(self._seen.points)
+        self._check_free_symbols()
+        self._check_start()
+
+    # -- the theory's objects, written out in (x, u; h) ----------------------------------------
+
+    @cached_property
+    def discrete_lagrangian(self) -> Any:
+        """L_d(x, u; h)."""
+        return self.written_out(self.discrete_lagrangian_at_points)
+
+    @cached_property
+    def rho(self) -> Any:
+        """ρ(x), n×m."""
+        return self.scene.groupoid.rho(self.x, self.h)
+
+    @cached_property
+    def L(self) -> Any:
+        """L(x, u), m×m: columns are the left-invariant fields."""
+        return self.scene.groupoid.L(self.x, self.u, self.h)
+
+    @cached_property
+    def R(self) -> Any:
+        """R(x, u), m×m: columns are the fibre parts of the right-invariant fields."""
+        return self.scene.groupoid.R(self.x, self.u, self.h)
+
+    @cached_property
+    def legendre_minus(self) -> Any:
+        """F⁻_γ = e→_γ(L_d), m×1 (paper, remark in section 2.5)."""
+        return self.written_out(self.minus_at_points)
+
+    @cached_property
+    def legendre_plus(self) -> Any:
+        """F⁺_γ = e←_γ(L_d), m×1 (paper, remark in section 2.5)."""
+        return self.written_out(self.plus_at_points)
+
+    @cached_property
+    def residual(self) -> Any:
+        """F⁺(x, u) − F⁻(b(x, u), v), m×1 in (x, u, v, h): λ of the paper's section 3.5."""
+        groupoid = self.scene.groupoid
+        end = groupoid.target(self.x, self.u, self.h)
+        pairs = [*zip(self.u, self.v, strict=True), *zip(self.x, end, strict=True)]
+        return self.legendre_plus - self.legendre_minus.subs(pairs, simultaneous=True)
+
+    @cached_property
+    def FL(self) -> Any:
+        """(FL)^γ_μ = −∂F⁻_μ/∂u^γ in row γ, column μ, m×m (paper, section 3.5)."""
+        return -self.written_out(self.total_u(self.minus_at_points)).T
+
+    @cached_property
+    def W(self) -> Any:
+        """W_γμ = e←_μ(e→_γ(L_d)) = −L^θ_μ (FL)^θ_γ, m×m (paper, section 3.5)."""
+        return -self.FL.T * self.L
+
+    @cached_property
+    def omega(self) -> Any:
+        """Ω on sections a^γ e→_γ + c^γ e←_γ in the order (a, c), 2m×2m: [[0, W], [−Wᵀ, 0]]."""
+        from sympy import BlockMatrix, zeros
+
+        zero = zeros(len(self.u))
+        return BlockMatrix([[zero, self.W], [-self.W.T, zero]]).as_explicit()
+
+    @cached_property
+    def self_adjoint(self) -> bool:
+        """Whether Φ₋ₕ is the inverse of Φₕ, derived from the expressions.
+
+        The adjoint has the discrete Lagrangian L_d*(g; h) = −L_d(g⁻¹; −h); the rule is self-adjoint
+        iff L_d* and L_d have the same Legendre maps, that is, if they differ by a constant.
+        """
+        groupoid, x, u, h = self.scene.groupoid, self.x, self.u, self.h
+        end, back = groupoid.target(x, u, h), -groupoid.inversion(x, u, h)
+        pairs = [*zip(x, end, strict=True), *zip(u, back, strict=True), (h, -h)]
+        adjoint = -self.discrete_lagrangian.subs(pairs, simultaneous=True)
+        difference = adjoint - self.discrete_lagrangian
+        gradient = [difference.diff(w) for w in (*x, *u)]
+        return first_violation(gradient, small=(*u, h)) is None
+
+    @cached_property
+    def order(self) -> int | None:
+        """The order in (x, μ) that this rule has on this scene; None if the rule states none.
+
+        On a group every consistent rule is h·l(u), of order 2 with an odd retraction, and so is any
+        rule wherever the Lagrangian does not depend on the base.
+        """
+        if self.rule.order is None:
+            return None
+        if self.scene.lagrangian is not None and not (
+            self.s.lagrangian.free_symbols & set(self.x)
+        ):
+            plain = self.h * self.s.lagrangian
+            if (self.discrete_lagrangian_at_points - plain).expand() == 0:
+                return max(2, self.rule.order)
+        return self.rule.order
+
+    def flow(self, step: Any, digits: int = 16) -> Flow:
+        """The flow at one step size; digits = 16 is compiled double precision, more is mpmath."""
+        from .flow import Flow
+
+        return Flow(self, step, digits)
+
+    # -- with the points as atoms: small expressions, for the kernels -----------------------------
+
+    @cached_property
+    def minus_at_points(self) -> Any:
+        """F⁻ with the points as atoms, m×1."""
+        d_x, d_u, at_points = self._gradients
+        result = self.R.T * d_u - self.rho.T * d_x
+        for (_, d_z), (right, _) in zip(at_points, self._point_fields, strict=True):
+            result += right.T * d_z
+        return result
+
+    @cached_property
+    def plus_at_points(self) -> Any:
+        """F⁺ with the points as atoms, m×1."""
+        _, d_u, at_points = self._gradients
+        result = self.L.T * d_u
+        for (_, d_z), (_, left) in zip(at_points, self._point_fields, strict=True):
+            result += left.T * d_z
+        return result
+
+    @cached_property
+    def gain_at_points(self) -> Any:
+        """F⁺ − F⁻ with what they share cancelled, m×1: recomputing F⁺ would let momenta drift."""
+        d_x, d_u, at_points = self._gradients
+        result = (self.L - self.R).applyfunc(lambda e: e.expand()).T * d_u + self.rho.T * d_x
+        for (_, d_z), (right, left) in zip(at_points, self._point_fields, strict=True):
+            result += (left - right).T * d_z
+        return result
+
+    def total_u(self, column: Any) -> Any:
+        """d(column)/du through the points, k×m."""
+        return self._total(column, self.u)
+
+    def total_x(self, column: Any) -> Any:
+        """d(column)/dx through the points, k×n."""
+        return self._total(column, self.x)
+
+    def written_out(self, expression: Any) -> Any:
+        """The expression with every point replaced by its value in (x, u; h)."""
+        pairs = {z: b for p in self.points for z, b in zip(p.z, p.value, strict=True)}
+        return expression.xreplace(pairs) if pairs else expression
+
+    def _total(self, column: Any, variables: Any) -> Any:
+        from sympy import zeros
+
+        if not len(variables):
+            return zeros(len(column), 0)
+        result = column.jacobian(variables)
+        for point in self.points:
+            inner = column.jacobian(point.z)
+            if any(inner):
+                result += inner * point.value.jacobian(variables)
+        return result
+
+    @cached_property
+    def _gradients(self) -> tuple[Any, Any, list[tuple[Point, Any]]]:
+        """∂L_d/∂x, ∂L_d/∂u and, point by point, ∂L_d/∂z."""
+        from sympy import Matrix
+
+        f = self.discrete_lagrangian_at_points
+
+        def gradient(variables: Any) -> Any:
+            return Matrix(len(variables), 1, [f.diff(w) for w in variables])
+
+        return gradient(self.x), gradient(self.u), [(p, gradient(p.z)) for p in self.points]
+
+    @cached_property
+    def _point_fields(self) -> list[tuple[Any, Any]]:
+        """Per point: how e→ and e← move it, n×m each; e→ leaves the end point where it is."""
+        from sympy import zeros
+
+        fields = []
+        for point in self.points:
+            b = point.value
+            if point.is_end:
+                right = zeros(len(self.x), len(self.u))
+                left = self.scene.groupoid.rho(point.z, self.h)
+            else:
+                right = b.jacobian(self.u) * self.R - b.jacobian(self.x) * self.rho
+                left = b.jacobian(self.u) * self.L
+            fields.append((right, left))
+        return fields
+
+    # -- checks ---------------------------------------------------------------------------------
+
+    def _check_free_symbols(self) -> None:
+        known = {*self.x, *self.u, *self.s.q, *(z for p in self.points for z in p.z)}
+        unknown = self.discrete_lagrangian_at_points.free_symbols - known
+        if unknown:
+            raise BadInput(
+                f"{self.scene.name} with {self.rule.name}: the discrete Lagrangian holds the unknown "
+                f"symbol {sorted(map(str, unknown))[0]}; write it with x, u, h and the parameters."
+            )
+        if not self.discrete_lagrangian_at_points.free_symbols & set(self.u):
+            raise BadInput(
+                f"{self.scene.name} with {self.rule.name}: the discrete Lagrangian does not depend "
+                "on u, so FL is singular everywhere; it needs a kinetic term."
+            )
+
+    def _check_start(self) -> None:
+        """The start satisfies every constraint a Casimir states (such as |Γ|² = 1), exactly."""
+        from sympy import Matrix, Rational, simplify, sympify
+
+        scene = self.scene
+
+        def number(value: Any) -> Any:
+            return Rational(value.numerator, value.denominator) if hasattr(
+                value, "denominator") else sympify(value)
+
+        values = {p: number(v) for p, v in
+                  zip(self.s.parameter_list, self.s.parameter_values, strict=True)}
+        x0 = Matrix(len(self.x), 1, [number(v) for v in scene.x0])
+        for quantity in scene.symmetries:
+            if quantity.value is None:
+                continue
+            found = self.s.scalar(quantity.formula(x0, self.s.mu, self.s.parameters), quantity.name)
+            found, wanted = found.xreplace(values), number(exact(quantity.value, quantity.name))
+            if simplify(found - wanted) != 0:
+                raise BadInput(
+                    f"{scene.name}: {quantity.name} is {float(found):.6g} at x0, but must be "
+                    f"{wanted}; change x0 (an exact value: fractions such as 2/7, 3/7, 6/7)."
+                )
+

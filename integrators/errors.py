@@ -1,0 +1,43 @@
+"""What can go wrong, as exceptions of our own: one clear sentence that names the thing and the mend."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class DiscmechError(Exception):
+    """Base of every exception that this project raises on purpose."""
+
+
+class BadInput(DiscmechError, ValueError):
+    """The input cannot be used as it is: the message names it and says how to mend it."""
+
+
+class StepFailure(DiscmechError, RuntimeError):
+    """A trajectory stopped before its last step; what was computed until then is kept.
+
+    Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu, u),
+    cause (str), trajectory (`integrators.flow.Trajectory` up to the failure, or None).
+    """
+
+    def __init__(
+        self,
+        scene: str,
+        rule: str,
+        step_index: int,
+        time: float,
+        state: dict[str, Any],
+        cause: str,
+        trajectory: Any = None,
+    ) -> None:
+        self.scene, self.rule, self.step_index, self.time = scene, rule, step_index, time
+        self.state, self.cause, self.trajectory = state, cause, trajectory
+        shown = ", ".join(f"{name} = {_brief(value)}" for name, value in state.items())
+        super().__init__(
+            f"{scene} with {rule}: {cause} at step {step_index}, t = {time:.6g} ({shown}); "
+            "take a smaller step, or look at the trajectory kept on this exception."
+        )
+
+
+def _brief(values: Any) -> str:
+    return "[" + ", ".join(f"{float(value):.6g}" for value in values) + "]"

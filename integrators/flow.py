@@ -1,0 +1,283 @@
+"""A scheme at one step size and one precision: steps, trajectories and defects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .arithmetic import arithmetic
+from .compiling import load_kernels
+from .continuous import initial_momentum
+from .equations import Scheme
+from .errors import BadInput, StepFailure
+from .exact import exact
+from .tangent import LocalGeometry, relative_defect
+from .vectors import state_length
+
+_CAUSES = {
+    1: "Newton did not converge",
+    2: "FL is singular or the numbers are no longer finite",
+}
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Rows of a run: the first is the start, then each every-th step, and the last.
+
+    t (r,), x (r, n), u (r, m), mu (r, m): row k holds x_k, μ_k = F⁻/h in the natural basis, and the
+    u that leaves x_k. iterations (r,): Newton corrections of that row's step. newton_mean and
+    newton_max: over all steps, kept or not.
+    """
+
+    t: np.ndarray
+    x: np.ndarray
+    u: np.ndarray
+    mu: np.ndarray
+    iterations: np.ndarray
+    newton_mean: float
+    newton_max: int
+    steps: int
+    step: Fraction
+
+
+class Flow:
+    """The one-step maps of a scheme: (x, μ) ↦ (b, μ′) on the dual, Ψ: (x, u) ↦ (y, v) on G.
+
+    step: a non-zero number (exact: a float is its binary value; "0.1" is one tenth); a negative
+    step runs Φ₋ₕ, which is the inverse only of a self-adjoint rule. digits = 16 is compiled double
+    precision; more gives mpmath numbers. Raises `BadInput` for a step of 0 or a non-finite one.
+    """
+
+    def __init__(self, scheme: Scheme, step: Any, digits: int = 16) -> None:
+        self.scheme, self.digits = scheme, digits
+        self.step = exact(step, "step")
+        if self.step == 0:
+            raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
+        self.numbers = arithmetic(digits)
+        with self.numbers.working():
+            values = [self.step, *scheme.s.parameter_values]
+            self._q = [self.numbers.number(v) for v in values]
+            self._h = self._q[0]
+
+    # -- runs -----------------------------------------------------------------------------------
+
+    def trajectory(
+        self,
+        steps: int,
+        every: int = 1,
+        *,
+        x0: Any = None,
+        mu0: Any = None,
+        u0: Any = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> Trajectory:
+        """Run `steps` steps from the scene's start (or from x0, mu0), keeping each every-th row.
+
+        Memory grows with the rows kept, not with the steps. u0 is only the first guess of Newton.
+        `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)
+        if a step cannot be solved, `BadInput` for wrong shapes or counts.
+        """
+        if not isinstance(steps, (int, np.integer)) or steps < 0:
+            raise BadInput(f"steps is {steps!r}: give a whole number from 0.")
+        if not isinstance(every, (int, np.integer)) or every < 1:
+            raise BadInput(f"every is {every!r}: give a whole number from 1.")
+        with self.numbers.working():
+            return self._run(int(steps), int(every), *self._start(x0, mu0, u0), progress)
+
+    def evolve(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Ψ: the (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
+        with self.numbers.working():
+            x, u = self._vectors(x, u)
+            y, v = self._evolve(self._local.at(x, u), u)
+            return self.numbers.public(y), self.numbers.public(v)
+
+    def devolve(self, y: Any, v: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Ψ⁻¹: the (x, u) with b(x, u) = y and F⁺(x, u) = F⁻(y, v), by Newton in (x, u).
+
+        Raises `StepFailure` if Newton does not converge.
+        """
+        with self.numbers.working():
+            y, v = self._vectors(y, v)
+            wanted = np.concatenate([y, self._local.at(y, v)["minus"]])
+            n = len(y)
+            point = np.concatenate([y - self._local.at(y, v)["rho"] @ v, v])
+            before = None
+            for _ in range(60):
+                here = self._local.at(point[:n], point[n:])
+                matrix = np.vstack([np.hstack([here["target_x"], here["target_u"]]),
+                                    np.hstack([here["plus_x"], here["plus_u"]])])
+                gap = wanted - np.concatenate([here["target"], here["plus"]])
+                try:
+                    change = self.numbers.solve(matrix, gap)
+                except ZeroDivisionError:
+                    break
+                point = point + change
+                size = sum(abs(c) for c in change)
+                scale = sum(abs(c) for c in point)
+                if size <= 4 * self.numbers.eps * scale or (
+                    before is not None and size >= before / 2 and size < 2**12 * self.numbers.eps * scale
+                ):
+                    return self.numbers.public(point[:n]), self.numbers.public(point[n:])
+                before = size
+            raise self._failure(0, {"y": y, "v": v}, "the inverse step was not found", None)
+
+    def dual_step(self, x: Any, mu: Any) -> tuple[np.ndarray, np.ndarray]:
+        """(x, μ) ↦ (b, μ′) on the dual algebroid, with u from F⁻(x, u) = hμ."""
+        with self.numbers.working():
+            run = self._run(1, 1, *self._start(x, mu, None), None)
+            return run.x[-1], run.mu[-1]
+
+    def attitude_step(self, x: Any, mu: Any) -> np.ndarray:
+        """The u that leaves (x, μ)."""
+        with self.numbers.working():
+            return self._run(0, 1, *self._start(x, mu, None), None).u[0]
+
+    # -- defects --------------------------------------------------------------------------------
+
+    def pullback_defect(self, x: Any, u: Any) -> Any:
+        """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) at (x, u) (design of the symplecticity study)."""
+        with self.numbers.working():
+            x, u = self._vectors(x, u)
+            here = self._local.at(x, u)
+            there = self._local.at(*self._evolve(here, u))
+            return self._pullback(here, there, self._local.tangent(here, there))
+
+    def _pullback(self, here: Any, there: Any, tangent: np.ndarray) -> Any:
+        p = self._local.prolongation(here, there, tangent)
+        before, after = self._local.omega(here), self._local.omega(there)
+        return self._number(relative_defect(p.T @ after @ p, before, p))
+
+    def poisson_defect(self, x: Any, mu: Any, *, bracket_sign: int = 1) -> Any:
+        """‖M Π Mᵀ − Π′‖ / (‖M‖²‖Π′‖) at (x, μ): M the derivative of the dual step.
+
+        bracket_sign = −1 flips the bracket of Π: a control, seen where there is a base and a group.
+        """
+        with self.numbers.working():
+            x, mu = self._vectors(x, mu)
+            u = self._solve(x, mu)
+            here = self._local.at(x, u)
+            after_mu = [p / self._h for p in here["plus"]]
+            m = self._local.dual_step(here, self._h)
+            before = self._local.poisson_tensor(x, mu, bracket_sign)
+            after = self._local.poisson_tensor(here["target"], after_mu, bracket_sign)
+            return self._number(relative_defect(m @ before @ m.T, after, m))
+
+    def tangent(self, x: Any, u: Any) -> np.ndarray:
+        """TΨ at (x, u), (n+m)×(n+m)."""
+        with self.numbers.working():
+            x, u = self._vectors(x, u)
+            here = self._local.at(x, u)
+            there = self._local.at(*self._evolve(here, u))
+            return self.numbers.public(self._local.tangent(here, there))
+
+    # -- inner ----------------------------------------------------------------------------------
+
+    @cached_property
+    def _kernels(self) -> dict[str, Any]:
+        return load_kernels(self.scheme, self.numbers)
+
+    @cached_property
+    def _local(self) -> LocalGeometry:
+        return LocalGeometry(self.scheme, self.numbers, self._q)
+
+    @cached_property
+    def _c(self) -> Any:
+        return np.array(self._kernels["prepare"](self._q), dtype=self.numbers.dtype)
+
+    def _number(self, value: Any) -> Any:
+        return self.numbers.public([value])[0]
+
+    def _vectors(self, *vectors: Any) -> list[np.ndarray]:
+        lengths = (len(self.scheme.x), len(self.scheme.u))
+        out = []
+        for vector, length in zip(vectors, lengths, strict=True):
+            entries = [] if vector is None else list(vector)
+            if len(entries) != length:
+                raise BadInput(
+                    f"{self.scheme.scene.name}: a vector of {len(entries)} entries was given "
+                    f"where {length} are needed."
+                )
+            out.append(np.array([self.numbers.number(e) for e in entries],
+                                dtype=self.numbers.dtype))
+        return out
+
+    def _start(self, x0: Any, mu0: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        scene = self.scheme.scene
+        guess = scene.v0 if u0 is None else u0
+        if mu0 is None:
+            if x0 is not None:
+                scene = scene.with_values(x0=x0)
+            mu0 = initial_momentum(self.scheme, scene, self.numbers)
+        x, guess = self._vectors(scene.x0 if x0 is None else x0, guess)
+        _, mu = self._vectors(scene.x0, mu0)
+        return x, mu, guess
+
+    def _run(
+        self, steps: int, every: int, x: Any, mu: Any, guess: Any, progress: Any
+    ) -> Trajectory:
+        k = self._kernels
+        n, m, dtype = len(x), len(mu), self.numbers.dtype
+        shape = k["SHAPE"]
+        state = np.zeros(state_length(n, m, shape["carried"], shape["affine"]), dtype=dtype)
+        zero = self.numbers.number(0)
+        state[:] = zero
+        state[:n], state[n : n + m] = x, mu
+        state[2 * (n + m) : 2 * (n + m) + shape["carried"]] = k["carry"](x, self._c)
+        if not shape["affine"]:
+            for i in range(5):
+                at = 2 * (n + m) + shape["carried"] + i * m
+                state[at : at + m] = guess
+            state[-2], state[-1] = k["HUGE"], sum(abs(g) for g in guess)
+        rows = (steps + every - 1) // every + 1
+        xs, us, mus = (np.zeros((rows, length), dtype=dtype) for length in (n, m, m))
+        counts = np.zeros(rows, dtype=np.int64)
+        totals = np.zeros(3) if dtype is np.float64 else [0, 0, zero]
+        index, chunk = 0, 2**19 if dtype is np.float64 else 64
+        while True:
+            stop = min(steps, index + chunk)
+            index, status = k["advance"](
+                state, self._c, index, stop, steps, every, xs, us, mus, counts, totals
+            )
+            if progress is not None:
+                progress(index)
+            if status or index == steps:
+                break
+        kept = rows if not status else (index + every - 1) // every
+        run = self._trajectory(index, every, kept, xs, us, mus, counts, totals)
+        if status:
+            where = {"x": state[:n], "mu": state[n : n + m]}
+            raise self._failure(index, where, _CAUSES[int(status)], run)
+        return run
+
+    def _trajectory(
+        self, steps: int, every: int, kept: int, xs: Any, us: Any, mus: Any, counts: Any, totals: Any
+    ) -> Trajectory:
+        numbers = self.numbers
+        index = [min(r * every, steps) for r in range(kept)]
+        t = [numbers.number(self.step * i) for i in index]
+        public = numbers.public
+        return Trajectory(
+            public(t), public(xs[:kept]), public(us[:kept]), public(mus[:kept]), counts[:kept],
+            float(totals[0]) / (steps + 1), int(totals[1]), steps, self.step,
+        )  # fmt: skip
+
+    def _solve(self, x: Any, mu: Any, guess: Any = None) -> np.ndarray:
+        """The u with F⁻(x, u) = hμ."""
+        start = self._vectors(None if not len(x) else x, guess)[1] if guess is not None else (
+            self._vectors(x, self.scheme.scene.v0)[1])
+        run = self._run(0, 1, x, mu, start, None)
+        return np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
+
+    def _evolve(self, here: dict[str, Any], u: Any) -> tuple[np.ndarray, np.ndarray]:
+        y = here["target"]
+        return y, self._solve(y, here["plus"] / self._h, u)
+
+    def _failure(self, index: int, state: Any, cause: str, trajectory: Any) -> StepFailure:
+        scheme = self.scheme
+        return StepFailure(scheme.scene.name, scheme.rule.name, index, float(self.step * index),
+                           state, cause, trajectory)

@@ -1,0 +1,263 @@
+"""A Lie groupoid near its identities, in local coordinates (paper, section 3.2).
+
+Coordinates (x, u) ∈ Rⁿ×Rᵐ with α(x, u) = x and identities (x, 0). Two maps say everything:
+
+    target    y = b(x, u; h)
+    product   (x, u)(y, v) = (x, p(x, u, v; h)),   composable iff y = b(x, u; h)
+
+u is velocity-like: it is scaled by the step h (pair: b = x + hu; group: the element is τ(hu)).
+Whatever else the theory needs is derived here, once, by exact differentiation; a groupoid with a
+closed form of L or R may state it, and the laws in the tests hold it to the derived one.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import cached_property, lru_cache
+from typing import Any
+
+from .errors import BadInput
+
+
+class Groupoid(ABC):
+    """The protocol: `dim_x` (n), `dim_u` (m), `target` and `product`; the rest is derived.
+
+    Vectors are sympy column matrices; h is a sympy number or symbol.
+    """
+
+    kind: str
+    dim_x: int
+    dim_u: int
+    #: Name of the retraction in use, or None for groupoids that need none.
+    retraction_name: str | None = None
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """A short name for tables, such as action(so(3))."""
+
+    @abstractmethod
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        """b(x, u; h), n×1 (paper, section 3.2)."""
+
+    @abstractmethod
+    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+        """p(x, u, v; h), m×1 (paper, section 3.2)."""
+
+    def element(self, u: Any, h: Any) -> Any:
+        """The matrix τ(hu), where the groupoid comes from a matrix group."""
+        raise BadInput(f"{self.name} has no group elements: its arrows are not matrices.")
+
+    def rho(self, x: Any, h: Any) -> Any:
+        """ρ(x) = ∂b/∂u (x, 0; h), n×m (paper, equation rho-L-R); h times the anchor ρ̂."""
+        return self._at(self.derived["rho"], x=x, h=h)
+
+    def L(self, x: Any, u: Any, h: Any) -> Any:
+        """L(x, u) = ∂p/∂v (x, u, 0; h), m×m (paper, equation rho-L-R)."""
+        return self._at(self.derived["L"], x=x, u=u, h=h)
+
+    def R(self, x: Any, v: Any, h: Any) -> Any:
+        """R(x, v) = ∂p/∂u (x, 0, v; h), m×m (paper, equation rho-L-R)."""
+        return self._at(self.derived["R"], x=x, u=v, h=h)
+
+    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+        """m matrices; entry [γ][μ, ν] is C^γ_{μν}(x) of [e_μ, e_ν] = C^γ_{μν} e_γ.
+
+        C^γ_{μν} = ∂²p^γ/∂u^μ∂v^ν − ∂²p^γ/∂v^μ∂u^ν at (x, 0, 0) (paper, section 3.2); h times Ĉ.
+        """
+        return [self._at(c, x=x, h=h) for c in self.derived["C"]]
+
+    @property
+    def retraction(self) -> str | None:
+        """The retraction's name, None where none is used."""
+        return self.retraction_name
+
+    def inversion(self, x: Any, u: Any, h: Any) -> Any:
+        """ι(x, u) with p(x, u, ι) = 0, m×1: closed form (paper, section 3.2).
+
+        Raises `BadInput` where none could be derived: say `inverse=` then.
+        """
+        found = self._inversion
+        if found is None:
+            raise BadInput(
+                f"{self.name}: no closed form of the inversion was found; give it as "
+                "inverse=lambda x, u, h: ..."
+            )
+        return self._at(found, x=x, u=u, h=h)
+
+    def inversion_tangent(self, x: Any, u: Any, w: Any, h: Any) -> tuple[Any, Any]:
+        """(∂ι/∂x, ∂ι/∂u) at w = ι(x, u), by differentiating p(x, u, ι(x, u)) = 0 exactly."""
+        s = self._symbols
+        p = self.product(s["x"], s["u"], s["v"], s["h"])
+        p_v = p.jacobian(s["v"])
+        tangents = []
+        for variable in (s["x"], s["u"]):
+            if not len(variable):
+                from sympy import zeros
+
+                tangents.append(zeros(self.dim_u, 0))
+                continue
+            tangents.append(-p_v.LUsolve(p.jacobian(variable)))
+        return tuple(self._at(t, x=x, u=u, v=w, h=h) for t in tangents)  # type: ignore[return-value]
+
+    def increment(self, x: Any, u: Any, h: Any) -> Any:
+        """b(x, u; h) − x with the difference cancelled, so that nothing is lost at small h."""
+        from sympy import cancel
+
+        return (self.target(x, u, h) - x).applyfunc(cancel)
+
+    # -- derivation -------------------------------------------------------------------------
+
+    @cached_property
+    def _symbols(self) -> dict[str, Any]:
+        from sympy import Matrix, Symbol
+
+        def vector(letter: str, length: int) -> Any:
+            return Matrix(length, 1, [Symbol(f"{letter}_{i}", real=True) for i in range(length)])
+
+        return {
+            "x": vector("x", self.dim_x),
+            "u": vector("u", self.dim_u),
+            "v": vector("v", self.dim_u),
+            "h": Symbol("h", real=True, nonzero=True),
+        }
+
+    @cached_property
+    def derived(self) -> dict[str, Any]:
+        """ρ, L, R and C by differentiating b and p, in `_symbols`: what every closed form equals."""
+        from sympy import Matrix, cancel, zeros
+
+        x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
+        at_u0, at_v0 = dict.fromkeys(u, 0), dict.fromkeys(v, 0)
+        b, p = self.target(x, u, h), self.product(x, u, v, h)
+        rho = b.jacobian(u).subs(at_u0) if self.dim_x else zeros(0, self.dim_u)
+        p_u, p_v = p.jacobian(u).subs(at_u0), p.jacobian(v).subs(at_v0)
+        mixed = [p_v[g, :].jacobian(u).subs(at_u0) for g in range(self.dim_u)]  # [n, m]
+        return {
+            "rho": rho.applyfunc(cancel),
+            "L": p_v.applyfunc(cancel),
+            "R": p_u.subs(dict(zip(v, u, strict=True))).applyfunc(cancel),
+            "C": [Matrix(c.T - c).applyfunc(cancel) for c in mixed],
+        }
+
+    @cached_property
+    def _inversion(self) -> Any:
+        """Closed form of ι: −u if that solves p = 0, else the solution if p is affine in v."""
+        from sympy import cancel, simplify
+
+        x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
+        if all(simplify(entry) == 0 for entry in self.product(x, u, -u, h)):
+            return -u
+        numerators = self.product(x, u, v, h).applyfunc(lambda e: e.together().as_numer_denom()[0])
+        slope = numerators.jacobian(v)
+        if slope.free_symbols & set(v) or slope.det() == 0:
+            return None
+        return slope.LUsolve(-numerators.subs(dict.fromkeys(v, 0))).applyfunc(cancel)
+
+    def _at(self, expression: Any, **values: Any) -> Any:
+        """Put values (vectors or numbers, by the names of `_symbols`) into a derived matrix."""
+        pairs: dict[Any, Any] = {}
+        for name, value in values.items():
+            symbol = self._symbols[name]
+            if name == "h":
+                pairs[symbol] = value
+            else:
+                pairs.update(zip(symbol, value, strict=True))
+        return expression.xreplace(pairs) if expression.shape[0] * expression.shape[1] else expression
+
+
+class LocalGroupoid(Groupoid):
+    """Any Lie groupoid near its identities, from its target and product alone.
+
+    target(x, u, h) and product(x, u, v, h) take sympy columns and return n and m expressions;
+    `inverse(x, u, h)` is only needed where no closed form can be found. The axioms are checked
+    when the first scheme is built on it (`check_axioms`).
+    """
+
+    kind = "local"
+
+    def __init__(
+        self,
+        dim_x: int,
+        dim_u: int,
+        *,
+        target: Callable[..., Any],
+        product: Callable[..., Any],
+        inverse: Callable[..., Any] | None = None,
+        name: str = "local groupoid",
+    ) -> None:
+        if dim_x < 0 or dim_u < 1:
+            raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {dim_x} and {dim_u}.")
+        self.dim_x, self.dim_u, self._name = dim_x, dim_u, name
+        self._target, self._product, self._inverse = target, product, inverse
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        return _column(self._target(x, u, h), self.dim_x, f"{self.name}: target")
+
+    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+        return _column(self._product(x, u, v, h), self.dim_u, f"{self.name}: product")
+
+    @cached_property
+    def _inversion(self) -> Any:
+        if self._inverse is None:
+            return super()._inversion
+        x, u, h = (self._symbols[k] for k in ("x", "u", "h"))
+        return _column(self._inverse(x, u, h), self.dim_u, f"{self.name}: inverse")
+
+
+def _column(values: Any, length: int, what: str) -> Any:
+    from sympy import Matrix, sympify
+
+    entries = list(values) if hasattr(values, "__iter__") else [values]
+    if len(entries) != length:
+        raise BadInput(f"{what} returned {len(entries)} entries, but {length} are needed.")
+    return Matrix(length, 1, [sympify(e) for e in entries])
+
+
+def axioms(groupoid: Groupoid, point: dict[str, Any]) -> dict[str, Any]:
+    """What must vanish at a point (columns x, u, v, w and steps h, k), by the name of the law.
+
+    Units, inverses, β(gh) = β(h), associativity (paper, section 3.2), and that u is scaled by h.
+    """
+    g = groupoid
+    x, u, v, w, h, k = (point[name] for name in ("x", "u", "v", "w", "h", "k"))
+    zero, y, uv = 0 * u, g.target(x, u, h), g.product(x, u, v, h)
+    laws = {
+        "b(x, 0) = x (the identities are (x, 0))": g.target(x, zero, h) - x,
+        "p(x, u, 0) = u (right unit)": g.product(x, u, zero, h) - u,
+        "p(x, 0, v) = v (left unit)": g.product(x, zero, v, h) - v,
+        "b(b(x, u), v) = b(x, p(x, u, v)) (target of a product)": g.target(y, v, h)
+        - g.target(x, uv, h),
+        "p(x, p(x, u, v), w) = p(x, u, p(y, v, w)) (associativity)": g.product(x, uv, w, h)
+        - g.product(x, u, g.product(y, v, w, h), h),
+        "b(x, u; h) = b(x, hu/k; k) (u is scaled by the step)": g.target(x, u, h)
+        - g.target(x, h * u / k, k),
+        "p(x, u, v; h) = (k/h) p(x, hu/k, hv/k; k) (u is scaled by the step)": uv
+        - g.product(x, h * u / k, h * v / k, k) * k / h,
+    }
+    if g._inversion is not None:
+        laws["p(x, u, ι(x, u)) = 0 (inverses)"] = g.product(x, u, g.inversion(x, u, h), h)
+    return laws
+
+
+@lru_cache(maxsize=64)
+def check_axioms(groupoid: Groupoid) -> None:
+    """Raise `BadInput` unless the axioms hold at random rational points, exactly or to 40 digits.
+
+    A false identity between analytic functions is found so with certainty in practice.
+    """
+    from .identities import is_zero, random_columns
+
+    lengths = {"x": groupoid.dim_x, "u": groupoid.dim_u, "v": groupoid.dim_u, "w": groupoid.dim_u}
+    for seed in range(2):
+        point = random_columns(lengths, small=("u", "v", "w"), seed=seed)
+        for law, difference in axioms(groupoid, point).items():
+            if not all(is_zero(entry) for entry in difference):
+                shown = ", ".join(f"{k} = {[float(n) for n in v]}" for k, v in point.items()
+                                  if k in lengths and len(v))
+                raise BadInput(f"{groupoid.name} is not a groupoid: {law} fails at {shown}.")

@@ -1,0 +1,86 @@
+"""A matrix Lie group as a groupoid over one point: reduced systems (paper, section 3.6.2)."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+from ..algebras import MatrixAlgebra
+from ..groupoid import Groupoid
+from ..retractions import Retraction, cayley
+
+
+class RetractionGroupoid(Groupoid):
+    """What a group and its actions share: arrows τ(hu) in the chart of a retraction.
+
+    Raises `BadInput` when built with a retraction that does not fit the algebra.
+    """
+
+    def __init__(self, algebra: MatrixAlgebra, retraction: Retraction) -> None:
+        self.algebra, self.tau = algebra, retraction
+        self.dim_u = algebra.dim
+        self.retraction_name = retraction.name
+
+    def element(self, u: Any, h: Any) -> Any:
+        """τ(hu), N×N."""
+        self.tau.check(self.algebra)
+        return self.tau.element(self.algebra, h * u)
+
+    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+        return self.tau.product(self.algebra, h * u, h * v) / h
+
+    def L(self, x: Any, u: Any, h: Any) -> Any:
+        """dτ⁻¹_{hu} ∘ Ad_{τ(hu)}, m×m (paper, section 3.6.2)."""
+        return self._at(self._fields[0], u=u, h=h)
+
+    def R(self, x: Any, v: Any, h: Any) -> Any:
+        """dτ⁻¹_{hu}, m×m (paper, section 3.6.2)."""
+        return self._at(self._fields[1], u=v, h=h)
+
+    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+        """h times the structure constants of the algebra."""
+        return [h * c for c in self.algebra.structure_constants]
+
+    @cached_property
+    def _fields(self) -> tuple[Any, Any]:
+        self.tau.check(self.algebra)
+        s = self._symbols
+        return self.tau.invariant_fields(self.algebra, s["h"] * s["u"])
+
+    @cached_property
+    def _inversion(self) -> Any:
+        return -self._symbols["u"]  # τ(ξ)τ(−ξ) = e
+
+
+class LieGroup(RetractionGroupoid):
+    """The group of `algebra`; dim_x = 0, and flows on it carry no x."""
+
+    kind = "group"
+    dim_x = 0
+
+    @property
+    def name(self) -> str:
+        return f"group({self.algebra.name})"
+
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        return x
+
+    def rho(self, x: Any, h: Any) -> Any:
+        """The 0×m matrix: a group has no base to move on."""
+        from sympy import zeros
+
+        return zeros(0, self.dim_u)
+
+    def with_attitude(self) -> Groupoid:
+        """The action groupoid of the group on itself: x is the attitude, row by row.
+
+        Reconstruction A_{k+1} = A_k τ(hu_k) then is the target map, and needs no code of its own.
+        """
+        from .action import ActionGroupoid
+
+        return ActionGroupoid(self.algebra, self.tau, rows=self.algebra.size)
+
+
+def lie_group(algebra: MatrixAlgebra, retraction: Retraction = cayley) -> LieGroup:
+    """The Lie group of a matrix algebra in the chart of a retraction."""
+    return LieGroup(algebra, retraction)

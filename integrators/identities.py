@@ -1,0 +1,56 @@
+"""Deciding identities between analytic expressions by evaluation at random rational points.
+
+An analytic function that vanishes at a random point of such generality vanishes identically; one
+that does not is caught with certainty in practice.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable
+from typing import Any
+
+DIGITS = 60
+
+
+def _random_rational(generator: random.Random, small: bool) -> Any:
+    from sympy import Rational
+
+    value = Rational(generator.randrange(500, 1500), 1000)
+    return value / 20 if small else value  # small: inside every chart
+
+
+def random_columns(
+    lengths: dict[str, int], small: Iterable[str] = (), seed: int = 0
+) -> dict[str, Any]:
+    """Random rational columns by name, with two different small steps h and k."""
+    from sympy import Matrix, Rational
+
+    generator, few = random.Random(f"discmech {seed}"), set(small)
+    point: dict[str, Any] = {
+        name: Matrix(n, 1, [_random_rational(generator, name in few) for _ in range(n)])
+        for name, n in lengths.items()
+    }
+    return {**point, "h": Rational(3, 5), "k": Rational(4, 7)}
+
+
+def is_zero(number: Any) -> bool:
+    """Whether an exact number is zero: exactly if rational, else to 40 of 60 digits."""
+    if number.is_Rational:
+        return bool(number == 0)
+    return bool(abs(number.evalf(DIGITS, maxn=400)) < 10 ** (20 - DIGITS))
+
+
+def first_violation(
+    entries: Iterable[Any], small: Iterable[Any] = (), points: int = 2
+) -> dict[Any, Any] | None:
+    """A point where some expression is not zero, or None; `small` symbols stay small."""
+    rest = [entry for entry in entries if entry != 0]
+    symbols = sorted(set().union(*(e.free_symbols for e in rest)) if rest else (), key=str)
+    few = set(small)
+    for seed in range(points):
+        generator = random.Random(f"discmech {seed}")
+        point = {s: _random_rational(generator, s in few) for s in symbols}
+        if not all(is_zero(entry.xreplace(point)) for entry in rest):
+            return point
+    return None

@@ -1,0 +1,230 @@
+"""Kernels of a scheme: generated text, compiled by numba or run on numbers of any precision.
+
+One module a scheme: `prepare(q) → c`, `correct(x, w, μ, k, c) → (dw, size)` (or `direct` where F⁻ is
+affine in u), `update(x, w, μ, k, c) → (dx, dμ, k)` and `carry(x, c) → k`, then the driver's text.
+The step h and the parameters are symbols (the vector q), so nothing is generated or compiled again
+for another step. k are the costly functions of x alone (sin x, 1/r³) that the next step needs
+again: they are computed once, at the end of a step.
+"""
+
+from __future__ import annotations
+
+import inspect
+from functools import cached_property
+from typing import Any
+
+from . import driver
+from .equations import Scheme
+from .identities import first_violation
+from .printing import Coefficients, function_text
+from .vectors import vector_text
+
+class KernelBuilder:
+    """Derives the kernels' expressions from a scheme and writes their text."""
+
+    def __init__(self, scheme: Scheme) -> None:
+        self.scheme = scheme
+        self.coefficients = Coefficients(scheme.s.q)
+        self.x, self.w, self.mu = scheme.x, scheme.u, scheme.s.mu
+        self.end = scheme.s.y
+
+    @cached_property
+    def jacobian(self) -> Any:
+        """∂(F⁻/h)/∂u, m×m, through the points."""
+        return self.scheme.total_u(self.scheme.minus_at_points) / self.scheme.h
+
+    @cached_property
+    def affine(self) -> bool:
+        """Whether F⁻ is affine in u, so that one correction solves it."""
+        written = self.scheme.written_out(self.jacobian)
+        slopes = [entry.diff(u) for entry in written for u in self.w]
+        return first_violation(slopes, small=(*self.w, self.scheme.h)) is None
+
+    @cached_property
+    def carried(self) -> list[tuple[Any, Any]]:
+        """Costly functions of x in F⁻ that F⁺ needs at the end point: [(at x, at y)]."""
+        scheme = self.scheme
+        to_end = dict(zip(self.x, self.end, strict=True))
+        old = _costly([*scheme.minus_at_points, *self.jacobian], self.x)
+        new = _costly(scheme.gain_at_points, self.end)
+        return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
+
+    def build(self) -> str:
+        """The text of the whole module, decorators `kernel`, `helper`, `entry` left to its host."""
+        kernels = [f"@kernel\n{text}" for text in (self._solver(), self._update())]
+        carry = self._carry()
+        c, q = self.coefficients.values, self.scheme.s.q
+        numbered = {s: _symbol(f"q{i}") for i, s in enumerate(q)}
+        prepare = function_text("prepare", {"q": numbered.values()},
+                                [[e.xreplace(numbered) for e in c]])
+        shape = {"affine": self.affine, "dim_x": len(self.x), "dim_u": len(self.w),
+                 "carried": len(self.carried)}
+        return "\n\n".join([
+            f"# {self.scheme.scene.name} by {self.scheme.rule.name}\nSHAPE = {shape}",
+            *kernels,
+            vector_text(len(self.x), len(self.w), len(self.carried), len(c), self.affine),
+            *_driver_text(self.affine),
+            carry,
+            prepare,
+        ])
+
+    # -- the kernels ----------------------------------------------------------------------------
+
+    def _arguments(self) -> dict[str, Any]:
+        c = [f"c{i}" for i in range(len(self.coefficients.values))]
+        return {"x": self.x, "w": self.w, "mu": self.mu, "k": self._k, "c": c}
+
+    @cached_property
+    def _k(self) -> list[Any]:
+        from sympy import Symbol
+
+        return [Symbol(f"k{i}", real=True) for i in range(len(self.carried))]
+
+    def _points(self, *uses: Any) -> list[tuple[Any, Any]]:
+        """The points that the expressions use, as (symbols, values)."""
+        free = set().union(*(e.free_symbols for use in uses for e in use))
+        return [
+            (list(p.z), [self.coefficients.hoist(b) for b in p.value])
+            for p in self.scheme.points
+            if free & set(p.z)
+        ]
+
+    def _with_k(self, entries: Any) -> list[Any]:
+        at_x = {a: k for (a, _), k in zip(self.carried, self._k, strict=True)}
+        return [self.coefficients.hoist(e.xreplace(at_x)) for e in entries]
+
+    def _solver(self) -> str:
+        """`correct`, one Newton correction; `direct`, the solution itself, if F⁻ is affine."""
+        scheme, m = self.scheme, len(self.w)
+        minus, jacobian = scheme.minus_at_points / scheme.h, self.jacobian
+        if self.affine:
+            zero = dict.fromkeys(self.w, 0)
+            minus = scheme.written_out(minus).xreplace(zero)
+            jacobian = scheme.written_out(jacobian).xreplace(zero)
+        residual = self.mu - minus
+        dw, steps = _solve(jacobian, residual, self.coefficients)
+        entries = [(s, self._with_k([v])[0]) for s, v in steps]
+        points = [] if self.affine else self._points(jacobian, residual)
+        before = [*points, *(([s], [v]) for s, v in entries)]
+        names = [s for s, _ in entries[-m:]] if dw is None else self._with_k(dw)
+        results: list[Any] = [names]
+        if not self.affine:
+            results.append(sum(_absolute(e) for e in names))
+        arguments = self._arguments()
+        if self.affine:
+            del arguments["w"]
+        return function_text("direct" if self.affine else "correct", arguments, results, before)
+
+    def _update(self) -> str:
+        scheme = self.scheme
+        gain = scheme.gain_at_points / scheme.h
+        increment = scheme.scene.groupoid.increment(self.x, self.w, scheme.h)
+        dx = [self.coefficients.hoist(e) for e in increment]
+        d_symbols = scheme.s.vector("d", len(self.x))
+        at_end = [b for _, b in self.carried]
+        before: list[tuple[Any, Any]] = [(list(d_symbols), dx)] if len(self.x) else []
+        if any((set(self.end) & e.free_symbols) for e in [*gain, *at_end]):
+            before.append((list(self.end), list(self.x + d_symbols)))
+        inner = [p for p in scheme.points if not p.is_end]
+        before += [
+            point for point in self._points(gain)
+            if any(point[0] == list(p.z) for p in inner)
+        ]
+        before.append(([f"n{i}" for i in range(len(at_end))],
+                       [self.coefficients.hoist(b) for b in at_end]))
+        swap = {b: _symbol(f"n{i}") for i, b in enumerate(at_end)}
+        dmu = self._with_k([e.xreplace(swap) for e in gain])
+        results = [list(d_symbols), dmu, [_symbol(f"n{i}") for i in range(len(at_end))]]
+        return function_text("update", self._arguments(), results, before)
+
+    def _carry(self) -> str:
+        values = [self.coefficients.hoist(a) for a, _ in self.carried]
+        return function_text("carry", {"x": self.x, "c": self._arguments()["c"]}, [values])
+
+
+def _symbol(name: str) -> Any:
+    from sympy import Symbol
+
+    return Symbol(name, real=True)
+
+
+def _absolute(e: Any) -> Any:
+    from sympy import Abs
+
+    return Abs(e, evaluate=False)
+
+
+def _costly(entries: Any, variables: Any) -> list[Any]:
+    """Largest subexpressions that are functions or roots of `variables` (and constants) alone."""
+    wanted, others = set(variables), {"u", "mu", "z", "y", "x"}
+    found: list[Any] = []
+
+    def visit(e: Any) -> None:
+        free = e.free_symbols
+        if not free & wanted:
+            return
+        rest = {s for s in free - wanted if str(s)[0] in "uzxy" and str(s).split("_")[0] in others}
+        if not rest and (e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))):
+            if e not in found:
+                found.append(e)
+            return
+        for a in e.args:
+            visit(a)
+
+    for entry in entries:
+        visit(entry)
+    return found
+
+
+def _solve(matrix: Any, rhs: Any, coefficients: Coefficients) -> tuple[Any, list[tuple[Any, Any]]]:
+    """Unrolled solution of matrix·dw = rhs: (dw or None, [(symbol, value)] in order).
+
+    Up to 3×3 by the adjugate (one division), above by elimination; zeros cost nothing. A matrix of
+    constants is inverted once per flow, since its inverse is a coefficient.
+    """
+    from sympy import Matrix, Symbol
+
+    m = matrix.shape[0]
+    constant = not (set().union(*(e.free_symbols for e in matrix)) - coefficients.q)
+    if constant and m <= 3:
+        return matrix.adjugate() / matrix.det() * rhs, []
+    steps: list[tuple[Any, Any]] = []
+
+    def name(letter: str, value: Any) -> Any:
+        if value.is_Number:
+            return value
+        symbol = Symbol(f"{letter}{len(steps)}", real=True)
+        steps.append((symbol, value))
+        return symbol
+
+    J = Matrix(m, m, lambda i, j: name("j", matrix[i, j]))
+    b = Matrix(m, 1, lambda i, _: name("e", rhs[i]))
+    if m <= 3:
+        over = name("o", 1 / J.det(method="berkowitz"))
+        product = J.adjugate() * b
+        return Matrix([name("s", over * e) for e in product]), steps
+    for p in range(m):
+        pivot = name("o", 1 / J[p, p])
+        for i in range(p + 1, m):
+            if J[i, p] == 0:
+                continue
+            factor = name("f", J[i, p] * pivot)
+            for j in range(p + 1, m):
+                if J[p, j] != 0:
+                    J[i, j] = name("j", J[i, j] - factor * J[p, j])
+            if b[p] != 0:
+                b[i] = name("e", b[i] - factor * b[p])
+        J[p, p] = pivot
+    solution = [0] * m
+    for p in reversed(range(m)):
+        rest = b[p] - sum(J[p, j] * solution[j] for j in range(p + 1, m))
+        solution[p] = name("s", rest * J[p, p])
+    return Matrix(solution), steps
+
+
+def _driver_text(affine: bool) -> list[str]:
+    solve = driver.solve_direct if affine else driver.solve_newton
+    parts = [solve, driver.advance] if affine else [driver.best_order, solve, driver.advance]
+    texts = [inspect.getsource(f).replace(f"def {solve.__name__}(", "def solve(") for f in parts]
+    return [f"@{'entry' if f is driver.advance else 'helper'}\n{text}"
+            for f, text in zip(parts, texts, strict=True)]

@@ -1,0 +1,197 @@
+"""From expressions to straight-line Python, run on any kind of number.
+
+One text serves numba (double precision), numpy arrays, gmpy2 and mpmath: integers stay literal,
+other constants are coefficients computed once in the arithmetic at hand.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import Any
+
+from .errors import BadInput
+
+#: sympy function → name in the generated text; each exists in math, numpy-like and gmpy2 worlds
+FUNCTIONS = {
+    "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos", "atan": "atan",
+    "atan2": "atan2", "sinh": "sinh", "cosh": "cosh", "tanh": "tanh", "exp": "exp", "log": "log",
+    "Abs": "abs",
+}  # fmt: skip
+
+
+class Coefficients:
+    """Subexpressions of the step and the parameters alone, each computed once per flow as c[i]."""
+
+    def __init__(self, q: Sequence[Any]) -> None:
+        self.q = set(q)
+        self.values: list[Any] = []
+        self._index: dict[Any, Any] = {}
+        self._done: dict[Any, Any] = {}
+
+    def symbol(self, expression: Any) -> Any:
+        """The symbol that stands for a coefficient; of ±e, one is kept."""
+        from sympy import Symbol
+
+        if expression.could_extract_minus_sign():
+            return -self.symbol(-expression)
+        if expression not in self._index:
+            self._index[expression] = Symbol(f"c{len(self.values)}", real=True)
+            self.values.append(expression)
+        return self._index[expression]
+
+    def hoist(self, e: Any) -> Any:
+        """`e` with every largest subexpression in q alone replaced by its coefficient."""
+        if e not in self._done:
+            self._done[e] = self._hoist(e)
+        return self._done[e]
+
+    def _hoist(self, e: Any) -> Any:
+        from sympy import Add, Integer, Mul, Pow
+
+        if e.is_Integer:
+            return e
+        if not e.free_symbols - self.q:
+            return self.symbol(e)
+        if e.is_Atom:
+            return e
+        if isinstance(e, (Add, Mul)):
+            constant = [a for a in e.args if not a.free_symbols - self.q]
+            rest = [self.hoist(a) for a in e.args if a.free_symbols - self.q]
+            if not constant:
+                return e.func(*rest)
+            part = e.func(*constant)
+            if isinstance(e, Mul) and len(rest) == 1 and isinstance(rest[0], Add):
+                # c·(a + b) → c·a + c·b: a multiplication less on the longest path
+                return self._sum_of(part, [a for a in e.args if a.free_symbols - self.q][0])
+            return e.func(part if part.is_Integer else self.symbol(part), *rest)
+        if isinstance(e, Pow) and isinstance(2 * e.exp, Integer):
+            return Pow(self.hoist(e.base), e.exp)
+        return e.func(*[self.hoist(a) for a in e.args])
+
+
+    def _sum_of(self, factor: Any, terms: Any) -> Any:
+        from sympy import Add
+
+        return Add(*[self.hoist(factor * term) for term in terms.args])
+
+
+def statements(
+    outputs: Sequence[Any], letter: str = "t"
+) -> tuple[list[tuple[str, str]], list[str]]:
+    """Common subexpressions taken out: ([(name, code)], [code of each output])."""
+    from sympy import cse, numbered_symbols
+
+    taken, reduced = cse(list(outputs), symbols=numbered_symbols(letter, real=True), list=True)
+    return [(str(name), code(value)) for name, value in taken], [code(e) for e in reduced]
+
+
+def code(expression: Any) -> str:
+    """Python text of one expression, small powers as products."""
+    return str(_printer().doprint(expression))
+
+
+@cache
+def _printer() -> Any:
+    from sympy.printing.precedence import precedence
+    from sympy.printing.pycode import AbstractPythonCodePrinter
+
+    class Printer(AbstractPythonCodePrinter):  # type: ignore[misc]
+        """Plain arithmetic; rationals as R(p)/q, R being the number type of the arithmetic."""
+
+        def _print_Rational(self, e: Any) -> str:
+            return f"(R({e.p})/{e.q})"
+
+        def _print_Float(self, e: Any) -> str:
+            return self._print_Rational(e) if e.is_Rational else f"R('{e}')"
+
+        def _print_Pi(self, e: Any) -> str:
+            return "PI"
+
+        def _print_Exp1(self, e: Any) -> str:
+            return "exp(R(1))"
+
+        def _print_Pow(self, e: Any, rational: bool = False) -> str:
+            base, exponent = e.base, e.exp
+            text = self.parenthesize(base, precedence(e) + 1)
+            if exponent.is_Rational and exponent < 0:
+                return f"1/{self._factors(base, text, -exponent)}"
+            if exponent.is_Rational:
+                return self._factors(base, text, exponent)
+            return f"{text}**{self.parenthesize(exponent, precedence(e))}"
+
+        def _factors(self, base: Any, text: str, exponent: Any) -> str:
+            whole, rest = divmod(exponent, 1)
+            root = f"sqrt({self._print(base)})"
+            if rest == 0 and whole <= 16:
+                return "(" + "*".join([text] * int(whole)) + ")"
+            if rest * 2 == 1 and whole <= 16:
+                return "(" + "*".join([*[text] * int(whole), root]) + ")"
+            return f"({text}**{self._print(exponent)})"
+
+        def _print_Function(self, e: Any) -> str:
+            name = FUNCTIONS.get(type(e).__name__)
+            if name is None:
+                raise BadInput(
+                    f"the function {type(e).__name__} cannot be put into a kernel; "
+                    f"there are {', '.join(FUNCTIONS)}, powers and roots."
+                )
+            return f"{name}({', '.join(self._print(a) for a in e.args)})"
+
+        _print_Abs = _print_exp = _print_log = _print_Function
+
+    return Printer({"fully_qualified_modules": False})
+
+
+def function_text(
+    name: str,
+    arguments: dict[str, Iterable[Any]],
+    results: Sequence[Sequence[Any] | Any],
+    before: Sequence[tuple[Sequence[Any], Sequence[Any]]] = (),
+) -> str:
+    """Text of a function of vectors that returns tuples (for a column) and numbers.
+
+    `arguments`: vector name → its symbols, unpacked first. `before`: (symbols, values) computed in
+    front, such as the points of a step, which the results may use.
+    """
+    head = [f"def {name}({', '.join(arguments)}):"]
+    for vector, symbols in arguments.items():
+        head += [f"    {s} = {vector}[{i}]" for i, s in enumerate(symbols)]
+    flat: list[Any] = [v for _, values in before for v in values]
+    lengths: list[int | None] = []
+    for result in results:
+        column = list(result) if hasattr(result, "__iter__") else None
+        lengths.append(None if column is None else len(column))
+        flat += [result] if column is None else column
+    body, texts = _ordered(flat, before)
+    parts, at = [], 0
+    for length in lengths:
+        if length is None:
+            parts.append(texts[at])
+            at += 1
+        else:
+            inner = ", ".join(texts[at : at + length])
+            parts.append(f"({inner}{',' if length == 1 else ''})")
+            at += length
+    returned = parts[0] if len(parts) == 1 else f"{', '.join(parts)}"
+    return "\n".join([*head, *body, f"    return {returned}"]) + "\n"
+
+
+def _ordered(
+    flat: list[Any], before: Sequence[tuple[Sequence[Any], Sequence[Any]]]
+) -> tuple[list[str], list[str]]:
+    """Statements in an order in which each name is known before it is used."""
+    taken, texts = statements(flat)
+    names = [str(s) for symbols, _ in before for s in symbols]
+    pending = [(name, text, set(re.findall(r"[A-Za-z_]\w*", text)))
+               for name, text in [*zip(names, texts, strict=False), *taken]]
+    waiting = {name for name, _, _ in pending}
+    lines: list[str] = []
+    while pending:
+        ready = next(item for item in pending if not item[2] & waiting)
+        lines.append(f"    {ready[0]} = {ready[1]}")
+        waiting.remove(ready[0])
+        pending.remove(ready)
+    return lines, texts[len(names) :]
+

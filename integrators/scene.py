@@ -1,0 +1,104 @@
+"""A scene: one mechanical system as data."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any
+
+from .errors import BadInput
+from .exact import exact, exact_nested, exact_vector
+from .groupoid import Groupoid
+from .momentum import Conserved
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A mechanical system: Lagrangian, groupoid, parameters, start and symmetries.
+
+    lagrangian(x, v, p): sympy columns x (n×1) and v (m×1, natural velocities: ẋ = ρ̂(x)v), and p
+    with one attribute a parameter (a list parameter is a column, a list of lists a matrix).
+    discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such.
+    Numbers are exact (`integrators.exact`). `duration` is the time the studies run to, `step` a
+    step size that resolves the motion at second order (default: duration/1000).
+
+    Raises `BadInput` for wrong shapes, non-finite numbers and missing parts.
+    """
+
+    name: str
+    groupoid: Groupoid
+    lagrangian: Callable[..., Any] | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    x0: Sequence[Any] = ()
+    v0: Sequence[Any] = ()
+    duration: Any = 10
+    step: Any = None
+    symmetries: Sequence[Conserved] = ()
+    source: str = ""
+    title: str = ""
+    discrete_lagrangian: Callable[..., Any] | None = None
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
+            raise BadInput(
+                f"a scene's name is {self.name!r}: use letters, digits, dots and dashes only."
+            )
+        if not isinstance(self.groupoid, Groupoid):
+            raise BadInput(
+                f"{self.name}: groupoid is {self.groupoid!r}; give pair(n), lie_group(...), "
+                "action(...) or a LocalGroupoid."
+            )
+        if (self.lagrangian is None) == (self.discrete_lagrangian is None):
+            raise BadInput(f"{self.name}: give either lagrangian= or discrete_lagrangian=.")
+        for key in self.parameters:
+            if not str(key).isidentifier():
+                raise BadInput(f"{self.name}: parameter {key!r} is no name; use letters and _.")
+        put("x0", exact_vector(self.x0, self.groupoid.dim_x, f"{self.name}: x0"))
+        put("v0", exact_vector(self.v0, self.groupoid.dim_u, f"{self.name}: v0"))
+        put(
+            "parameters",
+            {k: exact_nested(v, f"{self.name}: parameter {k}") for k, v in self.parameters.items()},
+        )
+        put("duration", exact(self.duration, f"{self.name}: duration"))
+        step = self.duration / 1000 if self.step is None else self.step  # type: ignore[operator]
+        put("step", exact(step, f"{self.name}: step"))
+        if self.duration <= 0 or self.step <= 0:
+            raise BadInput(f"{self.name}: duration and step must be positive.")
+        put("symmetries", tuple(self.symmetries))
+
+    def with_values(self, **changes: Any) -> Scene:
+        """A copy with some fields changed; `parameters` are merged, not replaced."""
+        if "parameters" in changes:
+            unknown = set(changes["parameters"]) - set(self.parameters)
+            if unknown:
+                raise BadInput(
+                    f"{self.name} has no parameter {sorted(unknown)[0]!r}; "
+                    f"it has {', '.join(self.parameters) or 'none'}."
+                )
+            changes["parameters"] = {**self.parameters, **changes["parameters"]}
+        return replace(self, **changes)
+
+    def with_attitude(self) -> Scene:
+        """The same motion on a group with the attitude A as base, A(0) = e, flattened row by row.
+
+        Raises `BadInput` if the scene's groupoid is no Lie group.
+        """
+        from .groupoids.lie_group import LieGroup
+
+        if not isinstance(self.groupoid, LieGroup):
+            raise BadInput(
+                f"{self.name}: only a scene on a Lie group has an attitude to reconstruct."
+            )
+        size = self.groupoid.algebra.size
+        identity = [Fraction(int(i == j)) for i in range(size) for j in range(size)]
+        return replace(self, groupoid=self.groupoid.with_attitude(), x0=identity)
+
+    def steps_for(self, step: Any) -> int:
+        """The number of steps of this size in the scene's duration, rounded."""
+        return max(1, math.floor(self.duration / exact(step, "step") + Fraction(1, 2)))

@@ -1,0 +1,33 @@
+"""The scenes that come with discmech: one file a mechanical system, found by name."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from functools import cache
+from importlib import import_module
+from typing import cast
+
+from ..errors import BadInput
+from ..scene import Scene
+
+NAMES = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
+
+
+def names() -> tuple[str, ...]:
+    """The names of all scenes, simplest first."""
+    return NAMES
+
+
+@cache
+def get(name: str) -> Scene:
+    """The scene of that name; raises `BadInput` with the nearest name."""
+    if name not in NAMES:
+        near = get_close_matches(str(name), NAMES, 1)
+        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}."
+        raise BadInput(f'there is no scene "{name}": {hint}')
+    return cast(Scene, import_module(f".{name.replace('-', '_')}", __name__).scene)
+
+
+def all_scenes() -> list[Scene]:
+    """Every scene, in the order of `names`."""
+    return [get(name) for name in NAMES]

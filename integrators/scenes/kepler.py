@@ -1,0 +1,30 @@
+"""Kepler's problem in the plane at eccentricity 0.6, from the pericentre."""
+
+from typing import Any
+
+from ..groupoids import pair
+from ..momentum import Conserved
+from ..scene import Scene
+
+
+def lagrangian(x: Any, v: Any, p: Any) -> Any:
+    from sympy import sqrt
+
+    return v.dot(v) / 2 + p.strength / sqrt(x.dot(x))
+
+
+scene = Scene(
+    name="kepler",
+    title="Kepler's problem, e = 0.6",
+    groupoid=pair(2),
+    parameters={"strength": 1},
+    lagrangian=lagrangian,
+    x0=["2/5", 0],  # (1 − e, 0)
+    v0=[0, 2],  # (0, √((1 + e)/(1 − e)))
+    duration=5,
+    step="1/50",
+    symmetries=[
+        Conserved("angular momentum", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0]),
+    ],
+    source="Hairer, Lubich, Wanner, Geometric Numerical Integration, I.2",
+)

@@ -1,0 +1,107 @@
+"""The symbols a scene's expressions are written in, and its Lagrangian written in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any
+
+from .errors import BadInput
+from .exact import flatten
+from .scene import Scene
+
+
+class SceneSymbols:
+    """Columns x, u, y, mu (natural momenta), the step h and the parameters of one scene."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        own = scene.groupoid._symbols
+        self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
+        self.y = self.vector("y", scene.groupoid.dim_x)
+        self.mu = self.vector("mu", scene.groupoid.dim_u)
+        self.parameters = SimpleNamespace()
+        self.parameter_list: list[Any] = []
+        for name, value in scene.parameters.items():
+            setattr(self.parameters, name, self._parameter(name, value))
+
+    @staticmethod
+    def vector(letter: str, length: int) -> Any:
+        from sympy import Matrix, Symbol
+
+        return Matrix(length, 1, [Symbol(f"{letter}_{i}", real=True) for i in range(length)])
+
+    def _parameter(self, name: str, value: Any) -> Any:
+        from sympy import Matrix, Symbol
+
+        if not isinstance(value, tuple):
+            symbol = Symbol(name, real=True)
+            self.parameter_list.append(symbol)
+            return symbol
+        rows = [row if isinstance(row, tuple) else (row,) for row in value]
+        symbols = [
+            [Symbol("_".join([name, *map(str, index)]), real=True) for index in indices]
+            for indices in (
+                [(i, j) if isinstance(value[i], tuple) else (i,) for j in range(len(row))]
+                for i, row in enumerate(rows)
+            )
+        ]
+        matrix = Matrix(symbols)
+        self.parameter_list.extend(matrix)
+        return matrix
+
+    @property
+    def q(self) -> list[Any]:
+        """What a kernel's `prepare` takes: the step, then the parameters."""
+        return [self.h, *self.parameter_list]
+
+    @property
+    def parameter_values(self) -> list[Any]:
+        """The exact values in the order of `parameter_list`."""
+        return flatten(tuple(self.scene.parameters.values()))
+
+    def call(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
+        """Run a function of the user's; what it raises is turned into one clear sentence."""
+        try:
+            value = function(*arguments)
+        except BadInput:
+            raise
+        except AttributeError as error:
+            known = ", ".join(vars(self.parameters)) or "none"
+            raise BadInput(
+                f"{self.scene.name}: {what} asks for what is not there ({error}); "
+                f"the parameters are: {known}."
+            ) from error
+        except Exception as error:
+            raise BadInput(
+                f"{self.scene.name}: {what} could not be evaluated with symbols "
+                f"({type(error).__name__}: {error}); write it with sympy functions."
+            ) from error
+        return value
+
+    def scalar(self, value: Any, what: str) -> Any:
+        """A sympy scalar of an expression or a 1×1 matrix, floats made exact."""
+        from sympy import Float, Rational, sympify
+
+        if hasattr(value, "shape"):
+            if tuple(value.shape) != (1, 1):
+                raise BadInput(f"{self.scene.name}: {what} is a matrix {value.shape}, not a number.")
+            value = value[0, 0]
+        expression = sympify(value)
+        floats = {f: Rational(*f.as_integer_ratio()) for f in expression.atoms(Float)}
+        return expression.xreplace(floats) if floats else expression
+
+    @cached_property
+    def lagrangian(self) -> Any:
+        """l(x, u) as an expression; raises `BadInput` if the scene has only a discrete one."""
+        return self.lagrangian_at(self.x, self.u)
+
+    def lagrangian_at(self, x: Any, v: Any) -> Any:
+        """l at any columns x and v."""
+        if self.scene.lagrangian is None:
+            raise BadInput(
+                f"{self.scene.name} has no Lagrangian, only a discrete one, so this cannot be asked."
+            )
+        value = self.call(self.scene.lagrangian, "its Lagrangian", x, v, self.parameters)
+        return self.scalar(value, "its Lagrangian")

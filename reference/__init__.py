@@ -1,0 +1,13 @@
+"""Reference solutions to any number of digits, each with the digits that are certain and why.
+
+>>> from reference import solution
+>>> s = solution("pendulum", 10, digits=50)
+>>> s.x, s.mu, s.certain_digits, s.evidence
+"""
+
+from __future__ import annotations
+
+from .failures import ReferenceFailure
+from .solution import Solution, solution, solutions
+
+__all__ = ["ReferenceFailure", "Solution", "solution", "solutions"]

@@ -1,0 +1,50 @@
+"""Closed-form solutions, found by scene name and used only where they apply.
+
+A form is used when the scene's Lagrangian, with the scene's parameters in it, is the form's own
+Lagrangian up to a constant, on the form's own algebroid: a scene of the same name with another
+Lagrangian falls to the Taylor integrator.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..algebroid import Algebroid
+from .form import ClosedForm, Motion
+
+
+def registry() -> dict[str, ClosedForm]:
+    """The closed forms by scene name."""
+    from . import harmonic, kepler, pendulum, rigid_body
+
+    return {module.FORM.name: module.FORM for module in (harmonic, pendulum, kepler, rigid_body)}
+
+
+def closed_form_of(
+    scene: Any, x: Any, v: Any, lagrangian: Any, structure: Algebroid, parameters: Any, start: Any
+) -> ClosedForm | None:
+    """The closed form that solves exactly this scene, or None."""
+    import sympy
+
+    form = registry().get(scene.name)
+    if form is None or form.kind != scene.groupoid.kind:
+        return None
+    if form.basis is not None and structure.basis != form.basis():
+        return None
+    n = structure.dim_x
+    try:
+        own = form.lagrangian(x, v, parameters)
+    except (
+        AttributeError,
+        IndexError,
+        TypeError,
+        ValueError,
+    ):  # it has other parameters or dimensions
+        return None
+    difference = sympy.simplify(sympy.expand(lagrangian - own))
+    if difference.free_symbols:
+        return None
+    return form if form.applies(parameters, start[:n], start[n:]) else None
+
+
+__all__ = ["ClosedForm", "Motion", "closed_form_of", "registry"]

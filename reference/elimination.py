@@ -1,0 +1,66 @@
+"""Accelerations from a mass matrix: mass(x, xi) * rate = force, solved once, symbolically."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .failures import ReferenceFailure
+
+if TYPE_CHECKING:
+    import sympy
+
+
+def explicit_rates(
+    name: str, mass: sympy.Matrix, force: sympy.Matrix, start: dict[Any, Any]
+) -> tuple[list[tuple[Any, Any]], list[sympy.Expr]]:
+    """Solve mass * rate = force; with a variable mass matrix as a list of assignments.
+
+    Gaussian elimination; each pivot is the largest of its column at the start.
+    """
+    import sympy
+
+    m = mass.rows
+    singular = ReferenceFailure(
+        f"the mass matrix d2l/dxi2 of scene {name} is singular at the start; "
+        "give every velocity a kinetic term"
+    )
+    if not mass.free_symbols:
+        if mass.rank() < m:
+            raise singular
+        return [], list(mass.LUsolve(force))
+    work = mass.row_join(force)
+    assignments: list[tuple[Any, Any]] = []
+    values = {symbol: value.evalf(40) for symbol, value in start.items()}
+
+    def value(expression: sympy.Expr) -> sympy.Expr:
+        return expression.subs(values).evalf(40)
+
+    def hold(expression: sympy.Expr) -> sympy.Expr:
+        if expression.is_Atom:
+            return expression
+        symbol = sympy.Symbol(f"w{len(assignments)}", real=True)
+        assignments.append((symbol, expression))
+        values[symbol] = value(expression)
+        return symbol
+
+    for i in range(m):
+        for j in range(m + 1):
+            work[i, j] = hold(work[i, j])
+    for c in range(m):
+        sizes = [abs(value(work[r, c])) for r in range(c, m)]
+        best = max(range(len(sizes)), key=lambda r: sizes[r])
+        if not sizes[best] > sympy.Float("1e-30"):
+            raise singular
+        if best:
+            work.row_swap(c, c + best)
+        for r in range(c + 1, m):
+            if work[r, c] == 0:
+                continue
+            factor = hold(work[r, c] / work[c, c])
+            for j in range(c + 1, m + 1):
+                work[r, j] = hold(work[r, j] - factor * work[c, j])
+    rates: list[sympy.Expr] = [sympy.S.Zero] * m
+    for r in reversed(range(m)):
+        known = sum((work[r, j] * rates[j] for j in range(r + 1, m)), sympy.S.Zero)
+        rates[r] = hold((work[r, m] - known) / work[r, r])
+    return assignments, rates

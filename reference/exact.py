@@ -1,0 +1,129 @@
+"""Exact numbers: what a scene or a caller writes, as fractions and sympy numbers.
+
+A float is its exact binary value; a string such as "0.1" or "1/10" is one tenth.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+from .failures import ReferenceFailure
+
+if TYPE_CHECKING:
+    import mpmath
+    import sympy
+
+
+def exact_time(t: Any) -> Fraction:
+    """The time as a fraction; refuses what is not a finite real number."""
+    if isinstance(t, float) and not math.isfinite(t):
+        raise ReferenceFailure(f"the time t={t} is not finite; give a finite number of seconds")
+    if isinstance(t, bool):
+        raise ReferenceFailure(f"the time t={t} is a truth value; give a finite number")
+    try:
+        return Fraction(t)
+    except (TypeError, ValueError, ZeroDivisionError, OverflowError):
+        pass
+    try:
+        return Fraction(*t.as_integer_ratio())
+    except (AttributeError, TypeError, ValueError, OverflowError):
+        pass
+    try:  # a sympy rational
+        return Fraction(int(t.p), int(t.q))
+    except (AttributeError, TypeError, ValueError, ZeroDivisionError):
+        raise ReferenceFailure(
+            f"the time t={t!r} is not an exact finite number; "
+            'give an int, a Fraction, a float or a decimal string such as "0.1"'
+        ) from None
+
+
+def exact_number(value: Any, where: str) -> sympy.Expr:
+    """The value as an exact sympy number; ``where`` names it in the error."""
+    import sympy
+
+    if isinstance(value, sympy.Expr):
+        number = without_floats(value)
+    else:
+        try:
+            fraction = exact_time(value)
+        except ReferenceFailure:
+            raise ReferenceFailure(
+                f"{where} = {value!r} is not an exact finite number; "
+                "give an int, a Fraction, a float, a decimal string or a sympy number"
+            ) from None
+        number = sympy.Rational(fraction.numerator, fraction.denominator)
+    if number.free_symbols or number.is_finite is False or number.is_real is False:
+        raise ReferenceFailure(f"{where} = {value!r} is not a finite real number; give one")
+    return number
+
+
+def exact_array(value: Any, where: str) -> Any:
+    """A scalar as a sympy number, a list as a column matrix, a nested list as a matrix."""
+    import sympy
+
+    if isinstance(value, (tuple, list)):
+        rows = [
+            [exact_number(entry, where) for entry in row]
+            if isinstance(row, (tuple, list))
+            else [exact_number(row, where)]
+            for row in value
+        ]
+        return sympy.Matrix(rows)
+    if isinstance(value, sympy.MatrixBase):
+        return sympy.Matrix(value).applyfunc(lambda entry: exact_number(entry, where))
+    return exact_number(value, where)
+
+
+def parameter_values(scene: Any) -> SimpleNamespace:
+    """The parameters of a scene as a namespace of exact sympy numbers and matrices."""
+    return SimpleNamespace(
+        **{
+            name: exact_array(value, f"parameter {name} of scene {scene.name}")
+            for name, value in scene.parameters.items()
+        }
+    )
+
+
+def without_floats(expression: sympy.Expr) -> sympy.Expr:
+    """The expression with each floating-point number replaced by its exact binary value."""
+    import sympy
+
+    return expression.xreplace({f: sympy.Rational(f) for f in expression.atoms(sympy.Float)})
+
+
+def to_mpf(value: Any) -> mpmath.mpf:
+    """An mpfr number as an mpf, exactly (whatever mpmath's precision is)."""
+    import mpmath
+    from mpmath.libmp import from_man_exp
+
+    if value == 0:
+        return mpmath.mpf(0)
+    mantissa, exponent = value.as_mantissa_exp()
+    return mpmath.mp.make_mpf(from_man_exp(int(mantissa), int(exponent)))
+
+
+def number_to_mpf(number: sympy.Expr) -> mpmath.mpf:
+    """An exact sympy number as an mpf at mpmath's working precision."""
+    import mpmath
+
+    if number.is_Rational:
+        return mpmath.mpf(int(number.p)) / int(number.q)
+    digits = mpmath.mp.dps + 10
+    return mpmath.mpf(str(number.evalf(digits)))
+
+
+def number_to_mpfr(number: sympy.Expr, digits: int) -> Any:
+    """An exact sympy number as an mpfr at the precision of the current gmpy2 context.
+
+    Small integers stay Python integers, which multiply faster.
+    """
+    import gmpy2
+
+    if number.is_Integer and abs(int(number)) < 2**31:
+        return int(number)
+    if number.is_Rational:
+        return gmpy2.mpfr(gmpy2.mpq(int(number.p), int(number.q)))
+    return gmpy2.mpfr(str(number.evalf(digits + 10)))

@@ -1,0 +1,160 @@
+"""The report: one self-contained page, its figures and tables as files beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from studies.mathml import display
+from studies.publish import published
+from studies.summary import headline, machine, merged, runs, tally, trouble
+from studies.tables import columns, file_name, write_tables
+from studies.wording import (
+    STUDIES,
+    VERDICTS,
+    Case,
+    Result,
+    is_control,
+    verdict,
+)
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+    from studies.figures import Plate
+
+LONGEST_FORMULA = 60_000  # characters of MathML; longer ones are linked, not shown
+FORMULAE = 1_000_000  # and of all of them together
+
+
+def write_report(
+    results: Sequence[Result],
+    equations: Sequence[Mapping[str, Any]],
+    scenes: Sequence[Mapping[str, Any]],
+    folder: Path,
+    command: str = "make report",
+) -> Path:
+    """Write index.html, figures/, tables/ (and equations/ for the longest) into a folder.
+
+    An older report in the folder stays whole until this one is, and for good if this one fails.
+    """
+    from studies.figures import plates
+
+    titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
+    studies = merged(results)
+    library: dict[str, str] = {}
+    with published(Path(folder), last="index.html") as new:
+        for name in ("figures", "tables", "equations"):
+            (new / name).mkdir()
+        drawn = plates(studies, titles, library)
+        for plate in drawn:
+            (new / "figures" / f"{plate.name}.svg").write_bytes(plate.drawing.svg)
+            (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)
+        files = {str(study["study"]): write_tables(study, new / "tables") for study in studies}
+        context = {
+            "command": command,
+            "headline": headline(studies),
+            "studies": [_view(study, drawn, files[str(study["study"])]) for study in studies],
+            "absent": [n for n in STUDIES if n not in {study["study"] for study in studies}],
+            "trouble": trouble(studies),
+            "library": "".join(library[key] for key in sorted(library)),
+            "equations": _schemes(equations, titles, new / "equations"),
+            "scenes": [_SCENE | dict(scene) for scene in scenes],
+            "record": machine(results),
+            "runs": runs(results),
+        }
+        text = environment().get_template("report.html.j2").render(context)
+        (new / "index.html").write_text(text, encoding="utf-8")
+    return Path(folder) / "index.html"
+
+
+def environment() -> Environment:
+    """Templates of the source tree, or those that were installed with this package."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    here = Path(__file__).resolve().parent
+    places = [here.parent / "reports" / "templates", here / "templates"]
+    return Environment(
+        loader=FileSystemLoader([str(place) for place in places]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def _lines(study: str, cases: Sequence[Case]) -> dict[str, Any]:
+    """A table for the templates: headings, and a line a case."""
+    shown = columns(study)
+    if not any(case.get("retraction") for case in cases):
+        shown = [column for column in shown if column[0] != "Retraction"]
+    lines = [
+        {
+            "cells": [text(case) for _, text in shown[:-1]],
+            "verdict": verdict(case),
+            "word": shown[-1][1](case),
+            "reason": str(case.get("reason") or ""),
+            "command": str(case.get("command") or ""),
+        }
+        for case in cases
+    ]
+    return {"heads": [head for head, _ in shown], "lines": lines}
+
+
+def _view(study: Result, drawn: Sequence[Plate], files: Sequence[str]) -> dict[str, Any]:
+    """What the page says about one study."""
+    name, cases = str(study["study"]), study["cases"]
+    sound = [case for case in cases if not is_control(case)]
+    parts = {kind: [case for case in sound if verdict(case) == kind] for kind in VERDICTS}
+    return {
+        "name": name,
+        "anchor": file_name(name),
+        "verdict": verdict(study),
+        "count": tally(cases),
+        "bad": _lines(name, parts["fail"] + parts["inconclusive"]),
+        "good": _lines(name, parts["pass"]),
+        "controls": _lines(name, [case for case in cases if is_control(case)]),
+        "plates": [plate for plate in drawn if plate.study == name],
+        "files": files,
+        "command": str(study.get("command") or f"discmech {name}"),
+    }
+
+
+def _schemes(
+    equations: Sequence[Mapping[str, Any]], titles: Mapping[str, str], folder: Path
+) -> list[dict[str, Any]]:
+    """The equations of each scheme; those too long for the page as files."""
+    spent, found = 0, []
+    for entry in equations:
+        names = [str(entry.get(key) or "") for key in ("scene", "rule", "retraction")]
+        shown = []
+        for head, key in _FORMULAE:
+            given = entry.get(key) or []
+            for index, source in enumerate([given] if isinstance(given, str) else given):
+                formula, link = display(source), ""
+                if len(formula) > LONGEST_FORMULA or spent + len(formula) > FORMULAE:
+                    link = file_name("-".join([*filter(None, names), key, str(index)])) + ".mml"
+                    folder.joinpath(link).write_text(formula, encoding="utf-8")
+                    formula = ""
+                spent += len(formula)
+                shown.append({"head": "" if index else head, "formula": formula, "link": link})
+        scene, rule, retraction = titles.get(names[0], names[0]), names[1], names[2]
+        title = ", ".join(filter(None, [scene, rule, retraction]))
+        facts = ["self-adjoint" if entry.get("self_adjoint") else "not self-adjoint"]
+        facts.append("solved without iteration" if entry.get("affine") else "solved by Newton")
+        source = str(entry.get("source") or "")
+        found.append({"title": title, "facts": facts, "source": source, "formulae": shown})
+    return found
+
+
+_SCENE: dict[str, Any] = dict.fromkeys(
+    ("name", "title", "groupoid", "dim_x", "dim_u", "parameters", "source"), "—"
+) | {"symmetries": []}
+
+_FORMULAE = (
+    ("Lagrangian", "lagrangian_mathml"),
+    ("Discrete Lagrangian", "discrete_lagrangian_mathml"),
+    ("Legendre map F⁻", "legendre_minus_mathml"),
+    ("Discrete Euler–Lagrange equations", "residual_mathml"),
+)

@@ -1,0 +1,49 @@
+"""Colours and markers: Okabe–Ito, a rule drawn the same in every figure of a report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+INK, MUTED, GRID, PAPER = "#1a1a1a", "#606060", "#d4d4d4", "#ffffff"
+# Okabe–Ito, without the yellow that white paper swallows; beside each a darker one for words.
+BLUE, VERMILLION, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
+SKY, ORANGE = "#56b4e9", "#e69f00"
+WORDS = {BLUE: "#005c8f", VERMILLION: "#a84a00", GREEN: "#00694d", PURPLE: "#98467a"}
+WORDS |= {SKY: "#1b6a96", ORANGE: "#855c00", INK: "#1a1a1a", MUTED: "#606060"}
+_FIXED = {"rectangle": (VERMILLION, "s"), "midpoint": (BLUE, "o"), "trapezoidal": (GREEN, "^")}
+_OTHERS = [(PURPLE, "D"), (ORANGE, "v"), (SKY, "P"), (INK, "X"), (BLUE, "<"), (GREEN, ">")]
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How one rule is drawn, the same in every figure of a report."""
+
+    colour: str
+    marker: str
+    dash: str | tuple[int, tuple[float, ...]] = "-"
+
+    @property
+    def words(self) -> str:
+        """The colour for text, dark enough on paper."""
+        return WORDS.get(self.colour, self.colour)
+
+
+def marks(rules: Iterable[str]) -> dict[str, Mark]:
+    """Colour and marker of each rule; "NAME, exp" is NAME with dashes."""
+    found: dict[str, Mark] = {}
+    others = 0
+    for rule in rules:
+        base = rule.removesuffix(", exp")
+        dash: Any = (0, (4.0, 1.6)) if base != rule else "-"
+        if base in found:
+            colour, marker = found[base].colour, found[base].marker
+        elif base in _FIXED:
+            colour, marker = _FIXED[base]
+        else:
+            colour, marker = _OTHERS[others % len(_OTHERS)]
+            others += 1
+        found.setdefault(base, Mark(colour, marker))
+        found[rule] = Mark(colour, marker, dash)
+    return found

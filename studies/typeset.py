@@ -1,0 +1,41 @@
+"""Words and numbers for LaTeX and for the mathematics of a figure."""
+
+from __future__ import annotations
+
+import re
+
+_TEX = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+_TEX |= {character: "\\" + character for character in "&%$#_{}"}
+_TEX |= {"±": r"$\pm$", "≤": r"$\le$", "≥": r"$\ge$", "—": "---", "·": r"$\cdot$", "√": r"$\surd$"}
+_TEX |= {"|": r"$|$", "‖": r"$\|$", "<": "$<$", ">": "$>$", "–": "--"}
+_TEX |= {"μ": r"$\mu$", "Γ": r"$\Gamma$", "π": r"$\pi$", "ω": r"$\omega$", "ε": r"$\varepsilon$"}
+_TEX |= {"ξ": r"$\xi$", "α": r"$\alpha$", "β": r"$\beta$", "γ": r"$\gamma$", "θ": r"$\theta$"}
+_TENS = re.compile(r"(?:(-?[\d.]+)×)?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
+_SEAM = re.compile(r"(?<!\\)\$\$")  # one formula ends where the next begins
+_SUBSCRIPT = re.compile("[₀₁₂₃₄₅₆₇₈₉]+")
+_SUPERSCRIPT = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+_FROM_SUPER = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_FROM_SUB = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
+
+
+def _indices(text: str) -> str:
+    """Unicode powers of ten, subscripts and superscripts as dollar-mathematics."""
+
+    def tens(match: re.Match[str]) -> str:
+        mantissa = f"{match[1]}\\times " if match[1] else ""
+        return f"${mantissa}10^{{{match[2].translate(_FROM_SUPER)}}}$"
+
+    text = _TENS.sub(tens, text)
+    text = _SUBSCRIPT.sub(lambda m: f"$_{{{m[0].translate(_FROM_SUB)}}}$", text)
+    return _SUPERSCRIPT.sub(lambda m: f"$^{{{m[0].translate(_FROM_SUPER)}}}$", text)
+
+
+def tex(text: str) -> str:
+    """The same words for LaTeX: special characters escaped, powers of ten as mathematics."""
+    text = _indices("".join(_TEX.get(character, character) for character in text))
+    return _SEAM.sub("", text.replace("×", r"$\times$"))
+
+
+def figure_text(text: str) -> str:
+    """The same words for a figure; a dollar sign stays a dollar sign."""
+    return _indices(text.replace("\\", "\\\\").replace("$", r"\$"))

@@ -1,0 +1,175 @@
+"""Numbers, verdicts and cases in words: what tables, figures and the page have in common."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+Case = dict[str, Any]
+Result = dict[str, Any]
+
+STUDIES = ("order", "symplecticity", "momentum", "energy")
+VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
+NONE = "—"
+
+_SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+def number(value: Any) -> float | None:
+    """A finite float, or None for whatever is not one (None, NaN, infinities, words)."""
+    if value is None or isinstance(value, bool):
+        return None
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return result if math.isfinite(result) else None
+
+
+def power_of_ten(value: float, places: int = 1) -> tuple[str, int]:
+    """Mantissa and exponent, the mantissa empty where it is exactly one: 1e-13 -> ("", -13)."""
+    mantissa, exponent = f"{value:.{places}e}".split("e")
+    if value > 0 and abs(value / 10.0 ** int(exponent) - 1) < 1e-9:
+        mantissa = ""
+    return mantissa, int(exponent)
+
+
+def scientific(value: Any, places: int = 1) -> str:
+    """3.1×10⁻¹⁶; plain digits where they are as short; a dash for what is not a number."""
+    found = number(value)
+    if found is None:
+        return NONE
+    if found == 0:
+        return "0"
+    if 0.01 <= abs(found) < 1000:
+        return f"{found:.{places + 2}g}"
+    mantissa, exponent = power_of_ten(found, places)
+    tens = "10" + str(exponent).translate(_SUPERSCRIPTS)
+    return f"{mantissa}×{tens}" if mantissa else tens
+
+
+def plus_minus(value: Any, interval: Any) -> str:
+    """2.000 ± 0.003: as many decimals as the interval allows, three to six; never ± 0."""
+    found = number(value)
+    if found is None:
+        return NONE
+    low, high = _ends(interval)
+    if low is None or high is None:
+        return f"{found:.3f}"
+    half = max(high - found, found - low, 0.0)
+    if abs(found) < 1e-3 and half < 1e-3:
+        return f"{scientific(found)} ± {scientific(half)}"
+    decimals = 6 if half == 0 else min(6, max(3, -math.floor(math.log10(half))))
+    unit = 10.0**-decimals
+    half = max(math.ceil(half / unit - 1e-9), 1) * unit
+    return f"{found:.{decimals}f} ± {half:.{decimals}f}"
+
+
+def _ends(interval: Any) -> tuple[float | None, float | None]:
+    if isinstance(interval, Sequence) and not isinstance(interval, str) and len(interval) == 2:
+        return number(interval[0]), number(interval[1])
+    return None, None
+
+
+def verdict(thing: Mapping[str, Any]) -> str:
+    """The verdict of a case or a study; an unknown word counts as inconclusive."""
+    said = thing.get("verdict")
+    return said if said in VERDICTS else "inconclusive"
+
+
+def is_control(case: Mapping[str, Any]) -> bool:
+    """Whether the case is a control: something wrong on purpose, which has to be caught."""
+    return bool(case.get("control"))
+
+
+def caught(case: Mapping[str, Any]) -> str:
+    """A control's verdict in its own words: its test passes when the fault was caught."""
+    return {"pass": "caught", "fail": "missed"}.get(verdict(case), "inconclusive")
+
+
+def mapping(case: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """A dict inside a case (`measured`, `expected`), empty where it is absent."""
+    value = case.get(key)
+    return dict(value) if isinstance(value, Mapping) else {}
+
+
+def rows(case: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The rows of a case, none where the run failed."""
+    return [dict(row) for row in case.get("rows") or [] if isinstance(row, Mapping)]
+
+
+def rule_name(case: Mapping[str, Any]) -> str:
+    """The rule, with the retraction where it is not the usual one."""
+    rule = str(case.get("rule") or NONE)
+    return f"{rule}, exp" if case.get("retraction") == "exponential" else rule
+
+
+def case_name(case: Mapping[str, Any]) -> str:
+    """heavy-top, midpoint, cayley, 16 digits."""
+    parts = [case.get("scene"), case.get("rule"), case.get("retraction")]
+    named = ", ".join(str(part) for part in parts if part)
+    digits = case.get("digits")
+    return f"{named}, {digits} digits" if digits else named
+
+
+def wanted(study: str, case: Mapping[str, Any]) -> str:
+    """What was expected of the case."""
+    expected = mapping(case, "expected")
+    writer = {"order": _wanted_order, "symplecticity": _wanted_limit, "momentum": _wanted_limit}
+    return writer.get(study, _pairs)(expected) if expected else NONE
+
+
+def _wanted_order(expected: dict[str, Any]) -> str:
+    if number(expected.get("order")) is None:
+        return "only measured"
+    tolerance = number(expected.get("tolerance"))
+    return f"{expected['order']:g}" + (f" ± {tolerance:g}" if tolerance is not None else "")
+
+
+def _wanted_limit(expected: dict[str, Any]) -> str:
+    if number(expected.get("at_least")) is not None:
+        return f"≥ {scientific(expected['at_least'])}"
+    if number(expected.get("limit")) is not None:
+        return f"≤ {scientific(expected['limit'])}"
+    return _pairs(expected)
+
+
+def got(study: str, case: Mapping[str, Any]) -> str:
+    """What was measured, in one line."""
+    measured = mapping(case, "measured")
+    if not measured:
+        return NONE
+    writers: dict[str, Callable[[dict[str, Any]], str]] = {
+        "order": lambda m: plus_minus(m.get("order"), m.get("interval")),
+        "symplecticity": _got_defects,
+        "momentum": lambda m: _pairs(m.get("drift") or {}),
+        "energy": _got_energy,
+    }
+    return writers.get(study, _pairs)(measured)
+
+
+def _got_defects(measured: dict[str, Any]) -> str:
+    names = {"pullback": "pullback", "poisson": "Poisson"}
+    said = [f"{names[k]} {scientific(measured[k])}" for k in names if measured.get(k) is not None]
+    return ", ".join(said) or NONE
+
+
+def _got_energy(measured: dict[str, Any]) -> str:
+    slope = plus_minus(measured.get("slope"), measured.get("slope_interval"))
+    return f"band {scientific(measured.get('band'))}, slope {slope}"
+
+
+def _pairs(values: Mapping[str, Any]) -> str:
+    """Any dict in one line, for studies this renderer does not know."""
+    return ", ".join(f"{key} {_any(value)}" for key, value in values.items()) or NONE
+
+
+def _any(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"({_pairs(value)})"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return "[" + ", ".join(_any(entry) for entry in value) + "]"
+    if value is None or isinstance(value, float):
+        return scientific(value, 2)
+    return str(value)

@@ -1,0 +1,186 @@
+"""What is asked and answered: names, times, errors, memory, and what the package may import."""
+
+import ast
+import subprocess
+import sys
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+
+import reference
+from integrators import scenes
+from reference import ReferenceFailure, solution, solutions
+
+PACKAGE = Path(reference.__file__).parent
+SCENE_DATA = {"integrators.scene", "integrators.scenes"}
+
+
+def imported(source):
+    """Absolute module names that a source imports (``from a import b`` counts as a.b)."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", "") == "__import__":
+            yield "__import__"
+        elif isinstance(node, ast.Attribute) and node.attr == "import_module":
+            yield "import_module"
+
+
+def offences(source):
+    """Imports that break the rule: scene data only, nothing else of ours."""
+    return [
+        name
+        for name in imported(source)
+        if name in ("__import__", "import_module")
+        or (
+            name.split(".")[0] in ("integrators", "studies", "tests")
+            and not any(name == data or name.startswith(data + ".") for data in SCENE_DATA)
+        )
+    ]
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.name)
+def test_references_share_no_formula(path):
+    assert offences(path.read_text(encoding="utf-8")) == []
+
+
+def test_the_import_rule_catches_offenders():
+    assert offences("from integrators.scene import Scene\nfrom integrators import scenes") == []
+    for line in (
+        "import integrators",
+        "from integrators import cayley",
+        "from integrators.retractions import cayley",
+        "import studies.order",
+        "from importlib import import_module as m\nimport importlib\nimportlib.import_module('x')",
+    ):
+        assert offences(line), line
+
+
+def test_import_is_light():
+    code = (
+        "import sys, reference; "
+        "print([m for m in ('sympy', 'mpmath', 'numpy', 'gmpy2', 'integrators') "
+        "if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"
+
+
+def test_times_are_exact():
+    """A float is its binary value; a string, a fraction and a decimal string are what they say."""
+    tenth = solution("harmonic", "0.1")
+    assert tenth.t == Fraction(1, 10)
+    assert solution("harmonic", Fraction(1, 10)) is tenth
+    assert solution("harmonic", "1/10") is tenth
+    assert 0 < abs(solution("harmonic", 0.1).x[0] - tenth.x[0]) < 1e-17
+
+
+def test_several_times_at_once_are_what_they_are_alone():
+    times = [3, -1, "0.5", 3]
+    together = solutions("lagrange-top", times, digits=31)
+    assert [s.t for s in together] == [3, -1, Fraction(1, 2), 3]
+    assert solutions("lagrange-top", [], digits=31) == []
+    for s in together:
+        alone = solution("lagrange-top", s.t, digits=30)
+        assert max(abs(a - b) for a, b in zip(s.mu, alone.mu, strict=True)) < 1e-29
+
+
+def test_the_start_is_the_start():
+    found = solution("heavy-top", 0, attitude=True)
+    start = scenes.get("heavy-top").x0
+    assert all(
+        abs(a * b.denominator - b.numerator) < 1e-49 for a, b in zip(found.x, start, strict=True)
+    )
+    assert found.attitude[0, 0] == 1 and found.attitude[0, 1] == 0
+    assert found.certain_digits == 50
+
+
+def test_solutions_are_kept_by_content():
+    scene = scenes.get("heavy-top")
+    assert solution(scene, 1) is solution("heavy-top", 1)
+    other = scene.with_values(parameters={"weight": "1.0000000001"})
+    assert solution(other, 1).x != solution(scene, 1).x
+
+
+def test_evidence_names_both_settings():
+    found = solution("heavy-top", 1)
+    assert found.method == "Taylor series" and found.certain_digits == 50
+    assert "two Taylor integrations" in found.evidence and "Gragg" in found.evidence
+
+
+def test_sensitive_motion_is_certified_at_higher_precision():
+    """x = exp(-rt), r^2 = 2, on a saddle: the rounding of r grows like exp(rt), by 1e18."""
+    import mpmath
+    import sympy
+
+    scene = replace(
+        scenes.get("harmonic"),
+        name="saddle",
+        x0=(1,),
+        v0=(-sympy.sqrt(2),),
+        lagrangian=lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 2,
+    )
+    found = solution(scene, 30, digits=30)
+    assert found.certain_digits == 30 and "1e-34" not in found.evidence
+    with mpmath.workdps(60):
+        assert abs(found.x[0] - mpmath.exp(-30 * mpmath.sqrt(2))) < mpmath.mpf(10) ** -30
+
+
+def test_a_second_method_that_disagrees_lowers_the_certain_digits(monkeypatch):
+    """Negative control: extrapolation of equations that are wrong in the 30th digit."""
+    import gmpy2
+
+    from reference import extrapolation
+
+    right = extrapolation.compile_field
+
+    def wrong(equations):
+        field, constants = right(equations)
+        factor = 1 + gmpy2.mpq(1, 10**30)
+        return (lambda z, c: [factor * rate for rate in field(z, c)]), constants
+
+    monkeypatch.setattr(extrapolation, "compile_field", wrong)
+    found = solution("lagrange-top", "1.25")
+    assert 25 <= found.certain_digits <= 31
+    assert "fewer than the 50 asked for" in found.evidence
+
+
+@pytest.mark.parametrize(
+    "scene, t, digits, message",
+    [
+        ("pendulm", 1, 50, "there is no scene 'pendulm': did you mean pendulum"),
+        ("zzz", 1, 50, "there are harmonic"),
+        ("pendulum", float("nan"), 50, "t=nan is not finite"),
+        ("pendulum", float("inf"), 50, "t=inf is not finite"),
+        ("pendulum", "soon", 50, "t='soon' is not an exact finite number"),
+        ("pendulum", None, 50, "t=None is not an exact"),
+        ("pendulum", 1j, 50, "not an exact"),
+        ("pendulum", "inf", 50, "not an exact"),
+        ("pendulum", 1, 0, "digits=0 is no positive whole number"),
+        ("pendulum", 1, 12.5, "digits=12.5 is no positive"),
+        (42, 1, 50, "42 is no scene"),
+    ],
+)
+def test_bad_questions_are_refused(scene, t, digits, message):
+    with pytest.raises(ReferenceFailure) as failure:
+        solution(scene, t, digits=digits)
+    assert message in str(failure.value)
+    assert "\n" not in str(failure.value)
+
+
+def test_attitude_where_there_is_none():
+    with pytest.raises(ReferenceFailure, match="pair groupoid, which has no attitude"):
+        solution("kepler", 1, attitude=True)
+
+
+def test_collision_is_named_with_its_time():
+    """Kepler's problem from rest at distance 2a = 2/5: the centre is hit at pi sqrt(a^3)."""
+    falling = scenes.get("kepler").with_values(v0=[0, 0])
+    with pytest.raises(ReferenceFailure, match=r"stops at t = 0\.2809\d*: .*collision"):
+        solution(falling, 1, digits=20)

@@ -1,0 +1,150 @@
+"""The algebroid's structure and the continuous equations, against equations written by hand."""
+
+from types import SimpleNamespace
+
+import pytest
+import sympy
+
+from integrators import scenes
+from reference import ReferenceFailure, solution
+from reference.equations import equations_of
+
+ALL = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
+
+
+def along(equations, quantity):
+    """The time derivative of a function of the states."""
+    return sum(
+        quantity.diff(state) * rate
+        for state, rate in zip(equations.states, equations.rates, strict=True)
+    )
+
+
+def local(name, dim_x, dim_u, target, product, **parts):
+    groupoid = SimpleNamespace(
+        kind="local", dim_x=dim_x, dim_u=dim_u, target=target, product=product
+    )
+    return SimpleNamespace(name=name, groupoid=groupoid, **parts)
+
+
+def test_free_body_is_eulers():
+    equations = equations_of(scenes.get("rigid-body"))
+    omega = sympy.Matrix(equations.states)
+    momentum = sympy.diag(1, 2, 3) * omega
+    expected = sympy.diag(1, 2, 3).inv() * momentum.cross(omega)
+    assert (sympy.Matrix(equations.rates) - expected).expand().is_zero_matrix
+
+
+def test_heavy_top_by_hand():
+    """dGamma/dt = Gamma x Omega, dmu/dt = mu x Omega + mgd Gamma x e (l has -mgd Gamma.e)."""
+    equations = equations_of(scenes.get("heavy-top"))
+    gamma, omega = sympy.Matrix(equations.states[:3]), sympy.Matrix(equations.states[3:])
+    center = sympy.Matrix([2, 1, 2]) / 3
+    mu = sympy.diag(1, 2, 3) * omega
+    torque = mu.cross(omega) - gamma.cross(center) * -1
+    assert (sympy.Matrix(equations.rates[:3]) - gamma.cross(omega)).expand().is_zero_matrix
+    expected = sympy.diag(1, 2, 3).inv() * torque
+    assert (sympy.Matrix(equations.rates[3:]) - expected).expand().is_zero_matrix
+    momentum = sympy.Matrix(equations.momentum)
+    assert sympy.expand(along(equations, momentum.dot(gamma))) == 0
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_energy_is_conserved_identically(name):
+    equations = equations_of(scenes.get(name))
+    assert sympy.simplify(along(equations, equations.energy)) == 0
+
+
+def test_local_groupoid_is_the_heavy_top():
+    """The action groupoid given by target and product alone (to the order that matters)."""
+    top = scenes.get("heavy-top")
+
+    def target(x, u, h):
+        return x + h * x.cross(u) + h**2 * (x.cross(u)).cross(u) / 2
+
+    def product(x, u, v, h):
+        return u + v + h * u.cross(v) / 2
+
+    same = local(
+        "heavy-top-locally", 3, 3, target, product, lagrangian=top.lagrangian,
+        parameters=top.parameters, x0=top.x0, v0=top.v0,
+    )  # fmt: skip
+    ours, theirs = equations_of(same), equations_of(top)
+    assert all(sympy.expand(a - b) == 0 for a, b in zip(ours.rates, theirs.rates, strict=True))
+
+
+def test_local_groupoid_that_does_not_scale_is_refused():
+    scene = local(
+        "odd", 1, 1, lambda x, u, h: x + u, lambda x, u, v, h: u + v,
+        lagrangian=lambda x, v, p: v[0] ** 2, parameters={}, x0=(0,), v0=(1,),
+    )  # fmt: skip
+    with pytest.raises(ReferenceFailure, match="does not scale with the step"):
+        solution(scene, 1)
+
+
+def double_pendulum(x, v, p):
+    kinetic = v[0] ** 2 + v[1] ** 2 / 2 + v[0] * v[1] * sympy.cos(x[0] - x[1])
+    return kinetic + p.gravity * (2 * sympy.cos(x[0]) + sympy.cos(x[1]))
+
+
+def pair_scene(name, lagrangian, x0, v0, **parameters):
+    groupoid = SimpleNamespace(kind="pair", dim_x=len(x0), dim_u=len(x0))
+    return SimpleNamespace(
+        name=name, groupoid=groupoid, lagrangian=lagrangian, parameters=parameters, x0=x0, v0=v0
+    )
+
+
+def test_mass_matrix_that_moves():
+    """Double pendulum: the elimination is kept as assignments; energy and digits hold."""
+    import mpmath
+
+    scene = pair_scene("double", double_pendulum, (2, 1), (0, "1/2"), gravity="9.81")
+    equations = equations_of(scene)
+    assert equations.assignments
+    found = solution(scene, "0.7", digits=40)
+    assert found.certain_digits == 40
+    n = len(equations.states)
+    energy = sympy.lambdify(equations.states, equations.energy, "mpmath")
+    with mpmath.workdps(60):
+        before = energy(*(mpmath.mpf(int(s.p)) / int(s.q) for s in equations.start))
+        assert abs(energy(*[*found.x, *found.v][:n]) - before) < mpmath.mpf(10) ** -40
+
+
+def test_a_float_in_the_lagrangian_is_exact():
+    """0.1 is its binary value and does not round the exact 1/3 beside it."""
+    half = pair_scene(
+        "floaty", lambda x, v, p: v[0] ** 2 / 2 - 0.5 * p.k * x[0] ** 2, (1,), (0,), k="1/3"
+    )
+    exact = pair_scene(
+        "exact", lambda x, v, p: v[0] ** 2 / 2 - p.k * x[0] ** 2 / 2, (1,), (0,), k="1/3"
+    )
+    assert abs(solution(half, 5).x[0] - solution(exact, 5).x[0]) < 1e-50
+
+
+@pytest.mark.parametrize(
+    "lagrangian, message",
+    [
+        (lambda x, v, p: v[0] ** 2 / 2 + x[0] * v[1], "mass matrix .* singular"),
+        (lambda x, v, p: __import__("math").cos(x[0]), "sympy functions"),
+        (lambda x, v, p: v[0] ** 2 + sympy.Symbol("q"), "unknown symbols q"),
+        (None, "no continuous Lagrangian"),
+        (lambda x, v, p: v.dot(v) / 2 + sympy.besselj(0, x[0]), "besselj.*cannot expand"),
+        (lambda x, v, p: p.missing * v[0], "missing"),
+    ],
+)
+def test_unusable_lagrangians_are_named(lagrangian, message):
+    scene = pair_scene("mine", lagrangian, (3, 1), (1, 2))
+    with pytest.raises(ReferenceFailure, match=message) as failure:
+        solution(scene, 1)
+    assert "mine" in str(failure.value) and "\n" not in str(failure.value)
+
+
+def test_algebra_that_is_not_closed_is_refused():
+    basis = (((0, 1, 0), (-1, 0, 0), (0, 0, 0)), ((0, 0, 0), (0, 0, 1), (0, -1, 0)))
+    groupoid = SimpleNamespace(kind="group", dim_x=0, dim_u=2, algebra=SimpleNamespace(basis=basis))
+    scene = SimpleNamespace(
+        name="open", groupoid=groupoid, parameters={}, x0=(), v0=(1, 0),
+        lagrangian=lambda x, v, p: v.dot(v),
+    )  # fmt: skip
+    with pytest.raises(ReferenceFailure, match="not closed"):
+        solution(scene, 1)

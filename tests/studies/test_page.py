@@ -1,0 +1,201 @@
+"""The report from made-up results: complete, sound as HTML, whole or not written at all."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from studies import mathml, tables, typeset, wording
+from studies.labels import spread
+from studies.page import write_report
+from studies.summary import headline, merged
+from tests.studies.made_up import MATHML, equations, results, scenes, spoiled
+
+
+def contents(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+class Reader(HTMLParser):
+    """Ids, references and balance of a page."""
+
+    void = frozenset({"meta", "link", "br", "hr", "img", "input"})
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.ids: list[str] = []
+        self.used: set[str] = set(re.findall(r"url\(#([^)]+)\)", text))
+        self.links: list[str] = []
+        self.open: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = dict(attrs)
+        self.ids += filter(None, [values.get("id")])
+        for key in ("href", "src"):
+            address = values.get(key) or ""
+            (self.used.add(address[1:]) if address.startswith("#") else self.links.append(address))
+        if tag not in self.void:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        self.open.pop()
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_report(results(), equations(), scenes(), tmp_path_factory.mktemp("r") / "build")
+
+
+def test_page_is_whole_small_and_self_contained(full: Path) -> None:
+    text = full.read_text(encoding="utf-8")
+    page = Reader(text)
+    assert not page.open
+    assert len(page.ids) == len(set(page.ids))
+    assert page.used <= set(page.ids)
+    assert len(text.encode()) < 3_000_000
+    local = [link for link in page.links if link and link != "data:,"]
+    assert local and all((full.parent / link).is_file() for link in local)
+    assert "All 114 cases pass; all 12 controls were caught." in text
+    assert not [entry for entry in full.parent.iterdir() if entry.name.startswith(".")]
+
+
+def test_no_fixed_colours_in_inline_figures(full: Path) -> None:
+    drawings = re.findall(r"<svg class=.*?</svg>", full.read_text(encoding="utf-8"), re.S)
+    assert len(drawings) > 30
+    assert not any(re.search('#[0-9a-f]{6}[;"]', drawing) for drawing in drawings)
+    assert all('aria-label="' in drawing for drawing in drawings)
+
+
+def test_same_results_give_the_same_files(full: Path, tmp_path: Path) -> None:
+    few = [result | {"cases": result["cases"][:3]} for result in results()[:1]]
+    pages = [write_report(few, [], scenes(), tmp_path / name) for name in "ab"]
+    for name in ("index.html", "figures/order-16.svg", "figures/order-16.png", "tables/order.tex"):
+        assert len({(page.parent / name).read_bytes() for page in pages}) == 1
+
+
+def test_whatever_went_wrong_is_said_first(tmp_path: Path) -> None:
+    text = write_report(spoiled(), [], scenes(), tmp_path).read_text(encoding="utf-8")
+    assert "2 of 38 cases fail; 1 is inconclusive; 5 of 6 controls were caught." in text
+    assert text.index("FL is singular") < text.index("cases pass</summary>")
+    assert text.index("✗</span> missed") < text.index("cases pass</summary>")
+    assert "&lt;b&gt;" in text and "two &amp; a_half" in text and "nan" not in text.lower().split()
+    assert not Reader(text).open
+    strict = json.loads((tmp_path / "tables/charts.json").read_text(), parse_constant=pytest.fail)
+    assert strict["cases"][0]["measured"]["gap"] == [0.5, None]
+    assert r"two \& a\_half" in (tmp_path / "tables/charts.tex").read_text()
+
+
+def test_nothing_at_all_is_a_page_too(tmp_path: Path) -> None:
+    assert "Nothing was measured." in write_report([], [], [], tmp_path).read_text()
+
+
+def test_a_failure_leaves_the_old_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    few = [results((16,))[2] | {"cases": []}]
+    page = write_report(few, [], [], tmp_path)
+    (tmp_path / "kept.json").write_text("{}")
+    before = contents(tmp_path)
+    monkeypatch.setattr("studies.page.machine", lambda _: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        write_report(results((16,))[:1], [], [], tmp_path)
+    assert page.exists() and before == contents(tmp_path)
+
+
+def test_tables_keep_all_digits_and_all_rows(full: Path) -> None:
+    order = results()[0]
+    folder = full.parent / "tables"
+    with (folder / "order.csv").open(encoding="utf-8") as stream:
+        lines = list(csv.DictReader(stream))
+    assert len(lines) == 36
+    assert float(lines[5]["measured.order"]) == order["cases"][5]["measured"]["order"]
+    with (folder / "order-rows.csv").open(encoding="utf-8") as stream:
+        assert len(list(csv.DictReader(stream))) == sum(len(c["rows"]) for c in order["cases"])
+    text = (folder / "momentum.tex").read_text(encoding="utf-8")
+    assert text.isascii() and r"\toprule" in text and r"$\mu\cdot\Gamma$" in text
+
+
+def test_terminal_table_ends_with_the_failures() -> None:
+    from rich.console import Console
+
+    console = Console(width=150, file=io.StringIO())
+    with console.capture() as capture:
+        console.print(tables.terminal_table(spoiled()[0]))
+    shown = capture.get()
+    assert shown.index("inconclusive") < shown.index("Newton stopped") > shown.rindex("2.00")
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "text"),
+    [
+        (2.0004, [1.998, 2.002], "2.000 ± 0.003"),
+        (2.0, [2.0, 2.0], "2.000000 ± 0.000001"),
+        (1.98765, [1.90, 2.05], "1.988 ± 0.088"),
+        (2.00001234, [2.00001, 2.00002], "2.000012 ± 0.000008"),
+        (1.5, None, "1.500"),
+        (None, [0, 1], "—"),
+        (math.nan, [0, 1], "—"),
+    ],
+)
+def test_orders_have_the_digits_they_deserve(value: Any, interval: Any, text: str) -> None:
+    assert wording.plus_minus(value, interval) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(3.14e-16, "3.1×10⁻¹⁶"), (1e-13, "10⁻¹³"), (0, "0"), ("2e-60", "2.0×10⁻⁶⁰"), (None, "—")],
+)
+def test_small_numbers(value: Any, text: str) -> None:
+    assert wording.scientific(value) == text
+
+
+def test_words_for_latex() -> None:
+    assert typeset.tex("≤ 3.1×10⁻¹⁶, |Γ|²") == r"$\le$ $3.1\times 10^{-16}$, $|\Gamma|^{2}$"
+    assert typeset.tex("50 % of a_b, 3×2") == r"50 \% of a\_b, 3$\times$2"
+
+
+def test_several_results_of_one_study_are_one() -> None:
+    both = [*results((16,))[:1], *results((50,))[:1]]
+    both[1]["verdict"] = "fail"
+    (whole,) = merged(both)
+    assert len(whole["cases"]) == 36 and whole["verdict"] == "fail"
+    assert headline([whole])["verdict"] == "fail"
+
+
+def test_labels_keep_apart() -> None:
+    found = spread([10, 11, 12, 50], [8] * 4, 0, 60)
+    assert found == [3, 11, 19, 50]
+    assert spread([10, 10, 58], [8, 16, 8], 0, 60) == [4, 16, 58]
+    assert spread([], [], 0, 60) == []
+    assert min(b - a for a, b in pairwise(found)) >= 8
+
+
+def test_only_presentation_mathml_reaches_the_page() -> None:
+    assert "<mo>(</mo><mi>μ</mi><mo>)</mo>" in mathml.display(MATHML)
+    assert mathml.display("<mi onclick='x()'>a</mi>") == '<math display="block"><mi>a</mi></math>'
+    assert "<script" not in mathml.display("<script>alert(1)</script>")
+    assert "<code>" in mathml.display("<mi>")
+
+
+def test_import_is_light() -> None:
+    code = "import sys, studies.page, studies.tables; print(*sys.modules)"
+    root = Path(__file__).resolve().parents[2]
+    run = subprocess.run(
+        [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True
+    )
+    heavy = {"matplotlib", "numpy", "jinja2", "sympy", "numba", "rich"}
+    assert not heavy & set(run.stdout.split())
