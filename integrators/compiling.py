@@ -25,8 +25,9 @@ from math import acos, asin, atan, atan2, cos, cosh, exp, log, pi, sin, sinh, sq
 from numba import njit
 R, PI, EPS, HUGE, DECAY = float, pi, 2.0**-53, 1e300, 0.999
 # Kernels may be contracted and reassociated; the driver's compensated sums must not be.
-kernel = njit(fastmath={"contract", "arcp", "nsz", "reassoc"}, error_model="numpy", forceinline=True)
-helper = njit(error_model="numpy", forceinline=True)
+inner = dict(error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+kernel = njit(fastmath={"contract", "arcp", "nsz", "reassoc"}, **inner)
+helper = njit(**inner)
 entry = njit(
     "UniTuple(i8, 2)(f8[::1], f8[::1], i8, i8, i8, i8, f8[:,::1], f8[:,::1], f8[:,::1], i8[::1], f8[::1])",
     error_model="numpy", cache=True,

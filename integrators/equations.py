@@ -233,28 +233,31 @@ class Scheme:
 
     def total_u(self, column: Any) -> Any:
         """d(column)/du through the points, k×m."""
-        return self._total(column, self.u)
-
-    def total_x(self, column: Any) -> Any:
-        """d(column)/dx through the points, k×n."""
-        return self._total(column, self.x)
-
-    def written_out(self, expression: Any) -> Any:
-        """The expression with every point replaced by its value in (x, u; h)."""
-        pairs = {z: b for p in self.points for z, b in zip(p.z, p.value, strict=True)}
-        return expression.xreplace(pairs) if pairs else expression
-
-    def _total(self, column: Any, variables: Any) -> Any:
-        from sympy import zeros
-
-        if not len(variables):
-            return zeros(len(column), 0)
-        result = column.jacobian(variables)
+        g, s = self.scene.groupoid, self.s
+        result = column.jacobian(self.u)
         for point in self.points:
             inner = column.jacobian(point.z)
             if any(inner):
-                result += inner * point.value.jacobian(variables)
+                result += inner * g.point_slope(s.x, s.u, s.h, point.theta, point.z)
         return result
+
+    def total_x(self, column: Any) -> Any:
+        """d(column)/dx through the points, k×n."""
+        from sympy import zeros
+
+        if not len(self.x):
+            return zeros(len(column), 0)
+        result = column.jacobian(self.x)
+        for point in self.points:
+            inner = column.jacobian(point.z)
+            if any(inner):
+                result += inner * point.value.jacobian(self.x)
+        return result
+
+    def written_out(self, expression: Any) -> Any:
+        """The expression (or matrix) with every point replaced by its value in (x, u; h)."""
+        pairs = {z: b for p in self.points for z, b in zip(p.z, p.value, strict=True)}
+        return expression.xreplace(pairs) if pairs else expression
 
     @cached_property
     def _gradients(self) -> tuple[Any, Any, list[tuple[Point, Any]]]:
@@ -270,20 +273,9 @@ class Scheme:
 
     @cached_property
     def _point_fields(self) -> list[tuple[Any, Any]]:
-        """Per point: how e→ and e← move it, n×m each; e→ leaves the end point where it is."""
-        from sympy import zeros
-
-        fields = []
-        for point in self.points:
-            b = point.value
-            if point.is_end:
-                right = zeros(len(self.x), len(self.u))
-                left = self.scene.groupoid.rho(point.z, self.h)
-            else:
-                right = b.jacobian(self.u) * self.R - b.jacobian(self.x) * self.rho
-                left = b.jacobian(self.u) * self.L
-            fields.append((right, left))
-        return fields
+        """Per point: how e→ and e← move it, n×m each."""
+        g, s = self.scene.groupoid, self.s
+        return [g.point_fields(s.x, s.u, s.h, p.theta, p.z) for p in self.points]
 
     # -- checks ---------------------------------------------------------------------------------
 

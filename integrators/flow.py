@@ -132,8 +132,8 @@ class Flow:
             run = self._run(1, 1, *self._start(x, mu, None), None)
             return run.x[-1], run.mu[-1]
 
-    def attitude_step(self, x: Any, mu: Any) -> np.ndarray:
-        """The u that leaves (x, μ)."""
+    def inverse_legendre(self, x: Any, mu: Any) -> np.ndarray:
+        """The u with F⁻(x, u) = hμ."""
         with self.numbers.working():
             return self._run(0, 1, *self._start(x, mu, None), None).u[0]
 

@@ -107,6 +107,21 @@ class Groupoid(ABC):
 
         return (self.target(x, u, h) - x).applyfunc(cancel)
 
+    def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
+        """∂z/∂u of the point z = b(x, u; θh), n×m; may be written with z."""
+        return self.target(x, u, theta * h).jacobian(u)
+
+    def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
+        """How e→ and e← move the point z = b(x, u; θh), n×m each; may be written with z.
+
+        At the end of the step (θ = 1) these are 0 and ρ(z), on every groupoid.
+        """
+        if theta == 1:
+            return 0 * self.rho(z, h), self.rho(z, h)
+        slope = self.point_slope(x, u, h, theta, z)
+        along = self.target(x, u, theta * h).jacobian(x) * self.rho(x, h)
+        return slope * self.R(x, u, h) - along, slope * self.L(x, u, h)
+
     # -- derivation -------------------------------------------------------------------------
 
     @cached_property

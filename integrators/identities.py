@@ -34,6 +34,12 @@ def random_columns(
     return {**point, "h": Rational(3, 5), "k": Rational(4, 7)}
 
 
+def random_point(symbols: Iterable[Any], small: Iterable[Any] = (), seed: int = 0) -> dict[Any, Any]:
+    """Random rational values of symbols; those of `small` stay small."""
+    generator, few = random.Random(f"discmech {seed}"), set(small)
+    return {s: _random_rational(generator, s in few) for s in sorted(symbols, key=str)}
+
+
 def is_zero(number: Any) -> bool:
     """Whether an exact number is zero: exactly if rational, else to 40 of 60 digits."""
     if number.is_Rational:
@@ -46,11 +52,9 @@ def first_violation(
 ) -> dict[Any, Any] | None:
     """A point where some expression is not zero, or None; `small` symbols stay small."""
     rest = [entry for entry in entries if entry != 0]
-    symbols = sorted(set().union(*(e.free_symbols for e in rest)) if rest else (), key=str)
-    few = set(small)
+    symbols = set().union(*(e.free_symbols for e in rest)) if rest else set()
     for seed in range(points):
-        generator = random.Random(f"discmech {seed}")
-        point = {s: _random_rational(generator, s in few) for s in symbols}
+        point = random_point(symbols, small, seed)
         if not all(is_zero(entry.xreplace(point)) for entry in rest):
             return point
     return None

@@ -34,6 +34,10 @@ class Retraction(ABC):
         """(L, R): the m×m matrices of left- and right-invariant fields at ξ = hu."""
 
     @abstractmethod
+    def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+        """L⁻¹ at ξ, m×m: the left-trivialised tangent of τ."""
+
+    @abstractmethod
     def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
         """The coordinates (m×1) of τ⁻¹(τ(ξ)τ(η))."""
 
@@ -61,16 +65,17 @@ class Cayley(Retraction):
         return (_inverse(e - a) * (e + a)).applyfunc(cancel)
 
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
-        from sympy import Matrix, expand, eye
+        from sympy import expand, eye
 
         e, a = eye(algebra.size), algebra.hat(xi) / 2
-        basis = [algebra.hat(row) for row in eye(algebra.dim).tolist()]
+        left, right = _between(algebra, e + a, e - a), _between(algebra, e - a, e + a)
+        return left.applyfunc(expand), right.applyfunc(expand)
 
-        def field(left: Any, right: Any) -> Any:
-            columns = [algebra.coordinates(left * eta * right) for eta in basis]
-            return Matrix.hstack(*columns).applyfunc(expand)
+    def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+        from sympy import cancel, eye
 
-        return field(e + a, e - a), field(e - a, e + a)
+        e, a = eye(algebra.size), algebra.hat(xi) / 2
+        return _between(algebra, _inverse(e + a), _inverse(e - a)).applyfunc(cancel)
 
     def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
         from sympy import eye
@@ -80,6 +85,14 @@ class Cayley(Retraction):
         e, a, b = eye(algebra.size), algebra.hat(xi) / 2, algebra.hat(eta) / 2
         c = _inverse(e - a) * (a + b) * _inverse(e + a * b) * (e - a)
         return 2 * algebra.coordinates(c)
+
+
+def _between(algebra: MatrixAlgebra, left: Any, right: Any) -> Any:
+    """The m×m matrix of η ↦ left·η·right."""
+    from sympy import Matrix, eye
+
+    basis = [algebra.hat(row) for row in eye(algebra.dim).tolist()]
+    return Matrix.hstack(*[algebra.coordinates(left * eta * right) for eta in basis])
 
 
 def _inverse(matrix: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 from ..algebras import MatrixAlgebra
@@ -48,6 +48,29 @@ class ActionGroupoid(RetractionGroupoid):
         from sympy import Matrix
 
         return h * Matrix.hstack(*[self._act(x, e) for e in self.algebra._matrices])
+
+    def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
+        """∂z/∂u = ρ(z) L⁻¹ at the step θh: small, since it is written with z."""
+        inverse_left, _ = self._differential(theta)
+        return self.rho(z, theta * h) * self._at(inverse_left, u=u, h=h)
+
+    def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
+        """e→ and e← on z = x·τ(θhu): ρ̂(z)·h L_θ⁻¹(θR − R_θ) and ρ̂(z)·θh L_θ⁻¹ L."""
+        if theta == 1:
+            return super().point_fields(x, u, h, theta, z)
+        inverse_left, right = self._differential(theta)
+        right = self._at(inverse_left * right, u=u, h=h)
+        left = self._at(inverse_left, u=u, h=h) * self.L(x, u, h)
+        return self.rho(z, h) * right, theta * self.rho(z, h) * left
+
+    @lru_cache(maxsize=32)  # noqa: B019 - a handful of groupoids live as long as the program
+    def _differential(self, theta: Any) -> tuple[Any, Any]:
+        """(L_θ⁻¹, θR − R_θ) with L_θ, R_θ those of the step θh, in `_symbols`."""
+        u, h = self._symbols["u"], self._symbols["h"]
+        inverse_left = self.tau.inverse_left_field(self.algebra, theta * h * u)
+        partial = {h: theta * h}
+        _, right = self._fields
+        return inverse_left, (theta * right - right.subs(partial)).applyfunc(lambda e: e.expand())
 
     def _act(self, x: Any, matrix: Any) -> Any:
         size = self.algebra.size
