@@ -93,7 +93,7 @@ class Flow:
         """Ψ: the (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
         with self.numbers.working():
             x, u = self._vectors(x, u)
-            y, v = self._evolve(self._local.at(x, u), u)
+            y, v = self._evolve(self.geometry.at(x, u), u)
             return self.numbers.public(y), self.numbers.public(v)
 
     def devolve(self, y: Any, v: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -103,12 +103,12 @@ class Flow:
         """
         with self.numbers.working():
             y, v = self._vectors(y, v)
-            wanted = np.concatenate([y, self._local.at(y, v)["minus"]])
+            wanted = np.concatenate([y, self.geometry.at(y, v)["minus"]])
             n = len(y)
-            point = np.concatenate([y - self._local.at(y, v)["rho"] @ v, v])
+            point = np.concatenate([y - self.geometry.at(y, v)["rho"] @ v, v])
             before = None
             for _ in range(60):
-                here = self._local.at(point[:n], point[n:])
+                here = self.geometry.at(point[:n], point[n:])
                 matrix = np.vstack([np.hstack([here["target_x"], here["target_u"]]),
                                     np.hstack([here["plus_x"], here["plus_u"]])])
                 gap = wanted - np.concatenate([here["target"], here["plus"]])
@@ -143,13 +143,13 @@ class Flow:
         """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) at (x, u) (design of the symplecticity study)."""
         with self.numbers.working():
             x, u = self._vectors(x, u)
-            here = self._local.at(x, u)
-            there = self._local.at(*self._evolve(here, u))
-            return self._pullback(here, there, self._local.tangent(here, there))
+            here = self.geometry.at(x, u)
+            there = self.geometry.at(*self._evolve(here, u))
+            return self._pullback(here, there, self.geometry.tangent(here, there))
 
     def _pullback(self, here: Any, there: Any, tangent: np.ndarray) -> Any:
-        p = self._local.prolongation(here, there, tangent)
-        before, after = self._local.omega(here), self._local.omega(there)
+        p = self.geometry.prolongation(here, there, tangent)
+        before, after = self.geometry.omega(here), self.geometry.omega(there)
         return self._number(relative_defect(p.T @ after @ p, before, p))
 
     def poisson_defect(self, x: Any, mu: Any, *, bracket_sign: int = 1) -> Any:
@@ -160,20 +160,20 @@ class Flow:
         with self.numbers.working():
             x, mu = self._vectors(x, mu)
             u = self._solve(x, mu)
-            here = self._local.at(x, u)
+            here = self.geometry.at(x, u)
             after_mu = [p / self._h for p in here["plus"]]
-            m = self._local.dual_step(here, self._h)
-            before = self._local.poisson_tensor(x, mu, bracket_sign)
-            after = self._local.poisson_tensor(here["target"], after_mu, bracket_sign)
+            m = self.geometry.dual_step(here, self._h)
+            before = self.geometry.poisson_tensor(x, mu, bracket_sign)
+            after = self.geometry.poisson_tensor(here["target"], after_mu, bracket_sign)
             return self._number(relative_defect(m @ before @ m.T, after, m))
 
     def tangent(self, x: Any, u: Any) -> np.ndarray:
         """TΨ at (x, u), (n+m)×(n+m)."""
         with self.numbers.working():
             x, u = self._vectors(x, u)
-            here = self._local.at(x, u)
-            there = self._local.at(*self._evolve(here, u))
-            return self.numbers.public(self._local.tangent(here, there))
+            here = self.geometry.at(x, u)
+            there = self.geometry.at(*self._evolve(here, u))
+            return self.numbers.public(self.geometry.tangent(here, there))
 
     # -- inner ----------------------------------------------------------------------------------
 
@@ -182,7 +182,8 @@ class Flow:
         return load_kernels(self.scheme, self.numbers)
 
     @cached_property
-    def _local(self) -> LocalGeometry:
+    def geometry(self) -> LocalGeometry:
+        """The scheme's maps and derivatives as numbers at this step."""
         return LocalGeometry(self.scheme, self.numbers, self._q)
 
     @cached_property

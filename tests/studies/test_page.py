@@ -16,10 +16,10 @@ from typing import Any
 
 import pytest
 
-from studies import mathml, tables, typeset, wording
-from studies.labels import spread
-from studies.page import write_report
-from studies.summary import headline, merged
+from studies.rendering import mathml, tables, typeset, wording
+from studies.rendering.labels import spread
+from studies.rendering.page import write_report
+from studies.rendering.summary import headline, merged
 from tests.studies.made_up import MATHML, equations, results, scenes, spoiled
 
 
@@ -110,7 +110,7 @@ def test_a_failure_leaves_the_old_report(tmp_path: Path, monkeypatch: pytest.Mon
     page = write_report(few, [], [], tmp_path)
     (tmp_path / "kept.json").write_text("{}")
     before = contents(tmp_path)
-    monkeypatch.setattr("studies.page.machine", lambda _: 1 / 0)
+    monkeypatch.setattr("studies.rendering.page.machine", lambda _: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         write_report(results((16,))[:1], [], [], tmp_path)
     assert page.exists() and before == contents(tmp_path)
@@ -192,7 +192,7 @@ def test_only_presentation_mathml_reaches_the_page() -> None:
 
 
 def test_import_is_light() -> None:
-    code = "import sys, studies.page, studies.tables; print(*sys.modules)"
+    code = "import sys, studies.rendering.page, studies.rendering.tables; print(*sys.modules)"
     root = Path(__file__).resolve().parents[2]
     run = subprocess.run(
         [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True

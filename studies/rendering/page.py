@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from studies.mathml import display
-from studies.publish import published
-from studies.summary import headline, machine, merged, runs, tally, trouble
-from studies.tables import columns, file_name, write_tables
-from studies.wording import (
+from studies.rendering.mathml import display
+from studies.rendering.publish import published
+from studies.rendering.summary import headline, machine, merged, runs, tally, trouble
+from studies.rendering.tables import columns, file_name, write_tables
+from studies.rendering.wording import (
     STUDIES,
     VERDICTS,
     Case,
@@ -22,7 +22,7 @@ from studies.wording import (
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-    from studies.figures import Plate
+    from studies.rendering.figures import Plate
 
 LONGEST_FORMULA = 60_000  # characters of MathML; longer ones are linked, not shown
 FORMULAE = 1_000_000  # and of all of them together
@@ -39,7 +39,7 @@ def write_report(
 
     An older report in the folder stays whole until this one is, and for good if this one fails.
     """
-    from studies.figures import plates
+    from studies.rendering.figures import plates
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     studies = merged(results)

@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from studies.canvas import Panel, Sheet, log_axis, log_limits, note
-from studies.labels import end_labels
-from studies.palette import GRID, INK, MUTED, Mark
-from studies.plot_symplecticity import round_off
-from studies.wording import Case, mapping, number, rows, rule_name, scientific, verdict
+from studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
+from studies.rendering.labels import end_labels
+from studies.rendering.palette import GRID, INK, MUTED, Mark
+from studies.rendering.plot_symplecticity import round_off
+from studies.rendering.wording import Case, mapping, number, rows, rule_name, scientific, verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-from studies.palette import GRID, INK, MUTED, PAPER
-from studies.svg import inline_panels
-from studies.typeset import figure_text
-from studies.wording import power_of_ten
+from studies.rendering.palette import GRID, INK, MUTED, PAPER
+from studies.rendering.svg import inline_panels
+from studies.rendering.typeset import figure_text
+from studies.rendering.wording import power_of_ten
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

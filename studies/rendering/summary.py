@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from studies.tables import file_name
-from studies.wording import (
+from studies.rendering.tables import file_name
+from studies.rendering.wording import (
     STUDIES,
     VERDICTS,
     Case,

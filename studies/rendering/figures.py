@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from studies import plot_drift, plot_order, plot_symplecticity
-from studies.canvas import Drawing, Panel, Sheet, render
-from studies.palette import Mark, marks
-from studies.wording import Case, Result, is_control, rule_name
+from studies.rendering.canvas import Drawing, Panel, Sheet, render
+from studies.rendering.palette import Mark, marks
+from studies.rendering.wording import Case, Result, is_control, rule_name
 
 Titles = Mapping[str, str]
 

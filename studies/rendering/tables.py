@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from studies.typeset import tex
-from studies.wording import (
+from studies.rendering.typeset import tex
+from studies.rendering.wording import (
     NONE,
     VERDICTS,
     Case,

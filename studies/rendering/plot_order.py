@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from studies.canvas import Panel, Sheet, log_axis, log_limits, note
-from studies.labels import end_labels
-from studies.palette import MUTED, PAPER, Mark
-from studies.wording import Case, mapping, number, rows, rule_name, verdict
+from studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
+from studies.rendering.labels import end_labels
+from studies.rendering.palette import MUTED, PAPER, Mark
+from studies.rendering.wording import Case, mapping, number, rows, rule_name, verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

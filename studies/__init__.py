@@ -1,0 +1,1 @@
+"""Studies: each measures one property of a scheme and judges it; rendering is apart."""

@@ -1,0 +1,63 @@
+"""Energy over long runs: its band and its secular slope."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .case import Case, Choice, Progress, Verdict, plain_cases, silent
+from .fitting import fit_line
+from .runs import energy_errors, long_run
+
+NAME = "energy"
+NEEDS = "it needs a Lagrangian that is quadratic in the velocity."
+DIGITS = (16,)
+ROWS = 2000
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every scene with a Lagrangian by every rule, in double precision unless asked otherwise."""
+    return [c for c in plain_cases(NAME, choice, DIGITS) if c.scene.lagrangian is not None]
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {time, error}: (H − H₀) over the largest sum of H's absolute terms, signed.
+
+    band: largest minus smallest error; slope: per unit of time, with its 95 % interval.
+    """
+    steps = case.steps or (10**6 if case.digits == 16 else 1000)
+    run = long_run(case, case.scheme, steps, ROWS, progress)
+    errors = energy_errors(case.scheme, run)
+    times = np.array([float(t) for t in run.t])
+    line = fit_line(times.tolist(), errors.tolist())
+    rows = [{"time": t, "error": e} for t, e in zip(times.tolist(), errors.tolist(), strict=True)]
+    return {
+        "rows": rows,
+        "measured": {
+            "band": float(np.ptp(errors)),
+            "slope": line.slope,
+            "slope_interval": list(line.interval),
+        },
+        "duration": float(times[-1]),
+    }
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """No secular drift: over the run the slope accounts for at most a tenth of the band.
+
+    A method that loses or gains energy steadily has a band that is all slope.
+    """
+    band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
+    duration = measurement["duration"]
+    expected = {"slope_limit": max(band / 10, 1e-12) / duration}
+    if not np.isfinite(band):
+        return Verdict("fail", "the energy is no longer finite.", expected)
+    if abs(slope) <= expected["slope_limit"]:
+        return Verdict("pass", "", expected)
+    return Verdict(
+        "fail",
+        f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
+        f"which is {abs(slope) * duration / band:.0%} of its band.",
+        expected,
+    )

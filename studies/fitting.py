@@ -1,0 +1,66 @@
+"""Straight lines through measured points: slopes with intervals, asymptotic windows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Line:
+    """A least-squares line: slope, its 95 % interval, and the largest residual."""
+
+    slope: float
+    interval: tuple[float, float]
+    residual: float
+
+
+def fit_line(x: Sequence[float], y: Sequence[float]) -> Line:
+    """Least squares through at least three points."""
+    from scipy.special import stdtrit
+
+    xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    dx = xs - xs.mean()
+    slope = float(dx @ (ys - ys.mean()) / (dx @ dx))
+    residuals = ys - ys.mean() - slope * dx
+    freedom = len(xs) - 2
+    error = math.sqrt(float(residuals @ residuals) / freedom / float(dx @ dx))
+    half = float(stdtrit(freedom, 0.975)) * error
+    return Line(slope, (slope - half, slope + half), float(np.abs(residuals).max()))
+
+
+@dataclass(frozen=True)
+class Window:
+    """The asymptotic part of a convergence ladder, points first..last (inclusive)."""
+
+    first: int
+    last: int
+    line: Line
+
+
+def asymptotic_window(
+    steps: Sequence[float], errors: Sequence[float], floor: float, straight: float
+) -> Window | None:
+    """The longest run of at least four points that is straight in log–log, the finest of those.
+
+    steps: step sizes from coarse to fine; errors: beside them (nan where a run failed). Points at
+    or below `floor` are round-off. Straight: no point is further than `straight` (in log₂ of the
+    error) from the line. The slope is signed: errors that grow give no positive order.
+    """
+    usable = [math.isfinite(e) and e > floor for e in errors]
+    logs = [math.log2(e) if good else math.nan for e, good in zip(errors, usable, strict=True)]
+    steps_log = [math.log2(h) for h in steps]
+    best: Window | None = None
+    for first in range(len(steps)):
+        for last in range(first + 3, len(steps)):
+            if not all(usable[first : last + 1]):
+                break
+            line = fit_line(steps_log[first : last + 1], logs[first : last + 1])
+            if line.residual > straight:
+                continue
+            if best is None or last - first >= best.last - best.first:
+                best = Window(first, last, line)
+    return best

@@ -1,0 +1,141 @@
+"""Order of accuracy in (x, μ): errors on a ladder of step sizes against a certified reference."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+from integrators import StepFailure
+
+from .case import Case, Choice, Progress, Verdict, plain_cases, silent
+from .fitting import asymptotic_window
+
+NAME = "order"
+NEEDS = "it needs a Lagrangian, from which the reference is computed."
+DIGITS = (16, 50)
+RUNGS, MOST_RUNGS = {True: 9, False: 4}, {True: 16, False: 7}  # in double precision or not
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every scene with a Lagrangian by every rule."""
+    return [c for c in plain_cases(NAME, choice, DIGITS) if c.scene.lagrangian is not None]
+
+
+def ladder(case: Case) -> tuple[Fraction, int]:
+    """(final time T, steps of the coarsest run); each further run has twice the steps.
+
+    Double precision runs the scene's whole duration from its own step on; more digits run a
+    fortieth of it in 128 to 1024 steps, where there is no round-off to wait for.
+    """
+    duration = Fraction(case.scene.duration)
+    if case.digits > 16:
+        return duration / 40, case.steps or 128
+    return duration, case.steps or case.scene.steps_for(case.scene.step)
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {steps, step, error, error_x, error_mu, used, why_not}; measured order and interval.
+
+    error = ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ at the same time T.
+    """
+    import mpmath
+    from reference import solution
+
+    duration, first = ladder(case)
+    rungs, most = RUNGS[case.digits == 16], MOST_RUNGS[case.digits == 16]
+    progress(f"{case.scene.name} {case.label}: reference", 0.0)
+    exact = solution(case.scene, duration, digits=max(30, case.digits + 5))
+    rows: list[dict[str, Any]] = []
+    fitted: dict[str, Any] = {}
+    for i in range(most):
+        if i >= rungs:  # go on only while the asymptotic window has not been reached
+            fitted = _fit(case, rows, exact.certain_digits)
+            if fitted["measured"]["points"]:
+                break
+        steps = first * 2**i
+        progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
+        step = duration / steps
+        row: dict[str, Any] = {"steps": steps, "step": float(step)}
+        try:
+            run = case.scheme.flow(step, case.digits).trajectory(steps, every=steps)
+        except StepFailure as failure:
+            rows.append({**row, "error": None, "error_x": None, "error_mu": None,
+                         "used": False, "why_not": "failed", "cause": failure.cause})  # fmt: skip
+            continue
+        with mpmath.workdps(case.digits + 15):
+            dx, x = _gap(run.x[-1], exact.x)
+            dmu, mu = _gap(run.mu[-1], exact.mu)
+            size = mpmath.sqrt(x**2 + mu**2)
+            row["error"] = float(mpmath.sqrt(dx**2 + dmu**2) / size)
+            row["error_x"] = float(dx / size) if len(exact.x) else None
+            row["error_mu"] = float(dmu / size)
+        rows.append({**row, "used": False, "why_not": ""})
+    return {"rows": rows, **(fitted or _fit(case, rows, exact.certain_digits))}
+
+
+def _gap(got: Any, wanted: Any) -> tuple[Any, Any]:
+    """(‖got − wanted‖₂, ‖wanted‖₂) in mpmath."""
+    import mpmath
+
+    exact = [mpmath.mpf(w) for w in wanted]
+    gap = [mpmath.mpf(g) - w for g, w in zip(got, exact, strict=True)]
+    return mpmath.norm(gap, 2) if gap else mpmath.mpf(0), (
+        mpmath.norm(exact, 2) if exact else mpmath.mpf(0)
+    )
+
+
+def _fit(case: Case, rows: list[dict[str, Any]], certain: int) -> dict[str, Any]:
+    """Find the asymptotic window; say of every other point why it is left out."""
+    errors = [math.nan if r["error"] is None else r["error"] for r in rows]
+    # a run of N steps collects a few √N units of round-off; nothing below that is the method's
+    floor = 32 * 2.0**-53 if case.digits == 16 else 10.0 ** (3 - case.digits)
+    floor = max(floor, 10.0 ** (2 - certain))
+    straight = 0.012 if case.digits == 16 else 0.005
+    window = asymptotic_window([r["step"] for r in rows], errors, floor, straight)
+    for i, row in enumerate(rows):
+        row["used"], row["why_not"] = False, row["why_not"] if row["error"] is None else ""
+        if window is not None and window.first <= i <= window.last:
+            row["used"] = True
+        elif row["error"] is not None:
+            below = errors[i] <= floor or (window is not None and i > window.last)
+            row["why_not"] = "round-off" if below else "pre-asymptotic"
+    if window is None:
+        return {"measured": {"order": None, "interval": None, "points": 0}, "certain": certain}
+    line = window.line
+    return {
+        "measured": {
+            "order": line.slope,
+            "interval": list(line.interval),
+            "points": window.last - window.first + 1,
+        },
+        "certain": certain,
+    }
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """From both sides: an order above the expected one is as suspicious as one below."""
+    order = measurement["measured"]["order"]
+    tolerance = 0.05 if case.digits == 16 else 0.01
+    expected = {"order": case.scheme.order, "tolerance": tolerance}
+    if order is None:
+        failed = [r for r in measurement["rows"] if r["why_not"] == "failed"]
+        if len(failed) == len(measurement["rows"]):
+            return Verdict("fail", f"every run failed: {failed[0]['cause']}.", expected)
+        return Verdict(
+            "inconclusive",
+            "fewer than four step sizes lie on a straight line above round-off; "
+            f"start the ladder elsewhere with --steps (the reference has {measurement['certain']} "
+            "certain digits).",
+            expected,
+        )
+    if expected["order"] is None:
+        return Verdict("pass", "the rule declares no order: measured only.", expected)
+    if abs(order - expected["order"]) <= tolerance:
+        return Verdict("pass", "", expected)
+    side = "below" if order < expected["order"] else "above"
+    return Verdict(
+        "fail",
+        f"order {order:.3f} is {side} the expected {expected['order']} by more than {tolerance}.",
+        expected,
+    )

@@ -1,0 +1,133 @@
+"""Symplecticity: the pullback of Ω under the prolongation of Ψ, and the Poisson form on the dual.
+
+Both are exact statements about one step, so they are tested at many points of trajectories, at the
+scene's step and at the largest stable one: at small steps even Runge–Kutta methods pass.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from integrators import Scheme, StepFailure, discretisations, scenes
+
+from . import controls
+from .case import Case, Choice, Progress, Verdict, plain_cases, silent
+from .runs import largest_stable_step
+
+NAME = "symplecticity"
+NEEDS = "every scene and rule can be tested; check the names."
+DIGITS = (16, 50)
+POINTS = {True: 24, False: 8}  # points a step size, in double precision or not
+#: scenes of the controls: one without a group, one without a base, one with both
+CONTROL_SCENES = ("pendulum", "rigid-body", "heavy-top")
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every scene by every rule; the controls on three scenes, if the user chose no rules."""
+    found = plain_cases(NAME, choice, DIGITS)
+    if choice.rules or not choice.controls:
+        return found
+    chosen = {s.name for s in choice.scenes} or set(CONTROL_SCENES)
+    rule = discretisations.trapezoidal
+    for digits in choice.digits or DIGITS:
+        for name in CONTROL_SCENES:
+            if name not in chosen:
+                continue
+            scene = scenes.get(name)
+            for control in controls.NAMES:
+                # the sign of a bracket is seen only beside an anchor
+                if control == controls.FLIPPED and scene.groupoid.kind != "action":
+                    continue
+                found.append(Case(NAME, scene, rule, digits, choice.steps, control))
+    return found
+
+
+def limit(digits: int) -> float:
+    """What round-off may leave: 1e-13 in double precision, five digits less than asked above."""
+    return 1e-13 if digits == 16 else 10.0 ** (5 - digits)
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {step, index, time, pullback, poisson}; measured: the worst of each."""
+    label = f"{case.scene.name} {case.label}"
+    progress(f"{label}: largest stable step", 0.0)
+    largest = _largest_stable_step(case)
+    rows = _control_rows(case, largest) if case.control else _rows(case, largest)
+    return {"rows": rows, "measured": {kind: _worst(rows, kind) for kind in ("pullback", "poisson")}}
+
+
+def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
+    count = POINTS[case.digits == 16]
+    steps = case.steps or 8 * count
+    rows = []
+    for step in dict.fromkeys([Fraction(case.scene.step), largest]):
+        flow = case.scheme.flow(step, case.digits)
+        run = flow.trajectory(steps, every=max(1, steps // count))
+        for i, (t, x, u, mu) in enumerate(zip(run.t, run.x, run.u, run.mu, strict=True)):
+            rows.append({
+                "step": float(step), "index": i, "time": float(t),
+                "pullback": float(flow.pullback_defect(x, u)),
+                "poisson": float(flow.poisson_defect(x, mu)),
+            })  # fmt: skip
+    return rows
+
+
+def _control_rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
+    """At the largest stable step and, for the Runge–Kutta methods, at ever smaller ones."""
+    rows = []
+    smaller = 24 if case.control in controls.RUNGE_KUTTA and case.digits == 16 else 1
+    for k in range(smaller):
+        flow = case.scheme.flow(largest / 2**k, case.digits)
+        for i, (pullback, poisson) in enumerate(_control_defects(case, flow)):
+            rows.append({"step": float(flow.step), "index": i, "time": float(flow.step * i),
+                         "pullback": pullback, "poisson": poisson})  # fmt: skip
+    return rows
+
+
+def _control_defects(case: Case, flow: Any) -> list[tuple[float | None, float | None]]:
+    name, points = str(case.control), 4
+    if name in controls.RUNGE_KUTTA:
+        return [(None, d) for d in controls.runge_kutta_defects(flow, name, points)]
+    run = flow.trajectory(points)
+    if name == controls.DAMPED:
+        return [(controls.damped_defect(flow, x, u), None)
+                for x, u in zip(run.x, run.u, strict=True)]  # fmt: skip
+    return [(None, float(flow.poisson_defect(x, mu, bracket_sign=-1)))
+            for x, mu in zip(run.x, run.mu, strict=True)]  # fmt: skip
+
+
+def _largest_stable_step(case: Case) -> Fraction:
+    if case.scene.lagrangian is None:
+        return Fraction(case.scene.step)
+    try:
+        return largest_stable_step(case.scheme if not case.control else Scheme(case.scene, case.rule))
+    except StepFailure:
+        return Fraction(case.scene.step)
+
+
+def _worst(rows: list[dict[str, Any]], kind: str) -> float | None:
+    values = [row[kind] for row in rows if row[kind] is not None]
+    return max(values, default=None)
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Schemes: every defect within round-off. Controls: caught a thousandfold (10²⁰-fold at 50)."""
+    found = {k: v for k, v in measurement["measured"].items() if v is not None}
+    if case.control:
+        wanted = limit(case.digits) * (1e3 if case.digits == 16 else 1e20)
+        caught = any(v >= wanted for v in found.values())
+        reason = "" if caught else f"the control was not caught: its defect is {max(found.values()):.2g}."
+        return Verdict("pass" if caught else "fail", reason, {"at_least": wanted})
+    expected = {"limit": limit(case.digits)}
+    broken = {k: v for k, v in found.items() if not v <= expected["limit"]}
+    if not broken:
+        return Verdict("pass", "", expected)
+    kind, value = max(broken.items(), key=lambda item: item[1])
+    row = next(r for r in measurement["rows"] if r[kind] == value)
+    return Verdict(
+        "fail",
+        f"the {kind} defect is {value:.2g} at step {row['step']:.3g}, t = {row['time']:.3g}; "
+        f"round-off would leave at most {expected['limit']:.0e}.",
+        expected,
+    )

@@ -1,0 +1,264 @@
+"""Everything that is tested, in one list: groupoids, scenes, rules, and the strata of each.
+
+A law is written once and runs over all objects here in every stratum. An object that is added is
+held to every law by being listed.
+"""
+
+from functools import cache
+
+import sympy
+from sympy import Matrix, Rational
+
+from integrators import (
+    LocalGroupoid,
+    Scene,
+    Scheme,
+    action,
+    discretisation,
+    lie_group,
+    midpoint,
+    pair,
+    rectangle,
+    scenes,
+    se,
+    sl,
+    so,
+    su,
+    trapezoidal,
+)
+
+# -- groupoids ------------------------------------------------------------------------------------
+
+
+def cross(a, b):
+    return Matrix(3, 1, list(a)).cross(Matrix(3, 1, list(b)))
+
+
+def rotate_back(x, u, h):
+    """x·cay(hu) for a row x: rotation of x by −hu, written with vectors (Rodrigues)."""
+    a = h * u / 2
+    return x + 2 * (cross(x, a) + cross(cross(x, a), a)) / (1 + a.dot(a))
+
+
+def compose(u, v, h):
+    """The Gibbs vector of cay(hu) cay(hv), divided by h."""
+    return (u + v + h * cross(u, v) / 2) / (1 - h**2 * u.dot(v) / 4)
+
+
+def so3_by_hand():
+    return LocalGroupoid(
+        0,
+        3,
+        target=lambda x, u, h: [],
+        product=lambda x, u, v, h: compose(u, v, h),
+        name="so(3) by hand",
+    )
+
+
+def action_by_hand():
+    return LocalGroupoid(
+        3,
+        3,
+        target=rotate_back,
+        product=lambda x, u, v, h: compose(u, v, h),
+        name="action(so(3)) by hand",
+    )
+
+
+def affine_product(x, u, v, h):
+    """(1 + hu₀, hu₁) acts by y ↦ (1 + hu₀) y + hu₁; the product is composition."""
+    return [u[0] + v[0] + h * u[0] * v[0], u[1] + v[1] + h * u[0] * v[1]]
+
+
+def affine_group():
+    """The affine group of the line: not unimodular, and ι ≠ −u in this chart."""
+    return LocalGroupoid(
+        0, 2, target=lambda x, u, h: [], product=affine_product, name="affine group"
+    )
+
+
+def affine_action():
+    """The affine group acting on the line from the right, by inverses."""
+    return LocalGroupoid(
+        1,
+        2,
+        target=lambda x, u, h: [(x[0] - h * u[1]) / (1 + h * u[0])],
+        product=affine_product,
+        name="affine action",
+    )
+
+
+def frame(x):
+    return sympy.diag(1, 1 + x[0] ** 2)
+
+
+def framed_plane():
+    """The pair groupoid of the plane in a moving frame: structure functions that depend on x."""
+    return LocalGroupoid(
+        2,
+        2,
+        target=lambda x, u, h: x + h * frame(x) * u,
+        product=lambda x, u, v, h: u + frame(x).inv() * frame(x + h * frame(x) * u) * v,
+        name="framed plane",
+    )
+
+
+GROUPOIDS = {
+    g.name: g
+    for g in (
+        pair(1),
+        pair(2),
+        lie_group(so(3)),
+        action(so(3)),
+        lie_group(so(3)).with_attitude(),
+        lie_group(se(2)),
+        lie_group(sl(2)),
+        lie_group(su(2)),
+        action(se(2)),
+        so3_by_hand(),
+        action_by_hand(),
+        affine_group(),
+        affine_action(),
+        framed_plane(),
+    )
+}
+
+#: how far from the identities, as |hu|: near them, in the middle, near the chart's edge
+ARROWS = ("near", "generic", "edge")
+STEPS = (Rational(1, 10), Rational(3), Rational(-2, 7))
+
+
+def arrows(groupoid, stratum, h, seed=0):
+    """Exact x and three arrows' coordinates u, v, w with |hu| in the stratum."""
+    size = {"near": Rational(1, 10**7), "generic": Rational(1), "edge": Rational(1000)}[stratum]
+
+    def fraction(i):
+        """Numbers between −1 and 1 without any pattern, none of them 0."""
+        return Rational((7919 * (i + 1) + 104729 * (seed + 1)) % 1999 - 999, 1013)
+
+    def column(start, length, factor):
+        return Matrix(length, 1, [fraction(start + i) * factor for i in range(length)])
+
+    n, m = groupoid.dim_x, groupoid.dim_u
+    point = {"x": column(0, n, Rational(1, 2)), "h": h, "k": h * Rational(5, 3)}
+    for number, name in enumerate("uvw"):
+        point[name] = column(100 + 17 * number, m, size / h)
+        if groupoid.name.startswith("affine") and stratum != "near":
+            # the edge of this chart is 1 + hu₀ = 0
+            factor = Rational(1, 1000 + number) if stratum == "edge" else Rational(3 + number, 2)
+            point[name][0] = (factor - 1) / h
+    return point
+
+
+# -- scenes and rules -----------------------------------------------------------------------------
+
+
+def _heavy(x, v, p):
+    kinetic = sum(p.inertia[i] * v[i] ** 2 for i in range(3)) / 2
+    return kinetic - p.weight * x.dot(p.center)
+
+
+def _moving_mass(x, v, p):
+    """Kinetic and magnetic terms that depend on x: every rule gives another method."""
+    kinetic = (2 + sympy.cos(x[0])) * v[0] ** 2 + v[1] ** 2
+    return kinetic / 2 + p.field * (x[0] * v[1] - x[1] * v[0]) - x.dot(x) / 2
+
+
+def _affine(x, v, p):
+    return v[0] ** 2 / 2 + Rational(3, 4) * v[1] ** 2
+
+
+def _affine_on_line(x, v, p):
+    return (1 + x[0] ** 2 / 2) * v[0] ** 2 / 2 + p.mass * v[1] ** 2 / 2 - x[0] ** 4 / 4
+
+
+def _framed(x, v, p):
+    w = frame(x) * v
+    return w.dot(w) / 2 - (x[0] ** 2 + 2 * x[1] ** 2) / 2
+
+
+OWN_SCENES = {
+    s.name: s
+    for s in (
+        Scene(
+            "moving-mass",
+            pair(2),
+            _moving_mass,
+            {"field": "1/3"},
+            x0=["0.5", "-0.3"],
+            v0=["0.2", "0.4"],
+            step="0.05",
+        ),
+        Scene(
+            "rigid-body-by-hand",
+            so3_by_hand(),
+            scenes.get("rigid-body").lagrangian,
+            {"inertia": [1, 2, 3]},
+            v0=["0.7", "0.6", "0.5"],
+            step="0.1",
+        ),
+        Scene(
+            "heavy-top-by-hand",
+            action_by_hand(),
+            _heavy,
+            {"inertia": [1, 2, 3], "weight": 1, "center": ["2/3", "1/3", "2/3"]},
+            x0=["2/7", "3/7", "6/7"],
+            v0=["0.5", "-0.4", "0.8"],
+            step="0.05",
+        ),
+        Scene("affine-group", affine_group(), _affine, v0=["0.3", "0.7"], step="0.05"),
+        Scene(
+            "affine-on-line",
+            affine_action(),
+            _affine_on_line,
+            {"mass": "1.5"},
+            x0=["0.4"],
+            v0=["0.3", "0.2"],
+            step="0.05",
+        ),
+        Scene(
+            "framed-plane",
+            framed_plane(),
+            _framed,
+            x0=["0.4", "0.3"],
+            v0=["0.3", "-0.2"],
+            step="0.05",
+        ),
+    )
+}
+
+BUILT_IN = {s.name: s for s in scenes.all_scenes()}
+SCENES = {**BUILT_IN, **OWN_SCENES}
+RULES = {r.name: r for r in (rectangle, midpoint, trapezoidal)}
+
+
+@discretisation()
+def two_thirds(L, G, x, u, h):
+    """An asymmetric two-point rule: the mean of L at one third and two thirds."""
+    return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
+
+
+#: every (scene, rule) by name
+SCHEMES = tuple((s, r) for s in SCENES for r in RULES)
+BUILT_IN_SCHEMES = tuple((s, r) for s in BUILT_IN for r in RULES)
+
+
+@cache
+def scheme(scene, rule):
+    """One scheme for all tests of a process: a scheme derives each expression once."""
+    return Scheme(SCENES[scene], {**RULES, "two-thirds": two_thirds}[rule])
+
+
+@cache
+def flow(scene, rule, step, digits=16):
+    """One flow for all tests of a process."""
+    return scheme(scene, rule).flow(step, digits)
+
+
+def exact_start(scene):
+    """x0 and v0 as sympy columns."""
+
+    def column(values):
+        return Matrix(len(values), 1, [Rational(e.numerator, e.denominator) for e in values])
+
+    return column(SCENES[scene].x0), column(SCENES[scene].v0)

@@ -1,0 +1,439 @@
+"""Lie groupoids near their identities: axioms, derived objects, invariant fields.
+
+All evaluations are exact, at rational points near the identities, in the middle and near the edge
+of the chart; so a law holds or does not, with no tolerance.
+"""
+
+import sympy
+from everything import ARROWS, GROUPOIDS, STEPS, arrows
+from sympy import Matrix, Rational, Symbol, eye, zeros
+
+import pytest
+
+from integrators import BadInput, LocalGroupoid, Scene, Scheme, lie_group, pair, rectangle, so
+from integrators.groupoid import axioms, check_axioms
+
+everywhere = pytest.mark.parametrize("stratum", ARROWS)
+at_steps = pytest.mark.parametrize("h", STEPS, ids=str)
+EPS = Symbol("eps", real=True)
+
+
+@pytest.fixture(params=GROUPOIDS, scope="module")
+def g(request):
+    return GROUPOIDS[request.param]
+
+
+def vanishes(matrix):
+    return all(sympy.simplify(e) == 0 for e in matrix)
+
+
+def slope_at_zero(column):
+    """d/dε at ε = 0 of a column of rational functions of ε, exactly."""
+    return column.diff(EPS).subs(EPS, 0)
+
+
+def unit(length, i):
+    return eye(length)[:, i]
+
+
+# -- axioms ---------------------------------------------------------------------------------------
+
+
+@everywhere
+@at_steps
+def test_axioms(g, stratum, h):
+    for law, difference in axioms(g, arrows(g, stratum, h)).items():
+        assert vanishes(difference), law
+
+
+def test_every_axiom_is_among_them(g):
+    """Units, inverses, associativity, target of a product, scaling: eight laws, none forgotten."""
+    assert len(axioms(g, arrows(g, "generic", STEPS[0]))) == 8
+
+
+@everywhere
+@at_steps
+def test_inverse_on_both_sides_and_twice(g, stratum, h):
+    point = arrows(g, stratum, h)
+    x, u = point["x"], point["u"]
+    y, w = g.target(x, u, h), g.inversion(x, u, h)
+    assert vanishes(g.target(y, w, h) - x)
+    assert vanishes(g.product(x, u, w, h))
+    assert vanishes(g.product(y, w, u, h))
+    assert vanishes(g.inversion(y, w, h) - u)
+
+
+@everywhere
+@at_steps
+def test_increment_is_the_way_to_the_target(g, stratum, h):
+    point = arrows(g, stratum, h)
+    x, u = point["x"], point["u"]
+    assert vanishes(g.increment(x, u, h) - (g.target(x, u, h) - x))
+
+
+# -- derived objects ------------------------------------------------------------------------------
+
+
+@everywhere
+@at_steps
+def test_closed_forms_are_the_derivatives(g, stratum, h):
+    """ρ = ∂b/∂u (x,0), L = ∂p/∂v (x,u,0), R = ∂p/∂u (x,0,v), by one-variable derivatives."""
+    point, zero = arrows(g, stratum, h), zeros(g.dim_u, 1)
+    x, u = point["x"], point["u"]
+    rho, L, R = g.rho(x, h), g.L(x, u, h), g.R(x, u, h)
+    assert (rho.shape, L.shape, R.shape) == (
+        (g.dim_x, g.dim_u),
+        (g.dim_u, g.dim_u),
+        (g.dim_u, g.dim_u),
+    )
+    for a in range(g.dim_u):
+        e = EPS * unit(g.dim_u, a)
+        if g.dim_x:
+            assert vanishes(slope_at_zero(g.target(x, zero + e, h)) - rho[:, a])
+        assert vanishes(slope_at_zero(g.product(x, u, e, h)) - L[:, a])
+        assert vanishes(slope_at_zero(g.product(x, e, u, h)) - R[:, a])
+    at_unit = (g.L(x, zero, h), g.R(x, zero, h))
+    assert at_unit == (eye(g.dim_u), eye(g.dim_u))
+
+
+@pytest.mark.parametrize("name", ["pair(2)", "action(so(3))", "affine action", "framed plane"])
+def test_closed_forms_are_the_derived_ones_identically(name):
+    g = GROUPOIDS[name]
+    s = g._symbols
+    x, u, h = s["x"], s["u"], s["h"]
+    derived = g.derived
+    assert vanishes(g.rho(x, h) - derived["rho"])
+    assert vanishes(g.L(x, u, h) - derived["L"])
+    assert vanishes(g.R(x, u, h) - derived["R"])
+    for mine, wanted in zip(g.structure_functions(x, h), derived["C"], strict=True):
+        assert vanishes(mine - wanted)
+
+
+@at_steps
+def test_structure_functions_two_ways(g, h):
+    """C^γ_μν = ∂L^γ_ν/∂u^μ − ∂L^γ_μ/∂u^ν = ∂R^γ_μ/∂v^ν − ∂R^γ_ν/∂v^μ at the identities."""
+    x = arrows(g, "generic", h)["x"]
+    C, m = g.structure_functions(x, h), g.dim_u
+    L = [slope_at_zero(g.L(x, EPS * unit(m, a), h)) for a in range(m)]
+    R = [slope_at_zero(g.R(x, EPS * unit(m, a), h)) for a in range(m)]
+    for c in range(m):
+        for a in range(m):
+            for b in range(m):
+                assert sympy.simplify(C[c][a, b] - (L[a][c, b] - L[b][c, a])) == 0
+                assert sympy.simplify(C[c][a, b] - (R[b][c, a] - R[a][c, b])) == 0
+
+
+def along(field, function, x):
+    """The derivative of a column of functions of x along a field on the base."""
+    return function.jacobian(x) * field if len(x) else 0 * function
+
+
+def test_the_algebroid(g):
+    """C antisymmetric, Jacobi with the anchor, and the anchor a morphism: [ρe_a, ρe_b] = C ρ."""
+    h, m = Rational(2, 5), g.dim_u
+    x = g._symbols["x"]
+    at = dict(zip(x, arrows(g, "generic", h, seed=3)["x"], strict=True))
+    rho = g.rho(x, h)
+    C = g.structure_functions(x, h)
+    bracket = [[Matrix(m, 1, [C[c][a, b] for c in range(m)]) for b in range(m)] for a in range(m)]
+    for a in range(m):
+        for b in range(m):
+            assert vanishes((bracket[a][b] + bracket[b][a]).xreplace(at))
+            if g.dim_x:
+                lie = along(rho[:, a], rho[:, b], x) - along(rho[:, b], rho[:, a], x)
+                assert vanishes((lie - rho * bracket[a][b]).xreplace(at))
+            for c in range(m):
+                total = zeros(m, 1)
+                for i, j, k in ((a, b, c), (b, c, a), (c, a, b)):
+                    inner = bracket[j][k]
+                    total += along(rho[:, i], inner, x)
+                    total += sum((inner[d] * bracket[i][d] for d in range(m)), zeros(m, 1))
+                assert vanishes(total.xreplace(at))
+
+
+def test_a_bracket_that_depends_on_the_point_and_one_with_a_trace_are_among_them():
+    """The list is not too tame: C(x) not constant, and C not unimodular, both occur."""
+    framed, h = GROUPOIDS["framed plane"], Rational(1)
+    x = framed._symbols["x"]
+    assert set().union(*(c.free_symbols for c in framed.structure_functions(x, h)))
+    affine = GROUPOIDS["affine group"].structure_functions(zeros(0, 1), h)
+    assert [sum(affine[c][a, c] for c in range(2)) for a in range(2)] != [0, 0]
+
+
+@at_steps
+def test_inversion_to_first_order(g, h):
+    """∂ι/∂u (x, 0) = −1 (paper, section 3.2)."""
+    x = arrows(g, "generic", h)["x"]
+    for a in range(g.dim_u):
+        moved = slope_at_zero(g.inversion(x, EPS * unit(g.dim_u, a), h))
+        assert vanishes(moved + unit(g.dim_u, a))
+
+
+@everywhere
+@at_steps
+def test_inversion_tangent(g, stratum, h):
+    point = arrows(g, stratum, h)
+    x, u = point["x"], point["u"]
+    by_x, by_u = g.inversion_tangent(x, u, g.inversion(x, u, h), h)
+    for i in range(g.dim_x):
+        moved = g.inversion(x + EPS * unit(g.dim_x, i), u, h)
+        assert vanishes(slope_at_zero(moved) - by_x[:, i])
+    for a in range(g.dim_u):
+        moved = g.inversion(x, u + EPS * unit(g.dim_u, a), h)
+        assert vanishes(slope_at_zero(moved) - by_u[:, a])
+
+
+@pytest.mark.parametrize("name", ["action(so(3))", "group(so(3))"])
+@everywhere
+def test_elements_multiply_and_act(name, stratum):
+    """τ(hu) τ(hv) = τ(h p(u, v)), and the target is the row x times the element."""
+    g, h = GROUPOIDS[name], Rational(1, 10)
+    point = arrows(g, stratum, h)
+    u, v = point["u"], point["v"]
+    product = g.element(g.product(point["x"], u, v, h), h)
+    assert vanishes(g.element(u, h) * g.element(v, h) - product)
+    assert vanishes(g.element(u, h) * g.element(u, h).T - eye(3))
+    if g.dim_x:
+        assert vanishes(g.target(point["x"], u, h) - (point["x"].T * g.element(u, h)).T)
+
+
+# -- invariant fields -----------------------------------------------------------------------------
+
+
+class Fields:
+    """e←_γ and e→_γ as columns of components in (x, u), with their Lie brackets at a point."""
+
+    def __init__(self, g, h):
+        self.g, self.h = g, h
+        self.x, self.u = g._symbols["x"], g._symbols["u"]
+        self.z = Matrix([*self.x, *self.u])
+        L, R, rho = g.L(self.x, self.u, h), g.R(self.x, self.u, h), g.rho(self.x, h)
+        self.left = [zeros(g.dim_x, 1).col_join(L[:, a]) for a in range(g.dim_u)]
+        self.right = [(-rho[:, a]).col_join(R[:, a]) for a in range(g.dim_u)]
+        self.slopes = {id(f): f.jacobian(self.z) for f in (*self.left, *self.right)}
+
+    def at(self, point):
+        """The numbers of everything at (x, u)."""
+        pairs = dict(zip(self.z, [*point["x"], *point["u"]], strict=True))
+        left, right = ([f.xreplace(pairs) for f in fs] for fs in (self.left, self.right))
+        d_left, d_right = (
+            [self.slopes[id(f)].xreplace(pairs) for f in fs] for fs in (self.left, self.right)
+        )
+        return left, right, d_left, d_right
+
+
+@pytest.fixture(scope="module")
+def fields_of():
+    known = {}
+
+    def get(g, h):
+        if (g, h) not in known:
+            known[g, h] = Fields(g, h)
+        return known[g, h]
+
+    return get
+
+
+@everywhere
+@pytest.mark.parametrize("h", STEPS[::2], ids=str)
+def test_brackets_of_invariant_fields(g, stratum, h, fields_of):
+    """[e←, e←] = C∘β e←,  [e→, e→] = −C∘α e→,  [e→, e←] = 0 (paper, equations LA and RL)."""
+    point, m = arrows(g, stratum, h), g.dim_u
+    left, right, d_left, d_right = fields_of(g, h).at(point)
+    at_start = g.structure_functions(point["x"], h)
+    at_end = g.structure_functions(g.target(point["x"], point["u"], h), h)
+    flipped_is_seen = False
+    for a in range(m):
+        for b in range(m):
+            assert vanishes(d_left[b] * right[a] - d_right[a] * left[b])
+            if a < b:
+                lie = d_left[b] * left[a] - d_left[a] * left[b]
+                by_c = sum((at_end[c][a, b] * left[c] for c in range(m)), 0 * lie)
+                assert vanishes(lie - by_c)
+                flipped_is_seen = flipped_is_seen or not vanishes(lie + by_c)
+                lie = d_right[b] * right[a] - d_right[a] * right[b]
+                by_c = sum((at_start[c][a, b] * right[c] for c in range(m)), 0 * lie)
+                assert vanishes(lie + by_c)
+    assert flipped_is_seen == (g.kind != "pair")
+
+
+@everywhere
+@pytest.mark.parametrize("h", STEPS[::2], ids=str)
+def test_inversion_exchanges_left_and_right(g, stratum, h, fields_of):
+    """Ti(e→) = −e←∘i and Ti(e←) = −e→∘i (paper, equation 2.6′)."""
+    point, m = arrows(g, stratum, h), g.dim_u
+    x, u = point["x"], point["u"]
+    y, w = g.target(x, u, h), g.inversion(x, u, h)
+    fields = fields_of(g, h)
+    left, right, _, _ = fields.at(point)
+    left_at_inverse, right_at_inverse, _, _ = fields.at({"x": y, "u": w})
+    for a in range(m):
+        for field, wanted in ((right[a], left_at_inverse[a]), (left[a], right_at_inverse[a])):
+            moved_x, moved_u = x + EPS * field[: g.dim_x, :], u + EPS * field[g.dim_x :, :]
+            end = slope_at_zero(g.target(moved_x, moved_u, h)) if g.dim_x else zeros(0, 1)
+            image = end.col_join(slope_at_zero(g.inversion(moved_x, moved_u, h)))
+            assert vanishes(image + wanted)
+
+
+@pytest.mark.parametrize("theta", [Rational(1, 3), Rational(1, 2), Rational(1)], ids=str)
+@everywhere
+def test_fields_on_the_points_of_a_step(g, stratum, theta):
+    """How e→ and e← move b(x, u; θh), against moving (x, u) itself."""
+    if not g.dim_x or g.kind == "pair" and stratum != "generic":
+        pytest.skip("no base to move on" if not g.dim_x else "linear: one stratum is all")
+    h, m = Rational(1, 10), g.dim_u
+    point = arrows(g, stratum, h)
+    x, u = point["x"], point["u"]
+    s = g._symbols
+    z = Matrix(g.dim_x, 1, [Symbol(f"z_{i}") for i in range(g.dim_x)])
+    values = {
+        **dict(zip(z, g.target(x, u, theta * h), strict=True)),
+        **dict(zip(s["x"], x, strict=True)),
+        **dict(zip(s["u"], u, strict=True)),
+        s["h"]: h,
+    }
+    right, left = (f.subs(values) for f in g.point_fields(s["x"], s["u"], s["h"], theta, z))
+    slope = g.point_slope(s["x"], s["u"], s["h"], theta, z).subs(values)
+    rho, L, R = g.rho(x, h), g.L(x, u, h), g.R(x, u, h)
+    for a in range(m):
+        e = unit(m, a)
+        moved = g.target(x - EPS * rho[:, a], u + EPS * R[:, a], theta * h)
+        assert vanishes(slope_at_zero(moved) - right[:, a])
+        moved = g.target(x, u + EPS * L[:, a], theta * h)
+        assert vanishes(slope_at_zero(moved) - left[:, a])
+        moved = g.target(x, u + EPS * e, theta * h)
+        assert vanishes(slope_at_zero(moved) - slope[:, a])
+
+
+# -- broken groupoids are refused -----------------------------------------------------------------
+
+
+def shifted(x, u, h):
+    return x + h * u
+
+
+def added(x, u, v, h):
+    return u + v
+
+
+BROKEN = {
+    "the identities are (x, 0)": (lambda x, u, h: x + h * u + h, added),
+    "right unit": (shifted, lambda x, u, v, h: [u[0] * (1 + h) + v[0]]),
+    "left unit": (shifted, lambda x, u, v, h: [u[0] + v[0] * (1 + h)]),
+    "target of a product": (shifted, lambda x, u, v, h: [u[0] + v[0] + h * u[0] * v[0]]),
+    "u is scaled by the step": (lambda x, u, h: x + h**2 * u, added),
+}
+
+
+@pytest.mark.parametrize("law", BROKEN)
+def test_a_broken_groupoid_is_refused(law):
+    target, product = BROKEN[law]
+    broken = LocalGroupoid(1, 1, target=target, product=product, name="broken")
+    scene = Scene("broken", broken, lambda x, v, p: v[0] ** 2 / 2, x0=[0], v0=[1])
+    with pytest.raises(BadInput, match="broken is not a groupoid") as caught:
+        Scheme(scene, rectangle)
+    assert law in str(caught.value)
+    assert "fails at" in str(caught.value)
+
+
+def test_associativity_alone_is_missed_by_no_other_law():
+    """A loop over one point that is not associative; every other law holds."""
+    broken = LocalGroupoid(
+        0,
+        2,
+        target=lambda x, u, h: [],
+        product=lambda x, u, v, h: [u[0] + v[0], u[1] + v[1] + h**2 * u[0] ** 2 * v[0]],
+        name="loop",
+    )
+    with pytest.raises(BadInput, match="associativity"):
+        check_axioms(broken)
+
+
+def test_a_wrong_inverse_is_refused():
+    broken = LocalGroupoid(
+        1, 1, target=shifted, product=added, inverse=lambda x, u, h: u, name="mirror"
+    )
+    with pytest.raises(BadInput, match=r"mirror is not a groupoid: .*inverses"):
+        check_axioms(broken)
+
+
+def test_a_product_not_scaled_by_the_step_is_refused():
+    broken = LocalGroupoid(
+        0,
+        2,
+        target=lambda x, u, h: [],
+        product=lambda x, u, v, h: [u[0] + v[0], u[1] + v[1] + u[0] * v[0]],
+        name="unscaled",
+    )
+    with pytest.raises(BadInput, match="u is scaled by the step"):
+        check_axioms(broken)
+
+
+def test_a_small_error_is_enough():
+    """So(3) with one coefficient wrong by 1e-9."""
+    from everything import compose
+
+    off = Rational(1, 2) + Rational(1, 10**9)
+    broken = LocalGroupoid(
+        0,
+        3,
+        target=lambda x, u, h: [],
+        product=lambda x, u, v, h: compose(u, v, h) + (off - Rational(1, 2)) * h * u.cross(v),
+        name="nearly so(3)",
+    )
+    with pytest.raises(BadInput, match="nearly so\\(3\\) is not a groupoid"):
+        check_axioms(broken)
+
+
+def test_an_inverse_that_cannot_be_found_is_asked_for():
+    """ι is found by itself where p is affine in v; elsewhere `inverse=` says it."""
+
+    def product(x, u, v, h):
+        """Addition in the chart t = u + h u³: no closed form of the roots is tried."""
+        return [Symbol("unused") * 0 + u[0] + v[0] + h * (u[0] ** 2 * v[0] + u[0] * v[0] ** 2)]
+
+    g = LocalGroupoid(0, 1, target=lambda x, u, h: [], product=product, name="cubic")
+    s = g._symbols
+    assert g.inversion(s["x"], s["u"], s["h"]) == -s["u"]  # odd charts need no solving
+
+    def skew(x, u, v, h):
+        return [u[0] + v[0] + h * u[0] * v[0] * (1 + h * v[0])]
+
+    g = LocalGroupoid(0, 1, target=lambda x, u, h: [], product=skew, name="skew")
+    with pytest.raises(BadInput, match=r"skew: no closed form of the inversion .*inverse=lambda"):
+        g.inversion(g._symbols["x"], g._symbols["u"], g._symbols["h"])
+
+
+# -- shapes and names -----------------------------------------------------------------------------
+
+
+def test_wrong_lengths_are_named():
+    with pytest.raises(BadInput, match=r"short: target returned 2 entries, but 1 are needed"):
+        check_axioms(LocalGroupoid(1, 1, target=lambda x, u, h: [1, 2], product=added, name="short"))
+    with pytest.raises(BadInput, match=r"long: product returned 3 entries, but 1 are needed"):
+        check_axioms(
+            LocalGroupoid(1, 1, target=shifted, product=lambda x, u, v, h: [1, 2, 3], name="long")
+        )
+
+
+@pytest.mark.parametrize("dims", [(-1, 1), (0, 0), (1, -2)])
+def test_wrong_dimensions_are_named(dims):
+    with pytest.raises(BadInput, match="needs dim_x ≥ 0 and dim_u ≥ 1"):
+        LocalGroupoid(*dims, target=shifted, product=added)
+
+
+@pytest.mark.parametrize("n", [0, -1, 1.0, "2", None])
+def test_pair_of_what(n):
+    with pytest.raises(BadInput, match="the dimension of the base is a whole number from 1"):
+        pair(n)
+
+
+def test_only_matrix_groups_have_elements():
+    u = Matrix([1])
+    with pytest.raises(BadInput, match=r"pair\(1\) has no group elements"):
+        pair(1).element(u, 1)
+
+
+def test_names_and_retractions():
+    assert [g.retraction for g in (pair(1), lie_group(so(3)))] == [None, "cayley"]
+    assert set(GROUPOIDS) >= {"pair(1)", "group(so(3))", "action(so(3))", "action(so(3), rows=3)"}
