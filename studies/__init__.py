@@ -1,1 +1,64 @@
-"""Studies: each measures one property of a scheme and judges it; rendering is apart."""
+"""Studies: each measures one property of a scheme and judges it; rendering is apart.
+
+    from studies import check, show
+    show(check("order", scenes=[scene], rules=[rule]))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from integrators import Discretisation, Scene
+
+#: the studies, in the order of the report
+NAMES = ("order", "symplecticity", "momentum", "energy")
+
+__all__ = ["NAMES", "check", "get", "show"]
+
+
+def get(name: str) -> ModuleType:
+    """The module of a study; raises `BadInput` for an unknown name."""
+    if name not in NAMES:
+        from integrators import BadInput
+
+        raise BadInput(f'there is no study "{name}": there are {", ".join(NAMES)}.')
+    return import_module(f".{name}", __name__)
+
+
+def check(
+    study: str,
+    scenes: Sequence[Scene | str] = (),
+    rules: Sequence[Discretisation | str] = (),
+    digits: Sequence[int] = (),
+    steps: int | None = None,
+) -> dict[str, Any]:
+    """Run one study; scenes and rules are objects or names, all of them if none is given.
+
+    Returns the result as the command line writes it: {"study", "verdict", "cases": [...]}. Raises
+    `BadInput` for unknown names and for scenes that the study does not apply to.
+    """
+    from integrators import discretisations
+    from integrators import scenes as known
+
+    from .case import Choice, run_study
+
+    chosen = Choice(
+        scenes=tuple(known.get(s) if isinstance(s, str) else s for s in scenes),
+        rules=tuple(discretisations.get(r) if isinstance(r, str) else r for r in rules),
+        digits=tuple(digits),
+        steps=steps,
+    )
+    return run_study(get(study), chosen)
+
+
+def show(result: dict[str, Any]) -> None:
+    """Print a result's verdict table."""
+    from rich.console import Console
+
+    from .rendering.tables import terminal_table
+
+    Console().print(terminal_table(result))

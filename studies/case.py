@@ -32,7 +32,7 @@ class Choice:
     retractions: tuple[str, ...] = ()
     digits: tuple[int, ...] = ()
     steps: int | None = None
-    controls: bool = True
+    controls: tuple[str, ...] = ()
 
     def pairs(self) -> Iterator[tuple[Scene, Discretisation]]:
         """Every scene with every rule, of the retractions asked for."""
@@ -92,10 +92,13 @@ def silent(label: str, fraction: float) -> None:
     """No progress shown."""
 
 
-def run_study(study: ModuleType, choice: Choice, progress: Progress = silent) -> dict[str, Any]:
+def run_study(
+    study: ModuleType, choice: Choice, progress: Progress = silent, *, keep: bool = False
+) -> dict[str, Any]:
     """Measure and judge every case; the study's verdict is the worst of its cases'.
 
-    Raises `BadInput` if no case of the study applies to what was chosen.
+    With `keep`, finished cases are written down as they come, and a run that was interrupted goes
+    on where it stopped (for scenes and rules known by name). Raises `BadInput` if no case of the study applies to what was chosen.
     """
     from .record import record
 
@@ -107,7 +110,19 @@ def run_study(study: ModuleType, choice: Choice, progress: Progress = silent) ->
             + (f" ({', '.join(s.name for s in choice.scenes)})" if choice.scenes else "")
             + f": {study.NEEDS}"
         )
-    done = [run_case(study, case, _share(progress, i, len(cases))) for i, case in enumerate(cases)]
+    from .journal import Journal
+
+    journal = Journal(study.NAME, choice) if keep else None
+    done = []
+    for i, case in enumerate(cases):
+        result = journal.find(case) if journal else None
+        if result is None:
+            result = run_case(study, case, _share(progress, i, len(cases)))
+            if journal:
+                journal.add(case, result)
+        done.append(result)
+    if journal:
+        journal.close()
     return {
         "schema": SCHEMA,
         "study": study.NAME,
@@ -122,11 +137,15 @@ def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict
     """One case's result; a step that fails marks the case and is not raised."""
     begun = time.perf_counter()
     measurement: dict[str, Any] = {"measured": {}, "rows": []}
+    from reference import ReferenceFailure
+
     try:
         measurement = study.measure(case, progress)
         verdict = study.judge(case, measurement)
     except StepFailure as failure:
         verdict = Verdict("fail", str(failure))
+    except ReferenceFailure as failure:
+        verdict = Verdict("inconclusive", str(failure))
     return {
         "scene": case.scene.name,
         "rule": case.label,

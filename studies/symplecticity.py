@@ -24,9 +24,12 @@ CONTROL_SCENES = ("pendulum", "rigid-body", "heavy-top")
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene by every rule; the controls on three scenes, if the user chose no rules."""
-    found = plain_cases(NAME, choice, DIGITS)
-    if choice.rules or not choice.controls:
+    """Every scene by every rule, and the controls on three scenes unless rules were chosen.
+
+    With controls chosen, only these.
+    """
+    found = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
+    if choice.rules:
         return found
     chosen = {s.name for s in choice.scenes} or set(CONTROL_SCENES)
     rule = discretisations.trapezoidal
@@ -35,7 +38,7 @@ def cases(choice: Choice) -> list[Case]:
             if name not in chosen:
                 continue
             scene = scenes.get(name)
-            for control in controls.NAMES:
+            for control in choice.controls or controls.NAMES:
                 # the sign of a bracket is seen only beside an anchor
                 if control == controls.FLIPPED and scene.groupoid.kind != "action":
                     continue

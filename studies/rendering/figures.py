@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from studies import plot_drift, plot_order, plot_symplecticity
+from studies.rendering import plot_drift, plot_order, plot_symplecticity
 from studies.rendering.canvas import Drawing, Panel, Sheet, render
 from studies.rendering.palette import Mark, marks
 from studies.rendering.wording import Case, Result, is_control, rule_name

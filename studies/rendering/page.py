@@ -74,7 +74,7 @@ def environment() -> Environment:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     here = Path(__file__).resolve().parent
-    places = [here.parent / "reports" / "templates", here / "templates"]
+    places = [here.parents[1] / "reports" / "templates", here.parent / "templates"]
     return Environment(
         loader=FileSystemLoader([str(place) for place in places]),
         autoescape=True,

@@ -1,0 +1,304 @@
+"""The command `discmech`: list, run, the studies, and the report.
+
+Only what the asked command needs is loaded: `discmech list` imports neither sympy nor numba.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from integrators import BadInput, StepFailure, discretisations, scenes
+
+from . import NAMES
+
+PASS, FAIL, BAD_INPUT, INCONCLUSIVE, INTERRUPTED = 0, 1, 2, 3, 130
+EXIT = {"pass": PASS, "fail": FAIL, "inconclusive": INCONCLUSIVE}
+RETRACTIONS = ("cayley",)
+GROUPOIDS = ("pair", "lie_group", "action", "LocalGroupoid")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns 0 pass, 1 fail, 2 bad input, 3 inconclusive."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.action(options))
+    except BadInput as error:
+        print(f"discmech: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except StepFailure as error:
+        print(f"discmech: {error}", file=sys.stderr)
+        return FAIL
+    except BrokenPipeError:
+        sys.stderr.close()
+        return PASS
+    except KeyboardInterrupt:
+        print("discmech: interrupted; the same command goes on where it stopped.", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="discmech",
+        description="Verification bench for variational integrators on Lie groupoids.",
+        epilog="Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive.",
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    listing = commands.add_parser("list", help="names of scenes, rules, groupoids and studies")
+    listing.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    listing.set_defaults(action=_list)
+
+    run = commands.add_parser("run", help="one trajectory of a scene")
+    run.add_argument("scene")
+    run.add_argument("--rule", default="trapezoidal", metavar="R")
+    run.add_argument("--step", metavar="H", help='exact: "0.01" is 1/100 (default: the scene\'s)')
+    run.add_argument("--steps", metavar="N", help="default: the scene's duration")
+    run.add_argument("--every", metavar="K", default="1", help="keep every K-th row (default 1)")
+    run.add_argument("--digits", metavar="D", default="16")
+    run.add_argument("--retraction", metavar="NAME")
+    run.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    run.set_defaults(action=_run)
+
+    about = {
+        "order": "order of accuracy against certified references",
+        "symplecticity": "pullback of Ω and Poisson form, with controls",
+        "momentum": "momentum maps and Casimirs over 10⁶ steps",
+        "energy": "energy band and secular slope over 10⁶ steps",
+    }
+    for name in NAMES:
+        study = commands.add_parser(name, help=about[name])
+        _choices(study)
+        if name == "symplecticity":
+            study.add_argument("--control", action="append", default=[], metavar="NAME",
+                               help="only this control (a method that must be caught)")
+        study.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+        study.set_defaults(action=_study, study=name)
+
+    report = commands.add_parser("report", help="all studies on one page with its figures")
+    _choices(report)
+    report.add_argument("--folder", default="reports/build", help="default: reports/build")
+    report.set_defaults(action=_report)
+    return parser
+
+
+def _choices(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="default: all that apply")
+    parser.add_argument("--rule", action="append", default=[], metavar="R", dest="rules")
+    parser.add_argument("--retraction", action="append", default=[], metavar="NAME")
+    parser.add_argument("--digits", action="append", default=[], metavar="D",
+                        help="16 is double precision; may be repeated")
+    parser.add_argument("--steps", metavar="N")
+
+
+def _choice(options: argparse.Namespace) -> Any:
+    from . import controls
+    from .case import Choice
+
+    for name in options.retraction:
+        _known_retraction(name)
+    asked = getattr(options, "control", [])
+    for name in asked:
+        if name not in controls.NAMES:
+            raise BadInput(f'there is no control "{name}": there are {", ".join(controls.NAMES)}.')
+    return Choice(
+        scenes=tuple(scenes.get(name) for name in options.scenes),
+        rules=tuple(discretisations.get(name) for name in options.rules),
+        retractions=tuple(options.retraction),
+        digits=tuple(_digits(d) for d in options.digits),
+        steps=None if options.steps is None else _count(options.steps, "--steps"),
+        controls=tuple(asked),
+    )
+
+
+def _known_retraction(name: str) -> None:
+    if name not in RETRACTIONS:
+        raise BadInput(f'there is no retraction "{name}": there is {", ".join(RETRACTIONS)}.')
+
+
+def _count(text: str, what: str) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value < 1:
+        raise BadInput(f"{what} is {text!r}: give a whole number from 1.")
+    return value
+
+
+def _digits(text: str) -> int:
+    value = _count(text, "--digits")
+    if value < 16:
+        raise BadInput(f"--digits is {value}: give 16 (double precision) or more.")
+    return value
+
+
+# -- actions ----------------------------------------------------------------------------------------
+
+
+def _list(options: argparse.Namespace) -> int:
+    found = {"scenes": list(scenes.names()), "rules": list(discretisations.BUILT_IN),
+             "groupoids": list(GROUPOIDS), "studies": list(NAMES)}  # fmt: skip
+    if options.json:
+        _write(options.json, json.dumps(found, indent=1))
+        return PASS
+    for kind, names in found.items():
+        print(f"{kind}:")
+        for name in names:
+            title = scenes.get(name).title if kind == "scenes" else ""
+            print(f"  {name:<16}{title}".rstrip())
+    return PASS
+
+
+def _run(options: argparse.Namespace) -> int:
+    from integrators import Scheme
+    from integrators.exact import exact
+
+    scene, rule = scenes.get(options.scene), discretisations.get(options.rule)
+    if options.retraction:
+        _known_retraction(options.retraction)
+    step = exact(scene.step if options.step is None else options.step, "--step")
+    digits, every = _digits(options.digits), _count(options.every, "--every")
+    scheme = Scheme(scene, rule)
+    flow = scheme.flow(step, digits)
+    steps = _count(options.steps, "--steps") if options.steps else scene.steps_for(abs(step))
+    failure = None
+    begun = time.perf_counter()
+    with progress_shown() as show:
+        try:
+            run = flow.trajectory(
+                steps, every, progress=lambda done: show(f"{scene.name}: {done} steps", done / steps)
+            )
+        except StepFailure as error:
+            run, failure = error.trajectory, error
+            if run is None:
+                raise
+    seconds = time.perf_counter() - begun
+
+    def numbers(array: Any) -> Any:
+        return array.tolist() if digits == 16 else [
+            _decimal(e, digits) if array.ndim == 1 else [_decimal(v, digits) for v in e]
+            for e in array
+        ]
+
+    found = {
+        "schema": 1, "scene": scene.name, "rule": rule.name,
+        "retraction": scene.groupoid.retraction, "digits": digits,
+        "step": float(step), "steps": run.steps,
+        "t": numbers(run.t), "x": numbers(run.x), "u": numbers(run.u), "mu": numbers(run.mu),
+        "newton": {"mean": run.newton_mean, "max": run.newton_max},
+        "seconds": seconds, "failure": None if failure is None else str(failure),
+    }  # fmt: skip
+    if options.json:
+        _write(options.json, json.dumps(found))
+    if options.json != "-":
+        _print_run(found)
+    if failure is not None:
+        raise failure
+    return PASS
+
+
+def _decimal(value: Any, digits: int) -> str:
+    import mpmath
+
+    return str(mpmath.nstr(value, digits, min_fixed=-5, max_fixed=15))
+
+
+def _print_run(run: dict[str, Any]) -> None:
+    print(f"{run['scene']} by {run['rule']}: {run['steps']} steps of {run['step']:.6g} "
+          f"in {run['seconds']:.3g} s (with compilation, if it was the first time)")  # fmt: skip
+    print(f"Newton corrections a step: {run['newton']['mean']:.3f} mean, {run['newton']['max']} most")
+    if not run["t"]:
+        return
+    for name in ("x", "u", "mu"):
+        if run[name][-1]:
+            print(f"{name:>3} at t = {float(run['t'][-1]):.6g}: "
+                  + "  ".join(str(v) for v in run[name][-1]))  # fmt: skip
+
+
+def _study(options: argparse.Namespace) -> int:
+    from . import get
+    from .case import run_study
+    from .rendering.tables import plain, terminal_table
+
+    choice = _choice(options)
+    with progress_shown() as show:
+        result = run_study(get(options.study), choice, show, keep=True)
+    result["command"] = _as_typed(options)
+    if options.json:
+        _write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
+    if options.json != "-":
+        _console().print(terminal_table(result))
+    return EXIT[result["verdict"]]
+
+
+def _as_typed(options: argparse.Namespace) -> str:
+    parts = ["discmech", options.study, *options.scenes]
+    for flag, values in (("--rule", options.rules), ("--retraction", options.retraction),
+                         ("--digits", options.digits)):  # fmt: skip
+        parts += [word for value in values for word in (flag, value)]
+    return " ".join([*parts, *(["--steps", options.steps] if options.steps else [])])
+
+
+def _report(options: argparse.Namespace) -> int:
+    from .report import make_report
+
+    choice = _choice(options)
+    with progress_shown() as show:
+        results, page = make_report(choice, Path(options.folder), show)
+    from .case import worst
+    from .rendering.tables import terminal_table
+
+    console = _console()
+    for result in results:
+        console.print(terminal_table(result))
+    console.print(f"report: {page}", highlight=False, soft_wrap=True)
+    return EXIT[worst(r["verdict"] for r in results)]
+
+
+# -- output -----------------------------------------------------------------------------------------
+
+
+def _write(file: str, text: str) -> None:
+    """To standard output (-), or beside the file and then renamed."""
+    if file == "-":
+        print(text)
+        return
+    from integrators.compiling import write_atomically
+
+    try:
+        write_atomically(Path(file), text + "\n")
+    except OSError as error:
+        raise BadInput(f"{file} cannot be written ({error.strerror}); name another file.") from None
+
+
+def _console() -> Any:
+    from rich.console import Console
+
+    console = Console()
+    return console if console.is_terminal else Console(width=150)
+
+
+@contextmanager
+def progress_shown() -> Iterator[Any]:
+    """A progress bar on standard error, if that is a terminal: yields show(label, fraction)."""
+    if not sys.stderr.isatty():
+        yield lambda label, fraction: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    columns = [BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.description}")]
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda label, fraction: bar.update(task, description=label, completed=fraction)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
