@@ -35,6 +35,12 @@ class Double:
         return {**functions, "sqrt": math.sqrt, "R": float, "PI": math.pi,
                 "EPS": self.eps, "HUGE": 1e300, "DECAY": 0.999}  # fmt: skip
 
+    def array_namespace(self) -> dict[str, Any]:
+        """The same for whole columns of numbers at once: numpy's functions."""
+        names = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
+        functions = {n: getattr(np, names.get(n, n)) for n in FUNCTIONS.values() if n != "abs"}
+        return {**functions, "sqrt": np.sqrt, "R": float, "PI": math.pi}
+
     def number(self, value: Any, what: str = "value") -> Any:
         """An exact value, float or mpf as a number of this kind."""
         return float(exact(value, what))
@@ -52,6 +58,13 @@ class Double:
     def matrix(self, rows: Any) -> np.ndarray:
         """A numpy matrix of these numbers."""
         return np.array(rows, dtype=np.float64)
+
+    def multiples(self, step: Fraction, index: np.ndarray) -> np.ndarray:
+        """step·k for whole numbers k, each rounded once."""
+        top, bottom = step.numerator, step.denominator
+        if len(index) and abs(top) * int(index[-1]) < 2**53 and bottom < 2**53:
+            return np.asarray(index * top / bottom)
+        return np.array([float(step * int(k)) for k in index])
 
     def zeros(self, *shape: int) -> np.ndarray:
         """An array of zeros of this kind."""
@@ -117,6 +130,9 @@ class Multiple:
 
     def matrix(self, rows: Any) -> np.ndarray:
         return np.array(rows, dtype=object)
+
+    def multiples(self, step: Fraction, index: np.ndarray) -> np.ndarray:
+        return np.array([self.number(step * int(k)) for k in index], dtype=object)
 
     def zeros(self, *shape: int) -> np.ndarray:
         return np.full(shape, self._gmpy2.mpfr(0), dtype=object)

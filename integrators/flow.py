@@ -259,11 +259,10 @@ class Flow:
         self, steps: int, every: int, kept: int, xs: Any, us: Any, mus: Any, counts: Any, totals: Any
     ) -> Trajectory:
         numbers = self.numbers
-        index = [min(r * every, steps) for r in range(kept)]
-        t = [numbers.number(self.step * i) for i in index]
+        index = np.minimum(np.arange(kept, dtype=np.int64) * every, steps)
         public = numbers.public
         return Trajectory(
-            public(t), public(xs[:kept]), public(us[:kept]), public(mus[:kept]), counts[:kept],
+            public(numbers.multiples(self.step, index)), public(xs[:kept]), public(us[:kept]), public(mus[:kept]), counts[:kept],
             float(totals[0]) / (steps + 1), int(totals[1]), steps, self.step,
         )  # fmt: skip
 

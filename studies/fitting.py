@@ -18,7 +18,7 @@ class Line:
     residual: float
 
 
-def fit_line(x: Sequence[float], y: Sequence[float]) -> Line:
+def fit_line(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> Line:
     """Least squares through at least three points."""
     from scipy.special import stdtrit
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from integrators import Scheme
 from integrators.momentum import Conserved
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
-from .runs import long_run, relative_drifts
+from .runs import bins, interval, long_run, relative_drifts
 
 NAME = "momentum"
 NEEDS = "it needs a scene that declares symmetries or Casimirs."
@@ -27,13 +29,13 @@ def _kept(case: Case) -> list[Conserved]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {step, time, drift: {name: value}}; measured drift: the worst of each.
+    """Rows {step, time, drift: {name: worst so far in its stretch}}; measured: the worst of each.
 
     A drift is |J_k − J_0| over the sum of the absolute values of J's terms. Quantities of the
     attitude run on the scene with the attitude as base; the others do without it.
     """
     steps = case.steps or (10**6 if case.digits == 16 else 100)
-    series: dict[str, list[float]] = {}
+    series: dict[str, np.ndarray] = {}
     run = None
     for attitude in (False, True):
         quantities = [q for q in _kept(case) if q.attitude is attitude]
@@ -41,7 +43,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             continue
         scene = case.scene.with_attitude() if attitude else case.scene
         scheme = Scheme(scene, case.rule)
-        run = long_run(case, scheme, steps, ROWS, progress)
+        run = long_run(case, scheme, steps, progress)
         x: Any = scheme.x
         if attitude:
             size = scene.groupoid.algebra.size  # type: ignore[attr-defined]
@@ -50,13 +52,13 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             expression = q.formula(x, scheme.s.mu, scheme.s.parameters)
             series[q.name] = relative_drifts(scheme, expression, run, case.digits)
     assert run is not None
-    every = max(1, steps // ROWS)
     rows = [
-        {"step": min(i * every, steps), "time": float(t), "drift": {k: v[i] for k, v in series.items()}}
-        for i, t in enumerate(run.t)
-    ]
-    return {"rows": rows, "measured": {"drift": {k: max(v) for k, v in series.items()}},
-            "steps": steps}  # fmt: skip
+        {"step": min((last - 1) * interval(steps), steps), "time": float(run.t[last - 1]),
+         "drift": {name: float(drift[first:last].max()) for name, drift in series.items()}}
+        for first, last in bins(len(run.t), ROWS)
+    ]  # fmt: skip
+    worst = {name: float(drift.max()) for name, drift in series.items()}
+    return {"rows": rows, "measured": {"drift": worst}, "steps": steps}
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

@@ -8,64 +8,78 @@ from typing import Any
 import numpy as np
 
 from integrators import Scheme, StepFailure
-from integrators.arithmetic import arithmetic
+from integrators.arithmetic import Double, arithmetic
 from integrators.continuous import energy, state_function
 from integrators.flow import Flow, Trajectory
 
 from .case import Case, Progress
 
 
-def long_run(case: Case, scheme: Scheme, steps: int, rows: int, progress: Progress) -> Trajectory:
-    """`steps` steps at the scene's step, about `rows` rows kept, with progress."""
+MOST_ROWS = 10**6
+
+
+def interval(steps: int) -> int:
+    """Each how-many-th row is kept: all of a million, so memory stays bounded."""
+    return -(-steps // MOST_ROWS) if steps > MOST_ROWS else 1
+
+
+def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Trajectory:
+    """`steps` steps at the scene's step, up to a million rows kept, with progress."""
     flow = scheme.flow(case.scene.step, case.digits)
     label = f"{case.scene.name} {case.label}"
 
     def show(done: int) -> None:
         progress(f"{label}: {done} steps", done / steps)
 
-    return flow.trajectory(steps, every=max(1, steps // rows), progress=show)
+    return flow.trajectory(steps, interval(steps), progress=show)
 
 
-def term_sums(scheme: Scheme, quantity: Any, digits: int) -> Any:
-    """f(x, μ) → (values, sums of absolute terms) of a column of expressions."""
+def with_terms(
+    scheme: Scheme, quantity: Any, run: Trajectory, digits: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Per row of a run: the components of a quantity, and their sums of absolute terms, (r, k)."""
     from sympy import Abs, Add
 
     entries = list(quantity) if hasattr(quantity, "shape") else [quantity]
     entries = [scheme.s.scalar(e, "conserved quantity").expand() for e in entries]
     sums = [Add(*[Abs(t) for t in Add.make_args(e)]) for e in entries]
     numbers = arithmetic(digits)
-    f = state_function(scheme.s, [entries, sums], numbers)
     with numbers.working():
         p = [numbers.number(v) for v in scheme.s.parameter_values]
+        if isinstance(numbers, Double):  # all rows at once
+            f = state_function(scheme.s, [entries, sums], numbers.array_namespace())
+            shape = (len(entries), len(run.t))
+            values, terms = f(run.x.T, run.mu.T, p)
+            return (np.array([np.broadcast_to(v, shape[1:]) for v in values]).T,
+                    np.array([np.broadcast_to(v, shape[1:]) for v in terms]).T)  # fmt: skip
+        f = state_function(scheme.s, [entries, sums], numbers)
+        rows = [
+            f([numbers.number(e) for e in x], [numbers.number(e) for e in mu], p)
+            for x, mu in zip(run.x, run.mu, strict=True)
+        ]
+    return np.array([v for v, _ in rows]), np.array([t for _, t in rows])
 
-    def evaluate(x: Any, mu: Any) -> tuple[list[Any], list[Any]]:
-        with numbers.working():
-            values, terms = f([numbers.number(e) for e in x], [numbers.number(e) for e in mu], p)
-        return list(values), list(terms)
 
-    return evaluate
-
-
-def relative_drifts(scheme: Scheme, quantity: Any, run: Trajectory, digits: int) -> list[float]:
+def relative_drifts(scheme: Scheme, quantity: Any, run: Trajectory, digits: int) -> np.ndarray:
     """Per row: largest |J − J₀| over the components, over the largest sum of absolute terms."""
-    evaluate = term_sums(scheme, quantity, digits)
-    rows = [evaluate(x, mu) for x, mu in zip(run.x, run.mu, strict=True)]
-    scale = max(max(terms) for _, terms in rows)
-    first = rows[0][0]
-    if scale == 0:
-        return [0.0 for _ in rows]
-    return [
-        float(max(abs(v - w) for v, w in zip(values, first, strict=True)) / scale)
-        for values, _ in rows
-    ]
+    values, terms = with_terms(scheme, quantity, run, digits)
+    scale = terms.max()
+    with arithmetic(digits).working():
+        drifts = np.abs(values - values[0]).max(axis=1)
+        return np.asarray(drifts / scale if scale else 0 * drifts, dtype=float)
 
 
-def energy_errors(scheme: Scheme, run: Trajectory) -> np.ndarray:
+def energy_errors(scheme: Scheme, run: Trajectory, digits: int = 16) -> np.ndarray:
     """(H − H₀)/scale per row, signed; scale is the largest sum of absolute terms of H."""
-    evaluate = term_sums(scheme, energy(scheme.s), 16)
-    rows = [evaluate(x, mu) for x, mu in zip(run.x, run.mu, strict=True)]
-    values = np.array([v[0] for v, _ in rows])
-    return (values - values[0]) / max(t[0] for _, t in rows)
+    values, terms = with_terms(scheme, energy(scheme.s), run, digits)
+    with arithmetic(digits).working():
+        return np.asarray((values[:, 0] - values[0, 0]) / terms.max(), dtype=float)
+
+
+def bins(length: int, most: int) -> list[tuple[int, int]]:
+    """At most `most` stretches [first, last) of about equal length that cover range(length)."""
+    edges = np.unique(np.linspace(0, length, min(length, most) + 1).astype(int)).tolist()
+    return list(zip(edges[:-1], edges[1:], strict=True))
 
 
 def largest_stable_step(scheme: Scheme, steps: int = 200) -> Fraction:

@@ -37,12 +37,12 @@ def cross(a, b):
 def rotate_back(x, u, h):
     """x·cay(hu) for a row x: rotation of x by −hu, written with vectors (Rodrigues)."""
     a = h * u / 2
-    return x + 2 * (cross(x, a) + cross(cross(x, a), a)) / (1 + a.dot(a))
+    return list(x + 2 * (cross(x, a) + cross(cross(x, a), a)) / (1 + a.dot(a)))
 
 
 def compose(u, v, h):
     """The Gibbs vector of cay(hu) cay(hv), divided by h."""
-    return (u + v + h * cross(u, v) / 2) / (1 - h**2 * u.dot(v) / 4)
+    return list((u + v + h * cross(u, v) / 2) / (1 - h**2 * u.dot(v) / 4))
 
 
 def so3_by_hand():
@@ -97,8 +97,8 @@ def framed_plane():
     return LocalGroupoid(
         2,
         2,
-        target=lambda x, u, h: x + h * frame(x) * u,
-        product=lambda x, u, v, h: u + frame(x).inv() * frame(x + h * frame(x) * u) * v,
+        target=lambda x, u, h: list(x + h * frame(x) * u),
+        product=lambda x, u, v, h: list(u + frame(x).inv() * frame(x + h * frame(x) * u) * v),
         name="framed plane",
     )
 
