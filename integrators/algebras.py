@@ -129,9 +129,7 @@ def so(n: int) -> MatrixAlgebra:
 
 def se(n: int) -> MatrixAlgebra:
     """Rigid motions of Rⁿ as (n+1)×(n+1) matrices: the rotations of so(n), then translations."""
-    rotations = [
-        tuple((*row, 0) for row in e) + ((0,) * (n + 1),) for e in so(n).basis
-    ]
+    rotations = [tuple((*row, 0) for row in e) + ((0,) * (n + 1),) for e in so(n).basis]
     translations = [_elementary(n + 1, {(i, n): 1}) for i in range(n)]
     return MatrixAlgebra(f"se({n})", (*rotations, *translations))
 

@@ -150,5 +150,7 @@ class Multiple:
 def arithmetic(digits: int) -> Double | Multiple:
     """The arithmetic of that many decimal digits; 16 is double precision."""
     if not isinstance(digits, int) or isinstance(digits, bool) or digits < 16:
-        raise BadInput(f"digits is {digits!r}: give 16 (double precision) or a larger whole number.")
+        raise BadInput(
+            f"digits is {digits!r}: give 16 (double precision) or a larger whole number."
+        )
     return Double() if digits == 16 else Multiple(digits)

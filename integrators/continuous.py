@@ -1,6 +1,6 @@
 """The continuous system on the dual algebroid: momentum, velocity, energy, vector field.
 
-    ẋ = ρ̂(x) ξ,   μ̇_γ = ρ̂^i_γ ∂l/∂x^i − Ĉ^ν_{γμ} ξ^μ μ_ν,   μ = ∂l/∂ξ
+ẋ = ρ̂(x) ξ,   μ̇_γ = ρ̂^i_γ ∂l/∂x^i − Ĉ^ν_{γμ} ξ^μ μ_ν,   μ = ∂l/∂ξ
 """
 
 from __future__ import annotations
@@ -88,4 +88,3 @@ def initial_momentum(scheme: Scheme, scene: Scene, numbers: Any) -> list[Any]:
         x = [numbers.number(v) for v in scene.x0]
         v = [numbers.number(v) for v in scene.v0]
         return list(f(x, v, [numbers.number(p) for p in s.parameter_values]))
-

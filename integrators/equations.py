@@ -98,8 +98,9 @@ class Scheme:
             )
         else:
             s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
-            given = s.call(rule.formula, f"rule {rule.name}",
-                           _LagrangianForRule(s), self._seen, s.x, s.u, s.h)
+            given = s.call(
+                rule.formula, f"rule {rule.name}", _LagrangianForRule(s), self._seen, s.x, s.u, s.h
+            )
         #: L_d with the points as atoms
         self.discrete_lagrangian_at_points = s.scalar(given, f"rule {rule.name}")
         self.points = tuple(self._seen.points)
@@ -188,9 +189,7 @@ class Scheme:
         """
         if self.rule.order is None:
             return None
-        if self.scene.lagrangian is not None and not (
-            self.s.lagrangian.free_symbols & set(self.x)
-        ):
+        if self.scene.lagrangian is not None and not (self.s.lagrangian.free_symbols & set(self.x)):
             plain = self.h * self.s.lagrangian
             if (self.discrete_lagrangian_at_points - plain).expand() == 0:
                 return max(2, self.rule.order)
@@ -284,8 +283,8 @@ class Scheme:
         unknown = self.discrete_lagrangian_at_points.free_symbols - known
         if unknown:
             raise BadInput(
-                f"{self.scene.name} with {self.rule.name}: the discrete Lagrangian holds the unknown "
-                f"symbol {sorted(map(str, unknown))[0]}; write it with x, u, h and the parameters."
+                f"{self.scene.name} with {self.rule.name}: the discrete Lagrangian holds "
+                f"the unknown symbol {sorted(map(str, unknown))[0]}; write it with x, u, h and the parameters."
             )
         if not self.discrete_lagrangian_at_points.free_symbols & set(self.u):
             raise BadInput(
@@ -300,11 +299,16 @@ class Scheme:
         scene = self.scene
 
         def number(value: Any) -> Any:
-            return Rational(value.numerator, value.denominator) if hasattr(
-                value, "denominator") else sympify(value)
+            return (
+                Rational(value.numerator, value.denominator)
+                if hasattr(value, "denominator")
+                else sympify(value)
+            )
 
-        values = {p: number(v) for p, v in
-                  zip(self.s.parameter_list, self.s.parameter_values, strict=True)}
+        values = {
+            p: number(v)
+            for p, v in zip(self.s.parameter_list, self.s.parameter_values, strict=True)
+        }
         x0 = Matrix(len(self.x), 1, [number(v) for v in scene.x0])
         for quantity in scene.symmetries:
             if quantity.value is None:
@@ -316,4 +320,3 @@ class Scheme:
                     f"{scene.name}: {quantity.name} is {float(found):.6g} at x0, but must be "
                     f"{wanted}; change x0 (an exact value: fractions such as 2/7, 3/7, 6/7)."
                 )
-

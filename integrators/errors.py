@@ -1,4 +1,4 @@
-"""What can go wrong, as exceptions of our own: one clear sentence that names the thing and the mend."""
+"""What can go wrong, as exceptions of our own: one sentence that names the thing and the mend."""
 
 from __future__ import annotations
 

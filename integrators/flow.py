@@ -109,8 +109,12 @@ class Flow:
             before = None
             for _ in range(60):
                 here = self.geometry.at(point[:n], point[n:])
-                matrix = np.vstack([np.hstack([here["target_x"], here["target_u"]]),
-                                    np.hstack([here["plus_x"], here["plus_u"]])])
+                matrix = np.vstack(
+                    [
+                        np.hstack([here["target_x"], here["target_u"]]),
+                        np.hstack([here["plus_x"], here["plus_u"]]),
+                    ]
+                )
                 gap = wanted - np.concatenate([here["target"], here["plus"]])
                 try:
                     change = self.numbers.solve(matrix, gap)
@@ -120,7 +124,9 @@ class Flow:
                 size = sum(abs(c) for c in change)
                 scale = sum(abs(c) for c in point)
                 if size <= 4 * self.numbers.eps * scale or (
-                    before is not None and size >= before / 2 and size < 2**12 * self.numbers.eps * scale
+                    before is not None
+                    and size >= before / 2
+                    and size < 2**12 * self.numbers.eps * scale
                 ):
                     return self.numbers.public(point[:n]), self.numbers.public(point[n:])
                 before = size
@@ -203,8 +209,9 @@ class Flow:
                     f"{self.scheme.scene.name}: a vector of {len(entries)} entries was given "
                     f"where {length} are needed."
                 )
-            out.append(np.array([self.numbers.number(e) for e in entries],
-                                dtype=self.numbers.dtype))
+            out.append(
+                np.array([self.numbers.number(e) for e in entries], dtype=self.numbers.dtype)
+            )
         return out
 
     def _start(self, x0: Any, mu0: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -249,27 +256,44 @@ class Flow:
             if status or index == steps:
                 break
         kept = rows if not status else (index + every - 1) // every
-        run = self._trajectory(index, every, kept, xs, us, mus, counts, totals)
+        run = self._trajectory(index, every, kept, (xs, us, mus), counts, totals)
         if status:
             where = {"x": state[:n], "mu": state[n : n + m]}
             raise self._failure(index, where, _CAUSES[int(status)], run)
         return run
 
     def _trajectory(
-        self, steps: int, every: int, kept: int, xs: Any, us: Any, mus: Any, counts: Any, totals: Any
+        self,
+        steps: int,
+        every: int,
+        kept: int,
+        rows: tuple[Any, Any, Any],
+        counts: Any,
+        totals: Any,
     ) -> Trajectory:
+        xs, us, mus = rows
         numbers = self.numbers
         index = np.minimum(np.arange(kept, dtype=np.int64) * every, steps)
         public = numbers.public
         return Trajectory(
-            public(numbers.multiples(self.step, index)), public(xs[:kept]), public(us[:kept]), public(mus[:kept]), counts[:kept],
-            float(totals[0]) / (steps + 1), int(totals[1]), steps, self.step,
-        )  # fmt: skip
+            t=public(numbers.multiples(self.step, index)),
+            x=public(xs[:kept]),
+            u=public(us[:kept]),
+            mu=public(mus[:kept]),
+            iterations=counts[:kept],
+            newton_mean=float(totals[0]) / (steps + 1),
+            newton_max=int(totals[1]),
+            steps=steps,
+            step=self.step,
+        )
 
     def _solve(self, x: Any, mu: Any, guess: Any = None) -> np.ndarray:
         """The u with F⁻(x, u) = hμ."""
-        start = self._vectors(None if not len(x) else x, guess)[1] if guess is not None else (
-            self._vectors(x, self.scheme.scene.v0)[1])
+        start = (
+            self._vectors(None if not len(x) else x, guess)[1]
+            if guess is not None
+            else (self._vectors(x, self.scheme.scene.v0)[1])
+        )
         run = self._run(0, 1, x, mu, start, None)
         return np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
 
@@ -279,5 +303,12 @@ class Flow:
 
     def _failure(self, index: int, state: Any, cause: str, trajectory: Any) -> StepFailure:
         scheme = self.scheme
-        return StepFailure(scheme.scene.name, scheme.rule.name, index, float(self.step * index),
-                           state, cause, trajectory)
+        return StepFailure(
+            scheme.scene.name,
+            scheme.rule.name,
+            index,
+            float(self.step * index),
+            state,
+            cause,
+            trajectory,
+        )

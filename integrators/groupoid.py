@@ -99,7 +99,7 @@ class Groupoid(ABC):
                 tangents.append(zeros(self.dim_u, 0))
                 continue
             tangents.append(-p_v.LUsolve(p.jacobian(variable)))
-        return tuple(self._at(t, x=x, u=u, v=w, h=h) for t in tangents)  # type: ignore[return-value]
+        return tuple(self._at(t, x=x, u=u, v=w, h=h) for t in tangents)
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:
         """b(x, u; h) − x with the difference cancelled, so that nothing is lost at small h."""
@@ -140,7 +140,7 @@ class Groupoid(ABC):
 
     @cached_property
     def derived(self) -> dict[str, Any]:
-        """ρ, L, R and C by differentiating b and p, in `_symbols`: what every closed form equals."""
+        """ρ, L, R and C by differentiating b and p, in `_symbols`; closed forms must equal them."""
         from sympy import Matrix, cancel, zeros
 
         x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
@@ -179,7 +179,9 @@ class Groupoid(ABC):
                 pairs[symbol] = value
             else:
                 pairs.update(zip(symbol, value, strict=True))
-        return expression.xreplace(pairs) if expression.shape[0] * expression.shape[1] else expression
+        return (
+            expression.xreplace(pairs) if expression.shape[0] * expression.shape[1] else expression
+        )
 
 
 class LocalGroupoid(Groupoid):
@@ -273,6 +275,9 @@ def check_axioms(groupoid: Groupoid) -> None:
         point = random_columns(lengths, small=("u", "v", "w"), seed=seed)
         for law, difference in axioms(groupoid, point).items():
             if not all(is_zero(entry) for entry in difference):
-                shown = ", ".join(f"{k} = {[float(n) for n in v]}" for k, v in point.items()
-                                  if k in lengths and len(v))
+                shown = ", ".join(
+                    f"{k} = {[float(n) for n in v]}"
+                    for k, v in point.items()
+                    if k in lengths and len(v)
+                )
                 raise BadInput(f"{groupoid.name} is not a groupoid: {law} fails at {shown}.")

@@ -34,7 +34,9 @@ def random_columns(
     return {**point, "h": Rational(3, 5), "k": Rational(4, 7)}
 
 
-def random_point(symbols: Iterable[Any], small: Iterable[Any] = (), seed: int = 0) -> dict[Any, Any]:
+def random_point(
+    symbols: Iterable[Any], small: Iterable[Any] = (), seed: int = 0
+) -> dict[Any, Any]:
     """Random rational values of symbols; those of `small` stay small."""
     generator, few = random.Random(f"discmech {seed}"), set(small)
     return {s: _random_rational(generator, s in few) for s in sorted(symbols, key=str)}

@@ -66,7 +66,7 @@ class Scene:
             {k: exact_nested(v, f"{self.name}: parameter {k}") for k, v in self.parameters.items()},
         )
         put("duration", exact(self.duration, f"{self.name}: duration"))
-        step = self.duration / 1000 if self.step is None else self.step  # type: ignore[operator]
+        step = self.duration / 1000 if self.step is None else self.step
         put("step", exact(step, f"{self.name}: step"))
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")

@@ -86,7 +86,9 @@ class SceneSymbols:
 
         if hasattr(value, "shape"):
             if tuple(value.shape) != (1, 1):
-                raise BadInput(f"{self.scene.name}: {what} is a matrix {value.shape}, not a number.")
+                raise BadInput(
+                    f"{self.scene.name}: {what} is a matrix {value.shape}, not a number."
+                )
             value = value[0, 0]
         expression = sympify(value)
         floats = {f: Rational(*f.as_integer_ratio()) for f in expression.atoms(Float)}
@@ -101,7 +103,7 @@ class SceneSymbols:
         """l at any columns x and v."""
         if self.scene.lagrangian is None:
             raise BadInput(
-                f"{self.scene.name} has no Lagrangian, only a discrete one, so this cannot be asked."
+                f"{self.scene.name} has only a discrete Lagrangian, so this cannot be asked."
             )
         value = self.call(self.scene.lagrangian, "its Lagrangian", x, v, self.parameters)
         return self.scalar(value, "its Lagrangian")

@@ -36,7 +36,8 @@ class LocalGeometry:
         values = self._local(list(x), list(u), self.q)
         return {
             name: np.array(value, dtype=self.numbers.dtype).reshape(
-                shapes.get(name, (self.m, self.m)))
+                shapes.get(name, (self.m, self.m))
+            )
             for name, value in zip(_PARTS, values, strict=True)
         }
 
@@ -44,8 +45,10 @@ class LocalGeometry:
         """ρ̂(x), n×m, and Ĉ as an array [γ, μ, ν], in the natural basis."""
         rho, c = self._natural(list(x), self.q)
         m = self.m
-        return (np.array(rho, dtype=self.numbers.dtype).reshape(self.n, m),
-                np.array(c, dtype=self.numbers.dtype).reshape(m, m, m))
+        return (
+            np.array(rho, dtype=self.numbers.dtype).reshape(self.n, m),
+            np.array(c, dtype=self.numbers.dtype).reshape(m, m, m),
+        )
 
     def poisson_tensor(self, x: Any, mu: Any, bracket_sign: int = 1) -> np.ndarray:
         """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
@@ -105,10 +108,19 @@ class LocalGeometry:
         s, scheme = self.scheme.s, self.scheme
         minus, plus = scheme.minus_at_points, scheme.plus_at_points
         target = scheme.scene.groupoid.target(s.x, s.u, s.h)
-        parts = [target, scheme.rho, scheme.L, scheme.R, minus, plus,
-                 *((target.jacobian(s.x), target.jacobian(s.u)) if self.n else ([], [])),
-                 scheme.total_x(minus), scheme.total_u(minus),
-                 scheme.total_x(plus), scheme.total_u(plus)]
+        parts = [
+            target,
+            scheme.rho,
+            scheme.L,
+            scheme.R,
+            minus,
+            plus,
+            *((target.jacobian(s.x), target.jacobian(s.u)) if self.n else ([], [])),
+            scheme.total_x(minus),
+            scheme.total_u(minus),
+            scheme.total_x(plus),
+            scheme.total_u(plus),
+        ]
         points = [(list(p.z), list(p.value)) for p in scheme.points]
         return self._function("local", {"x": s.x, "u": s.u}, parts, points)
 

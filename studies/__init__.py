@@ -1,7 +1,7 @@
 """Studies: each measures one property of a scheme and judges it; rendering is apart.
 
-    from studies import check, show
-    show(check("order", scenes=[scene], rules=[rule]))
+from studies import check, show
+show(check("order", scenes=[scene], rules=[rule]))
 """
 
 from __future__ import annotations

@@ -98,7 +98,8 @@ def run_study(
     """Measure and judge every case; the study's verdict is the worst of its cases'.
 
     With `keep`, finished cases are written down as they come, and a run that was interrupted goes
-    on where it stopped (for scenes and rules known by name). Raises `BadInput` if no case of the study applies to what was chosen.
+    on where it stopped (for scenes and rules known by name). Raises `BadInput` if no case of the
+    study applies to what was chosen.
     """
     from .record import record
 

@@ -76,8 +76,13 @@ def _parser() -> argparse.ArgumentParser:
         study = commands.add_parser(name, help=about[name])
         _choices(study)
         if name == "symplecticity":
-            study.add_argument("--control", action="append", default=[], metavar="NAME",
-                               help="only this control (a method that must be caught)")
+            study.add_argument(
+                "--control",
+                action="append",
+                default=[],
+                metavar="NAME",
+                help="only this control (a method that must be caught)",
+            )
         study.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
         study.set_defaults(action=_study, study=name)
 
@@ -92,8 +97,13 @@ def _choices(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help="default: all that apply")
     parser.add_argument("--rule", action="append", default=[], metavar="R", dest="rules")
     parser.add_argument("--retraction", action="append", default=[], metavar="NAME")
-    parser.add_argument("--digits", action="append", default=[], metavar="D",
-                        help="16 is double precision; may be repeated")
+    parser.add_argument(
+        "--digits",
+        action="append",
+        default=[],
+        metavar="D",
+        help="16 is double precision; may be repeated",
+    )
     parser.add_argument("--steps", metavar="N")
 
 
@@ -139,7 +149,7 @@ def _digits(text: str) -> int:
     return value
 
 
-# -- actions ----------------------------------------------------------------------------------------
+# -- actions --------------------------------------------------------------------------------
 
 
 def _list(options: argparse.Namespace) -> int:
@@ -173,7 +183,9 @@ def _run(options: argparse.Namespace) -> int:
     with progress_shown() as show:
         try:
             run = flow.trajectory(
-                steps, every, progress=lambda done: show(f"{scene.name}: {done} steps", done / steps)
+                steps,
+                every,
+                progress=lambda done: show(f"{scene.name}: {done} steps", done / steps),
             )
         except StepFailure as error:
             run, failure = error.trajectory, error
@@ -182,10 +194,14 @@ def _run(options: argparse.Namespace) -> int:
     seconds = time.perf_counter() - begun
 
     def numbers(array: Any) -> Any:
-        return array.tolist() if digits == 16 else [
-            _decimal(e, digits) if array.ndim == 1 else [_decimal(v, digits) for v in e]
-            for e in array
-        ]
+        return (
+            array.tolist()
+            if digits == 16
+            else [
+                _decimal(e, digits) if array.ndim == 1 else [_decimal(v, digits) for v in e]
+                for e in array
+            ]
+        )
 
     found = {
         "schema": 1, "scene": scene.name, "rule": rule.name,
@@ -213,7 +229,9 @@ def _decimal(value: Any, digits: int) -> str:
 def _print_run(run: dict[str, Any]) -> None:
     print(f"{run['scene']} by {run['rule']}: {run['steps']} steps of {run['step']:.6g} "
           f"in {run['seconds']:.3g} s (with compilation, if it was the first time)")  # fmt: skip
-    print(f"Newton corrections a step: {run['newton']['mean']:.3f} mean, {run['newton']['max']} most")
+    print(
+        f"Newton corrections a step: {run['newton']['mean']:.3f} mean, {run['newton']['max']} most"
+    )
     if not run["t"]:
         return
     for name in ("x", "u", "mu"):
@@ -262,7 +280,7 @@ def _report(options: argparse.Namespace) -> int:
     return EXIT[worst(r["verdict"] for r in results)]
 
 
-# -- output -----------------------------------------------------------------------------------------
+# -- output --------------------------------------------------------------------------------
 
 
 def _write(file: str, text: str) -> None:
@@ -294,7 +312,12 @@ def progress_shown() -> Iterator[Any]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    columns = [BarColumn(), TaskProgressColumn(), TimeElapsedColumn(), TextColumn("{task.description}")]
+    columns = [
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+    ]
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)
         yield lambda label, fraction: bar.update(task, description=label, completed=fraction)

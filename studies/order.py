@@ -40,6 +40,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     error = ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ at the same time T.
     """
     import mpmath
+
     from reference import solution
 
     duration, first = ladder(case)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from fractions import Fraction
 from typing import Any
 
@@ -13,7 +14,6 @@ from integrators.continuous import energy, state_function
 from integrators.flow import Flow, Trajectory
 
 from .case import Case, Progress
-
 
 MOST_ROWS = 10**6
 
@@ -79,7 +79,7 @@ def energy_errors(scheme: Scheme, run: Trajectory, digits: int = 16) -> np.ndarr
 def bins(length: int, most: int) -> list[tuple[int, int]]:
     """At most `most` stretches [first, last) of about equal length that cover range(length)."""
     edges = np.unique(np.linspace(0, length, min(length, most) + 1).astype(int)).tolist()
-    return list(zip(edges[:-1], edges[1:], strict=True))
+    return list(itertools.pairwise(edges))
 
 
 def largest_stable_step(scheme: Scheme, steps: int = 200) -> Fraction:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-from integrators import Scheme, StepFailure, discretisations, scenes
+from integrators import StepFailure, discretisations, scenes
 
 from . import controls
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
@@ -57,7 +57,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     progress(f"{label}: largest stable step", 0.0)
     largest = _largest_stable_step(case)
     rows = _control_rows(case, largest) if case.control else _rows(case, largest)
-    return {"rows": rows, "measured": {kind: _worst(rows, kind) for kind in ("pullback", "poisson")}}
+    return {
+        "rows": rows,
+        "measured": {kind: _worst(rows, kind) for kind in ("pullback", "poisson")},
+    }
 
 
 def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
@@ -104,7 +107,9 @@ def _largest_stable_step(case: Case) -> Fraction:
     if case.scene.lagrangian is None:
         return Fraction(case.scene.step)
     try:
-        return largest_stable_step(case.scheme if not case.control else Scheme(case.scene, case.rule))
+        return largest_stable_step(
+            case.scheme if not case.control else Scheme(case.scene, case.rule)
+        )
     except StepFailure:
         return Fraction(case.scene.step)
 
@@ -120,7 +125,11 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if case.control:
         wanted = limit(case.digits) * (1e3 if case.digits == 16 else 1e20)
         caught = any(v >= wanted for v in found.values())
-        reason = "" if caught else f"the control was not caught: its defect is {max(found.values()):.2g}."
+        reason = (
+            ""
+            if caught
+            else f"the control was not caught: its defect is {max(found.values()):.2g}."
+        )
         return Verdict("pass" if caught else "fail", reason, {"at_least": wanted})
     expected = {"limit": limit(case.digits)}
     broken = {k: v for k, v in found.items() if not v <= expected["limit"]}

@@ -23,7 +23,6 @@ from integrators import (
     se,
     sl,
     so,
-    su,
     trapezoidal,
 )
 
@@ -113,7 +112,6 @@ GROUPOIDS = {
         lie_group(so(3)).with_attitude(),
         lie_group(se(2)),
         lie_group(sl(2)),
-        lie_group(su(2)),
         action(se(2)),
         so3_by_hand(),
         action_by_hand(),

@@ -24,13 +24,8 @@ def g(request):
 
 
 def vanishes(matrix):
-    """Exactly; what no rational arithmetic has settled yet (su(2): complex numbers) is expanded."""
-    return all(e.is_zero or (not e.is_Rational and settled(e) == 0) for e in matrix)
-
-
-def settled(e):
-    e = e.expand(complex=True) if e.has(sympy.I) else sympy.cancel(e)
-    return e if e.is_Rational else sympy.simplify(e)
+    """Exactly; an expression that is no number yet is cancelled."""
+    return all(e == 0 if e.is_Rational else sympy.cancel(e) == 0 for e in matrix)
 
 
 def slope_at_zero(column):
@@ -175,10 +170,16 @@ def test_inversion_to_first_order(g, h):
         assert vanishes(moved + unit(g.dim_u, a))
 
 
-@everywhere
-@at_steps
-def test_inversion_tangent(g, stratum, h):
-    point = arrows(g, stratum, h)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow if hasattr(g, "algebra") else ())
+        for name, g in GROUPOIDS.items()
+    ],
+)
+def test_inversion_tangent(name):
+    g, h = GROUPOIDS[name], STEPS[-1]
+    point = arrows(g, "generic", h)
     x, u = point["x"], point["u"]
     by_x, by_u = g.inversion_tangent(x, u, g.inversion(x, u, h), h)
     for i in range(g.dim_x):
@@ -282,12 +283,12 @@ def test_inversion_exchanges_left_and_right(g, stratum, h, fields_of):
 
 
 @pytest.mark.parametrize("theta", [Rational(1, 3), Rational(1, 2), Rational(1)], ids=str)
+@pytest.mark.parametrize("name", [name for name, g in GROUPOIDS.items() if g.dim_x])
 @everywhere
-def test_fields_on_the_points_of_a_step(g, stratum, theta):
+def test_fields_on_the_points_of_a_step(name, stratum, theta):
     """How e→ and e← move b(x, u; θh), against moving (x, u) itself."""
-    if not g.dim_x or g.kind == "pair" and stratum != "generic":
-        pytest.skip("no base to move on" if not g.dim_x else "linear: one stratum is all")
-    h, m = Rational(1, 10), g.dim_u
+    g, h = GROUPOIDS[name], Rational(1, 10)
+    m = g.dim_u
     point = arrows(g, stratum, h)
     x, u = point["x"], point["u"]
     s = g._symbols
@@ -411,6 +412,12 @@ def test_an_inverse_that_cannot_be_found_is_asked_for():
 
 
 # -- shapes and names -----------------------------------------------------------------------------
+
+
+@pytest.mark.xfail(reason="sympy matrices have no __iter__: integrators.groupoid._column")
+def test_target_and_product_may_be_columns():
+    g = LocalGroupoid(2, 2, target=shifted, product=added, name="plane")
+    check_axioms(g)
 
 
 def test_wrong_lengths_are_named():
