@@ -11,6 +11,7 @@ import importlib.util
 import os
 import sys
 import tempfile
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -60,7 +61,8 @@ def _temporary_folder() -> Path:
 def _generator() -> str:
     """Digest of what generates kernels: a changed generator makes new modules."""
     here = Path(__file__).parent
-    names = ("kernels.py", "driver.py", "printing.py", "equations.py", "compiling.py")
+    names = ("kernels.py", "driver.py", "printing.py", "equations.py", "compiling.py",
+             "tangent.py")
     return hashlib.sha256(b"".join((here / name).read_bytes() for name in names)).hexdigest()
 
 
@@ -92,6 +94,14 @@ def write_atomically(path: Path, text: str) -> None:
     except BaseException:
         Path(beside).unlink(missing_ok=True)
         raise
+
+
+def cached_text(scheme: Scheme, what: str, build: Callable[[], str]) -> str:
+    """Generated text that depends on the scheme alone, kept in the cache beside the kernels."""
+    path = cache_folder() / f"{what}_{_key(scheme, what)}.txt"
+    if not path.exists():
+        write_atomically(path, build())
+    return path.read_text(encoding="utf-8")
 
 
 @cache

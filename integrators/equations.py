@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from .discretisations import Discretisation
 from .errors import BadInput
-from .exact import exact
+from .exact import exact, to_sympy
 from .groupoid import Groupoid, check_axioms
 from .identities import first_violation
 from .scene import Scene
@@ -284,7 +284,7 @@ class Scheme:
         if unknown:
             raise BadInput(
                 f"{self.scene.name} with {self.rule.name}: the discrete Lagrangian holds "
-                f"the unknown symbol {sorted(map(str, unknown))[0]}; write it with x, u, h and the parameters."
+                f"the unknown symbol {min(map(str, unknown))}; write it with x, u, h, parameters."
             )
         if not self.discrete_lagrangian_at_points.free_symbols & set(self.u):
             raise BadInput(
@@ -294,27 +294,16 @@ class Scheme:
 
     def _check_start(self) -> None:
         """The start satisfies every constraint a Casimir states (such as |Γ|² = 1), exactly."""
-        from sympy import Matrix, Rational, simplify, sympify
+        from sympy import Matrix, simplify
 
-        scene = self.scene
-
-        def number(value: Any) -> Any:
-            return (
-                Rational(value.numerator, value.denominator)
-                if hasattr(value, "denominator")
-                else sympify(value)
-            )
-
-        values = {
-            p: number(v)
-            for p, v in zip(self.s.parameter_list, self.s.parameter_values, strict=True)
-        }
-        x0 = Matrix(len(self.x), 1, [number(v) for v in scene.x0])
+        scene, s = self.scene, self.s
+        values = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))
+        x0 = Matrix(len(self.x), 1, [to_sympy(v) for v in scene.x0])
         for quantity in scene.symmetries:
             if quantity.value is None:
                 continue
             found = self.s.scalar(quantity.formula(x0, self.s.mu, self.s.parameters), quantity.name)
-            found, wanted = found.xreplace(values), number(exact(quantity.value, quantity.name))
+            found, wanted = found.xreplace(values), to_sympy(exact(quantity.value, quantity.name))
             if simplify(found - wanted) != 0:
                 raise BadInput(
                     f"{scene.name}: {quantity.name} is {float(found):.6g} at x0, but must be "

@@ -74,6 +74,14 @@ def exact_nested(value: Any, what: str) -> Any:
     return exact(value, what)
 
 
+def to_sympy(value: Any) -> Any:
+    """An exact number (as `exact` makes it) as a sympy number."""
+    from sympy import Rational
+
+    is_fraction = isinstance(value, Fraction)
+    return Rational(value.numerator, value.denominator) if is_fraction else value
+
+
 def flatten(value: Any) -> list[Any]:
     """The numbers of a nested tuple, in order."""
     return [n for entry in value for n in flatten(entry)] if isinstance(value, tuple) else [value]

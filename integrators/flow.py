@@ -289,12 +289,8 @@ class Flow:
 
     def _solve(self, x: Any, mu: Any, guess: Any = None) -> np.ndarray:
         """The u with F⁻(x, u) = hμ."""
-        start = (
-            self._vectors(None if not len(x) else x, guess)[1]
-            if guess is not None
-            else (self._vectors(x, self.scheme.scene.v0)[1])
-        )
-        run = self._run(0, 1, x, mu, start, None)
+        guess = self._vectors(x, self.scheme.scene.v0 if guess is None else guess)[1]
+        run = self._run(0, 1, x, mu, guess, None)
         return np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
 
     def _evolve(self, here: dict[str, Any], u: Any) -> tuple[np.ndarray, np.ndarray]:

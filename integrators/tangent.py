@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .compiling import run_text
+from .compiling import cached_text, run_text
 from .equations import Scheme
 from .printing import function_text
 
@@ -105,41 +105,38 @@ class LocalGeometry:
 
     @cached_property
     def _local(self) -> Any:
-        s, scheme = self.scheme.s, self.scheme
-        minus, plus = scheme.minus_at_points, scheme.plus_at_points
-        target = scheme.scene.groupoid.target(s.x, s.u, s.h)
-        parts = [
-            target,
-            scheme.rho,
-            scheme.L,
-            scheme.R,
-            minus,
-            plus,
-            *((target.jacobian(s.x), target.jacobian(s.u)) if self.n else ([], [])),
-            scheme.total_x(minus),
-            scheme.total_u(minus),
-            scheme.total_x(plus),
-            scheme.total_u(plus),
-        ]
-        points = [(list(p.z), list(p.value)) for p in scheme.points]
-        return self._function("local", {"x": s.x, "u": s.u}, parts, points)
+        text = cached_text(self.scheme, "local", self._local_text)
+        return run_text(text, self.numbers.namespace())["local"]
 
     @cached_property
     def _natural(self) -> Any:
-        s, groupoid = self.scheme.s, self.scheme.scene.groupoid
-        rho = groupoid.rho(s.x, s.h) / s.h
-        structure = [c / s.h for c in groupoid.structure_functions(s.x, s.h)]
-        parts = [rho, [entry for c in structure for entry in c]]
-        return self._function("natural", {"x": s.x}, parts, [])
+        text = cached_text(self.scheme, "natural", self._natural_text)
+        return run_text(text, self.numbers.namespace())["natural"]
 
-    def _function(self, name: str, vectors: dict[str, Any], parts: Any, points: Any) -> Any:
+    def _local_text(self) -> str:
+        s, scheme = self.scheme.s, self.scheme
+        minus, plus = scheme.minus_at_points, scheme.plus_at_points
+        target = scheme.scene.groupoid.target(s.x, s.u, s.h)
+        of_target = (target.jacobian(s.x), target.jacobian(s.u)) if self.n else ([], [])
+        parts = [target, scheme.rho, scheme.L, scheme.R, minus, plus, *of_target]
+        parts += [scheme.total_x(minus), scheme.total_u(minus)]
+        parts += [scheme.total_x(plus), scheme.total_u(plus)]
+        points = [(list(p.z), list(p.value)) for p in scheme.points]
+        return self._text("local", {"x": s.x, "u": s.u}, parts, points)
+
+    def _natural_text(self) -> str:
+        s, groupoid = self.scheme.s, self.scheme.scene.groupoid
+        structure = [c / s.h for c in groupoid.structure_functions(s.x, s.h)]
+        parts = [groupoid.rho(s.x, s.h) / s.h, [entry for c in structure for entry in c]]
+        return self._text("natural", {"x": s.x}, parts, [])
+
+    def _text(self, name: str, vectors: dict[str, Any], parts: Any, points: Any) -> str:
         from sympy import Symbol
 
         numbered = {q: Symbol(f"q{i}", real=True) for i, q in enumerate(self.scheme.s.q)}
         results = [[e.xreplace(numbered) for e in part] for part in parts]
         before = [(z, [e.xreplace(numbered) for e in values]) for z, values in points]
-        text = function_text(name, {**vectors, "q": list(numbered.values())}, results, before)
-        return run_text(text, self.numbers.namespace())[name]
+        return function_text(name, {**vectors, "q": list(numbered.values())}, results, before)
 
 
 def frobenius(matrix: np.ndarray) -> Any:

@@ -107,9 +107,7 @@ def _largest_stable_step(case: Case) -> Fraction:
     if case.scene.lagrangian is None:
         return Fraction(case.scene.step)
     try:
-        return largest_stable_step(
-            case.scheme if not case.control else Scheme(case.scene, case.rule)
-        )
+        return largest_stable_step(case.scheme)
     except StepFailure:
         return Fraction(case.scene.step)
 

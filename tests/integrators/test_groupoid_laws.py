@@ -1,8 +1,11 @@
 """Lie groupoids near their identities: axioms, derived objects, invariant fields.
 
 All evaluations are exact, at rational points near the identities, in the middle and near the edge
-of the chart; so a law holds or does not, with no tolerance.
+of the chart. Derivatives along a curve are difference quotients over 2·10⁻⁴⁰ in exact arithmetic,
+right to more than 40 digits.
 """
+
+from itertools import product
 
 import sympy
 from everything import ARROWS, GROUPOIDS, STEPS, arrows
@@ -15,7 +18,7 @@ from integrators.groupoid import axioms, check_axioms
 
 everywhere = pytest.mark.parametrize("stratum", ARROWS)
 at_steps = pytest.mark.parametrize("h", STEPS, ids=str)
-EPS = Symbol("eps", real=True)
+EPS = Rational(1, 10**40)
 
 
 @pytest.fixture(params=GROUPOIDS, scope="module")
@@ -28,9 +31,15 @@ def vanishes(matrix):
     return all(e == 0 if e.is_Rational else sympy.cancel(e) == 0 for e in matrix)
 
 
-def slope_at_zero(column):
-    """d/dε at ε = 0 of a column of rational functions of ε, exactly."""
-    return column.diff(EPS).subs(EPS, 0)
+def agree(found, wanted):
+    """Rationals equal but for the error of a difference quotient."""
+    pairs = zip(found, wanted, strict=True)
+    return all(abs(a - b) <= EPS * (1 + abs(b)) for a, b in pairs)
+
+
+def slope(curve):
+    """d/dε at ε = 0 of a curve of columns; the error is of the size EPS² × third derivative."""
+    return (curve(EPS) - curve(-EPS)) / (2 * EPS)
 
 
 def unit(length, i):
@@ -88,16 +97,15 @@ def test_closed_forms_are_the_derivatives(g, stratum, h):
         (g.dim_u, g.dim_u),
     )
     for a in range(g.dim_u):
-        e = EPS * unit(g.dim_u, a)
-        if g.dim_x:
-            assert vanishes(slope_at_zero(g.target(x, zero + e, h)) - rho[:, a])
-        assert vanishes(slope_at_zero(g.product(x, u, e, h)) - L[:, a])
-        assert vanishes(slope_at_zero(g.product(x, e, u, h)) - R[:, a])
+        e = unit(g.dim_u, a)
+        assert agree(slope(lambda s, e=e: g.target(x, s * e, h)), rho[:, a])
+        assert agree(slope(lambda s, e=e: g.product(x, u, s * e, h)), L[:, a])
+        assert agree(slope(lambda s, e=e: g.product(x, s * e, u, h)), R[:, a])
     at_unit = (g.L(x, zero, h), g.R(x, zero, h))
     assert at_unit == (eye(g.dim_u), eye(g.dim_u))
 
 
-@pytest.mark.parametrize("name", ["pair(2)", "action(so(3))", "affine action", "framed plane"])
+@pytest.mark.parametrize("name", ["pair(2)", "affine action", "framed plane"])
 def test_closed_forms_are_the_derived_ones_identically(name):
     g = GROUPOIDS[name]
     s = g._symbols
@@ -115,13 +123,10 @@ def test_structure_functions_two_ways(g, h):
     """C^γ_μν = ∂L^γ_ν/∂u^μ − ∂L^γ_μ/∂u^ν = ∂R^γ_μ/∂v^ν − ∂R^γ_ν/∂v^μ at the identities."""
     x = arrows(g, "generic", h)["x"]
     C, m = g.structure_functions(x, h), g.dim_u
-    L = [slope_at_zero(g.L(x, EPS * unit(m, a), h)) for a in range(m)]
-    R = [slope_at_zero(g.R(x, EPS * unit(m, a), h)) for a in range(m)]
-    for c in range(m):
-        for a in range(m):
-            for b in range(m):
-                assert sympy.simplify(C[c][a, b] - (L[a][c, b] - L[b][c, a])) == 0
-                assert sympy.simplify(C[c][a, b] - (R[b][c, a] - R[a][c, b])) == 0
+    L = [slope(lambda s, a=a: g.L(x, s * unit(m, a), h)) for a in range(m)]
+    R = [slope(lambda s, a=a: g.R(x, s * unit(m, a), h)) for a in range(m)]
+    for c, a, b in product(range(m), repeat=3):
+        assert agree([L[a][c, b] - L[b][c, a], R[b][c, a] - R[a][c, b]], [C[c][a, b]] * 2)
 
 
 def along(field, function, x):
@@ -166,8 +171,8 @@ def test_inversion_to_first_order(g, h):
     """∂ι/∂u (x, 0) = −1 (paper, section 3.2)."""
     x = arrows(g, "generic", h)["x"]
     for a in range(g.dim_u):
-        moved = slope_at_zero(g.inversion(x, EPS * unit(g.dim_u, a), h))
-        assert vanishes(moved + unit(g.dim_u, a))
+        e = unit(g.dim_u, a)
+        assert agree(slope(lambda s, e=e: g.inversion(x, s * e, h)), -e)
 
 
 @pytest.mark.parametrize(
@@ -183,11 +188,11 @@ def test_inversion_tangent(name):
     x, u = point["x"], point["u"]
     by_x, by_u = g.inversion_tangent(x, u, g.inversion(x, u, h), h)
     for i in range(g.dim_x):
-        moved = g.inversion(x + EPS * unit(g.dim_x, i), u, h)
-        assert vanishes(slope_at_zero(moved) - by_x[:, i])
+        e = unit(g.dim_x, i)
+        assert agree(slope(lambda s, e=e: g.inversion(x + s * e, u, h)), by_x[:, i])
     for a in range(g.dim_u):
-        moved = g.inversion(x, u + EPS * unit(g.dim_u, a), h)
-        assert vanishes(slope_at_zero(moved) - by_u[:, a])
+        e = unit(g.dim_u, a)
+        assert agree(slope(lambda s, e=e: g.inversion(x, u + s * e, h)), by_u[:, a])
 
 
 @pytest.mark.parametrize("name", ["action(so(3))", "group(so(3))"])
@@ -276,10 +281,12 @@ def test_inversion_exchanges_left_and_right(g, stratum, h, fields_of):
     left_at_inverse, right_at_inverse, _, _ = fields.at({"x": y, "u": w})
     for a in range(m):
         for field, wanted in ((right[a], left_at_inverse[a]), (left[a], right_at_inverse[a])):
-            moved_x, moved_u = x + EPS * field[: g.dim_x, :], u + EPS * field[g.dim_x :, :]
-            end = slope_at_zero(g.target(moved_x, moved_u, h)) if g.dim_x else zeros(0, 1)
-            image = end.col_join(slope_at_zero(g.inversion(moved_x, moved_u, h)))
-            assert vanishes(image + wanted)
+
+            def inverse(s, field=field):
+                at = x + s * field[: g.dim_x, :], u + s * field[g.dim_x :, :]
+                return g.target(*at, h).col_join(g.inversion(*at, h))
+
+            assert agree(slope(inverse), -wanted)
 
 
 @pytest.mark.parametrize("theta", [Rational(1, 3), Rational(1, 2), Rational(1)], ids=str)
@@ -300,16 +307,16 @@ def test_fields_on_the_points_of_a_step(name, stratum, theta):
         s["h"]: h,
     }
     right, left = (f.subs(values) for f in g.point_fields(s["x"], s["u"], s["h"], theta, z))
-    slope = g.point_slope(s["x"], s["u"], s["h"], theta, z).subs(values)
+    slopes = g.point_slope(s["x"], s["u"], s["h"], theta, z).subs(values)
     rho, L, R = g.rho(x, h), g.L(x, u, h), g.R(x, u, h)
+
+    def point_at(dx, du):
+        return slope(lambda s: g.target(x + s * dx, u + s * du, theta * h))
+
     for a in range(m):
-        e = unit(m, a)
-        moved = g.target(x - EPS * rho[:, a], u + EPS * R[:, a], theta * h)
-        assert vanishes(slope_at_zero(moved) - right[:, a])
-        moved = g.target(x, u + EPS * L[:, a], theta * h)
-        assert vanishes(slope_at_zero(moved) - left[:, a])
-        moved = g.target(x, u + EPS * e, theta * h)
-        assert vanishes(slope_at_zero(moved) - slope[:, a])
+        assert agree(point_at(-rho[:, a], R[:, a]), right[:, a])
+        assert agree(point_at(0 * x, L[:, a]), left[:, a])
+        assert agree(point_at(0 * x, unit(m, a)), slopes[:, a])
 
 
 # -- broken groupoids are refused -----------------------------------------------------------------
@@ -324,11 +331,11 @@ def added(x, u, v, h):
 
 
 BROKEN = {
-    "the identities are (x, 0)": (lambda x, u, h: x + h * u + h, added),
+    "the identities are (x, 0)": (lambda x, u, h: [x[0] + h * u[0] + h], added),
     "right unit": (shifted, lambda x, u, v, h: [u[0] * (1 + h) + v[0]]),
     "left unit": (shifted, lambda x, u, v, h: [u[0] + v[0] * (1 + h)]),
     "target of a product": (shifted, lambda x, u, v, h: [u[0] + v[0] + h * u[0] * v[0]]),
-    "u is scaled by the step": (lambda x, u, h: x + h**2 * u, added),
+    "u is scaled by the step": (lambda x, u, h: [x[0] + h**2 * u[0]], added),
 }
 
 
@@ -395,11 +402,11 @@ def test_a_small_error_is_enough():
 def test_an_inverse_that_cannot_be_found_is_asked_for():
     """ι is found by itself where p is affine in v; elsewhere `inverse=` says it."""
 
-    def product(x, u, v, h):
+    def cubic(x, u, v, h):
         """Addition in the chart t = u + h u³: no closed form of the roots is tried."""
         return [Symbol("unused") * 0 + u[0] + v[0] + h * (u[0] ** 2 * v[0] + u[0] * v[0] ** 2)]
 
-    g = LocalGroupoid(0, 1, target=lambda x, u, h: [], product=product, name="cubic")
+    g = LocalGroupoid(0, 1, target=lambda x, u, h: [], product=cubic, name="cubic")
     s = g._symbols
     assert g.inversion(s["x"], s["u"], s["h"]) == -s["u"]  # odd charts need no solving
 
@@ -418,6 +425,13 @@ def test_an_inverse_that_cannot_be_found_is_asked_for():
 def test_target_and_product_may_be_columns():
     g = LocalGroupoid(2, 2, target=shifted, product=added, name="plane")
     check_axioms(g)
+
+
+@pytest.mark.xfail(reason="LocalGroupoid does not wrap what the user's functions raise")
+def test_a_function_that_raises_is_named():
+    g = LocalGroupoid(1, 1, target=lambda x, u, h: x + h, product=added, name="sum")
+    with pytest.raises(BadInput, match="sum: target"):
+        check_axioms(g)
 
 
 def test_wrong_lengths_are_named():
