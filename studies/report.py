@@ -60,66 +60,85 @@ def about(scene: Scene) -> dict[str, Any]:
 
 
 def equations_of(scheme: Scheme) -> dict[str, Any]:
-    """The discrete Euler–Lagrange equations F⁺(x, u) = F⁻(y, v), typeset, points kept as letters."""
-    from sympy import Eq, factor_terms
-    from sympy.printing.mathml import mathml
+    """What was derived for one scheme, typeset, the points of a step kept as letters.
 
+    Exact: terms are only collected in powers of h and factored. F⁺ and F⁻ are divided by h.
+    """
     from integrators.kernels import KernelBuilder
 
-    shown = _letters(scheme)
+    from .rendering.formulas import Typesetter, ascending
 
-    def typeset(expression: Any) -> str:
-        return str(mathml(expression.xreplace(shown), printer="presentation"))
+    s: SceneSymbols = scheme.s
+    points = [p for p in scheme.points if not p.is_end]
+    inner = [z for p in points for z in p.z]
+    base = {*s.x, *s.y, *inner}
+    typeset = Typesetter(_letters(scheme), s.h, [*base, *s.u, *s.v, *map(_after, inner)])
+    after = dict(zip([*s.x, *s.u, *inner], [*s.y, *s.v, *map(_after, inner)], strict=True))
 
-    s = scheme.s
-    here = [factor_terms(e) for e in scheme.plus_at_points]
-    there = [factor_terms(e) for e in scheme.minus_at_points]
-    next_step = {**dict(zip(s.x, s.y, strict=True)), **dict(zip(s.u, s.v, strict=True))}
-    points = [
-        typeset(Eq(z, b, evaluate=False))
-        for p in scheme.points for z, b in zip(p.z, p.value, strict=True)
-    ]  # fmt: skip
-    primed = {z: _after(z) for p in scheme.points for z in p.z}
-    residual = [
-        typeset(Eq(plus, minus.xreplace({**primed, **next_step}), evaluate=False))
-        for plus, minus in zip(here, there, strict=True)
-    ]
+    def terms(expression: Any) -> list[Any]:
+        return ascending(expression, s.h, base)
+
+    plus = [terms(e / s.h) for e in scheme.plus_at_points]
+    minus = [terms(e / s.h) for e in scheme.minus_at_points]
+    values = [(p.z, p.value) for p in points]
+    if len(s.x):
+        values.append((s.y, scheme.scene.groupoid.target(s.x, s.u, s.h)))
     return {
         "scene": scheme.scene.name,
         "rule": scheme.rule.name,
         "retraction": scheme.scene.groupoid.retraction,
-        "lagrangian_mathml": typeset(s.lagrangian) if scheme.scene.lagrangian else "",
-        "discrete_lagrangian_mathml": typeset(scheme.discrete_lagrangian_at_points),
-        "residual_mathml": residual + points,
-        "legendre_minus_mathml": [typeset(e) for e in there],
+        "notation": _notation(scheme),
+        "lagrangian_mathml": typeset.sum(terms(s.lagrangian)) if scheme.scene.lagrangian else "",
+        "discrete_lagrangian_mathml": typeset.sum(terms(scheme.discrete_lagrangian_at_points)),
+        "points_mathml": [
+            typeset.equation([z], terms(b))
+            for column, value in values for z, b in zip(column, value, strict=True)
+        ],
+        "momentum_mathml": [
+            typeset.equation([mu], e) for mu, e in zip(s.mu, minus, strict=True)
+        ],
+        "residual_mathml": [
+            typeset.equation(here, [e.xreplace(after) for e in there])
+            for here, there in zip(plus, minus, strict=True)
+        ],
         "self_adjoint": scheme.self_adjoint,
         "affine": KernelBuilder(scheme).affine,
         "source": scheme.rule.source,
-    }
+    }  # fmt: skip
 
 
-def _letters(scheme: Scheme) -> dict[Any, Any]:
-    """Indices from 1, as the paper has them; one letter z a point inside the step."""
-    from sympy import Symbol
-
-    s: SceneSymbols = scheme.s
-    letters = {}
-    for letter, column in (("x", s.x), ("u", s.u), ("v", s.v), ("y", s.y)):
-        for i, symbol in enumerate(column):
-            letters[symbol] = Symbol(letter if len(column) == 1 else f"{letter}_{i + 1}")
+def _notation(scheme: Scheme) -> str:
+    """What the letters of a scheme's equations stand for."""
+    if not len(scheme.x):
+        return "u is the velocity during this step, v during the next; h is the step size."
+    words = "x is the base point at the start of this step and u the velocity during it, y and v "
+    words += "the same for the next step; h is the step size."
     for number, point in enumerate(p for p in scheme.points if not p.is_end):
-        letter = "z" + "'" * number
-        for i, symbol in enumerate(point.z):
-            letters[symbol] = Symbol(letter if len(point.z) == 1 else f"{letter}_{i + 1}")
-            letters[_after(symbol)] = Symbol(str(letters[symbol]).replace("z", "w"))
+        z, w = (letter + "′" * number for letter in "zw")
+        words += f" {z} is the point of this step at the fraction {point.theta}, {w} that of the next."
+    return words
+
+
+def _letters(scheme: Scheme) -> dict[Any, str]:
+    """Indices from 1, as the paper has them; z for a point inside the step, w inside the next."""
+    s: SceneSymbols = scheme.s
+    columns = [("x", s.x), ("u", s.u), ("v", s.v), ("y", s.y), ("μ", s.mu)]
+    for number, point in enumerate(p for p in scheme.points if not p.is_end):
+        columns.append(("z" + "′" * number, point.z))
+        columns.append(("w" + "′" * number, [_after(z) for z in point.z]))
+    letters = {
+        symbol: letter if len(column) == 1 else f"{letter}_{i + 1}"
+        for letter, column in columns for i, symbol in enumerate(column)
+    }  # fmt: skip
     for parameter in s.parameter_list:
         name, _, index = str(parameter).rpartition("_")
         if index.isdigit() and name:
-            letters[parameter] = Symbol(f"{name}_{int(index) + 1}")
+            letters[parameter] = f"{name}_{int(index) + 1}"
     return letters
 
 
 def _after(symbol: Any) -> Any:
+    """The same point in the next step."""
     from sympy import Symbol
 
     return Symbol(f"after {symbol}", real=True)

@@ -6,6 +6,7 @@ held to every law by being listed.
 
 from functools import cache
 
+import pytest
 import sympy
 from sympy import Matrix, Rational
 
@@ -239,6 +240,11 @@ def two_thirds(L, G, x, u, h):
 #: every (scene, rule) by name
 SCHEMES = tuple((s, r) for s in SCENES for r in RULES)
 BUILT_IN_SCHEMES = tuple((s, r) for s in BUILT_IN for r in RULES)
+
+
+def named(schemes):
+    """Parameters of a test that runs over schemes."""
+    return [pytest.param(*s, id="-".join(map(str, s))) for s in schemes]
 
 
 @cache

@@ -144,7 +144,8 @@ def _schemes(
         facts = ["self-adjoint" if entry.get("self_adjoint") else "not self-adjoint"]
         facts.append("solved without iteration" if entry.get("affine") else "solved by Newton")
         source = str(entry.get("source") or "")
-        found.append({"title": title, "facts": facts, "source": source, "formulae": shown})
+        words = {"title": title, "source": source, "notation": str(entry.get("notation") or "")}
+        found.append({**words, "facts": facts, "formulae": shown})
     return found
 
 
@@ -155,6 +156,7 @@ _SCENE: dict[str, Any] = dict.fromkeys(
 _FORMULAE = (
     ("Lagrangian", "lagrangian_mathml"),
     ("Discrete Lagrangian", "discrete_lagrangian_mathml"),
-    ("Legendre map F⁻", "legendre_minus_mathml"),
-    ("Discrete Euler–Lagrange equations", "residual_mathml"),
+    ("Points of a step", "points_mathml"),
+    ("Momentum, μ = F⁻(x, u)/h", "momentum_mathml"),
+    ("Discrete Euler–Lagrange equations, F⁺(x, u)/h = F⁻(y, v)/h", "residual_mathml"),
 )

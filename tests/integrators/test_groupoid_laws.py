@@ -8,7 +8,7 @@ right to more than 40 digits.
 from itertools import product
 
 import sympy
-from everything import ARROWS, GROUPOIDS, STEPS, arrows
+from everything import ARROWS, GROUPOIDS, STEPS, arrows, compose, cross
 from sympy import Matrix, Rational, Symbol, eye, zeros
 
 import pytest
@@ -289,7 +289,7 @@ def test_inversion_exchanges_left_and_right(g, stratum, h, fields_of):
             assert agree(slope(inverse), -wanted)
 
 
-@pytest.mark.parametrize("theta", [Rational(1, 3), Rational(1, 2), Rational(1)], ids=str)
+@pytest.mark.parametrize("theta", [Rational(1, 3), Rational(1)], ids=str)
 @pytest.mark.parametrize("name", [name for name, g in GROUPOIDS.items() if g.dim_x])
 @everywhere
 def test_fields_on_the_points_of_a_step(name, stratum, theta):
@@ -323,11 +323,11 @@ def test_fields_on_the_points_of_a_step(name, stratum, theta):
 
 
 def shifted(x, u, h):
-    return x + h * u
+    return [x[0] + h * u[0]]
 
 
 def added(x, u, v, h):
-    return u + v
+    return [u[0] + v[0]]
 
 
 BROKEN = {
@@ -365,7 +365,7 @@ def test_associativity_alone_is_missed_by_no_other_law():
 
 def test_a_wrong_inverse_is_refused():
     broken = LocalGroupoid(
-        1, 1, target=shifted, product=added, inverse=lambda x, u, h: u, name="mirror"
+        1, 1, target=shifted, product=added, inverse=lambda x, u, h: [u[0]], name="mirror"
     )
     with pytest.raises(BadInput, match=r"mirror is not a groupoid: .*inverses"):
         check_axioms(broken)
@@ -384,17 +384,12 @@ def test_a_product_not_scaled_by_the_step_is_refused():
 
 
 def test_a_small_error_is_enough():
-    """So(3) with one coefficient wrong by 1e-9."""
-    from everything import compose
+    """so(3) with one coefficient wrong by 1e-9."""
 
-    off = Rational(1, 2) + Rational(1, 10**9)
-    broken = LocalGroupoid(
-        0,
-        3,
-        target=lambda x, u, h: [],
-        product=lambda x, u, v, h: compose(u, v, h) + (off - Rational(1, 2)) * h * u.cross(v),
-        name="nearly so(3)",
-    )
+    def off(x, u, v, h):
+        return [a + h * b / 10**9 for a, b in zip(compose(u, v, h), cross(u, v), strict=True)]
+
+    broken = LocalGroupoid(0, 3, target=lambda x, u, h: [], product=off, name="nearly so(3)")
     with pytest.raises(BadInput, match="nearly so\\(3\\) is not a groupoid"):
         check_axioms(broken)
 
@@ -423,7 +418,9 @@ def test_an_inverse_that_cannot_be_found_is_asked_for():
 
 @pytest.mark.xfail(reason="sympy matrices have no __iter__: integrators.groupoid._column")
 def test_target_and_product_may_be_columns():
-    g = LocalGroupoid(2, 2, target=shifted, product=added, name="plane")
+    g = LocalGroupoid(
+        2, 2, target=lambda x, u, h: x + h * u, product=lambda x, u, v, h: u + v, name="plane"
+    )
     check_axioms(g)
 
 
