@@ -12,7 +12,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -66,6 +66,7 @@ def _generator() -> str:
     return hashlib.sha256(b"".join((here / name).read_bytes() for name in names)).hexdigest()
 
 
+@lru_cache(maxsize=512)
 def _key(scheme: Scheme, what: str) -> str:
     """Digest of all that the kernels depend on: L_d, the points, the groupoid's maps, q."""
     groupoid, s = scheme.scene.groupoid, scheme.s
@@ -114,6 +115,7 @@ def _compiled(path: Path) -> ModuleType:
     return module
 
 
+@lru_cache(maxsize=512)
 def load_kernels(scheme: Scheme, numbers: Any) -> dict[str, Any]:
     """The functions and constants of a scheme's module in the arithmetic `numbers`."""
     path = kernel_file(scheme)

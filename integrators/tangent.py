@@ -5,7 +5,7 @@ All derivatives are exact, from the implicit function theorem; none is a differe
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -105,38 +105,47 @@ class LocalGeometry:
 
     @cached_property
     def _local(self) -> Any:
-        text = cached_text(self.scheme, "local", self._local_text)
-        return run_text(text, self.numbers.namespace())["local"]
+        return _generated(self.scheme, self.numbers, "local")
 
     @cached_property
     def _natural(self) -> Any:
-        text = cached_text(self.scheme, "natural", self._natural_text)
-        return run_text(text, self.numbers.namespace())["natural"]
+        return _generated(self.scheme, self.numbers, "natural")
 
-    def _local_text(self) -> str:
-        s, scheme = self.scheme.s, self.scheme
-        minus, plus = scheme.minus_at_points, scheme.plus_at_points
-        target = scheme.scene.groupoid.target(s.x, s.u, s.h)
-        of_target = (target.jacobian(s.x), target.jacobian(s.u)) if self.n else ([], [])
-        parts = [target, scheme.rho, scheme.L, scheme.R, minus, plus, *of_target]
-        parts += [scheme.total_x(minus), scheme.total_u(minus)]
-        parts += [scheme.total_x(plus), scheme.total_u(plus)]
-        points = [(list(p.z), list(p.value)) for p in scheme.points]
-        return self._text("local", {"x": s.x, "u": s.u}, parts, points)
 
-    def _natural_text(self) -> str:
-        s, groupoid = self.scheme.s, self.scheme.scene.groupoid
-        structure = [c / s.h for c in groupoid.structure_functions(s.x, s.h)]
-        parts = [groupoid.rho(s.x, s.h) / s.h, [entry for c in structure for entry in c]]
-        return self._text("natural", {"x": s.x}, parts, [])
+@lru_cache(maxsize=512)
+def _generated(scheme: Scheme, numbers: Any, what: str) -> Any:
+    """`local` or `natural` of a scheme in an arithmetic, derived once and kept on disk."""
+    build = {"local": _local_text, "natural": _natural_text}[what]
+    text = cached_text(scheme, what, lambda: build(scheme))
+    return run_text(text, numbers.namespace())[what]
 
-    def _text(self, name: str, vectors: dict[str, Any], parts: Any, points: Any) -> str:
-        from sympy import Symbol
 
-        numbered = {q: Symbol(f"q{i}", real=True) for i, q in enumerate(self.scheme.s.q)}
-        results = [[e.xreplace(numbered) for e in part] for part in parts]
-        before = [(z, [e.xreplace(numbered) for e in values]) for z, values in points]
-        return function_text(name, {**vectors, "q": list(numbered.values())}, results, before)
+def _local_text(scheme: Scheme) -> str:
+    s = scheme.s
+    minus, plus = scheme.minus_at_points, scheme.plus_at_points
+    target = scheme.scene.groupoid.target(s.x, s.u, s.h)
+    of_target = (target.jacobian(s.x), target.jacobian(s.u)) if len(scheme.x) else ([], [])
+    parts = [target, scheme.rho, scheme.L, scheme.R, minus, plus, *of_target]
+    parts += [scheme.total_x(minus), scheme.total_u(minus)]
+    parts += [scheme.total_x(plus), scheme.total_u(plus)]
+    points = [(list(p.z), list(p.value)) for p in scheme.points]
+    return _text(scheme, "local", {"x": s.x, "u": s.u}, parts, points)
+
+
+def _natural_text(scheme: Scheme) -> str:
+    s, groupoid = scheme.s, scheme.scene.groupoid
+    structure = [c / s.h for c in groupoid.structure_functions(s.x, s.h)]
+    parts = [groupoid.rho(s.x, s.h) / s.h, [entry for c in structure for entry in c]]
+    return _text(scheme, "natural", {"x": s.x}, parts, [])
+
+
+def _text(scheme: Scheme, name: str, vectors: dict[str, Any], parts: Any, points: Any) -> str:
+    from sympy import Symbol
+
+    numbered = {q: Symbol(f"q{i}", real=True) for i, q in enumerate(scheme.s.q)}
+    results = [[e.xreplace(numbered) for e in part] for part in parts]
+    before = [(z, [e.xreplace(numbered) for e in values]) for z, values in points]
+    return function_text(name, {**vectors, "q": list(numbered.values())}, results, before)
 
 
 def frobenius(matrix: np.ndarray) -> Any:

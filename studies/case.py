@@ -10,7 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import lru_cache
 from types import ModuleType
 from typing import Any
 
@@ -44,6 +44,12 @@ class Choice:
                 yield scene, rule
 
 
+@lru_cache(maxsize=256)
+def scheme_of(scene: Scene, rule: Discretisation) -> Scheme:
+    """One scheme for all studies and precisions: what it derives, it derives once."""
+    return Scheme(scene, rule)
+
+
 @dataclass(frozen=True)
 class Case:
     """One measurement: a scene by a rule at a precision, or a control that must be caught."""
@@ -55,10 +61,10 @@ class Case:
     steps: int | None = None
     control: str | None = None
 
-    @cached_property
+    @property
     def scheme(self) -> Scheme:
         """The scene discretised by the rule."""
-        return Scheme(self.scene, self.rule)
+        return scheme_of(self.scene, self.rule)
 
     @property
     def label(self) -> str:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from integrators import Scheme
 from integrators.momentum import Conserved
+from integrators.scene import Scene
 
-from .case import Case, Choice, Progress, Verdict, plain_cases, silent
+from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
 from .runs import bins, interval, long_run, relative_drifts
 
 NAME = "momentum"
@@ -28,6 +29,11 @@ def _kept(case: Case) -> list[Conserved]:
     return [q for q in case.scene.symmetries if q.to_roundoff]
 
 
+@cache
+def _with_attitude(scene: Scene) -> Scene:
+    return scene.with_attitude()
+
+
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Rows {step, time, drift: {name: worst so far in its stretch}}; measured: the worst of each.
 
@@ -41,8 +47,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         quantities = [q for q in _kept(case) if q.attitude is attitude]
         if not quantities:
             continue
-        scene = case.scene.with_attitude() if attitude else case.scene
-        scheme = Scheme(scene, case.rule)
+        scene = _with_attitude(case.scene) if attitude else case.scene
+        scheme = scheme_of(scene, case.rule)
         run = long_run(case, scheme, steps, progress)
         x: Any = scheme.x
         if attitude:

@@ -11,7 +11,7 @@ from integrators.scene import Scene
 from integrators.symbols import SceneSymbols
 
 from . import NAMES, get
-from .case import Choice, Progress, run_study, silent
+from .case import Choice, Progress, run_study, scheme_of, silent
 
 
 def make_report(
@@ -36,7 +36,7 @@ def make_report(
     progress("equations and figures", len(NAMES) / (len(NAMES) + 1))
     pairs = list(choice.pairs())
     scenes = list({scene.name: scene for scene, _ in pairs}.values())
-    equations = [equations_of(Scheme(scene, rule)) for scene, rule in pairs]
+    equations = [equations_of(scheme_of(scene, rule)) for scene, rule in pairs]
     page = write_report(results, equations, [about(s) for s in scenes], folder, "make report")
     return results, page
 
@@ -72,14 +72,21 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
     points = [p for p in scheme.points if not p.is_end]
     inner = [z for p in points for z in p.z]
     base = {*s.x, *s.y, *inner}
-    typeset = Typesetter(_letters(scheme), s.h, [*base, *s.u, *s.v, *map(_after, inner)])
+    letters = _letters(scheme)
+    typeset = Typesetter(letters, s.h, [*base, *s.u, *s.v, *map(_after, inner)])
     after = dict(zip([*s.x, *s.u, *inner], [*s.y, *s.v, *map(_after, inner)], strict=True))
+    below: dict[Any, Any] = {}  # denominators that the equations share, by their letter
 
-    def terms(expression: Any) -> list[Any]:
-        return ascending(expression, s.h, base)
+    def terms(expression: Any, named: dict[Any, Any] | None = None) -> list[Any]:
+        return ascending(expression, s.h, base, named)
 
-    plus = [terms(e / s.h) for e in scheme.plus_at_points]
-    minus = [terms(e / s.h) for e in scheme.minus_at_points]
+    plus = [terms(e / s.h, below) for e in scheme.plus_at_points]
+    minus = [terms(e / s.h, below) for e in scheme.minus_at_points]
+    for letter, value in below.items():
+        after[letter] = _after(letter)
+        for symbol, names in ((letter, ("x", "u")), (after[letter], ("y", "v"))):
+            shown = names if value.free_symbols & set(s.x) else names[1:]
+            letters[symbol] = f"{letter}({', '.join(shown)})"
     values = [(p.z, p.value) for p in points]
     if len(s.x):
         values.append((s.y, scheme.scene.groupoid.target(s.x, s.u, s.h)))
@@ -95,7 +102,8 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
             for column, value in values for z, b in zip(column, value, strict=True)
         ],
         "momentum_mathml": [
-            typeset.equation([mu], e) for mu, e in zip(s.mu, minus, strict=True)
+            *(typeset.equation([mu], e) for mu, e in zip(s.mu, minus, strict=True)),
+            *(typeset.equation([letter], [value]) for letter, value in below.items()),
         ],
         "residual_mathml": [
             typeset.equation(here, [e.xreplace(after) for e in there])
@@ -115,7 +123,7 @@ def _notation(scheme: Scheme) -> str:
     words += "the same for the next step; h is the step size."
     for number, point in enumerate(p for p in scheme.points if not p.is_end):
         z, w = (letter + "′" * number for letter in "zw")
-        words += f" {z} is the point of this step at the fraction {point.theta}, {w} that of the next."
+        words += f" {z} is the point at the fraction {point.theta} of this step, {w} of the next."
     return words
 
 

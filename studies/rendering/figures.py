@@ -181,13 +181,14 @@ CONVERGENCE = (
     "Error in (x, μ) at the end of the run against step size; the number beside a rule is the "
     "fitted order. Filled marks are in the fit. Hollow marks are left out because the error is "
     "not yet asymptotic there, crosses because round-off has taken over; a bar on the upper edge "
-    "is a run that failed. The triangles show the slopes that are expected."
+    "is a run that failed. The triangles show the slopes that are expected. Where curves coincide "
+    "the line has the colours of all of them in turn and the marks lie within one another."
 )
 DEFECTS = (
     "Defect of the symplectic form under the pullback by the step (filled), and of the Poisson "
     "bracket under the map on the dual (hollow). A mark is the worst point of the trajectory, the "
-    "line beside it goes to the median. Dashed: the limit that the verdict uses. Dotted: one unit "
-    "of round-off."
+    "line beside it goes to the median; zero is drawn at the left edge. Dashed: the limit that the "
+    "verdict uses. Dotted: one unit of round-off."
 )
 CONTROLS = (
     "Controls: maps that are not symplectic, or are tested against a wrong bracket, and have to "
@@ -198,15 +199,17 @@ CONTROLS = (
 )
 DRIFT = (
     "Drift of each momentum map, relative to the sum of the absolute values of its terms, against "
-    "the number of steps (the worst in each of many bins). Dotted: the random walk that round-off "
-    "alone makes, ε√N. A line that rises faster than it is a systematic drift. What is below a "
-    "tenth of a unit of round-off, zero included, is drawn there."
+    "the number of steps (the worst in each of many bins); beside a rule the worst of the whole "
+    "run. Dotted: the random walk that round-off alone makes, ε√N. A line that rises faster than "
+    "it is a systematic drift. Zero is drawn on the lower axis; a line in several colours is "
+    "several curves that coincide."
 )
 ENERGY = (
-    "Relative energy error against time: one strip a rule, each scaled to its own largest error, "
-    "which stands beside it. Of a long run the smallest and the largest error in each of many "
-    "bins are drawn. A sound variational integrator fills a band that neither tilts nor widens; "
-    "at the level of round-off it is a random walk instead."
+    "Relative energy error against time: one strip a rule, each from its own smallest to its own "
+    "largest error, which stand on its left; dashed: zero. Of a long run the space between the "
+    "smallest and the largest error of each short stretch is filled. A sound variational "
+    "integrator fills a band that neither tilts nor widens; where the energy is kept exactly only "
+    "the drift of round-off is left, and the band is a line."
 )
 
 Sketcher = Callable[[Sequence[Case], dict[str, Mark], Titles], list[Sketch]]

@@ -13,17 +13,21 @@ _TIMES = '<mo lspace="0.1em" rspace="0.1em">&#8290;</mo>'
 _TAG = re.compile(r"<[^>]*>|&#8290;")
 
 
-def ascending(expression: Any, h: Any, base: Collection[Any]) -> list[Any]:
+def ascending(
+    expression: Any, h: Any, base: Collection[Any], named: dict[Any, Any] | None = None
+) -> list[Any]:
     """Terms that add up to the expression exactly, in ascending powers of h, each factored.
 
     What depends on the symbols in `base` (potentials) stands apart from what does not. Terms whose
-    denominators contain h are gathered over one denominator and come last.
+    denominators contain h are gathered over one denominator and come last. With `named`, a
+    denominator is a letter, and this dictionary is told which (letter → denominator).
     """
-    from sympy import Add, cancel, count_ops, factor_terms, fraction, together
+    from sympy import Add, Symbol, cancel, count_ops, factor_terms, fraction, together
 
     if count_ops(expression) > LARGEST:
         return [factor_terms(expression)]
-    plain, broken = [], []
+    plain: list[Any] = []
+    broken: list[Any] = []
     for term in Add.make_args(_expanded(expression)):
         above, below = fraction(term)
         simple = above.is_polynomial(h) and not below.has(h)
@@ -31,7 +35,15 @@ def ascending(expression: Any, h: Any, base: Collection[Any]) -> list[Any]:
     found = _powers(Add(*plain), h, base)
     if broken:
         above, below = fraction(cancel(together(Add(*broken))))
-        found.append(Add(*_powers(above, h, base)) / Add(*_powers(below, h, ())))
+        number, below = below.as_content_primitive()
+        above /= number
+        below = Add(*_powers(below, h, ()))
+        if named is None:
+            return [*found, Add(*_powers(above, h, base)) / below]
+        known = {value: letter for letter, value in named.items()}
+        letter = known.get(below) or Symbol("Δ" + "′" * len(named), real=True)
+        named[letter] = below
+        found += [term / letter for term in _powers(above, h, base)]
     return found
 
 
@@ -96,10 +108,10 @@ class Typesetter:
         before, after = self.signed(left), self.signed(right)
         if _width([*before, *after]) <= LINE:
             return f"<mrow>{''.join(before)}<mo>=</mo>{''.join(after)}</mrow>"
-        rows = [*_lines("", before), *_lines("<mo>=</mo>", after)]
+        rows = [*_lines("", before), *_lines('<mo form="infix">=</mo>', after)]
         if _width(before) <= LINE // 8:
             rows[:2] = [rows[0] + rows[1]]
-        cells = "".join(f'<mtr><mtd columnalign="left">{row}</mtd></mtr>' for row in rows)
+        cells = "".join(f"<mtr><mtd>{row}</mtd></mtr>" for row in rows)
         return f'<mtable displaystyle="true">{cells}</mtable>'
 
     def sum(self, terms: Sequence[Any]) -> str:
@@ -111,21 +123,22 @@ class Typesetter:
         found: list[str] = []
         for term in terms:
             minus = term.as_coeff_Mul()[0].is_negative
-            sign = "<mo>−</mo>" if minus else "<mo>+</mo>" if found else ""
+            form = ' form="infix"' if found else ""
+            sign = f"<mo{form}>−</mo>" if minus else f"<mo{form}>+</mo>" if found else ""
             size = -term if minus else term
             shown = self._fenced(size) if minus and size.is_Add else self.product(size)
-            found.append(f"<mrow>{sign}{shown}</mrow>" if sign else shown)
+            found.append(sign + shown)
         return found or ["<mn>0</mn>"]
 
     def product(self, term: Any) -> str:
-        """A product without sign; sums stand beside, not in, a fraction over a number."""
+        """A product without sign; sums stand beside, not in, a fraction over something short."""
         from sympy import Mul, fraction
 
         above, below = fraction(term)
         factors = sorted((f for f in Mul.make_args(above) if f != 1), key=self._rank)
         if below == 1 or term.is_Add:
             return self._row(factors) if not term.is_Add else self.expression(term)
-        if below.is_number:
+        if all(f.is_number or f.is_Symbol for f in Mul.make_args(below)):
             sums = [f for f in factors if f.is_Add]
             rest = self._row([f for f in factors if not f.is_Add])
             small = f"<mfrac>{rest}{self.expression(below)}</mfrac>"
@@ -187,13 +200,15 @@ class Typesetter:
     def _rank(self, factor: Any) -> tuple[int, str]:
         """Numbers, the step, parameters, coordinates, functions of them, sums."""
         symbols = factor.free_symbols
-        kinds = (not symbols, symbols == {self.h}, not factor.is_Add and not self._moving(factor))
-        plain = factor.is_Symbol or (factor.is_Pow and factor.base.is_Symbol)
-        kinds = (*kinds, plain, not factor.is_Add, True)
+        kinds = [
+            not symbols,
+            symbols == {self.h},
+            not factor.is_Add and not symbols & self.coordinates,
+            factor.is_Symbol or (factor.is_Pow and factor.base.is_Symbol),
+            not factor.is_Add,
+            True,
+        ]
         return kinds.index(True), str(factor)
-
-    def _moving(self, factor: Any) -> bool:
-        return bool(factor.free_symbols & self.coordinates)
 
     def _place(self, term: Any) -> tuple[int, bool, str]:
         """Ascending powers of the step, and first what has a positive sign."""

@@ -10,7 +10,10 @@ _ALLOWED = re.compile(
     "math|mrow|mi|mn|mo|mtext|mspace|msqrt|mroot|mfrac|msub|msup|msubsup|munder|mover|munderover|"
     "mmultiscripts|mprescripts|none|mtable|mtr|mtd|mstyle|mpadded|mphantom|mfenced"
 )
-_KEPT = re.compile("mathvariant|stretchy|fence|separator|columnalign|linethickness|lspace|rspace|width|displaystyle")
+_KEPT = re.compile(
+    "mathvariant|stretchy|fence|separator|columnalign|linethickness|form|lspace|rspace|width|"
+    "displaystyle"
+)
 _ENTITY = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9a-fA-F]+);)(\w+);")
 
 

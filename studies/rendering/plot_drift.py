@@ -6,18 +6,21 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from studies.rendering.alike import shares
 from studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
 from studies.rendering.labels import end_labels
 from studies.rendering.palette import GRID, INK, MUTED, Mark
 from studies.rendering.plot_symplecticity import round_off
+from studies.rendering.typeset import figure_text
 from studies.rendering.wording import Case, mapping, number, rows, rule_name, scientific, verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOMENTUM_SHEET = Sheet(right=0.8)
-ENERGY_SHEET = Sheet(left=0.16, right=0.95, height=2.35)
+MOMENTUM_SHEET = Sheet(width=3.3, right=1.16)
+ENERGY_SHEET = Sheet(width=3.3, left=0.6, right=0.95, height=2.6)
 BINS = 150
+HALF = 0.36  # half the height of a strip, where the next one is 1 below
 
 
 def momenta(cases: Sequence[Case]) -> list[str]:
@@ -47,10 +50,11 @@ def drift(
         walks = [number(e.get("random_walk")) for e in expected]
         factor = max((walk for walk in walks if walk), default=unit * math.sqrt(last))
         limits = sorted({x for e in expected if (x := number(e.get("limit")))})
-        floor = unit / 10
+        floor = min([unit / 4, *(value for _, value in points if value > 0)])
         log_axis(axes, "x", log_limits((step for step, _ in points), 0.03))
         values = [max(value, floor) for _, value in points]
         log_axis(axes, "y", log_limits([floor, factor, *limits, *values], 0.05))
+        floor = axes.get_ylim()[0]  # where zeros are drawn
         for limit in limits:
             axes.axhline(limit, color=INK, lw=0.7, ls=(0, (3, 2)))
         first = axes.get_xlim()[0]
@@ -58,15 +62,15 @@ def drift(
         axes.plot([first, last], ends, color=MUTED, lw=0.9, ls=(0, (1, 1.6)))
         labels = [(last, factor, "ε√N", MUTED)]
         labels += [(last, limit, "limit", MUTED) for limit in limits]
-        for case, curve in zip(cases, curves, strict=True):
+        drawn = [[(step, max(value, floor)) for step, value in curve] for curve in curves]
+        for case, curve, share in zip(cases, drawn, shares(axes, drawn), strict=True):
             mark = marks[rule_name(case)]
-            drawn = [(step, max(value, floor)) for step, value in curve]
-            if drawn:
-                xs, ys = zip(*drawn, strict=True)
-                axes.plot(xs, ys, color=mark.colour, lw=0.8, ls=mark.dash)
-                # The label stands where the eye sees the end: at the middle of the last few.
-                tail = sorted(ys[-9:])
-                labels.append((last, tail[len(tail) // 2], _label(case), mark.colour))
+            style = {"color": mark.colour, "clip_on": False, **share.line(mark, 0.8)}
+            if curve:
+                axes.plot(*zip(*curve, strict=True), zorder=2.5, **style)
+            # The label stands where the eye sees the end: at the middle of the last few.
+            tail = sorted(value for _, value in curve[-9:]) or [floor]
+            labels.append((last, tail[len(tail) // 2], drifted(case, name), mark.colour))
         end_labels(axes, labels)
 
     spoken = f"{title}, {name}: relative drift against steps, {digits} digits. " + "; ".join(
@@ -76,9 +80,14 @@ def drift(
     return Panel(title, f"drift of {name}", "steps N", spoken, draw)
 
 
-def _label(case: Case) -> str:
-    state = verdict(case)
-    return rule_name(case) + ("" if state == "pass" else f"\n({state})")
+def drifted(case: Case, name: str) -> str:
+    """The rule, the worst drift of this quantity, and whether it is this one that fails."""
+    worst = number((mapping(case, "measured").get("drift") or {}).get(name))
+    limit = number(mapping(case, "expected").get("limit"))
+    if worst is None:
+        return f"{rule_name(case)}\n({verdict(case)})"
+    words = f"{rule_name(case)}  {scientific(worst, 0)}"
+    return words if limit is None or worst <= limit else f"{words}\n(fail)"
 
 
 def _drifts(case: Case, name: str) -> list[tuple[float, float]]:
@@ -100,32 +109,45 @@ def _drifts(case: Case, name: str) -> list[tuple[float, float]]:
 
 
 def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int) -> Panel:
-    """Energy error of one scene: one strip a rule, each scaled to its own largest error."""
+    """Energy error of one scene: one strip a rule, from its smallest to its largest error."""
 
     def draw(axes: Axes) -> None:
         curves = [_envelope(case) for case in cases]
         if not any(curves):
             note(axes, f"No points. {cases[0].get('reason') or ''}")
             return
-        end = max(time for curve in curves for time, _ in curve)
-        start = min(time for curve in curves for time, _ in curve)
+        end = max(time for curve in curves for time, _, _ in curve)
+        start = min(time for curve in curves for time, _, _ in curve)
+        start = 0.0 if 0 < start < end / 50 else start
+        end = max(end, float(f"{end:.2g}"))
         axes.set_xlim(start, end)
         axes.set_ylim(-len(cases) + 0.45, 0.55)
-        axes.set_yticks([])
         axes.spines["left"].set_visible(False)
         axes.locator_params(axis="x", nbins=4)
-        labels = []
+        labels, ticks = [], []
         for index, (case, curve) in enumerate(zip(cases, curves, strict=True)):
             mark = marks[rule_name(case)]
-            size = max((abs(error) for _, error in curve), default=0.0)
-            axes.axhspan(-index - 0.42, -index + 0.42, color=GRID, alpha=0.35, lw=0)
-            axes.axhline(-index, color=MUTED, lw=0.4)
-            shown = [-index + 0.42 * error / size if size else -index for _, error in curve]
-            times = [time for time, _ in curve]
-            axes.plot(times, shown, color=mark.colour, lw=0.55, solid_joinstyle="round")
-            words = f"{_label(case)}\n±{scientific(size)}" if curve else f"{_label(case)}\nno rows"
-            labels.append((end, -float(index), words, mark.colour))
-        end_labels(axes, labels)
+            low = min([0.0, *(error for _, error, _ in curve)])
+            high = max([0.0, *(error for _, _, error in curve)])
+            scale = 2 * HALF / (high - low) if high > low else 0.0
+            zero = -index - HALF - scale * low if scale else -float(index)
+            axes.axhspan(-index - HALF, -index + HALF, color=GRID, alpha=0.3, lw=0)
+            if curve:
+                times, below, above = zip(*curve, strict=True)
+                lower, upper = ([zero + scale * e for e in errors] for errors in (below, above))
+                style: dict[str, Any] = {"fc": (mark.colour, 0.45), "ec": mark.colour, "lw": 0.55}
+                axes.fill_between(times, lower, upper, **style)
+            axes.plot([start, end], [zero, zero], color=INK, lw=0.7, ls=(0, (2, 1.6)), zorder=3)
+            ticks.append((zero, "0"))
+            ticks += [
+                (zero + scale * error, _signed(error))
+                for error in (low, high)
+                if scale * abs(error) > 0.22
+            ]
+            labels.append((end, -float(index), _band(case), mark.colour))
+        axes.set_yticks([place for place, _ in ticks], [figure_text(words) for _, words in ticks])
+        axes.tick_params(axis="y", labelsize=6.6, length=2, pad=1.5)
+        end_labels(axes, labels, indent=6)
 
     spoken = f"{title}: relative energy error against time, {digits} digits. " + "; ".join(
         f"{rule_name(case)} band {scientific(mapping(case, 'measured').get('band'))}"
@@ -134,8 +156,24 @@ def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: in
     return Panel(title, "relative energy error", "time", spoken, draw)
 
 
-def _envelope(case: Case) -> list[tuple[float, float]]:
-    """Time and error; of many rows the smallest and the largest error in each bin."""
+def _band(case: Case) -> str:
+    """The rule, its band, and its verdict unless it passes."""
+    band = number(mapping(case, "measured").get("band"))
+    words = rule_name(case) + (f"\nband {_two(band)}" if band is not None else "")
+    return words if verdict(case) == "pass" else f"{words}\n({verdict(case)})"
+
+
+def _signed(value: float) -> str:
+    return f"+{_two(value)}" if value > 0 else f"−{_two(-value)}"
+
+
+def _two(value: float) -> str:
+    """Two significant digits."""
+    return f"{value:.2g}" if 0.01 <= value < 99 else scientific(value)
+
+
+def _envelope(case: Case) -> list[tuple[float, float, float]]:
+    """Time, smallest and largest error of each stretch; of few rows each is a stretch."""
     found: list[tuple[float, float]] = []
     for row in rows(case):
         time, error = number(row.get("time")), number(row.get("error"))
@@ -143,10 +181,12 @@ def _envelope(case: Case) -> list[tuple[float, float]]:
             found.append((time, error))
     found.sort()
     if len(found) <= 2 * BINS:
-        return found
-    kept: list[Any] = []
+        return [(time, error, error) for time, error in found]
+    kept = []
     for k in range(BINS):
         part = found[k * len(found) // BINS : (k + 1) * len(found) // BINS]
-        ends = {min(part, key=lambda p: p[1]), max(part, key=lambda p: p[1])}
-        kept += sorted(ends)
+        errors = [error for _, error in part]
+        # the first and the last stretch reach the ends of the run
+        time = part[0 if k == 0 else -1 if k == BINS - 1 else len(part) // 2][0]
+        kept.append((time, min(errors), max(errors)))
     return kept

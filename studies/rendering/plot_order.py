@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from studies.rendering.alike import Share, shares
 from studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
 from studies.rendering.labels import end_labels
 from studies.rendering.palette import MUTED, PAPER, Mark
@@ -15,7 +16,7 @@ from studies.rendering.wording import Case, mapping, number, rows, rule_name, ve
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SHEET = Sheet()
+SHEET = Sheet(width=3.2)
 Curve = list[tuple[float, float]]
 
 
@@ -33,11 +34,11 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         log_axis(axes, "x", log_limits(steps, 0.06, 0.5), 4)
         log_axis(axes, "y", log_limits(error for _, error in everything))
         labels = []
-        for case in cases:
+        for case, share in zip(cases, shares(axes, list(curves.values())), strict=True):
             curve, mark = curves[rule_name(case)], marks[rule_name(case)]
-            _curve(axes, case, mark)
-            if curve:
-                labels.append((*max(curve), _label(case), mark.colour))
+            _curve(axes, case, mark, share)
+            end = max(curve, default=(axes.get_xlim()[1], axes.get_ylim()[0]))
+            labels.append((*end, _label(case), mark.colour))
         fellows: dict[float, list[Curve]] = {}
         for case in cases:
             if order := number(mapping(case, "expected").get("order")):
@@ -66,11 +67,11 @@ def _points(case: Case) -> Curve:
     return sorted((step, error) for step, error in found if step and error and error > 0)
 
 
-def _curve(axes: Axes, case: Case, mark: Mark) -> None:
+def _curve(axes: Axes, case: Case, mark: Mark, share: Share) -> None:
     """The line, and each point in the mark that says whether the fit used it."""
     points = _points(case)
     if points:
-        axes.plot(*zip(*points, strict=True), color=mark.colour, lw=0.9, ls=mark.dash)
+        axes.plot(*zip(*points, strict=True), color=mark.colour, **share.line(mark, 0.9))
     kinds: dict[str, Curve] = {}
     for row in rows(case):
         step, error = _step(row), number(row.get("error"))
@@ -79,16 +80,16 @@ def _curve(axes: Axes, case: Case, mark: Mark) -> None:
             failed = error is None or error <= 0
             kinds.setdefault("failed" if failed else why, []).append((step, error or 0.0))
     for why, curve in kinds.items():
-        style: dict[str, Any] = {"ls": "", "color": mark.colour, "zorder": 3, "mew": 0.8}
-        style |= {"marker": mark.marker, "ms": 3.6}
+        style: dict[str, Any] = {"ls": "", "color": mark.colour, "zorder": 3}
+        style |= {"marker": mark.marker, **share.marks(3.6)}
         if why == "failed":
             style |= {"marker": "|", "ms": 7, "transform": axes.get_xaxis_transform()}
-            style |= {"clip_on": False, "mew": 1.4}
+            style |= {"clip_on": False, "mew": 1.4, "mec": mark.colour}
             curve = [(step, 1.0) for step, _ in curve]
         elif why == "round-off":
-            style |= {"marker": "x", "ms": 3.8}
+            style |= {"marker": "x", "mec": mark.colour, "mew": 0.8}
         elif why:
-            style |= {"mfc": PAPER}
+            style |= {"mfc": PAPER, "mec": mark.colour, "mew": 0.8}
         axes.plot(*zip(*curve, strict=True), **style)
 
 
@@ -133,7 +134,7 @@ def _along(axes: Axes, curves: Sequence[Curve]) -> Curve:
     found = [(2.0, 2.0)]
     for curve in curves:
         for (x0, y0), (x1, y1) in pairwise(to_axes.transform(point) for point in curve):
-            found += [(x0 + (x1 - x0) * k / 12, y0 + (y1 - y0) * k / 12) for k in range(13)]
+            found += [(x0 + (x1 - x0) * k / 8, y0 + (y1 - y0) * k / 8) for k in range(9)]
     return found
 
 

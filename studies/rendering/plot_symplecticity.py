@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 KINDS = (("pullback", BLUE, "o", 0.14, BLUE), ("poisson", VERMILLION, "D", -0.14, PAPER))
-LEFT = 1.62
-CONTROL_SHEET = Sheet(right=1.2, width=3.2, height=2.75, columns=2)
+LEFT = 0.98
+CONTROL_SHEET = Sheet(right=1.2, width=3.3, height=2.75)
 
 
 def sheet(cases: Sequence[Case]) -> Sheet:
-    """As tall as there are cases, two precisions side by side."""
-    lines = len(cases) + 0.55 * len({case.get("scene") for case in cases})
+    """As tall as there are cases and scenes, two precisions side by side."""
+    lines = _places(cases)[-1] + 1 if cases else 0
     margins: dict[str, Any] = {"left": LEFT, "right": 0.22, "top": 0.44, "bottom": 0.42}
-    return Sheet(width=4.1, height=0.86 + 0.168 * max(lines, 3), columns=2, **margins)
+    return Sheet(width=4.1, height=0.95 + 0.158 * max(lines, 3), columns=2, **margins)
 
 
 def round_off(digits: int) -> float:
@@ -39,20 +39,20 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
         limits = [x for case in cases if (x := number(mapping(case, "expected").get("limit")))]
         unit = round_off(digits)
         spots = _places(cases)
-        values = [v for case in cases for kind in KINDS for v in _values(case, kind[0]) if v > 0]
+        ends = [_ends(case, kind[0]) for case in cases for kind in KINDS]
+        values = [value for pair in ends for value in pair if value > 0]
         high = max([*values, *(3 * limit for limit in limits), unit * 10])
-        low = max(min([*values, unit]), unit / 300)
+        low = min([*values, unit])
         log_axis(axes, "x", log_limits([low, high], 0.03))
-        axes.set_ylim(-max(spots) - 0.8, 0.7)
+        axes.set_ylim(-max(spots) - 0.8, 0.6)
         axes.set_yticks([])
         axes.spines["left"].set_visible(False)
         floor = axes.get_xlim()[0]
         for case, spot in zip(cases, spots, strict=True):
             for kind, colour, marker, shift, fill in KINDS:
-                found = sorted(_values(case, kind))
-                if not found:
+                if not _values(case, kind):
                     continue
-                worst, middle = (max(found[k], floor) for k in (-1, len(found) // 2))
+                middle, worst = (max(value, floor) for value in _ends(case, kind))
                 y = -spot + shift
                 axes.plot([middle, worst], [y, y], color=colour, lw=0.9, solid_capstyle="butt")
                 style: dict[str, Any] = {
@@ -66,7 +66,7 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
             axes.axvline(limit, color=INK, lw=0.8, ls=(0, (3, 2)))
             _above(axes, limit, f"limit {scientific(limit)}")
         axes.axvline(unit, color=MUTED, lw=0.6, ls=(0, (1, 1.6)))
-        _above(axes, unit, "unit round-off")
+        _above(axes, unit, "unit round-off", "right")
 
     spoken = f"{title}: worst pullback and Poisson defects of {len(cases)} schemes on a log axis."
     worst = max((v for c in cases for k in KINDS for v in _values(c, k[0])), default=None)
@@ -75,18 +75,18 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
 
 
 def _places(cases: Sequence[Case]) -> list[float]:
-    """The line of each case, with a little room between scenes."""
+    """The line of each case, with one above it for the name of a new scene."""
     found: list[float] = []
     for index, case in enumerate(cases):
-        new = index > 0 and case.get("scene") != cases[index - 1].get("scene")
-        found.append(found[-1] + (1.55 if new else 1.0) if found else 0.0)
+        new = index == 0 or case.get("scene") != cases[index - 1].get("scene")
+        found.append((found[-1] if found else -1.25) + (2.25 if new else 1.0))
     return found
 
 
 def _names(
     axes: Axes, cases: Sequence[Case], spots: Sequence[float], titles: dict[str, str]
 ) -> None:
-    """Rule names beside their lines, the scene's name beside its first one."""
+    """Rule names beside their lines, the scene's name above its first one."""
     across = axes.get_yaxis_transform()
     before = None
     for case, spot in zip(cases, spots, strict=True):
@@ -100,20 +100,20 @@ def _names(
             before = case.get("scene")
             scene = figure_text(titles.get(str(before), str(before)))
             left: dict[str, Any] = {
-                "xy": (0, -spot),
+                "xy": (0, 1.0 - spot),
                 "xycoords": across,
-                "xytext": (6 - 72 * LEFT, 0),
+                "xytext": (-0.75 * 72 * LEFT, 0),
             }
             bold: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "fontweight": "bold"}
             axes.annotate(scene, textcoords="offset points", **left, **bold)
 
 
-def _above(axes: Axes, x: float, words: str) -> None:
+def _above(axes: Axes, x: float, words: str, side: str = "center") -> None:
     if axes.get_xlim()[0] <= x <= axes.get_xlim()[1]:
         where: dict[str, Any] = {
             "xy": (x, 1),
             "xycoords": axes.get_xaxis_transform(),
-            "ha": "center",
+            "ha": side,
         }
         text = figure_text(words)
         axes.annotate(
@@ -126,6 +126,12 @@ def _values(case: Case, kind: str) -> list[float]:
     found = [number(row.get(kind)) for row in rows(case)]
     found.append(number(mapping(case, "measured").get(kind)))
     return [abs(value) for value in found if value is not None]
+
+
+def _ends(case: Case, kind: str) -> tuple[float, float]:
+    """The median and the worst defect of a kind; zeros where there is none."""
+    found = sorted(_values(case, kind)) or [0.0]
+    return found[len(found) // 2], found[-1]
 
 
 def against_step(case: Case) -> list[tuple[float, float]]:
@@ -157,7 +163,9 @@ def controls(
         points = [point for curve in curves for point in curve] + grey
         known = [x for x in (*limits, *wanted) if x]
         log_axis(axes, "x", log_limits([step for step, _ in points], 0.08, 1.0), 4)
-        log_axis(axes, "y", log_limits([unit / 10, *known, *(d for _, d in points)], 0.04))
+        floor = min([unit / 10, *(defect for _, defect in grey if defect > 0)])
+        values = [max(defect, floor) for _, defect in points]
+        log_axis(axes, "y", log_limits([floor, *known, *values], 0.04))
         axes.axhspan(axes.get_ylim()[0], 10 * unit, color=GRID, alpha=0.55, lw=0)
         edge, labels = axes.get_xlim()[1], []
         lines = [(min((x for x in limits if x), default=None), "limit")]
@@ -167,12 +175,13 @@ def controls(
                 axes.axhline(value, color=INK, lw=0.7, ls=(0, (3, 2)))
                 labels.append((edge, value, f"{words} {scientific(value)}", MUTED))
         for step, defect in grey:
-            axes.plot([step], [max(defect, unit / 10)], ".", color=MUTED, ms=4)
+            axes.plot([step], [max(defect, floor)], ".", color=MUTED, ms=4)
         if grey:
-            labels.append((*max(grey), "sound schemes", MUTED))
+            step, defect = max(grey)
+            labels.append((step, max(defect, floor), "sound schemes", MUTED))
         for case, curve in zip(cases, curves, strict=True):
             mark = marks[rule_name(case)]
-            drawn = [(step, max(defect, unit / 10)) for step, defect in curve]
+            drawn = [(step, max(defect, floor)) for step, defect in curve]
             if drawn:
                 style: dict[str, Any] = {"color": mark.colour, "lw": 0.9, "ms": 3.6}
                 axes.plot(*zip(*drawn, strict=True), marker=mark.marker, **style)

@@ -58,17 +58,26 @@ def headline(studies: Sequence[Result]) -> dict[str, str]:
         return {"verdict": worst, "text": "Nothing was measured."}
     parts = []
     if count["fail"]:
-        parts.append(f"{count['fail']} of {count['cases']} cases fail")
+        parts.append(_some(count["fail"], count["cases"], "case", "fails", "fail"))
     if count["inconclusive"]:
-        verb = "is" if count["inconclusive"] == 1 else "are"
-        whole = "" if parts else f" of {count['cases']} cases"
-        parts.append(f"{count['inconclusive']}{whole} {verb} inconclusive")
+        verbs = ("is inconclusive", "are inconclusive")
+        few = f"{count['inconclusive']} {verbs[count['inconclusive'] > 1]}"
+        parts.append(few if parts else _some(count["inconclusive"], count["cases"], "case", *verbs))
     if not parts and count["cases"]:
-        parts.append(f"All {count['cases']} cases pass")
+        parts.append(_some(count["cases"], count["cases"], "case", "passes", "pass"))
     if count["controls"]:
-        every = "all " if not missed and count["controls"] > 1 else f"{count['caught']} of "
-        parts.append(f"{every}{count['controls']} controls were caught")
-    return {"verdict": worst, "text": "; ".join(parts) + "."}
+        verbs = ("was caught", "were caught")
+        parts.append(_some(count["caught"], count["controls"], "control", *verbs))
+    text = "; ".join(parts) + "."
+    return {"verdict": worst, "text": text[0].upper() + text[1:]}
+
+
+def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
+    """The only case passes; all 12 controls were caught; 1 of 12 cases fails; none of …"""
+    if number == whole:
+        return f"the only {noun} {one}" if whole == 1 else f"all {whole} {noun}s {more}"
+    verb = one if number == 1 else more
+    return f"{number or 'none'} of {whole} {noun}s {verb}" if whole > 1 else f"no {noun} {one}"
 
 
 def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:

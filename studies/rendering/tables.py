@@ -92,12 +92,14 @@ _MEASURED: dict[str, list[Column]] = {
 
 def plain(value: Any) -> Any:
     """The same data as strict JSON has it: no NaN, no infinities, keys as words."""
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if type(value) is float:
+        return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
         return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
         return [plain(entry) for entry in value]
-    if value is None or isinstance(value, bool | int | str):
-        return value
     try:
         found = float(value)
     except (TypeError, ValueError, OverflowError):

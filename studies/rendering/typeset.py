@@ -37,5 +37,6 @@ def tex(text: str) -> str:
 
 
 def figure_text(text: str) -> str:
-    """The same words for a figure; a dollar sign stays a dollar sign."""
-    return _indices(text.replace("\\", "\\\\").replace("$", r"\$"))
+    """The same words for a figure; a dollar sign stays one, a bar does not touch its letter."""
+    words = _indices(text.replace("\\", "\\\\").replace("$", r"\$"))
+    return _SEAM.sub("", words.replace("|", r"$\,|\,$"))

@@ -50,7 +50,10 @@ def scientific(value: Any, places: int = 1) -> str:
 
 
 def plus_minus(value: Any, interval: Any) -> str:
-    """2.000 ± 0.003: as many decimals as the interval allows, three to six; never ± 0."""
+    """2.000 ± 0.003: as many decimals as the interval allows, three to six; never ± 0.
+
+    What is smaller than 0.001 has a common power of ten: (−0.1 ± 2.3)×10⁻⁹.
+    """
     found = number(value)
     if found is None:
         return NONE
@@ -59,11 +62,25 @@ def plus_minus(value: Any, interval: Any) -> str:
         return f"{found:.3f}"
     half = max(high - found, found - low, 0.0)
     if abs(found) < 1e-3 and half < 1e-3:
-        return f"{scientific(found)} ± {scientific(half)}"
+        return _small(found, half)
     decimals = 6 if half == 0 else min(6, max(3, -math.floor(math.log10(half))))
     unit = 10.0**-decimals
     half = max(math.ceil(half / unit - 1e-9), 1) * unit
     return f"{found:.{decimals}f} ± {half:.{decimals}f}"
+
+
+def _small(value: float, half: float) -> str:
+    """A small number with the half width of its interval, both times one power of ten."""
+    if half == 0:
+        return scientific(value)
+    exponent = math.floor(math.log10(max(abs(value), half)))
+    a, b = value / 10.0**exponent, half / 10.0**exponent
+    decimals = min(4, max(1, -math.floor(math.log10(b)))) if b < 1 else 1
+    b = max(math.ceil(b * 10**decimals - 1e-9), 1) / 10**decimals
+    shown = f"{a:.{decimals}f}".replace("-", "−")
+    if not shown.strip("−0."):
+        shown = shown.strip("−")
+    return f"({shown} ± {b:.{decimals}f})×10{str(exponent).translate(_SUPERSCRIPTS)}"
 
 
 def _ends(interval: Any) -> tuple[float | None, float | None]:
@@ -116,8 +133,13 @@ def case_name(case: Mapping[str, Any]) -> str:
 def wanted(study: str, case: Mapping[str, Any]) -> str:
     """What was expected of the case."""
     expected = mapping(case, "expected")
-    writer = {"order": _wanted_order, "symplecticity": _wanted_limit, "momentum": _wanted_limit}
-    return writer.get(study, _pairs)(expected) if expected else NONE
+    writers: dict[str, Callable[[dict[str, Any]], str]] = {
+        "order": _wanted_order,
+        "symplecticity": _wanted_limit,
+        "momentum": _wanted_limit,
+        "energy": _wanted_slope,
+    }
+    return writers.get(study, _pairs)(expected) if expected else NONE
 
 
 def _wanted_order(expected: dict[str, Any]) -> str:
@@ -133,6 +155,11 @@ def _wanted_limit(expected: dict[str, Any]) -> str:
     if number(expected.get("limit")) is not None:
         return f"≤ {scientific(expected['limit'])}"
     return _pairs(expected)
+
+
+def _wanted_slope(expected: dict[str, Any]) -> str:
+    limit = expected.get("slope_limit")
+    return _pairs(expected) if number(limit) is None else f"|slope| ≤ {scientific(limit)}"
 
 
 def got(study: str, case: Mapping[str, Any]) -> str:

@@ -7,11 +7,10 @@ right to more than 40 digits.
 
 from itertools import product
 
+import pytest
 import sympy
 from everything import ARROWS, GROUPOIDS, STEPS, arrows, compose, cross
 from sympy import Matrix, Rational, Symbol, eye, zeros
-
-import pytest
 
 from integrators import BadInput, LocalGroupoid, Scene, Scheme, lie_group, pair, rectangle, so
 from integrators.groupoid import axioms, check_axioms
@@ -433,7 +432,9 @@ def test_a_function_that_raises_is_named():
 
 def test_wrong_lengths_are_named():
     with pytest.raises(BadInput, match=r"short: target returned 2 entries, but 1 are needed"):
-        check_axioms(LocalGroupoid(1, 1, target=lambda x, u, h: [1, 2], product=added, name="short"))
+        check_axioms(
+            LocalGroupoid(1, 1, target=lambda x, u, h: [1, 2], product=added, name="short")
+        )
     with pytest.raises(BadInput, match=r"long: product returned 3 entries, but 1 are needed"):
         check_axioms(
             LocalGroupoid(1, 1, target=shifted, product=lambda x, u, v, h: [1, 2, 3], name="long")

@@ -16,9 +16,19 @@ from typing import Any
 
 import pytest
 
-from studies.rendering import mathml, tables, typeset, wording
+from studies.rendering import (
+    formulas,
+    mathml,
+    plot_drift,
+    readme_picture,
+    tables,
+    typeset,
+    wording,
+)
+from studies.rendering.alike import Share, shares
 from studies.rendering.labels import spread
 from studies.rendering.page import write_report
+from studies.rendering.palette import Mark
 from studies.rendering.summary import headline, merged
 from tests.studies.made_up import MATHML, equations, results, scenes, spoiled
 
@@ -147,6 +157,10 @@ def test_terminal_table_ends_with_the_failures() -> None:
         (1.98765, [1.90, 2.05], "1.988 ± 0.088"),
         (2.00001234, [2.00001, 2.00002], "2.000012 ± 0.000008"),
         (1.5, None, "1.500"),
+        (1.07e-11, [-2.28e-9, 2.30e-9], "(0.0 ± 2.3)×10⁻⁹"),
+        (-2.6808971e-18, [-2.6810207e-18, -2.6807736e-18], "(−2.6809 ± 0.0002)×10⁻¹⁸"),
+        (-9e-10, [-9.9e-10, -8.9e-10], "(−9.0 ± 0.9)×10⁻¹⁰"),
+        (0.0, [0.0, 0.0], "0"),
         (None, [0, 1], "—"),
         (math.nan, [0, 1], "—"),
     ],
@@ -176,6 +190,44 @@ def test_several_results_of_one_study_are_one() -> None:
     assert headline([whole])["verdict"] == "fail"
 
 
+@pytest.mark.parametrize(
+    ("verdicts", "controls", "text"),
+    [
+        (["pass"], [], "The only case passes."),
+        (["fail", "pass"], ["pass"], "1 of 2 cases fails; the only control was caught."),
+        (["inconclusive"] * 2, [], "All 2 cases are inconclusive."),
+        (["fail"] * 2 + ["inconclusive"], [], "2 of 3 cases fail; 1 is inconclusive."),
+        ([], ["pass", "fail", "fail"], "1 of 3 controls was caught."),
+        ([], ["fail", "fail"], "None of 2 controls were caught."),
+    ],
+)
+def test_headline_is_english(verdicts: list[str], controls: list[str], text: str) -> None:
+    cases = [{"verdict": word} for word in verdicts]
+    cases += [{"verdict": word, "control": True} for word in controls]
+    assert headline([{"study": "order", "verdict": "pass", "cases": cases}])["text"] == text
+
+
+def test_only_the_quantity_that_drifts_is_said_to_fail() -> None:
+    case = {"rule": "midpoint", "verdict": "fail", "expected": {"limit": 1e-12}}
+    case["measured"] = {"drift": {"μ₃": 0.0, "|Γ|²": 2e-12}}
+    assert plot_drift.drifted(case, "|Γ|²") == "midpoint  2×10⁻¹²\n(fail)"
+    assert plot_drift.drifted(case, "μ₃") == "midpoint  0"
+    assert plot_drift.drifted(case | {"measured": {}}, "μ₃") == "midpoint\n(fail)"
+
+
+def test_curves_that_coincide_share_a_line() -> None:
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    axes.set(xscale="log", yscale="log", xlim=(1, 100), ylim=(1e-9, 1))
+    line = [(float(x), x**-2.0) for x in range(1, 50)]
+    near = [(x, 1.02 * y) for x, y in line]
+    far = [(x, 4 * y) for x, y in line]
+    assert shares(axes, [line, far, near, []]) == [Share(0, 2), Share(), Share(1, 2), Share()]
+    styles = [share.line(Mark("#000000", "o"), 1.0) for share in (Share(0, 2), Share(1, 2))]
+    assert styles[0]["ls"] == "-" and styles[1]["ls"][1][0] < sum(styles[1]["ls"][1])
+
+
 def test_labels_keep_apart() -> None:
     found = spread([10, 11, 12, 50], [8] * 4, 0, 60)
     assert found == [3, 11, 19, 50]
@@ -189,6 +241,60 @@ def test_only_presentation_mathml_reaches_the_page() -> None:
     assert mathml.display("<mi onclick='x()'>a</mi>") == '<math display="block"><mi>a</mi></math>'
     assert "<script" not in mathml.display("<script>alert(1)</script>")
     assert "<code>" in mathml.display("<mi>")
+
+
+def words(formula: str) -> str:
+    """A formula's letters, a times sign as a space."""
+    return re.sub("<[^>]*>", "", formula).replace("&#8290;", " ")
+
+
+def test_formulas_are_collected_and_stay_exact() -> None:
+    from sympy import cancel, symbols
+
+    h, a, b, u, w, x, z = symbols("h a b u w x z")
+    square = h**2 * u**2 + 16
+    body = a * u * (h**2 * u**2 / 4 + 1) + b * w * (h**2 * u * w / 4 - h * u / 2)
+    force = -8 * h * b * (u * z - w * x) / square + h**3 * u * b * x * z / (2 * square)
+    named: dict[Any, Any] = {}
+    terms = formulas.ascending(body + force, h, {x, z}, named)
+    assert cancel(sum(terms).xreplace(named) - body - force) == 0
+    assert [*named.values()] == [square]
+    assert cancel(sum(formulas.ascending(body + force, h, {x, z})) - body - force) == 0
+    letters = {u: "u_1", w: "u_2", next(iter(named)): "Δ(u)"}
+    shown = formulas.Typesetter(letters, h, [u, w, x, z]).equation([u], terms)
+    assert words(shown) == (
+        "u1=a u1−h b u1 u22+h2 u14 (a u12+b u22)+8 h bΔ(u) (u2 x−u1 z)+h3 b u1 x z2 Δ(u)"
+    )
+    minus = formulas.Typesetter({}, h, [u]).sum([-(a + b), -(a - b) / 2, u ** (a / 2)])
+    assert words(minus).startswith("−a−b") or words(minus).startswith("−(a+b)")
+
+
+def test_equations_of_a_scheme_are_typeset() -> None:
+    from integrators import Scheme, discretisations, scenes
+    from studies.report import equations_of
+
+    for scene, lines in (("kepler", 2), ("rigid-body", 3)):
+        found = equations_of(Scheme(scenes.get(scene), discretisations.midpoint))
+        assert len(found["residual_mathml"]) == len(found["momentum_mathml"]) == lines
+        for key in ("residual_mathml", "momentum_mathml", "points_mathml"):
+            for formula in found[key]:
+                assert mathml.display(formula).startswith("<math")
+                assert not re.search("_|after|z0", words(formula))
+    assert words(found["residual_mathml"][2]).startswith(
+        "inertia3 u3+h u1 u22 (inertia1−inertia2)+"
+    )
+
+
+def test_picture_of_the_readme(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from PIL import Image
+
+    tables.write_tables(results((16,))[0], tmp_path / "tables")
+    file = tmp_path / "docs" / "picture.png"
+    assert readme_picture.main([str(tmp_path), str(file)]) == 0
+    assert file.stat().st_size < 150_000
+    assert Image.open(file).convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+    assert readme_picture.main([str(tmp_path / "nowhere")]) == 2
+    assert "make report" in capsys.readouterr().err
 
 
 def test_import_is_light() -> None:

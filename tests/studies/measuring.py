@@ -1,0 +1,46 @@
+"""Measured results for the tests of the studies, each made once in a process."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from integrators import Scene, discretisations, scenes
+from integrators.discretisations import Discretisation
+from studies import get
+from studies.case import Case, run_case
+
+BUILT_IN = [(s, r) for s in scenes.names() for r in discretisations.BUILT_IN]
+#: each rule, each scene, and each rule on a pair groupoid and beside a group
+PAIRWISE = [
+    ("harmonic", "rectangle"),
+    ("pendulum", "midpoint"),
+    ("kepler", "trapezoidal"),
+    ("rigid-body", "midpoint"),
+    ("heavy-top", "rectangle"),
+    ("lagrange-top", "trapezoidal"),
+]
+
+
+def case(
+    study: str,
+    scene: str | Scene,
+    rule: str | Discretisation = "midpoint",
+    digits: int = 16,
+    steps: int | None = None,
+    control: str | None = None,
+) -> Case:
+    return Case(
+        study,
+        scenes.get(scene) if isinstance(scene, str) else scene,
+        discretisations.get(rule) if isinstance(rule, str) else rule,
+        digits,
+        steps,
+        control,
+    )
+
+
+@cache
+def result(study: str, *arguments: Any, **more: Any) -> dict[str, Any]:
+    """One case measured and judged; arguments as those of `case`."""
+    return run_case(get(study), case(study, *arguments, **more))

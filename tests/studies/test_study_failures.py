@@ -1,0 +1,157 @@
+"""A case that cannot be measured is marked with the reason; the others go on."""
+
+from __future__ import annotations
+
+import json
+import warnings
+
+import pytest
+
+from integrators import BadInput, StepFailure, scenes
+from integrators.discretisations import midpoint, trapezoidal
+from reference import ReferenceFailure
+from studies import check, get
+from studies.case import Choice, run_case, run_study
+from studies.command import main
+from tests.studies.measuring import case
+
+RESULT = {"measured": {"drift": {"J": 0.0}}, "rows": [], "steps": 10}
+
+
+def failing_on(monkeypatch, study, scene, error):
+    """Replace the study's measurement: one scene raises, the others are fine."""
+
+    def measure(case, progress):
+        if case.scene.name == scene:
+            raise error
+        return RESULT
+
+    monkeypatch.setattr(get(study), "measure", measure)
+
+
+def step_failure(name):
+    return StepFailure(name, "midpoint", 17, 0.34, {"x": [1.0]}, "Newton did not converge")
+
+
+def verdicts(found):
+    return {c["scene"]: c["verdict"] for c in found["cases"]}
+
+
+def test_a_step_failure_in_the_middle_fails_that_case_and_keeps_the_rest(monkeypatch, capsys):
+    failing_on(monkeypatch, "momentum", "heavy-top", step_failure("heavy-top"))
+    words = ["momentum", "kepler", "heavy-top", "lagrange-top", "--rule", "midpoint"]
+    assert main([*words, "--digits", "16", "--json", "-"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["verdict"] == "fail"
+    assert verdicts(found) == {"kepler": "pass", "heavy-top": "fail", "lagrange-top": "pass"}
+    broken = found["cases"][1]
+    assert "Newton did not converge at step 17, t = 0.34" in broken["reason"]
+    assert broken["rows"] == [] and broken["measured"] == {} and broken["command"]
+
+
+def test_a_reference_that_cannot_be_had_is_inconclusive(monkeypatch, capsys):
+    failing_on(monkeypatch, "momentum", "kepler", ReferenceFailure("no digit of it is certain"))
+    words = ["momentum", "kepler", "heavy-top", "--rule", "midpoint", "--digits", "16"]
+    assert main([*words, "--json", "-"]) == 3
+    found = json.loads(capsys.readouterr().out)
+    assert found["verdict"] == "inconclusive"
+    assert verdicts(found) == {"kepler": "inconclusive", "heavy-top": "pass"}
+    assert found["cases"][0]["reason"] == "no digit of it is certain"
+
+
+def test_a_failure_outweighs_an_inconclusive_case(monkeypatch, capsys):
+    def measure(case, progress):
+        raise (step_failure("k") if case.scene.name == "kepler" else ReferenceFailure("none"))
+
+    monkeypatch.setattr(get("momentum"), "measure", measure)
+    assert main(["momentum", "--digits", "16", "--json", "-"]) == 1
+    capsys.readouterr()
+
+
+def test_an_error_of_ours_is_not_taken_for_a_verdict(monkeypatch):
+    failing_on(monkeypatch, "momentum", "kepler", KeyError("a bug"))
+    with pytest.raises(KeyError):
+        check("momentum", ["kepler"], ["midpoint"], [16])
+
+
+def test_a_failed_case_is_shown_with_its_reason(monkeypatch, capsys):
+    failing_on(monkeypatch, "momentum", "kepler", step_failure("kepler"))
+    assert main(["momentum", "kepler", "--rule", "midpoint", "--digits", "16"]) == 1
+    shown = capsys.readouterr().out
+    assert "Newton did not converge" in shown and "fail" in shown
+
+
+@pytest.mark.parametrize(
+    ("study", "name", "step"),
+    [("symplecticity", "pendulum", 3), ("energy", "pendulum", 3), ("momentum", "kepler", 1)],
+)
+def test_a_step_far_too_large_is_a_verdict_not_a_crash(study, name, step):
+    """Real ones: the midpoint rule has no next position at these steps."""
+    scene = scenes.get(name).with_values(step=step)
+    found = run_case(get(study), case(study, scene, midpoint, 16, 20))
+    assert found["verdict"] == "fail"
+    assert "did not converge" in found["reason"] and "smaller step" in found["reason"]
+
+
+def test_rungs_that_fail_are_left_out_by_name_and_the_finer_ones_go_on():
+    scene = scenes.get("pendulum").with_values(step=3, duration=30)
+    rows = run_case(get("order"), case("order", scene, midpoint, 16))["rows"]
+    failed = [row["why_not"] == "failed" for row in rows]
+    assert failed[0] and not failed[-1]
+    for row in rows:
+        assert (row["error"] is None) is (row["why_not"] == "failed")
+        assert row["why_not"] != "failed" or ("converge" in row["cause"] and not row["used"])
+
+
+def test_an_order_ladder_that_fails_on_every_rung_fails(monkeypatch):
+    def trajectory(self, *arguments, **more):
+        raise step_failure("pendulum")
+
+    monkeypatch.setattr("integrators.flow.Flow.trajectory", trajectory)
+    found = run_case(get("order"), case("order", "pendulum", midpoint, 16))
+    assert found["verdict"] == "fail"
+    assert "every run failed: Newton did not converge" in found["reason"]
+
+
+def test_a_run_that_overflows_is_a_verdict_without_warnings():
+    scene = scenes.get("harmonic").with_values(step=3)  # beyond the limit 2 of Störmer–Verlet
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for steps in (200, 2000):
+            found = run_case(get("energy"), case("energy", scene, trapezoidal, 16, steps))
+            assert found["verdict"] == "fail"
+
+
+def test_a_study_that_applies_to_nothing_chosen_says_what_it_needs():
+    with pytest.raises(BadInput, match=r"momentum applies to none .*pendulum.*symmetries"):
+        run_study(get("momentum"), Choice(scenes=(scenes.get("pendulum"),)))
+
+
+def test_progress_goes_from_nothing_to_all(monkeypatch):
+    def measure(case, progress):
+        progress(case.scene.name, 0.0)
+        progress(case.scene.name, 1.0)
+        return RESULT
+
+    monkeypatch.setattr(get("momentum"), "measure", measure)
+    seen = []
+    run_study(get("momentum"), Choice(digits=(16,)), lambda label, f: seen.append((label, f)))
+    fractions = [f for _, f in seen]
+    assert (
+        fractions[0] == 0 and fractions[-1] == pytest.approx(1) and fractions == sorted(fractions)
+    )
+    assert {label for label, _ in seen} >= {"kepler", "heavy-top"}
+
+
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda: get("ordr"), "there is no study"),
+        (lambda: check("order", ["pendulm"]), "did you mean pendulum"),
+        (lambda: check("order", ["pendulum"], ["midpont"]), "did you mean midpoint"),
+        (lambda: check("order", ["pendulum"], ["midpoint"], [5]), "16"),
+    ],
+)
+def test_wrong_names_in_python_have_a_message(ask, message):
+    with pytest.raises(BadInput, match=message):
+        ask()

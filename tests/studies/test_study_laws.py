@@ -1,0 +1,225 @@
+"""What every scheme must show: its order, symplecticity, momentum and energy."""
+
+from __future__ import annotations
+
+import json
+import shlex
+
+import pytest
+
+from integrators import scenes
+from studies import NAMES, check, get
+from studies.case import VERDICTS, Case, Choice, worst
+from studies.command import _choice, _parser
+from studies.rendering.tables import plain
+from tests.studies.measuring import BUILT_IN, PAIRWISE, result
+
+with_quantities = [(s, r) for s, r in BUILT_IN if scenes.get(s).symmetries]
+DECLARED = {"rectangle": 1, "midpoint": 2, "trapezoidal": 2}
+
+
+def expected_order(scene, rule):
+    return 2 if scene == "rigid-body" else DECLARED[rule]
+
+
+def passes(found):
+    assert found["verdict"] == "pass", found["reason"]
+    assert found["reason"] == ""
+
+
+# -- order ----------------------------------------------------------------------------------------
+
+
+def has_its_order(scene, rule, digits, tolerance):
+    found = result("order", scene, rule, digits)
+    passes(found)
+    measured, wanted = found["measured"], expected_order(scene, rule)
+    assert found["expected"] == {"order": wanted, "tolerance": tolerance}
+    assert abs(measured["order"] - wanted) <= tolerance
+    low, high = measured["interval"]
+    assert low <= measured["order"] <= high
+    used = [row for row in found["rows"] if row["used"]]
+    assert len(used) == measured["points"] >= 4
+    for row in found["rows"]:
+        assert row["used"] is not bool(row["why_not"])
+    for row in found["rows"]:  # the parts belong to the whole
+        parts = (row["error_x"] or 0) ** 2 + row["error_mu"] ** 2
+        assert row["error"] ** 2 == pytest.approx(parts, rel=1e-12)
+
+
+@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+def test_order_in_double_precision(scene, rule):
+    has_its_order(scene, rule, 16, 0.05)
+
+
+@pytest.mark.parametrize(("scene", "rule"), PAIRWISE)
+def test_order_at_50_digits(scene, rule):
+    has_its_order(scene, rule, 50, 0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scene", "rule"), [p for p in BUILT_IN if p not in PAIRWISE])
+def test_order_at_50_digits_everywhere(scene, rule):
+    has_its_order(scene, rule, 50, 0.01)
+
+
+# -- symplecticity --------------------------------------------------------------------------------
+
+
+def is_symplectic(scene, rule, digits, limit, steps):
+    found = result("symplecticity", scene, rule, digits, steps)
+    passes(found)
+    assert found["expected"]["limit"] == pytest.approx(limit)
+    for kind in ("pullback", "poisson"):
+        assert found["measured"][kind] == max(row[kind] for row in found["rows"]) <= limit
+    tried = sorted({row["step"] for row in found["rows"]})
+    assert float(scenes.get(scene).step) in tried
+    assert max(tried) >= float(scenes.get(scene).step)
+    return tried
+
+
+@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+def test_symplectic_in_double_precision(scene, rule):
+    is_symplectic(scene, rule, 16, 1e-13, 24)
+
+
+def test_the_largest_stable_steps_are_really_larger():
+    """Where only small steps are tried the test proves little; every scene allows larger ones."""
+    for scene, rule in BUILT_IN:
+        tried = is_symplectic(scene, rule, 16, 1e-13, 24)
+        assert len(tried) == 2 and tried[1] >= 4 * tried[0], (scene, rule, tried)
+
+
+@pytest.mark.parametrize(("scene", "rule"), PAIRWISE[1::2])
+def test_symplectic_at_50_digits(scene, rule):
+    is_symplectic(scene, rule, 50, 1e-45, 8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("digits", [16, 50])
+@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+def test_symplectic_as_the_report_asks(scene, rule, digits):
+    is_symplectic(scene, rule, digits, 1e-13 if digits == 16 else 1e-45, None)
+
+
+# -- momentum -------------------------------------------------------------------------------------
+
+
+def keeps_its_momenta(scene, rule, digits, limit, steps):
+    found = result("momentum", scene, rule, digits, steps)
+    passes(found)
+    names = [q.name for q in scenes.get(scene).symmetries if q.to_roundoff]
+    assert sorted(found["measured"]["drift"]) == sorted(names) and names
+    assert max(found["measured"]["drift"].values()) <= limit
+    assert found["expected"]["limit"] == pytest.approx(limit)
+    for name, drift in found["measured"]["drift"].items():
+        assert drift == max(row["drift"][name] for row in found["rows"])
+    if steps:
+        assert found["rows"][-1]["step"] == steps
+
+
+@pytest.mark.parametrize(("scene", "rule"), with_quantities)
+def test_momentum_over_ten_thousand_steps(scene, rule):
+    keeps_its_momenta(scene, rule, 16, 1e-12, 10**4)
+
+
+@pytest.mark.parametrize(("scene", "rule"), [p for p in PAIRWISE if p in with_quantities])
+def test_momentum_at_50_digits(scene, rule):
+    keeps_its_momenta(scene, rule, 50, 1e-46, None)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("digits", [16, 50])
+@pytest.mark.parametrize(("scene", "rule"), with_quantities)
+def test_momentum_as_the_report_asks(scene, rule, digits):
+    """10⁶ steps in double precision, 100 at 50 digits."""
+    keeps_its_momenta(scene, rule, digits, 1e-12 if digits == 16 else 1e-46, None)
+
+
+# -- energy ---------------------------------------------------------------------------------------
+
+
+def keeps_energy_in_a_band(scene, rule, steps):
+    found = result("energy", scene, rule, 16, steps)
+    passes(found)
+    measured, errors = found["measured"], [row["error"] for row in found["rows"]]
+    # the rows keep the extremes of every stretch, so the band of all steps is in them
+    assert max(errors) - min(errors) == pytest.approx(measured["band"], rel=1e-12)
+    assert measured["band"] < 0.25
+    assert measured["slope_interval"][0] <= measured["slope"] <= measured["slope_interval"][1]
+    times = [row["time"] for row in found["rows"]]
+    assert times == sorted(times) and len(times) <= 2000
+    return measured["band"]
+
+
+@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+def test_energy_over_ten_thousand_steps(scene, rule):
+    keeps_energy_in_a_band(scene, rule, 10**4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+def test_energy_over_a_million_steps(scene, rule):
+    """A hundred times as long, the same band: what grows with time would be at least tenfold."""
+    short = keeps_energy_in_a_band(scene, rule, 10**4)
+    assert keeps_energy_in_a_band(scene, rule, None) <= max(2 * short, 1e-13)
+
+
+def test_implicit_midpoint_keeps_the_quadratic_energy_exactly():
+    """A law of its own: on the harmonic oscillator nothing but round-off is left of the band."""
+    assert keeps_energy_in_a_band("harmonic", "midpoint", 10**4) < 1e-13
+
+
+# -- results --------------------------------------------------------------------------------------
+
+
+def test_results_are_the_same_when_measured_again():
+    for study in NAMES:
+        first, second = (
+            check(study, ["lagrange-top"], ["midpoint"], [16], steps=16)["cases"] for _ in range(2)
+        )
+        for case in (*first, *second):
+            del case["seconds"]
+        assert first == second
+
+
+def test_what_check_returns_is_what_the_design_says():
+    for study in NAMES:
+        found = check(study, ["heavy-top"], ["trapezoidal"], [16], steps=16)
+        assert (found["study"], found["schema"]) == (study, 1)
+        assert found["verdict"] in VERDICTS
+        named = "python numpy mpmath mpmath_backend blas machine commit clean date settings".split()
+        assert set(named) <= set(found["record"])
+        (case,) = found["cases"]
+        assert (case["scene"], case["rule"], case["retraction"], case["digits"]) == (
+            "heavy-top", "trapezoidal", "cayley", 16)  # fmt: skip
+        assert set(case) >= {"verdict", "reason", "expected", "measured", "rows", "seconds"}
+        json.dumps(plain(found), allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "wanted"),
+    [
+        ([], "inconclusive"),
+        (["pass", "pass"], "pass"),
+        (["pass", "inconclusive"], "inconclusive"),
+        (["inconclusive", "fail", "pass"], "fail"),
+    ],
+)
+def test_the_worst_verdict_counts(verdicts, wanted):
+    assert worst(verdicts) == wanted
+
+
+@pytest.mark.parametrize("steps", [None, 32])
+@pytest.mark.parametrize("study", NAMES)
+def test_the_command_of_a_case_reproduces_that_case_and_no_other(study, steps):
+    def told(case: Case):
+        return (case.study, case.scene.name, case.rule.name, case.digits, case.steps, case.control)
+
+    for case in get(study).cases(Choice(steps=steps)):
+        words = shlex.split(case.command)
+        assert words[0] == "discmech"
+        options = _parser().parse_args(words[1:])
+        assert options.study == study
+        again = get(study).cases(_choice(options))
+        assert [told(c) for c in again] == [told(case)]
