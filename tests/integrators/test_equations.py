@@ -316,7 +316,7 @@ def skew_cases():
             yield pytest.param(scene, rule, marks=() if rule == "rectangle" else wrong)
 
 
-@pytest.mark.parametrize(("scene", "rule"), skew_cases())
+@pytest.mark.parametrize(("scene", "rule"), list(skew_cases()))
 def test_no_second_order_in_a_chart_that_is_not_odd(scene, rule):
     """Where ι = −u fails at second order, u is a velocity to first order only."""
     assert scheme(scene, rule).order == 1

@@ -116,8 +116,8 @@ def test_without_keep_nothing_is_written(study, kept, monkeypatch):
 def test_a_line_that_was_being_written_is_left_out(study, kept, damage):
     study("heavy-top")
     (path,) = kept()
-    lines = path.read_text(encoding="utf-8").splitlines()
-    path.write_text(lines[0] + "\n" + damage, encoding="utf-8")
+    first = next(line for line in path.read_text(encoding="utf-8").splitlines() if line)
+    path.write_text(first + "\n" + damage, encoding="utf-8")
     assert study()[0] == ["rigid-body", "heavy-top"]
 
 
