@@ -50,7 +50,13 @@ class MatrixAlgebra:
 
     def coordinates(self, matrix: Any) -> Any:
         """The m×1 coordinates of an N×N sympy matrix that lies in the algebra."""
-        return self._dual * matrix.reshape(self.size**2, 1)
+        column = self._dual * matrix.reshape(self.size**2, 1)
+        # complex matrices have real coordinates; left alone, i·i would never be multiplied out
+        return column.applyfunc(lambda e: e.expand(complex=True)) if self._complex else column
+
+    @cached_property
+    def _complex(self) -> bool:
+        return any(entry.is_real is False for e in self._matrices for entry in e)
 
     def contains(self, matrix: Any) -> bool:
         """Whether the matrix is a combination of the basis (exactly)."""
@@ -119,8 +125,14 @@ def _elementary(n: int, entries: dict[tuple[int, int], Any]) -> Nested:
     return tuple(tuple(entries.get((i, j), 0) for j in range(n)) for i in range(n))
 
 
+def _sized(name: str, n: Any, least: int) -> None:
+    if type(n) is not int or n < least:
+        raise BadInput(f"{name}({n!r}): the size is a whole number from {least}.")
+
+
 def so(n: int) -> MatrixAlgebra:
     """Skew n×n matrices. so(3) has the paper's basis: ξ̂ x = ξ × x; else E_ji − E_ij for i < j."""
+    _sized("so", n, 2)
     pairs = [(1, 2), (2, 0), (0, 1)] if n == 3 else list(combinations(range(n), 2))
     return MatrixAlgebra(
         f"so({n})", tuple(_elementary(n, {(i, j): -1, (j, i): 1}) for i, j in pairs)
@@ -129,6 +141,7 @@ def so(n: int) -> MatrixAlgebra:
 
 def se(n: int) -> MatrixAlgebra:
     """Rigid motions of Rⁿ as (n+1)×(n+1) matrices: the rotations of so(n), then translations."""
+    _sized("se", n, 2)
     rotations = [tuple((*row, 0) for row in e) + ((0,) * (n + 1),) for e in so(n).basis]
     translations = [_elementary(n + 1, {(i, n): 1}) for i in range(n)]
     return MatrixAlgebra(f"se({n})", (*rotations, *translations))
@@ -136,6 +149,7 @@ def se(n: int) -> MatrixAlgebra:
 
 def sl(n: int) -> MatrixAlgebra:
     """Traceless n×n matrices: the diagonal E_ii − E_i+1,i+1, then E_ij for i ≠ j."""
+    _sized("sl", n, 2)
     diagonal = [_elementary(n, {(i, i): 1, (i + 1, i + 1): -1}) for i in range(n - 1)]
     others = [_elementary(n, {(i, j): 1}) for i in range(n) for j in range(n) if i != j]
     return MatrixAlgebra(f"sl({n})", (*diagonal, *others))
@@ -143,6 +157,7 @@ def sl(n: int) -> MatrixAlgebra:
 
 def sp(n: int) -> MatrixAlgebra:
     """Hamiltonian n×n matrices, n even: JS with S symmetric, J the standard symplectic matrix."""
+    _sized("sp", n, 2)
     if n % 2:
         raise BadInput(f"sp({n}): the size of symplectic matrices is even; write sp({n + 1}).")
     k = n // 2
@@ -158,6 +173,7 @@ def su(n: int) -> MatrixAlgebra:
     """Skew-Hermitian traceless n×n matrices; su(2) is −i/2 times the Pauli matrices."""
     from sympy import I, Rational
 
+    _sized("su", n, 2)
     half = Rational(1, 2)
     basis: list[dict[tuple[int, int], Any]] = []
     for i, j in combinations(range(n), 2):

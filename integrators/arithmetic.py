@@ -33,7 +33,7 @@ class Double:
         """What generated text needs: functions, the number type R, constants."""
         functions = {n: getattr(math, n) for n in FUNCTIONS.values() if n != "abs"}
         return {**functions, "sqrt": math.sqrt, "R": float, "PI": math.pi,
-                "EPS": self.eps, "HUGE": 1e300, "DECAY": 0.999}  # fmt: skip
+                "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999}  # fmt: skip
 
     def array_namespace(self) -> dict[str, Any]:
         """The same for whole columns of numbers at once: numpy's functions."""
@@ -97,7 +97,8 @@ class Multiple:
         functions = {n: getattr(g, n) for n in FUNCTIONS.values() if n != "abs"}
         with self.working():
             return {**functions, "sqrt": g.sqrt, "R": g.mpfr, "PI": g.const_pi(),
-                    "EPS": self.eps, "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999")}  # fmt: skip
+                    "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
+                    "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999")}  # fmt: skip
 
     def number(self, value: Any, what: str = "value") -> Any:
         if isinstance(value, type(self._gmpy2.mpfr(0))):
@@ -109,7 +110,7 @@ class Multiple:
 
     @contextmanager
     def working(self) -> Iterator[None]:
-        with self._gmpy2.local_context(self._gmpy2.context(), precision=self.bits):
+        with self._gmpy2.context(self._gmpy2.context(), precision=self.bits):
             yield
 
     def public(self, array: Any) -> Any:
@@ -146,11 +147,15 @@ class Multiple:
         return np.asarray(self.matrix(rows) @ b)
 
 
-@cache
 def arithmetic(digits: int) -> Double | Multiple:
     """The arithmetic of that many decimal digits; 16 is double precision."""
-    if not isinstance(digits, int) or isinstance(digits, bool) or digits < 16:
+    if type(digits) is not int or digits < 16:
         raise BadInput(
             f"digits is {digits!r}: give 16 (double precision) or a larger whole number."
         )
+    return _arithmetic(digits)
+
+
+@cache
+def _arithmetic(digits: int) -> Double | Multiple:
     return Double() if digits == 16 else Multiple(digits)

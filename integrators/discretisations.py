@@ -7,6 +7,7 @@ fraction θ of a step is b(x, u; θh), so one formula serves every groupoid.
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -41,12 +42,14 @@ def discretisation(
     """
     if callable(order):
         raise BadInput("write @discretisation() with brackets, or @discretisation(order=2).")
-    if order is not None and (not isinstance(order, int) or order < 1):
+    if order is not None and (type(order) is not int or order < 1):
         raise BadInput(f"the order of a rule is a whole number from 1, not {order!r}.")
 
     def make(formula: Callable[..., Any]) -> Discretisation:
         count = len(inspect.signature(formula).parameters)
         label = name or formula.__name__.replace("_", "-")
+        if not re.fullmatch(r"[\w.-]{1,80}", label):
+            raise BadInput(f"a rule's name is {label!r}: use letters, digits, dots and dashes.")
         if count != 5:
             raise BadInput(
                 f"rule {label}: the function takes {count} arguments, but a rule takes five: "

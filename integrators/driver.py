@@ -7,7 +7,7 @@ same text run by Python on gmpy2 numbers is the driver of high precision.
 
 Names that the generated module supplies: `correct` or `direct`, `update`, and on vectors (tuples)
 `plus`, `accumulate_*`, `norm`, `distance`, `predict`, `load_*`, `save_*`; constants EPS (unit
-round-off), HUGE and DECAY, and the status codes below.
+round-off), ROOT_EPS, HUGE and DECAY, and the status codes below.
 """
 
 # ruff: noqa: F821
@@ -17,7 +17,7 @@ OK, NOT_CONVERGED, SINGULAR = 0, 1, 2
 
 
 def advance(state, coefficients, index, stop, last, every, xs, us, mus, counts, totals):
-    """Step from `index` to `stop`, keep each every-th row and the `last`; returns (index, status).
+    """Step from `index` to `stop`, keep each every-th row; returns (index, status).
 
     `state` holds x, μ, their compensations, the carried functions of x and the solver's memory; it
     is read at the start and written at the end, so a run in pieces is the run in one.
@@ -35,8 +35,8 @@ def advance(state, coefficients, index, stop, last, every, xs, us, mus, counts, 
             most = count
         if status != OK:
             break
-        if index % every == 0 or index == last:
-            row = (index + every - 1) // every
+        if index % every == 0:
+            row = index // every
             save_x(xs, row, x)
             save_u(us, row, w)
             save_u(mus, row, mu)
@@ -65,8 +65,9 @@ def solve_newton(x, mu, k, memo, c):
     """Newton from an extrapolated start, until what is left is certainly below round-off.
 
     After a correction of size s the next one is at most κs², κ being what was seen in this run
-    (every sixteenth step is corrected once more to see it again). Stagnation at round-off also
-    ends it. If the extrapolated start fails, the last solution is tried as start.
+    (every sixteenth step is corrected once more to see it again). Below √ε a correction that no
+    longer halves is round-off of the residual: that ends it too. If the extrapolated start fails,
+    the last solution is tried as start.
     """
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
     status, count, total = NOT_CONVERGED, 0, 0
@@ -74,7 +75,7 @@ def solve_newton(x, mu, k, memo, c):
     size = kappa
     for attempt in range(2):
         w = predict(order, u1, u2, u3, u4, u5) if attempt == 0 else u1
-        count, before, size = 0, HUGE, HUGE
+        status, count, before, size = NOT_CONVERGED, 0, HUGE, HUGE
         look = age % 16 == 0
         while count < 40:
             dw, size = correct(x, w, mu, k, c)
@@ -95,7 +96,7 @@ def solve_newton(x, mu, k, memo, c):
             if size <= noise or (8 * kappa * size * size <= noise and not (look and count == 1)):
                 status = OK
                 break
-            if count > 2 and size > before / 2 and size < 4096 * noise:
+            if count > 2 and size > before / 2 and size < ROOT_EPS * noise / EPS:
                 status = OK
                 break
             before = size

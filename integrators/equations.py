@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from .discretisations import Discretisation
 from .errors import BadInput
-from .exact import exact, to_sympy
+from .exact import exact, floats_exact, to_sympy
 from .groupoid import Groupoid, check_axioms
 from .identities import first_violation
 from .scene import Scene
@@ -49,6 +49,7 @@ class _GroupoidForRule:
         self.points: list[Point] = []
 
     def target(self, x: Any, u: Any, h: Any) -> Any:
+        h = floats_exact(h)
         theta = h / self.s.h
         if not self.groupoid.dim_x or theta == 0:
             return x
@@ -85,6 +86,8 @@ class Scheme:
     """
 
     def __init__(self, scene: Scene, rule: Discretisation) -> None:
+        if not isinstance(scene, Scene):
+            raise BadInput(f"{scene!r} is no scene: give a Scene, or scenes.get(name).")
         if not isinstance(rule, Discretisation):
             raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
         check_axioms(scene.groupoid)
@@ -105,7 +108,7 @@ class Scheme:
         self.discrete_lagrangian_at_points = s.scalar(given, f"rule {rule.name}")
         self.points = tuple(self._seen.points)
         self._check_free_symbols()
-        self._check_start()
+        self.check_start(scene)
 
     # -- the theory's objects, written out in (x, u; h) ----------------------------------------
 
@@ -187,12 +190,12 @@ class Scheme:
         A self-adjoint method has even order (Hairer, Lubich, Wanner, II.3): so the rectangle rule
         gains one wherever it turns out self-adjoint, as on a group, where every rule is h·l(u).
         """
-        order = self.rule.order
+        order, groupoid = self.rule.order, self.scene.groupoid
+        if order is not None and order > 1 and not groupoid.symmetric_chart:
+            return 1  # u is not the velocity of the middle of the step
         if order is None or order % 2 == 0:
             return order
-        return (
-            order + 1 if self.scene.groupoid._inversion is not None and self.self_adjoint else order
-        )
+        return order + 1 if groupoid._inversion is not None and self.self_adjoint else order
 
     def flow(self, step: Any, digits: int = 16) -> Flow:
         """The flow at one step size; digits = 16 is compiled double precision, more is mpmath."""
@@ -291,11 +294,11 @@ class Scheme:
                 "on u, so FL is singular everywhere; it needs a kinetic term."
             )
 
-    def _check_start(self) -> None:
-        """The start satisfies every constraint a Casimir states (such as |Γ|² = 1), exactly."""
+    def check_start(self, scene: Scene) -> None:
+        """Raise `BadInput` unless x0 satisfies every constraint (such as |Γ|² = 1), exactly."""
         from sympy import Matrix, simplify
 
-        scene, s = self.scene, self.s
+        s = self.s
         values = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))
         x0 = Matrix(len(self.x), 1, [to_sympy(v) for v in scene.x0])
         for quantity in scene.symmetries:
@@ -305,6 +308,12 @@ class Scheme:
             found, wanted = found.xreplace(values), to_sympy(exact(quantity.value, quantity.name))
             if simplify(found - wanted) != 0:
                 raise BadInput(
-                    f"{scene.name}: {quantity.name} is {float(found):.6g} at x0, but must be "
+                    f"{scene.name}: {quantity.name} is {_beside(found, wanted)} at x0, but must be "
                     f"{wanted}; change x0 (an exact value: fractions such as 2/7, 3/7, 6/7)."
                 )
+
+
+def _beside(found: Any, wanted: Any) -> str:
+    """A number, told apart from the one it should be."""
+    difference = float(found - wanted)
+    return f"{float(found):.6g}" if abs(difference) > 1e-4 else f"{wanted} {difference:+.2g}"

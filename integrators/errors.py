@@ -16,7 +16,8 @@ class BadInput(DiscmechError, ValueError):
 class StepFailure(DiscmechError, RuntimeError):
     """A trajectory stopped before its last step; what was computed until then is kept.
 
-    Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu, u),
+    Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu and,
+    for an implicit scheme, the u from which Newton started),
     cause (str), trajectory (`integrators.flow.Trajectory` up to the failure, or None).
     """
 
@@ -32,11 +33,15 @@ class StepFailure(DiscmechError, RuntimeError):
     ) -> None:
         self.scene, self.rule, self.step_index, self.time = scene, rule, step_index, time
         self.state, self.cause, self.trajectory = state, cause, trajectory
+        self._arguments = (scene, rule, step_index, time, state, cause, trajectory)
         shown = ", ".join(f"{name} = {_brief(value)}" for name, value in state.items())
         super().__init__(
             f"{scene} with {rule}: {cause} at step {step_index}, t = {time:.6g} ({shown}); "
             "take a smaller step, or look at the trajectory kept on this exception."
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._arguments  # so that it survives the way between processes
 
 
 def _brief(values: Any) -> str:

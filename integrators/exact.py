@@ -6,8 +6,8 @@ once, and high precision never sees a rounded one.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
+from decimal import Decimal
 from fractions import Fraction
 from numbers import Rational, Real
 from typing import Any
@@ -20,10 +20,10 @@ def exact(value: Any, what: str) -> Any:
 
     Raises `BadInput` (naming `what`) for text that is no number, for nan and for infinities.
     """
-    if isinstance(value, bool):
+    if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
         raise BadInput(f"{what} is {value!r}: give a number, not a truth value.")
-    if isinstance(value, Rational):
-        return Fraction(value)
+    if isinstance(value, (Rational, Decimal)):
+        return _from_ratio(value, what)
     if isinstance(value, str):
         try:
             return Fraction(value.strip())
@@ -32,24 +32,17 @@ def exact(value: Any, what: str) -> Any:
                 f'{what} is "{value}", which is no number: write a decimal ("0.1") '
                 'or a fraction ("1/3").'
             ) from None
-    if hasattr(value, "as_mantissa_exp"):  # a gmpy2 number
-        if not math.isfinite(value):
-            raise BadInput(f"{what} is {value}: give a finite number.")
-        return Fraction(*map(int, value.as_integer_ratio()))
+    if hasattr(value, "as_mantissa_exp") or getattr(value, "is_Float", False):  # gmpy2, sympy
+        return _from_ratio(value, what)
     if hasattr(value, "_mpf_"):  # an mpmath number: its exact binary value
         sign, mantissa, exponent, _ = value._mpf_
         if not mantissa and exponent:
             raise BadInput(f"{what} is {value}: give a finite number.")
         return Fraction(-int(mantissa) if sign else int(mantissa)) * Fraction(2) ** int(exponent)
-    if isinstance(value, Real) or hasattr(value, "dtype"):
-        number = float(value)
-        if not math.isfinite(number):
-            raise BadInput(f"{what} is {number}: give a finite number.")
-        return Fraction(number)
-    if hasattr(value, "as_integer_ratio") and getattr(value, "is_Rational", False):
-        return Fraction(*value.as_integer_ratio())
-    if getattr(value, "is_Float", False):
-        return Fraction(*value.as_integer_ratio())
+    if isinstance(value, Real) or getattr(value, "shape", None) == ():
+        return _from_ratio(value, what)
+    if getattr(value, "is_Rational", False):
+        return Fraction(int(value.p), int(value.q))
     if getattr(value, "is_number", False):  # an exact sympy number such as sqrt(2)/2
         if not value.is_real or not value.is_finite:
             raise BadInput(f"{what} is {value}: give a finite real number.")
@@ -57,9 +50,30 @@ def exact(value: Any, what: str) -> Any:
     raise BadInput(f"{what} is {value!r} of type {type(value).__name__}: give a number.")
 
 
+def _from_ratio(value: Any, what: str) -> Fraction:
+    """The exact value of a number that knows its own ratio; nan and infinities are refused."""
+    value = (
+        value.item()
+        if hasattr(value, "shape") and not hasattr(value, "as_integer_ratio")
+        else value
+    )
+    try:
+        if getattr(value, "is_Float", False):
+            from sympy import Rational as Exact
+
+            ratio = Exact(value)
+            return Fraction(int(ratio.p), int(ratio.q))
+        return Fraction(*map(int, value.as_integer_ratio()))
+    except (OverflowError, ValueError):
+        raise BadInput(f"{what} is {value}: give a finite number.") from None
+    except AttributeError:
+        raise BadInput(f"{what} is {value!r}: give a real number.") from None
+
+
 def exact_vector(values: Any, length: int, what: str) -> tuple[Any, ...]:
     """A tuple of `length` exact numbers; raises `BadInput` if the shape is another."""
-    if isinstance(values, str) or not isinstance(values, Iterable):
+    listed = isinstance(values, Iterable) or hasattr(values, "shape")  # a sympy column too
+    if isinstance(values, str) or not listed:
         raise BadInput(f"{what} is {values!r}: give a list of {length} numbers.")
     entries = list(values)
     if len(entries) != length:
@@ -80,6 +94,15 @@ def to_sympy(value: Any) -> Any:
 
     is_fraction = isinstance(value, Fraction)
     return Rational(value.numerator, value.denominator) if is_fraction else value
+
+
+def floats_exact(expression: Any) -> Any:
+    """A sympy expression with each float replaced by its exact binary value."""
+    from sympy import Float, Rational, sympify
+
+    expression = sympify(expression)
+    floats = {f: Rational(f) for f in expression.atoms(Float)}
+    return expression.xreplace(floats) if floats else expression
 
 
 def flatten(value: Any) -> list[Any]:

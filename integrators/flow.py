@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -27,11 +27,11 @@ _CAUSES = {
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Rows of a run: the first is the start, then each every-th step, and the last.
+    """Rows of a run: the first is the start, then each every-th step.
 
     t (r,), x (r, n), u (r, m), mu (r, m): row k holds x_k, μ_k = F⁻/h in the natural basis, and the
     u that leaves x_k. iterations (r,): Newton corrections of that row's step. newton_mean and
-    newton_max: over all steps, kept or not.
+    newton_max: over all steps, kept or not; newton_residual: size of the last correction.
     """
 
     t: np.ndarray
@@ -41,8 +41,12 @@ class Trajectory:
     iterations: np.ndarray
     newton_mean: float
     newton_max: int
+    newton_residual: float
     steps: int
     step: Fraction
+
+
+TINIEST = Fraction(1, 10**100)  # steps whose squares and inverses are far from over- and underflow
 
 
 class Flow:
@@ -58,6 +62,8 @@ class Flow:
         self.step = exact(step, "step")
         if self.step == 0:
             raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
+        if not TINIEST <= abs(self.step) <= 1 / TINIEST:
+            raise BadInput("the step is beyond 1e-100 or 1e100: choose units that fit the motion.")
         self.numbers = arithmetic(digits)
         with self.numbers.working():
             values = [self.step, *scheme.s.parameter_values]
@@ -82,9 +88,9 @@ class Flow:
         `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)
         if a step cannot be solved, `BadInput` for wrong shapes or counts.
         """
-        if not isinstance(steps, (int, np.integer)) or steps < 0:
+        if not _is_whole(steps) or steps < 0:
             raise BadInput(f"steps is {steps!r}: give a whole number from 0.")
-        if not isinstance(every, (int, np.integer)) or every < 1:
+        if not _is_whole(every) or every < 1:
             raise BadInput(f"every is {every!r}: give a whole number from 1.")
         with self.numbers.working():
             return self._run(int(steps), int(every), *self._start(x0, mu0, u0), progress)
@@ -194,7 +200,15 @@ class Flow:
 
     @cached_property
     def _c(self) -> Any:
-        return np.array(self._kernels["prepare"](self._q), dtype=self.numbers.dtype)
+        try:
+            return np.array(self._kernels["prepare"](self._q), dtype=self.numbers.dtype)
+        except (ZeroDivisionError, OverflowError, ValueError) as error:
+            scheme = self.scheme
+            raise BadInput(
+                f"{scheme.scene.name} with {scheme.rule.name}: FL is singular or a coefficient is "
+                f"not finite ({error}); every velocity needs its kinetic energy, and parameters "
+                "their proper units."
+            ) from None
 
     def _number(self, value: Any) -> Any:
         return self.numbers.public([value])[0]
@@ -203,6 +217,12 @@ class Flow:
         lengths = (len(self.scheme.x), len(self.scheme.u))
         out = []
         for vector, length in zip(vectors, lengths, strict=True):
+            listed = isinstance(vector, Iterable) or hasattr(vector, "shape")
+            if vector is not None and (isinstance(vector, str) or not listed):
+                raise BadInput(
+                    f"{self.scheme.scene.name}: {vector!r} was given where a list of {length} "
+                    "numbers is needed."
+                )
             entries = [] if vector is None else list(vector)
             if len(entries) != length:
                 raise BadInput(
@@ -220,6 +240,7 @@ class Flow:
         if mu0 is None:
             if x0 is not None:
                 scene = scene.with_values(x0=x0)
+                self.scheme.check_start(scene)
             mu0 = initial_momentum(self.scheme, scene, self.numbers)
         x, guess = self._vectors(scene.x0 if x0 is None else x0, guess)
         _, mu = self._vectors(scene.x0, mu0)
@@ -241,9 +262,14 @@ class Flow:
                 at = 2 * (n + m) + shape["carried"] + i * m
                 state[at : at + m] = guess
             state[-2], state[-1] = k["HUGE"], sum(abs(g) for g in guess)
-        rows = (steps + every - 1) // every + 1
-        xs, us, mus = (np.zeros((rows, length), dtype=dtype) for length in (n, m, m))
-        counts = np.zeros(rows, dtype=np.int64)
+        rows = steps // every + 1
+        try:
+            xs, us, mus = (np.zeros((rows, length), dtype=dtype) for length in (n, m, m))
+            counts = np.zeros(rows, dtype=np.int64)
+        except (MemoryError, ValueError):  # ValueError: more than an array can be told to hold
+            raise BadInput(
+                f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
+            ) from None
         totals = np.zeros(3) if dtype is np.float64 else [0, 0, zero]
         index, chunk = 0, 2**19 if dtype is np.float64 else 64
         while True:
@@ -255,10 +281,14 @@ class Flow:
                 progress(index)
             if status or index == steps:
                 break
-        kept = rows if not status else (index + every - 1) // every
+        kept = rows if not status else -(-index // every)
         run = self._trajectory(index, every, kept, (xs, us, mus), counts, totals)
         if status:
             where = {"x": state[:n], "mu": state[n : n + m]}
+            if not shape["affine"]:  # the last solution, from which Newton started
+                at = 2 * (n + m) + shape["carried"]
+                where["u"] = state[at : at + m]
+            where = {name: self.numbers.public(value) for name, value in where.items()}
             raise self._failure(index, where, _CAUSES[int(status)], run)
         return run
 
@@ -273,7 +303,7 @@ class Flow:
     ) -> Trajectory:
         xs, us, mus = rows
         numbers = self.numbers
-        index = np.minimum(np.arange(kept, dtype=np.int64) * every, steps)
+        index = np.arange(kept, dtype=np.int64) * every
         public = numbers.public
         return Trajectory(
             t=public(numbers.multiples(self.step, index)),
@@ -283,6 +313,7 @@ class Flow:
             iterations=counts[:kept],
             newton_mean=float(totals[0]) / (steps + 1),
             newton_max=int(totals[1]),
+            newton_residual=float(totals[2]),
             steps=steps,
             step=self.step,
         )
@@ -308,3 +339,7 @@ class Flow:
             cause,
             trajectory,
         )
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)

@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from .errors import BadInput
+from .exact import floats_exact
 
 
 class Groupoid(ABC):
@@ -90,16 +91,26 @@ class Groupoid(ABC):
         """(∂ι/∂x, ∂ι/∂u) at w = ι(x, u), by differentiating p(x, u, ι(x, u)) = 0 exactly."""
         s = self._symbols
         p = self.product(s["x"], s["u"], s["v"], s["h"])
-        p_v = p.jacobian(s["v"])
-        tangents = []
-        for variable in (s["x"], s["u"]):
-            if not len(variable):
-                from sympy import zeros
+        p_x, p_u, p_v = (
+            self._at(p.jacobian(s[name]) if len(s[name]) else 0 * p[:, :0], x=x, u=u, v=w, h=h)
+            for name in ("x", "u", "v")
+        )
+        return -p_v.LUsolve(p_x) if self.dim_x else p_x, -p_v.LUsolve(p_u)
 
-                tangents.append(zeros(self.dim_u, 0))
-                continue
-            tangents.append(-p_v.LUsolve(p.jacobian(variable)))
-        return tuple(self._at(t, x=x, u=u, v=w, h=h) for t in tangents)
+    @cached_property
+    def symmetric_chart(self) -> bool:
+        """Whether ι = −u + O(u³): (x, −u) is then the inverse to second order.
+
+        Only in such a chart is u at θ = 1/2 the velocity of the middle, so that symmetric rules are
+        of order 2. ι = −u + B(u, u) + … with B = ∂²p/∂u∂v at the identity.
+        """
+        x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
+        zero = dict.fromkeys((*u, *v), 0)
+        p_v = self.product(x, u, v, h).jacobian(v).subs(dict.fromkeys(v, 0))
+        mixed = [p_v[g, :].jacobian(u).subs(zero) for g in range(self.dim_u)]
+        from .identities import first_violation
+
+        return all(first_violation(B + B.T, small=(h,)) is None for B in mixed)
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:
         """b(x, u; h) − x with the difference cancelled, so that nothing is lost at small h."""
@@ -204,8 +215,9 @@ class LocalGroupoid(Groupoid):
         inverse: Callable[..., Any] | None = None,
         name: str = "local groupoid",
     ) -> None:
-        if dim_x < 0 or dim_u < 1:
-            raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {dim_x} and {dim_u}.")
+        whole = all(type(dimension) is int for dimension in (dim_x, dim_u))
+        if not whole or dim_x < 0 or dim_u < 1:
+            raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {dim_x!r} and {dim_u!r}.")
         self.dim_x, self.dim_u, self._name = dim_x, dim_u, name
         self._target, self._product, self._inverse = target, product, inverse
 
@@ -214,26 +226,38 @@ class LocalGroupoid(Groupoid):
         return self._name
 
     def target(self, x: Any, u: Any, h: Any) -> Any:
-        return _column(self._target(x, u, h), self.dim_x, f"{self.name}: target")
+        return self._asked(self._target, self.dim_x, "target", x, u, h)
 
     def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
-        return _column(self._product(x, u, v, h), self.dim_u, f"{self.name}: product")
+        return self._asked(self._product, self.dim_u, "product", x, u, v, h)
 
     @cached_property
     def _inversion(self) -> Any:
         if self._inverse is None:
             return super()._inversion
         x, u, h = (self._symbols[k] for k in ("x", "u", "h"))
-        return _column(self._inverse(x, u, h), self.dim_u, f"{self.name}: inverse")
+        return self._asked(self._inverse, self.dim_u, "inverse", x, u, h)
+
+    def _asked(self, function: Callable[..., Any], length: int, what: str, *arguments: Any) -> Any:
+        try:
+            return _column(function(*arguments), length, f"{self.name}: {what}")
+        except BadInput:
+            raise
+        except Exception as error:
+            raise BadInput(
+                f"{self.name}: {what} could not be evaluated with symbols "
+                f"({type(error).__name__}: {error}); write it with sympy functions."
+            ) from error
 
 
 def _column(values: Any, length: int, what: str) -> Any:
-    from sympy import Matrix, sympify
+    from sympy import Matrix
 
-    entries = list(values) if hasattr(values, "__iter__") else [values]
+    many = hasattr(values, "__iter__") or hasattr(values, "shape")  # sympy columns have no __iter__
+    entries = list(values) if many else [values]
     if len(entries) != length:
         raise BadInput(f"{what} returned {len(entries)} entries, but {length} are needed.")
-    return Matrix(length, 1, [sympify(e) for e in entries])
+    return Matrix(length, 1, [floats_exact(e) for e in entries])
 
 
 def axioms(groupoid: Groupoid, point: dict[str, Any]) -> dict[str, Any]:

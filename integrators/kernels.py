@@ -1,7 +1,7 @@
 """Kernels of a scheme: generated text, compiled by numba or run on numbers of any precision.
 
-One module a scheme: `prepare(q) → c`, `correct(x, w, μ, k, c) → (dw, size)` (or `direct` where F⁻ is
-affine in u), `update(x, w, μ, k, c) → (dx, dμ, k)` and `carry(x, c) → k`, then the driver's text.
+One module a scheme: `prepare(q) → c`, `correct(x, w, μ, k, c) → (dw, size)` (or `direct` where F⁻
+is affine in u), `update(x, w, μ, k, c) → (dx, dμ, k)` and `carry(x, c) → k`, then the driver's text.
 The step h and the parameters are symbols (the vector q), so nothing is generated or compiled again
 for another step. k are the costly functions of x alone (sin x, 1/r³) that the next step needs
 again: they are computed once, at the end of a step.
@@ -18,6 +18,7 @@ from .equations import Scheme
 from .identities import is_zero, random_point
 from .printing import Coefficients, function_text
 from .vectors import vector_text
+
 
 class KernelBuilder:
     """Derives the kernels' expressions from a scheme and writes their text."""
@@ -40,19 +41,44 @@ class KernelBuilder:
         Decided by comparing ∂F⁻/∂u at two random u of the same x, h and parameters, exactly.
         """
         if not set().union(*(e.free_symbols for e in self.jacobian)) & {
-            *self.w, *(z for p in self.scheme.points for z in p.z)
+            *self.w,
+            *(z for p in self.scheme.points for z in p.z),
         }:
             return True
         symbols = [*self.x, *self.w, *self.scheme.s.q]
-        first, other = (random_point(symbols, small=(*self.w, self.scheme.h), seed=i) for i in (0, 1))
+        first, other = (
+            random_point(symbols, small=(*self.w, self.scheme.h), seed=i) for i in (0, 1)
+        )
         second = {**first, **{u: other[u] for u in self.w}}
         one, two = (self._at(self.jacobian, point) for point in (first, second))
         return all(is_zero(a - b) for a, b in zip(one, two, strict=True))
 
+    def _pivot_rows(self) -> list[int]:
+        """The order of the rows in which elimination meets large pivots, at a random point.
+
+        Chosen when the kernel is generated, so it costs a step nothing; where it is a poor choice
+        Newton only takes more corrections.
+        """
+        m = len(self.w)
+        if m <= 3:
+            return list(range(m))
+        from scipy.linalg import lu_factor
+
+        point = random_point([*self.x, *self.w, *self.scheme.s.q], (*self.w, self.scheme.h))
+        numbers = self._at(self.jacobian, point).evalf()
+        _, swaps = lu_factor([[float(numbers[i, j]) for j in range(m)] for i in range(m)])
+        rows = list(range(m))
+        for i, j in enumerate(swaps):
+            rows[i], rows[j] = rows[j], rows[i]
+        return rows
+
     def _at(self, matrix: Any, point: dict[Any, Any]) -> Any:
         """The matrix at a numerical point; the points of the step are evaluated first."""
-        values = {z: b.xreplace(point) for p in self.scheme.points
-                  for z, b in zip(p.z, p.value, strict=True)}
+        values = {
+            z: b.xreplace(point)
+            for p in self.scheme.points
+            for z, b in zip(p.z, p.value, strict=True)
+        }
         return matrix.xreplace({**point, **values})
 
     @cached_property
@@ -60,8 +86,9 @@ class KernelBuilder:
         """Costly functions of x in F⁻ that F⁺ needs at the end point: [(at x, at y)]."""
         scheme = self.scheme
         to_end = dict(zip(self.x, self.end, strict=True))
-        old = _costly([*scheme.minus_at_points, *self.jacobian], self.x)
-        new = _costly(scheme.gain_at_points, self.end)
+        constants = set(scheme.s.q)
+        old = _costly([*scheme.minus_at_points, *self.jacobian], self.x, constants)
+        new = _costly(scheme.gain_at_points, self.end, constants)
         return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
 
     def build(self) -> str:
@@ -70,20 +97,27 @@ class KernelBuilder:
         carry = self._carry()
         c, q = self.coefficients.values, self.scheme.s.q
         numbered = {s: _symbol(f"q{i}") for i, s in enumerate(q)}
-        prepare = function_text("prepare", {"q": numbered.values()},
-                                [[e.xreplace(numbered) for e in c]])
-        shape = {"affine": self.affine, "dim_x": len(self.x), "dim_u": len(self.w),
-                 "carried": len(self.carried)}
-        return "\n\n".join([
-            f"# {self.scheme.scene.name} by {self.scheme.rule.name}\nSHAPE = {shape}",
-            *kernels,
-            vector_text(len(self.x), len(self.w), len(self.carried), len(c), self.affine),
-            *_driver_text(self.affine),
-            carry,
-            prepare,
-        ])
+        prepare = function_text(
+            "prepare", {"q": numbered.values()}, [[e.xreplace(numbered) for e in c]]
+        )
+        shape = {
+            "affine": self.affine,
+            "dim_x": len(self.x),
+            "dim_u": len(self.w),
+            "carried": len(self.carried),
+        }
+        return "\n\n".join(
+            [
+                f"# {self.scheme.scene.name} by {self.scheme.rule.name}\nSHAPE = {shape}",
+                *kernels,
+                vector_text(len(self.x), len(self.w), len(self.carried), len(c), self.affine),
+                *_driver_text(self.affine),
+                carry,
+                prepare,
+            ]
+        )
 
-    # -- numbers that stay consistent ---------------------------------------------------------------
+    # -- numbers that stay consistent ------------------------------------------------------------
 
     @cached_property
     def _xi(self) -> list[Any]:
@@ -136,20 +170,20 @@ class KernelBuilder:
 
     def _solver(self) -> str:
         """`correct`, one Newton correction; `direct`, the solution itself, if F⁻ is affine."""
-        scheme, m = self.scheme, len(self.w)
+        scheme = self.scheme
         minus, jacobian = scheme.minus_at_points / scheme.h, self.jacobian
         if self.affine:
             zero = dict.fromkeys(self.w, 0)
             minus = scheme.written_out(minus).xreplace(zero)
             jacobian = scheme.written_out(jacobian).xreplace(zero)
         residual = self.mu - minus
-        dw, steps = _solve(jacobian, residual, self.coefficients)
+        dw, steps = _solve(jacobian, residual, self.coefficients, self._pivot_rows())
         entries = [(s, self._with_k([v])[0]) for s, v in steps]
         points = [] if self.affine else self._points(jacobian, residual)
         before = [*points, *(([s], [v]) for s, v in entries)]
         if not self.affine:
             before = [*self._define_xi, *before]
-        names = [s for s, _ in entries[-m:]] if dw is None else self._with_k(dw)
+        names = self._with_k(dw)
         results: list[Any] = [names]
         if not self.affine:
             results.append(sum(_absolute(e) for e in names))
@@ -172,11 +206,11 @@ class KernelBuilder:
             before.append((list(self.end), list(self.x + d_symbols)))
         inner = [p for p in scheme.points if not p.is_end]
         before += [
-            point for point in self._points(gain)
-            if any(point[0] == list(p.z) for p in inner)
+            point for point in self._points(gain) if any(point[0] == list(p.z) for p in inner)
         ]
-        before.append(([f"n{i}" for i in range(len(at_end))],
-                       [self.coefficients.hoist(b) for b in at_end]))
+        before.append(
+            ([f"n{i}" for i in range(len(at_end))], [self.coefficients.hoist(b) for b in at_end])
+        )
         swap = {b: _symbol(f"n{i}") for i, b in enumerate(at_end)}
         dmu = self._with_k([e.xreplace(swap) for e in gain])
         results = [list(d_symbols), dmu, [_symbol(f"n{i}") for i in range(len(at_end))]]
@@ -199,17 +233,16 @@ def _absolute(e: Any) -> Any:
     return Abs(e, evaluate=False)
 
 
-def _costly(entries: Any, variables: Any) -> list[Any]:
-    """Largest subexpressions that are functions or roots of `variables` (and constants) alone."""
-    wanted, others = set(variables), {"u", "mu", "z", "y", "x"}
+def _costly(entries: Any, variables: Any, constants: set[Any]) -> list[Any]:
+    """Largest subexpressions that are functions or roots of `variables` and constants alone."""
+    wanted = set(variables)
     found: list[Any] = []
 
     def visit(e: Any) -> None:
-        free = e.free_symbols
-        if not free & wanted:
+        if not e.free_symbols & wanted:
             return
-        rest = {s for s in free - wanted if str(s)[0] in "uzxy" and str(s).split("_")[0] in others}
-        if not rest and (e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))):
+        costly = e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))
+        if costly and e.free_symbols <= wanted | constants:
             if e not in found:
                 found.append(e)
             return
@@ -221,29 +254,28 @@ def _costly(entries: Any, variables: Any) -> list[Any]:
     return found
 
 
-def _solve(matrix: Any, rhs: Any, coefficients: Coefficients) -> tuple[Any, list[tuple[Any, Any]]]:
-    """Unrolled solution of matrix·dw = rhs: (dw or None, [(symbol, value)] in order).
+def _solve(
+    matrix: Any, rhs: Any, coefficients: Coefficients, rows: list[int]
+) -> tuple[Any, list[tuple[Any, Any]]]:
+    """Unrolled solution of matrix·dw = rhs: (dw, [(symbol, value)] in order).
 
-    Up to 3×3 by the adjugate (one division), above by elimination; zeros cost nothing. A matrix of
-    constants is inverted once per flow, since its inverse is a coefficient.
+    Up to 3×3 by the adjugate (one division), above by elimination in the order of `rows`; zeros
+    cost nothing, and what depends on parameters alone is done once per flow.
     """
     from sympy import Matrix, Symbol
 
     m = matrix.shape[0]
-    constant = not (set().union(*(e.free_symbols for e in matrix)) - coefficients.q)
-    if constant and m <= 3:
-        return matrix.adjugate() / matrix.det() * rhs, []
     steps: list[tuple[Any, Any]] = []
 
     def name(letter: str, value: Any) -> Any:
-        if value.is_Number:
+        if not value.free_symbols - coefficients.q:
             return value
         symbol = Symbol(f"{letter}{len(steps)}", real=True)
         steps.append((symbol, value))
         return symbol
 
-    J = Matrix(m, m, lambda i, j: name("j", matrix[i, j]))
-    b = Matrix(m, 1, lambda i, _: name("e", rhs[i]))
+    J = Matrix(m, m, lambda i, j: name("j", matrix[rows[i], j]))
+    b = Matrix(m, 1, lambda i, _: name("e", rhs[rows[i]]))
     if m <= 3:
         over = name("o", 1 / J.det(method="berkowitz"))
         product = J.adjugate() * b
@@ -257,8 +289,7 @@ def _solve(matrix: Any, rhs: Any, coefficients: Coefficients) -> tuple[Any, list
             for j in range(p + 1, m):
                 if J[p, j] != 0:
                     J[i, j] = name("j", J[i, j] - factor * J[p, j])
-            if b[p] != 0:
-                b[i] = name("e", b[i] - factor * b[p])
+            b[i] = name("e", b[i] - factor * b[p])
         J[p, p] = pivot
     solution = [0] * m
     for p in reversed(range(m)):
@@ -271,5 +302,7 @@ def _driver_text(affine: bool) -> list[str]:
     solve = driver.solve_direct if affine else driver.solve_newton
     parts = [solve, driver.advance] if affine else [driver.best_order, solve, driver.advance]
     texts = [inspect.getsource(f).replace(f"def {solve.__name__}(", "def solve(") for f in parts]
-    return [f"@{'entry' if f is driver.advance else 'helper'}\n{text}"
-            for f, text in zip(parts, texts, strict=True)]
+    return [
+        f"@{'entry' if f is driver.advance else 'helper'}\n{text}"
+        for f, text in zip(parts, texts, strict=True)
+    ]

@@ -70,7 +70,6 @@ class Coefficients:
             return Pow(self.hoist(e.base), e.exp)
         return e.func(*[self.hoist(a) for a in e.args])
 
-
     def _sum_of(self, factor: Any, terms: Any) -> Any:
         from sympy import Add
 
@@ -184,8 +183,10 @@ def _ordered(
     """Statements in an order in which each name is known before it is used."""
     taken, texts = statements(flat)
     names = [str(s) for symbols, _ in before for s in symbols]
-    pending = [(name, text, set(re.findall(r"[A-Za-z_]\w*", text)))
-               for name, text in [*zip(names, texts, strict=False), *taken]]
+    pending = [
+        (name, text, set(re.findall(r"[A-Za-z_]\w*", text)))
+        for name, text in [*zip(names, texts, strict=False), *taken]
+    ]
     waiting = {name for name, _, _ in pending}
     lines: list[str] = []
     while pending:
@@ -194,4 +195,3 @@ def _ordered(
         waiting.remove(ready[0])
         pending.remove(ready)
     return lines, texts[len(names) :]
-

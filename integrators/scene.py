@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from typing import Any
 
@@ -74,6 +74,12 @@ class Scene:
 
     def with_values(self, **changes: Any) -> Scene:
         """A copy with some fields changed; `parameters` are merged, not replaced."""
+        foreign = set(changes) - {f.name for f in fields(self)}
+        if foreign:
+            raise BadInput(
+                f"{self.name}: a scene has no field {min(foreign)!r}; "
+                f"it has {', '.join(f.name for f in fields(self))}."
+            )
         if "parameters" in changes:
             unknown = set(changes["parameters"]) - set(self.parameters)
             if unknown:
@@ -101,4 +107,7 @@ class Scene:
 
     def steps_for(self, step: Any) -> int:
         """The number of steps of this size in the scene's duration, rounded."""
-        return max(1, math.floor(self.duration / exact(step, "step") + Fraction(1, 2)))
+        size = exact(step, "step")
+        if size <= 0:
+            raise BadInput(f"step is {step!r}: give a positive number.")
+        return max(1, math.floor(self.duration / size + Fraction(1, 2)))

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
 from .errors import BadInput
-from .exact import flatten
+from .exact import flatten, floats_exact
 from .scene import Scene
+
+#: names that coordinates, coefficients and intermediate results have
+_TAKEN = re.compile(r"h|mu|(x|u|v|w|y|d|mu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
+
+
+def _rows(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else ()
 
 
 class SceneSymbols:
@@ -35,6 +43,10 @@ class SceneSymbols:
     def _parameter(self, name: str, value: Any) -> Any:
         from sympy import Matrix, Symbol
 
+        if _TAKEN.fullmatch(name):
+            name = f"p.{name}"  # no identifier, so it is nobody else's symbol
+        if len({len(row) if isinstance(row, tuple) else 0 for row in _rows(value)}) > 1:
+            raise BadInput(f"{self.scene.name}: the rows of parameter {name} differ in length.")
         if not isinstance(value, tuple):
             symbol = Symbol(name, real=True)
             self.parameter_list.append(symbol)
@@ -82,7 +94,7 @@ class SceneSymbols:
 
     def scalar(self, value: Any, what: str) -> Any:
         """A sympy scalar of an expression or a 1×1 matrix, floats made exact."""
-        from sympy import Float, Rational, sympify
+        from sympy import Expr, SympifyError, sympify
 
         if hasattr(value, "shape"):
             if tuple(value.shape) != (1, 1):
@@ -90,9 +102,15 @@ class SceneSymbols:
                     f"{self.scene.name}: {what} is a matrix {value.shape}, not a number."
                 )
             value = value[0, 0]
-        expression = sympify(value)
-        floats = {f: Rational(*f.as_integer_ratio()) for f in expression.atoms(Float)}
-        return expression.xreplace(floats) if floats else expression
+        try:
+            expression = sympify(value, strict=True)
+            if not isinstance(expression, Expr):
+                raise TypeError
+        except (SympifyError, TypeError, ValueError):
+            raise BadInput(
+                f"{self.scene.name}: {what} is {value!r}, not an expression in its arguments."
+            ) from None
+        return floats_exact(expression)
 
     @cached_property
     def lagrangian(self) -> Any:

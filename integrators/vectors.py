@@ -37,8 +37,10 @@ def vector_text(n: int, m: int, kept: int, coefficients: int, affine: bool) -> s
     memo = "()"
     if not affine:
         vectors = [load(name, length, start) for name, start, length in memory]
-        memo = (f"({', '.join(vectors)}, int(a[{tail}]), int(a[{tail + 1}]), "
-                f"a[{tail + 2}], a[{tail + 3}])")
+        memo = (
+            f"({', '.join(vectors)}, int(a[{tail}]), int(a[{tail + 1}]), "
+            f"a[{tail + 2}], a[{tail + 3}])"
+        )
     lines.append(f"def load_state(a):\n    return {', '.join(loads)}, {memo}\n")
     lines.append("def save_state(a, x, mu, ex, emu, k, memo):")
     for name, start, length in layout:
@@ -54,9 +56,13 @@ def vector_text(n: int, m: int, kept: int, coefficients: int, affine: bool) -> s
     total = " + ".join(f"abs(a[{i}] - b[{i}])" for i in range(m))
     lines.append(f"def distance(a, b):\n    return {total}\n")
     lines.append("def predict(order, u1, u2, u3, u4, u5):")
-    terms = ["u1[#]", "2*u1[#] - u2[#]", "3*(u1[#] - u2[#]) + u3[#]",
-             "4*(u1[#] + u3[#]) - 6*u2[#] - u4[#]",
-             "5*(u1[#] - u4[#]) + 10*(u3[#] - u2[#]) + u5[#]"]
+    terms = [
+        "u1[#]",
+        "2*u1[#] - u2[#]",
+        "3*(u1[#] - u2[#]) + u3[#]",
+        "4*(u1[#] + u3[#]) - 6*u2[#] - u4[#]",
+        "5*(u1[#] - u4[#]) + 10*(u3[#] - u2[#]) + u5[#]",
+    ]
     for order, term in enumerate(terms[:-1]):
         lines.append(f"    if order == {order}:\n        return {each(m, term)}")
     lines.append(f"    return {each(m, terms[-1])}\n")

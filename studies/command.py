@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
+import re
+import shlex
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -64,6 +67,8 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("--digits", metavar="D", default="16")
     run.add_argument("--retraction", metavar="NAME")
     run.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    # "-1/10" and "-1e-3" are numbers too, not flags
+    run._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
     run.set_defaults(action=_run)
 
     about = {
@@ -246,6 +251,7 @@ def _study(options: argparse.Namespace) -> int:
     from .rendering.tables import plain, terminal_table
 
     choice = _choice(options)
+    _writable(options.json)
     with progress_shown() as show:
         result = run_study(get(options.study), choice, show, keep=True)
     result["command"] = _as_typed(options)
@@ -259,15 +265,22 @@ def _study(options: argparse.Namespace) -> int:
 def _as_typed(options: argparse.Namespace) -> str:
     parts = ["discmech", options.study, *options.scenes]
     for flag, values in (("--rule", options.rules), ("--retraction", options.retraction),
-                         ("--digits", options.digits)):  # fmt: skip
+                         ("--digits", options.digits),
+                         ("--control", getattr(options, "control", []))):  # fmt: skip
         parts += [word for value in values for word in (flag, value)]
-    return " ".join([*parts, *(["--steps", options.steps] if options.steps else [])])
+    return shlex.join([*parts, *(["--steps", options.steps] if options.steps else [])])
 
 
 def _report(options: argparse.Namespace) -> int:
     from .report import make_report
 
     choice = _choice(options)
+    try:
+        Path(options.folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(
+            f"{options.folder} cannot be written ({error.strerror}); name another --folder."
+        ) from None
     with progress_shown() as show:
         results, page = make_report(choice, Path(options.folder), show)
     from .case import worst
@@ -294,6 +307,21 @@ def _write(file: str, text: str) -> None:
         write_atomically(Path(file), text + "\n")
     except OSError as error:
         raise BadInput(f"{file} cannot be written ({error.strerror}); name another file.") from None
+
+
+def _writable(file: str | None) -> None:
+    """Say before hours of measuring that the result could not be written."""
+    if file in (None, "-"):
+        return
+    path = Path(str(file))
+    why = (
+        "Is a directory" if path.is_dir()
+        else "No such folder" if not path.parent.is_dir()
+        else "Permission denied" if not os.access(path.parent, os.W_OK)
+        else ""
+    )  # fmt: skip
+    if why:
+        raise BadInput(f"{file} cannot be written ({why}); name another file.")
 
 
 def _console() -> Any:

@@ -61,6 +61,11 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         return Verdict("fail", "the energy is no longer finite.", expected)
     if abs(slope) <= expected["slope_limit"]:
         return Verdict("pass", "", expected)
+    low, high = measurement["measured"]["slope_interval"]
+    if low <= 0 <= high:
+        return Verdict(
+            "inconclusive", "the run is too short to tell a drift: take more --steps.", expected
+        )
     return Verdict(
         "fail",
         f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "

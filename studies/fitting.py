@@ -32,6 +32,10 @@ def fit_line(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -
     return Line(slope, (slope - half, slope + half), float(np.abs(residuals).max()))
 
 
+#: round-off of many steps (√N units) still bends errors that are this many floors large
+BENT = 2**12
+
+
 @dataclass(frozen=True)
 class Window:
     """The asymptotic part of a convergence ladder, points first..last (inclusive)."""
@@ -48,16 +52,21 @@ def asymptotic_window(
 
     steps: step sizes from coarse to fine; errors: beside them (nan where a run failed). Points at
     or below `floor` are round-off. Straight: no point is further than `straight` (in log₂ of the
-    error) from the line. The slope is signed: errors that grow give no positive order.
+    error) from the line. Beyond the fine end only points that round-off may have bent are left out
+    (up to BENT × floor): a line that errors leave earlier is not yet their asymptotic one. The
+    slope is signed: errors that grow give no positive order.
     """
     usable = [math.isfinite(e) and e > floor for e in errors]
     logs = [math.log2(e) if good else math.nan for e, good in zip(errors, usable, strict=True)]
+    excused = [not math.isfinite(e) or e <= BENT * floor for e in errors]
     steps_log = [math.log2(h) for h in steps]
     best: Window | None = None
     for first in range(len(steps)):
         for last in range(first + 3, len(steps)):
             if not all(usable[first : last + 1]):
                 break
+            if not all(excused[last + 1 :]):
+                continue
             line = fit_line(steps_log[first : last + 1], logs[first : last + 1])
             if line.residual > straight:
                 continue

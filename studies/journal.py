@@ -26,9 +26,9 @@ class Journal:
             for line in self.path.read_text(encoding="utf-8").splitlines():
                 try:
                     entry = json.loads(line)
-                except json.JSONDecodeError:  # the line that was being written
+                    self.done[entry["key"]] = entry["result"]
+                except (json.JSONDecodeError, KeyError, TypeError):  # it was being written
                     continue
-                self.done[entry["key"]] = entry["result"]
 
     def find(self, case: Case) -> dict[str, Any] | None:
         """The case's result, if an interrupted run had finished it."""
@@ -38,7 +38,8 @@ class Journal:
         """Keep a finished case."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with self.path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps({"key": _case_key(case), "result": result}) + "\n")
+            # a line break before as well: the last line may be a half one
+            file.write("\n" + json.dumps({"key": _case_key(case), "result": result}) + "\n")
 
     def close(self) -> None:
         """The study is complete: nothing is left to go on with."""

@@ -48,11 +48,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     progress(f"{case.scene.name} {case.label}: reference", 0.0)
     exact = solution(case.scene, duration, digits=max(30, case.digits + 5))
     rows: list[dict[str, Any]] = []
-    fitted: dict[str, Any] = {}
     for i in range(most):
         if i >= rungs:  # go on only while the asymptotic window has not been reached
-            fitted = _fit(case, rows, exact.certain_digits)
-            if fitted["measured"]["points"]:
+            if _fit(case, rows, exact.certain_digits)["measured"]["points"]:
                 break
         steps = first * 2**i
         progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
@@ -72,7 +70,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             row["error_x"] = float(dx / size) if len(exact.x) else None
             row["error_mu"] = float(dmu / size)
         rows.append({**row, "used": False, "why_not": ""})
-    return {"rows": rows, **(fitted or _fit(case, rows, exact.certain_digits))}
+    return {"rows": rows, **_fit(case, rows, exact.certain_digits)}
 
 
 def _gap(got: Any, wanted: Any) -> tuple[Any, Any]:

@@ -6,6 +6,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from ..algebras import MatrixAlgebra
+from ..errors import BadInput
 from ..retractions import Retraction, cayley
 from .lie_group import RetractionGroupoid
 
@@ -21,6 +22,8 @@ class ActionGroupoid(RetractionGroupoid):
 
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction, rows: int = 1) -> None:
         super().__init__(algebra, retraction)
+        if type(rows) is not int or rows < 1:
+            raise BadInput(f"rows is {rows!r}: give a whole number from 1.")
         self.rows, self.dim_x = rows, rows * algebra.size
 
     @property

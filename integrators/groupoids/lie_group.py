@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from ..algebras import MatrixAlgebra
+from ..errors import BadInput
 from ..groupoid import Groupoid
 from ..retractions import Retraction, cayley
 
@@ -13,10 +14,14 @@ from ..retractions import Retraction, cayley
 class RetractionGroupoid(Groupoid):
     """What a group and its actions share: arrows τ(hu) in the chart of a retraction.
 
-    Raises `BadInput` when built with a retraction that does not fit the algebra.
+    Raises `BadInput`, when first used, if the retraction does not fit the algebra.
     """
 
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction) -> None:
+        if not isinstance(algebra, MatrixAlgebra):
+            raise BadInput(f"the algebra is {algebra!r}: give so(3), se(3) or a MatrixAlgebra.")
+        if not isinstance(retraction, Retraction):
+            raise BadInput(f"the retraction is {retraction!r}: give cayley itself, not its name.")
         self.algebra, self.tau = algebra, retraction
         self.dim_u = algebra.dim
         self.retraction_name = retraction.name
@@ -27,6 +32,7 @@ class RetractionGroupoid(Groupoid):
         return self.tau.element(self.algebra, h * u)
 
     def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+        self.tau.check(self.algebra)
         return self.tau.product(self.algebra, h * u, h * v) / h
 
     def L(self, x: Any, u: Any, h: Any) -> Any:
@@ -46,6 +52,10 @@ class RetractionGroupoid(Groupoid):
         self.tau.check(self.algebra)
         s = self._symbols
         return self.tau.invariant_fields(self.algebra, s["h"] * s["u"])
+
+    @property
+    def symmetric_chart(self) -> bool:  # type: ignore[override]
+        return True
 
     @cached_property
     def _inversion(self) -> Any:

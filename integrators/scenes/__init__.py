@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
-from functools import cache
 from importlib import import_module
 from typing import cast
 
@@ -18,7 +17,6 @@ def names() -> tuple[str, ...]:
     return NAMES
 
 
-@cache
 def get(name: str) -> Scene:
     """The scene of that name; raises `BadInput` with the nearest name."""
     if name not in NAMES:
