@@ -109,6 +109,7 @@ class Scheme:
         self.points = tuple(self._seen.points)
         self._check_free_symbols()
         self.check_start(scene)
+        self._check_regular()
 
     # -- the theory's objects, written out in (x, u; h) ----------------------------------------
 
@@ -293,6 +294,30 @@ class Scheme:
                 f"{self.scene.name} with {self.rule.name}: the discrete Lagrangian does not depend "
                 "on u, so FL is singular everywhere; it needs a kinetic term."
             )
+
+    def _check_regular(self) -> None:
+        """Raise `BadInput` if FL is singular at every point: tried at two random ones."""
+        from sympy import Matrix
+
+        from .identities import random_point
+
+        slopes = self.total_u(self.minus_at_points)
+        for seed in range(2):
+            point = random_point([*self.x, *self.u, *self.s.q], (*self.u, self.h), seed)
+            for p, value in zip(self.s.parameter_list, self.s.parameter_values, strict=True):
+                point[p] = to_sympy(value)
+            at_points = {
+                z: b.xreplace(point) for p in self.points for z, b in zip(p.z, p.value, strict=True)
+            }
+            found = Matrix(slopes.xreplace({**point, **at_points})).evalf(30)
+            if found.rank(iszerofunc=lambda e: abs(e) < 1e-20) == len(self.u):
+                return
+        null = found.nullspace(iszerofunc=lambda e: abs(e) < 1e-20)[0]
+        direction = ", ".join(f"{float(e):.3g}" for e in null)
+        raise BadInput(
+            f"{self.scene.name} with {self.rule.name}: FL is singular everywhere, in the direction "
+            f"({direction}) of u; every velocity needs its kinetic energy."
+        )
 
     def check_start(self, scene: Scene) -> None:
         """Raise `BadInput` unless x0 satisfies every constraint (such as |Γ|² = 1), exactly."""

@@ -70,6 +70,16 @@ def _from_ratio(value: Any, what: str) -> Fraction:
         raise BadInput(f"{what} is {value!r}: give a real number.") from None
 
 
+def exact_rational(value: Any, what: str) -> Fraction:
+    """As `exact`, for what must be a fraction (steps and durations)."""
+    number = exact(value, what)
+    if not isinstance(number, Fraction):
+        raise BadInput(
+            f"{what} is {value}: give a fraction or a decimal, nothing irrational."
+        )
+    return number
+
+
 def exact_vector(values: Any, length: int, what: str) -> tuple[Any, ...]:
     """A tuple of `length` exact numbers; raises `BadInput` if the shape is another."""
     listed = isinstance(values, Iterable) or hasattr(values, "shape")  # a sympy column too

@@ -15,7 +15,7 @@ from .compiling import load_kernels
 from .continuous import initial_momentum
 from .equations import Scheme
 from .errors import BadInput, StepFailure
-from .exact import exact
+from .exact import exact_rational
 from .tangent import LocalGeometry, relative_defect
 from .vectors import state_length
 
@@ -59,7 +59,7 @@ class Flow:
 
     def __init__(self, scheme: Scheme, step: Any, digits: int = 16) -> None:
         self.scheme, self.digits = scheme, digits
-        self.step = exact(step, "step")
+        self.step = exact_rational(step, "step")
         if self.step == 0:
             raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
         if not TINIEST <= abs(self.step) <= 1 / TINIEST:

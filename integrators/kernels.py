@@ -1,7 +1,7 @@
 """Kernels of a scheme: generated text, compiled by numba or run on numbers of any precision.
 
 One module a scheme: `prepare(q) → c`, `correct(x, w, μ, k, c) → (dw, size)` (or `direct` where F⁻
-is affine in u), `update(x, w, μ, k, c) → (dx, dμ, k)` and `carry(x, c) → k`, then the driver's text.
+is affine in u), `update(x, w, μ, k, c) → (dx, dμ, k)`, `carry(x, c) → k`, then the driver's text.
 The step h and the parameters are symbols (the vector q), so nothing is generated or compiled again
 for another step. k are the costly functions of x alone (sin x, 1/r³) that the next step needs
 again: they are computed once, at the end of a step.
@@ -299,8 +299,8 @@ def _solve(
 
 
 def _driver_text(affine: bool) -> list[str]:
-    solve = driver.solve_direct if affine else driver.solve_newton
-    parts = [solve, driver.advance] if affine else [driver.best_order, solve, driver.advance]
+    solve: Any = driver.solve_direct if affine else driver.solve_newton
+    parts: list[Any] = [solve, driver.advance] if affine else [driver.best_order, solve, driver.advance]
     texts = [inspect.getsource(f).replace(f"def {solve.__name__}(", "def solve(") for f in parts]
     return [
         f"@{'entry' if f is driver.advance else 'helper'}\n{text}"

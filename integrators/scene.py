@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 from .errors import BadInput
-from .exact import exact, exact_nested, exact_vector
+from .exact import exact_nested, exact_rational, exact_vector
 from .groupoid import Groupoid
 from .momentum import Conserved
 
@@ -56,6 +56,8 @@ class Scene:
             )
         if (self.lagrangian is None) == (self.discrete_lagrangian is None):
             raise BadInput(f"{self.name}: give either lagrangian= or discrete_lagrangian=.")
+        if not isinstance(self.parameters, Mapping):
+            raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")
         for key in self.parameters:
             if not str(key).isidentifier():
                 raise BadInput(f"{self.name}: parameter {key!r} is no name; use letters and _.")
@@ -65,12 +67,15 @@ class Scene:
             "parameters",
             {k: exact_nested(v, f"{self.name}: parameter {k}") for k, v in self.parameters.items()},
         )
-        put("duration", exact(self.duration, f"{self.name}: duration"))
+        put("duration", exact_rational(self.duration, f"{self.name}: duration"))
         step = self.duration / 1000 if self.step is None else self.step
-        put("step", exact(step, f"{self.name}: step"))
+        put("step", exact_rational(step, f"{self.name}: step"))
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
         put("symmetries", tuple(self.symmetries))
+        for quantity in self.symmetries:
+            if not isinstance(quantity, Conserved):
+                raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
 
     def with_values(self, **changes: Any) -> Scene:
         """A copy with some fields changed; `parameters` are merged, not replaced."""
@@ -107,7 +112,7 @@ class Scene:
 
     def steps_for(self, step: Any) -> int:
         """The number of steps of this size in the scene's duration, rounded."""
-        size = exact(step, "step")
+        size = exact_rational(step, "step")
         if size <= 0:
             raise BadInput(f"step is {step!r}: give a positive number.")
         return max(1, math.floor(self.duration / size + Fraction(1, 2)))

@@ -155,4 +155,7 @@ def frobenius(matrix: np.ndarray) -> Any:
 
 def relative_defect(pulled: np.ndarray, given: np.ndarray, map_: np.ndarray) -> Any:
     """‖pulled − given‖ / (‖map‖² ‖given‖): a few units of round-off whatever the conditioning."""
-    return frobenius(pulled - given) / (frobenius(map_) ** 2 * frobenius(given))
+    difference = frobenius(pulled - given)
+    if difference == 0:
+        return difference  # also where there is nothing to keep: Π = 0 on an abelian group
+    return difference / (frobenius(map_) ** 2 * frobenius(given))

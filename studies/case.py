@@ -151,7 +151,7 @@ def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict
         verdict = study.judge(case, measurement)
     except StepFailure as failure:
         verdict = Verdict("fail", str(failure))
-    except ReferenceFailure as failure:
+    except (BadInput, ReferenceFailure) as failure:  # this case cannot be measured; others can
         verdict = Verdict("inconclusive", str(failure))
     return {
         "scene": case.scene.name,

@@ -42,7 +42,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return PASS
     except KeyboardInterrupt:
-        print("discmech: interrupted; the same command goes on where it stopped.", file=sys.stderr)
+        again = "" if options.action is _run else "; the same command goes on where it stopped"
+        print(f"discmech: interrupted{again}.", file=sys.stderr)
         return INTERRUPTED
 
 
@@ -149,8 +150,8 @@ def _count(text: str, what: str) -> int:
 
 def _digits(text: str) -> int:
     value = _count(text, "--digits")
-    if value < 16:
-        raise BadInput(f"--digits is {value}: give 16 (double precision) or more.")
+    if not 16 <= value <= 10_000:
+        raise BadInput(f"--digits is {value}: give 16 (double precision) up to 10000.")
     return value
 
 
@@ -173,12 +174,12 @@ def _list(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     from integrators import Scheme
-    from integrators.exact import exact
+    from integrators.exact import exact_rational
 
     scene, rule = scenes.get(options.scene), discretisations.get(options.rule)
     if options.retraction:
         _known_retraction(options.retraction)
-    step = exact(scene.step if options.step is None else options.step, "--step")
+    step = exact_rational(scene.step if options.step is None else options.step, "--step")
     digits, every = _digits(options.digits), _count(options.every, "--every")
     scheme = Scheme(scene, rule)
     flow = scheme.flow(step, digits)

@@ -56,7 +56,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """
     band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
     duration = measurement["duration"]
-    expected = {"slope_limit": max(band / 10, 1e-12) / duration}
+    floor = 1e4 * (2.0**-53 if case.digits == 16 else 10.0**-case.digits)
+    expected = {"slope_limit": max(band / 10, floor) / duration}
     if not np.isfinite(band):
         return Verdict("fail", "the energy is no longer finite.", expected)
     if abs(slope) <= expected["slope_limit"]:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from integrators import BadInput
+
 
 @dataclass(frozen=True)
 class Line:
@@ -19,7 +21,9 @@ class Line:
 
 
 def fit_line(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> Line:
-    """Least squares through at least three points."""
+    """Least squares through at least three points; raises `BadInput` if there are fewer."""
+    if len(x) < 3:
+        raise BadInput(f"a line needs three points, not {len(x)}: take more --steps.")
     from scipy.special import stdtrit
 
     xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)

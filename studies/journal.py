@@ -57,7 +57,9 @@ def _key(study: str, choice: Choice) -> str:
     root = Path(__file__).resolve().parent.parent
     sources = [p for name in ("integrators", "reference", "studies")
                for p in sorted((root / name).rglob("*.py"))]  # fmt: skip
-    digest = hashlib.sha256(f"{study} {choice.digits} {choice.steps}".encode())
+    asked = [[s.name for s in choice.scenes], [r.name for r in choice.rules], choice.controls,
+             choice.retractions, choice.digits, choice.steps]  # fmt: skip
+    digest = hashlib.sha256(f"{study} {asked}".encode())
     for path in sources:
         digest.update(path.read_bytes())
     return digest.hexdigest()[:20]

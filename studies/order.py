@@ -49,9 +49,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     exact = solution(case.scene, duration, digits=max(30, case.digits + 5))
     rows: list[dict[str, Any]] = []
     for i in range(most):
-        if i >= rungs:  # go on only while the asymptotic window has not been reached
-            if _fit(case, rows, exact.certain_digits)["measured"]["points"]:
-                break
+        # go on only while the asymptotic window has not been reached
+        if i >= rungs and _fit(case, rows, exact.certain_digits)["measured"]["points"]:
+            break
         steps = first * 2**i
         progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
         step = duration / steps

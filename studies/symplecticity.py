@@ -6,10 +6,11 @@ scene's step and at the largest stable one: at small steps even Runge–Kutta me
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any
 
-from integrators import StepFailure, discretisations, scenes
+from integrators import BadInput, discretisations, scenes
 
 from . import controls
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
@@ -104,17 +105,20 @@ def _control_defects(case: Case, flow: Any) -> list[tuple[float | None, float | 
 
 
 def _largest_stable_step(case: Case) -> Fraction:
-    if case.scene.lagrangian is None:
-        return Fraction(case.scene.step)
     try:
         return largest_stable_step(case.scheme)
-    except StepFailure:
+    except BadInput:  # no energy to tell stability by: the scene's own step must do
         return Fraction(case.scene.step)
 
 
 def _worst(rows: list[dict[str, Any]], kind: str) -> float | None:
+    """The largest defect; what is not a number is worse than any."""
     values = [row[kind] for row in rows if row[kind] is not None]
-    return max(values, default=None)
+    return max(values, key=_badness, default=None)
+
+
+def _badness(value: float) -> float:
+    return math.inf if math.isnan(value) else value
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
@@ -133,8 +137,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     broken = {k: v for k, v in found.items() if not v <= expected["limit"]}
     if not broken:
         return Verdict("pass", "", expected)
-    kind, value = max(broken.items(), key=lambda item: item[1])
-    row = next(r for r in measurement["rows"] if r[kind] == value)
+    kind, value = max(broken.items(), key=lambda item: _badness(item[1]))
+    row = max(measurement["rows"], key=lambda r: _badness(r[kind]))
     return Verdict(
         "fail",
         f"the {kind} defect is {value:.2g} at step {row['step']:.3g}, t = {row['time']:.3g}; "
