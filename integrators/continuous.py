@@ -9,7 +9,7 @@ from typing import Any
 
 from .compiling import run_text
 from .equations import Scheme
-from .errors import BadInput
+from .errors import BadInput, CannotMeasure
 from .printing import function_text
 from .scene import Scene
 from .symbols import SceneSymbols
@@ -30,7 +30,7 @@ def velocity(s: SceneSymbols) -> Any:
     mu = momentum(s)
     mass = mu.jacobian(s.u).applyfunc(lambda e: e.simplify())
     if mass.free_symbols & set(s.u):
-        raise BadInput(
+        raise CannotMeasure(
             f"{s.scene.name}: the Lagrangian is not quadratic in the velocity, so no closed form "
             "of ξ(x, μ) exists; this study cannot be run on it."
         )
@@ -78,7 +78,7 @@ def initial_momentum(scheme: Scheme, scene: Scene, numbers: Any) -> list[Any]:
     """μ₀ = ∂l/∂ξ(x₀, v₀), in an arithmetic."""
     s = scheme.s
     if scene.lagrangian is None:
-        raise BadInput(
+        raise CannotMeasure(
             f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
             "trajectory(..., mu0=...)."
         )

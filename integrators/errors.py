@@ -13,6 +13,10 @@ class BadInput(DiscmechError, ValueError):
     """The input cannot be used as it is: the message names it and says how to mend it."""
 
 
+class CannotMeasure(BadInput):
+    """What is asked does not exist for this scene (an energy without a Legendre inverse, say)."""
+
+
 class StepFailure(DiscmechError, RuntimeError):
     """A trajectory stopped before its last step; what was computed until then is kept.
 

@@ -22,6 +22,8 @@ def exact(value: Any, what: str) -> Any:
     """
     if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
         raise BadInput(f"{what} is {value!r}: give a number, not a truth value.")
+    if getattr(value, "is_Rational", False):  # sympy's
+        return Fraction(int(value.p), int(value.q))
     if isinstance(value, (Rational, Decimal)):
         return _from_ratio(value, what)
     if isinstance(value, str):
@@ -41,8 +43,6 @@ def exact(value: Any, what: str) -> Any:
         return Fraction(-int(mantissa) if sign else int(mantissa)) * Fraction(2) ** int(exponent)
     if isinstance(value, Real) or getattr(value, "shape", None) == ():
         return _from_ratio(value, what)
-    if getattr(value, "is_Rational", False):
-        return Fraction(int(value.p), int(value.q))
     if getattr(value, "is_number", False):  # an exact sympy number such as sqrt(2)/2
         if not value.is_real or not value.is_finite:
             raise BadInput(f"{what} is {value}: give a finite real number.")
@@ -74,9 +74,7 @@ def exact_rational(value: Any, what: str) -> Fraction:
     """As `exact`, for what must be a fraction (steps and durations)."""
     number = exact(value, what)
     if not isinstance(number, Fraction):
-        raise BadInput(
-            f"{what} is {value}: give a fraction or a decimal, nothing irrational."
-        )
+        raise BadInput(f"{what} is {value}: give a fraction or a decimal, nothing irrational.")
     return number
 
 

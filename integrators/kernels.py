@@ -300,7 +300,9 @@ def _solve(
 
 def _driver_text(affine: bool) -> list[str]:
     solve: Any = driver.solve_direct if affine else driver.solve_newton
-    parts: list[Any] = [solve, driver.advance] if affine else [driver.best_order, solve, driver.advance]
+    parts: list[Any] = (
+        [solve, driver.advance] if affine else [driver.best_order, solve, driver.advance]
+    )
     texts = [inspect.getsource(f).replace(f"def {solve.__name__}(", "def solve(") for f in parts]
     return [
         f"@{'entry' if f is driver.advance else 'helper'}\n{text}"

@@ -8,7 +8,7 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
-from .errors import BadInput
+from .errors import BadInput, CannotMeasure
 from .exact import flatten, floats_exact
 from .scene import Scene
 
@@ -120,7 +120,7 @@ class SceneSymbols:
     def lagrangian_at(self, x: Any, v: Any) -> Any:
         """l at any columns x and v."""
         if self.scene.lagrangian is None:
-            raise BadInput(
+            raise CannotMeasure(
                 f"{self.scene.name} has only a discrete Lagrangian, so this cannot be asked."
             )
         value = self.call(self.scene.lagrangian, "its Lagrangian", x, v, self.parameters)

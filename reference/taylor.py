@@ -33,6 +33,7 @@ class TaylorSettings:
 
     @property
     def order(self) -> int:
+        """Degree of the local polynomials, about half as many as nats of precision (Jorba, Zou)."""
         return max(8, math.ceil(self.stretch * (self.digits * math.log(10) / 2 + 1)))
 
 

@@ -16,6 +16,7 @@ from typing import Any
 
 from integrators import BadInput, Scheme, StepFailure, discretisations, scenes
 from integrators.discretisations import Discretisation
+from integrators.errors import CannotMeasure
 from integrators.scene import Scene
 
 SCHEMA = 1
@@ -151,7 +152,7 @@ def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict
         verdict = study.judge(case, measurement)
     except StepFailure as failure:
         verdict = Verdict("fail", str(failure))
-    except (BadInput, ReferenceFailure) as failure:  # this case cannot be measured; others can
+    except (CannotMeasure, ReferenceFailure) as failure:
         verdict = Verdict("inconclusive", str(failure))
     return {
         "scene": case.scene.name,

@@ -88,6 +88,8 @@ def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:
         z = np.array([numbers.number(e) for e in (*start.x[0], *start.mu[0])], dtype=numbers.dtype)
         for _ in range(points):
             new, m = method.step(z, h)
+            if not all(abs(e) < numbers.number(10) ** 100 for e in (*new, *m.ravel())):
+                break  # it blows up at this step: there is nothing left to compare
             before = geometry.poisson_tensor(z[: method.n], z[method.n :])
             after = geometry.poisson_tensor(new[: method.n], new[method.n :])
             defects.append(float(relative_defect(m @ before @ m.T, after, m)))

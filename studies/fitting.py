@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from integrators import BadInput
+from integrators.errors import CannotMeasure
 
 
 @dataclass(frozen=True)
@@ -21,9 +21,9 @@ class Line:
 
 
 def fit_line(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> Line:
-    """Least squares through at least three points; raises `BadInput` if there are fewer."""
+    """Least squares through at least three points; raises `CannotMeasure` if there are fewer."""
     if len(x) < 3:
-        raise BadInput(f"a line needs three points, not {len(x)}: take more --steps.")
+        raise CannotMeasure(f"a line needs three points, not {len(x)}: take more --steps.")
     from scipy.special import stdtrit
 
     xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)

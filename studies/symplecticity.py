@@ -10,7 +10,8 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from integrators import BadInput, discretisations, scenes
+from integrators import discretisations, scenes
+from integrators.errors import CannotMeasure
 
 from . import controls
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
@@ -107,7 +108,7 @@ def _control_defects(case: Case, flow: Any) -> list[tuple[float | None, float | 
 def _largest_stable_step(case: Case) -> Fraction:
     try:
         return largest_stable_step(case.scheme)
-    except BadInput:  # no energy to tell stability by: the scene's own step must do
+    except CannotMeasure:  # no energy to tell stability by: the scene's own step must do
         return Fraction(case.scene.step)
 
 

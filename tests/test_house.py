@@ -167,14 +167,9 @@ def undocumented(module):
 
 #: the twin of another class, member by member, which has the docstrings
 TWINS = {("integrators.arithmetic", "Multiple")}
-UNSAID = {"reference.closed_forms.rotations", "reference.taylor"}
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=pytest.mark.xfail(strict=True, reason="no docstring"))
-     if n in UNSAID else n for n in map(module_of, SOURCES)],
-)  # fmt: skip
+@pytest.mark.parametrize("name", list(map(module_of, SOURCES)))
 def test_everything_public_has_a_docstring(name):
     module = importlib.import_module(name)
     assert module.__doc__

@@ -48,7 +48,6 @@ def test_the_rule_of_the_readme_passes_what_it_claims(namespace):
     assert found["verdict"] == "pass", [c["reason"] for c in found["cases"]]
 
 
-@pytest.mark.xfail(strict=True, reason="a target that returns a sympy column is refused")
 def test_the_groupoid_of_the_readme_satisfies_the_axioms(namespace):
     from integrators import Scene, Scheme, midpoint
 

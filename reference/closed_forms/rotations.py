@@ -7,6 +7,7 @@ from typing import Any
 
 
 def cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
+    """a × b of two vectors of length 3."""
     return [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],

@@ -415,7 +415,6 @@ def test_an_inverse_that_cannot_be_found_is_asked_for():
 # -- shapes and names -----------------------------------------------------------------------------
 
 
-@pytest.mark.xfail(reason="sympy matrices have no __iter__: integrators.groupoid._column")
 def test_target_and_product_may_be_columns():
     g = LocalGroupoid(
         2, 2, target=lambda x, u, h: x + h * u, product=lambda x, u, v, h: u + v, name="plane"
@@ -423,7 +422,6 @@ def test_target_and_product_may_be_columns():
     check_axioms(g)
 
 
-@pytest.mark.xfail(reason="LocalGroupoid does not wrap what the user's functions raise")
 def test_a_function_that_raises_is_named():
     g = LocalGroupoid(1, 1, target=lambda x, u, h: x + h, product=added, name="sum")
     with pytest.raises(BadInput, match="sum: target"):

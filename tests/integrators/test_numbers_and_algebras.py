@@ -132,7 +132,6 @@ def test_truth_values_are_no_numbers(value):
         exact(value, "the length")
 
 
-@pytest.mark.xfail(reason="integrators.exact: not yet refused, or refused by another library")
 @pytest.mark.parametrize(
     "value", [np.array([0.5, 1.0]), np.complex128(1j), np.bool_(True)], ids=repr
 )
@@ -141,7 +140,6 @@ def test_numpy_things_that_are_no_numbers_are_refused(value):
         exact(value, "the length")
 
 
-@pytest.mark.xfail(reason="integrators.exact: np.longdouble is rounded, Decimal is refused")
 def test_other_exact_numbers():
     assert exact(Decimal("0.1"), "it") == Fraction(1, 10)
     third = np.longdouble(1) / 3
@@ -271,7 +269,6 @@ def test_wrong_algebras_are_named():
         open_one.structure_constants  # noqa: B018
 
 
-@pytest.mark.xfail(reason="LieGroup.product does not ask Retraction.check: blames associativity")
 def test_cayley_on_sl3_says_why():
     scene = Scene("s", lie_group(sl(3)), lambda x, v, p: v.dot(v) / 2, v0=[0] * 8)
     with pytest.raises(BadInput, match="use the exponential"):

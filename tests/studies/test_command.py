@@ -100,9 +100,9 @@ def test_run_as_json(capsys):
     assert found["mu"] == run.mu.tolist()  # floats survive JSON to the last bit
 
 
-@pytest.mark.parametrize(("steps", "every", "times"), [(6, 3, [0, 3, 6]), (7, 3, [0, 3, 6, 7]),
-                                                       (2, 5, [0, 2])])  # fmt: skip
-def test_run_keeps_each_kth_row_and_the_last(capsys, steps, every, times):
+@pytest.mark.parametrize(("steps", "every", "times"), [(6, 3, [0, 3, 6]), (7, 3, [0, 3, 6]),
+                                                       (2, 5, [0])])  # fmt: skip
+def test_run_keeps_each_kth_row(capsys, steps, every, times):
     _, out, _ = ask(capsys, "run", "pendulum", "--step", "0.5", "--steps", str(steps), "--every",
                     str(every), "--json", "-")  # fmt: skip
     assert strict(out)["t"] == [0.5 * k for k in times]
@@ -145,9 +145,8 @@ def test_run_backwards_returns(capsys):
 
 @pytest.mark.parametrize(
     "step",
-    ["-0.1", *(pytest.param(text, marks=pytest.mark.xfail(strict=True, reason="taken for a flag"))
-               for text in ("-1/10", "-1e-1"))],
-)  # fmt: skip
+    ["-0.1", "-1/10", "-1e-1"],
+)
 def test_a_negative_step_may_stand_apart(capsys, step):
     assert ask(capsys, "run", "pendulum", "--step", step, "--steps", "2")[0] == 0
 
@@ -229,7 +228,6 @@ def test_controls_by_name(capsys):
     assert [(c["rule"], c["control"]) for c in cases] == [("Heun", True), ("damped residual", True)]
 
 
-@pytest.mark.xfail(strict=True, reason="the command in a result forgets --control")
 def test_the_command_of_a_result_names_its_controls():
     from studies.command import _as_typed
 
@@ -292,7 +290,7 @@ BAD = [
     ("run pendulum --steps 1.5", "--steps is '1.5'"),
     ("run pendulum --steps abc", "--steps is 'abc'"),
     ("run pendulum --every 0", "--every is '0'"),
-    ("run pendulum --digits 5", "--digits is 5: give 16 (double precision) or more"),
+    ("run pendulum --digits 5", "--digits is 5: give 16 (double precision) up to 10000"),
     ("run pendulum --digits many", "--digits is 'many'"),
     ("order pendulum --steps 0", "--steps is '0'"),
     ("order pendulum --steps abc", "--steps is 'abc'"),
@@ -346,7 +344,6 @@ def test_a_failed_write_leaves_the_old_file(capsys, tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir() if p.is_file()] == ["list.json"]
 
 
-@pytest.mark.xfail(strict=True, reason="an unwritable --json is found out after hours of measuring")
 def test_where_the_result_goes_is_looked_at_before_the_study_runs(capsys, tmp_path, monkeypatch):
     from studies import get
 
@@ -354,10 +351,6 @@ def test_where_the_result_goes_is_looked_at_before_the_study_runs(capsys, tmp_pa
     assert ask(capsys, "energy", "--json", str(tmp_path / "missing" / "a.json"))[0] == 2
 
 
-OVERFLOW = "traceback of Python's own instead of a sentence"
-
-
-@pytest.mark.xfail(strict=True, reason=OVERFLOW)
 @pytest.mark.parametrize(
     "line",
     ["run pendulum --step 1e400 --steps 2", "run pendulum --step 1e200 --steps 2",

@@ -116,7 +116,6 @@ def test_an_interrupted_report_leaves_the_old_one(made, monkeypatch, capsys):
     assert "goes on where it stopped" in capsys.readouterr().err
 
 
-@pytest.mark.xfail(strict=True, raises=OSError, reason="traceback, and only after all is measured")
 def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
     replace_measurements(monkeypatch, lambda case, progress: {"measured": {}, "rows": []})
     for name in NAMES:

@@ -158,11 +158,7 @@ def test_energy_over_ten_thousand_steps(scene, rule):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("scene", "rule"),
-    [pytest.param(*p, marks=pytest.mark.xfail(strict=True, reason="round-off grows linearly"))
-     if p == ("harmonic", "midpoint") else p for p in BUILT_IN],
-)  # fmt: skip
+@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
 def test_energy_over_a_million_steps(scene, rule):
     """A hundred times as long, the same band; of round-off alone √100 times 1e-14 may be left."""
     short = keeps_energy_in_a_band(scene, rule, 10**4)
