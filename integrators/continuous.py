@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from .compiling import run_text
@@ -82,9 +83,15 @@ def initial_momentum(scheme: Scheme, scene: Scene, numbers: Any) -> list[Any]:
             f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
             "trajectory(..., mu0=...)."
         )
-    swap = dict(zip(s.u, s.mu, strict=True))
-    f = state_function(s, [[e.xreplace(swap) for e in momentum(s)]], numbers)
+    f = _momentum_function(s, numbers)
     with numbers.working():
         x = [numbers.number(v) for v in scene.x0]
         v = [numbers.number(v) for v in scene.v0]
         return list(f(x, v, [numbers.number(p) for p in s.parameter_values]))
+
+
+@lru_cache(maxsize=512)
+def _momentum_function(s: SceneSymbols, numbers: Any) -> Any:
+    """∂l/∂ξ as f(x, v, parameters)."""
+    swap = dict(zip(s.u, s.mu, strict=True))
+    return state_function(s, [[e.xreplace(swap) for e in momentum(s)]], numbers)

@@ -26,26 +26,29 @@ def advance(state, coefficients, index, stop, last, every, xs, us, mus, counts, 
     c = load_c(coefficients)
     x, mu, ex, emu, k, memo = load_state(state)
     status, most, total, size = OK, totals[1], totals[0], totals[2]
-    while True:
-        if index == stop and stop != last:
-            break
+    row = (index + every - 1) // every
+    wait = row * every - index  # steps to the next row that is kept
+    end = stop + 1 if stop == last else stop  # the last row needs its u, but no step
+    while index < end:
         w, memo, count, size, status = solve(x, mu, k, memo, c)
         total += count
         if count > most:
             most = count
         if status != OK:
             break
-        if index % every == 0:
-            row = index // every
+        if wait == 0:
             save_x(xs, row, x)
             save_u(us, row, w)
             save_u(mus, row, mu)
             counts[row] = count
+            row += 1
+            wait = every
         if index == last:
             break
-        dx, dmu, k = update(x, w, mu, k, c)
-        x, ex = accumulate_x(x, dx, ex)
-        mu, emu = accumulate_u(mu, dmu, emu)
+        wait -= 1
+        dx, dmu, k = update(x, w, mu, k, ex, emu, c)
+        x, ex = accumulate_x(x, dx)
+        mu, emu = accumulate_u(mu, dmu)
         index += 1
     save_state(state, x, mu, ex, emu, k, memo)
     totals[0], totals[1], totals[2] = total, most, size

@@ -1,7 +1,7 @@
 """Kernels of a scheme: generated text, compiled by numba or run on numbers of any precision.
 
 One module a scheme: `prepare(q) → c`, `correct(x, w, μ, k, c) → (dw, size)` (or `direct` where F⁻
-is affine in u), `update(x, w, μ, k, c) → (dx, dμ, k)`, `carry(x, c) → k`, then the driver's text.
+is affine in u), `update(x, w, μ, k, ex, eμ, c) → (dx, dμ, k)`, `carry(x, c) → k`, then the driver.
 The step h and the parameters are symbols (the vector q), so nothing is generated or compiled again
 for another step. k are the costly functions of x alone (sin x, 1/r³) that the next step needs
 again: they are computed once, at the end of a step.
@@ -32,7 +32,14 @@ class KernelBuilder:
     @cached_property
     def jacobian(self) -> Any:
         """∂(F⁻/h)/∂u, m×m, through the points."""
-        return self.scheme.total_u(self.scheme.minus_at_points) / self.scheme.h
+        return self._over_h(self.scheme.total_u(self.scheme.minus_at_points))
+
+    def _over_h(self, matrix: Any) -> Any:
+        """matrix/h term by term, so that powers of h cancel before they are ever rounded."""
+        from sympy import Add
+
+        h = self.scheme.h
+        return matrix.applyfunc(lambda e: Add(*[t / h for t in Add.make_args(e)]))
 
     @cached_property
     def affine(self) -> bool:
@@ -171,7 +178,7 @@ class KernelBuilder:
     def _solver(self) -> str:
         """`correct`, one Newton correction; `direct`, the solution itself, if F⁻ is affine."""
         scheme = self.scheme
-        minus, jacobian = scheme.minus_at_points / scheme.h, self.jacobian
+        minus, jacobian = self._over_h(scheme.minus_at_points), self.jacobian
         if self.affine:
             zero = dict.fromkeys(self.w, 0)
             minus = scheme.written_out(minus).xreplace(zero)
@@ -193,8 +200,13 @@ class KernelBuilder:
         return function_text("direct" if self.affine else "correct", arguments, results, before)
 
     def _update(self) -> str:
+        """`update`: what x and μ grow by, less what the sums before lost (ex, emu), and the new k.
+
+        The loss is taken off in here, where the compiler may choose the order: it is tiny, and off
+        the longest path it costs nothing.
+        """
         scheme = self.scheme
-        gain = scheme.gain_at_points / scheme.h
+        gain = self._over_h(scheme.gain_at_points)
         increment = scheme.scene.groupoid.increment(self.x, self.w, scheme.h)
         dx = [self._hoist(e) for e in increment]
         d_symbols = scheme.s.vector("d", len(self.x))
@@ -213,8 +225,13 @@ class KernelBuilder:
         )
         swap = {b: _symbol(f"n{i}") for i, b in enumerate(at_end)}
         dmu = self._with_k([e.xreplace(swap) for e in gain])
-        results = [list(d_symbols), dmu, [_symbol(f"n{i}") for i in range(len(at_end))]]
-        return function_text("update", self._arguments(), results, before)
+        ex, emu = (scheme.s.vector(name, len(v)) for name, v in (("ex", self.x), ("emu", self.w)))
+        grown = [list(d_symbols - ex), [d - e for d, e in zip(dmu, emu, strict=True)]]
+        results = [*grown, [_symbol(f"n{i}") for i in range(len(at_end))]]
+        arguments = self._arguments()
+        c = arguments.pop("c")
+        arguments |= {"ex": ex, "emu": emu, "c": c}
+        return function_text("update", arguments, results, before)
 
     def _carry(self) -> str:
         values = [self.coefficients.hoist(a) for a, _ in self.carried]

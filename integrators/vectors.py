@@ -22,10 +22,10 @@ def vector_text(n: int, m: int, kept: int, coefficients: int, affine: bool) -> s
     for letter, length in (("x", n), ("u", m)):
         body = "".join(f"    a[row, {i}] = v[{i}]\n" for i in range(length)) or "    pass\n"
         lines.append(f"def save_{letter}(a, row, v):\n{body}")
-        lines.append(f"def accumulate_{letter}(a, d, e):")
+        lines.append(f"def accumulate_{letter}(a, d):")
         for i in range(length):
-            lines.append(f"    g{i} = d[{i}] - e[{i}]\n    s{i} = a[{i}] + g{i}")
-        new, lost = each(length, "s#"), each(length, "(s# - a[#]) - g#")
+            lines.append(f"    s{i} = a[{i}] + d[{i}]")
+        new, lost = each(length, "s#"), each(length, "(s# - a[#]) - d[#]")
         lines.append(f"    return {new}, {lost}\n")
     layout, at = [], 0
     for name, length in (("x", n), ("mu", m), ("ex", n), ("emu", m), ("k", kept)):

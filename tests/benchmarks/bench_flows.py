@@ -1,0 +1,134 @@
+"""Compiled flows beside C and scipy, in one run: ratios are printed, nothing is gated on time.
+
+`make bench` runs this. The C programs (gcc -O3 -march=native) stand beside this file: plain ones as
+one writes them, and the heavy top with every trick that our driver uses, without its safeguards.
+"""
+
+import ctypes
+import shutil
+import statistics
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from integrators import Scheme, scenes, trapezoidal
+
+HERE = Path(__file__).parent
+STEPS, ROUNDS = 500_000, 15
+FLAGS = {"heavy_top_tricks": ["-ffast-math"]}
+needs_gcc = pytest.mark.skipif(
+    shutil.which("gcc") is None, reason="the benchmarks compile C: install gcc"
+)
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """C functions by name: f(steps, h, state)."""
+    folder = tmp_path_factory.mktemp("c")
+
+    def build(name):
+        library = folder / f"{name}.so"
+        flags = ["-O3", "-march=native", "-shared", "-fPIC", *FLAGS.get(name, [])]
+        subprocess.run(
+            ["gcc", *flags, "-o", library, HERE / f"{name}.c", "-lm"], check=True
+        )
+        function = getattr(ctypes.CDLL(str(library)), name)
+        function.argtypes = [ctypes.c_long, ctypes.c_double, np.ctypeslib.ndpointer(np.float64)]
+
+        def run(state, h):
+            state = np.array(state, dtype=np.float64)
+            function(STEPS, h, state)
+            return state
+
+        return run
+
+    return build
+
+
+def interleaved(benchmark, ours, others):
+    """Time ours and the others in turn; put the median ratios into the benchmark's record."""
+    times = {name: [] for name in ("ours", *others)}
+    for _ in range(ROUNDS):
+        for name, run in {"ours": ours, **others}.items():
+            begun = time.perf_counter()
+            run()
+            times[name].append(time.perf_counter() - begun)
+    benchmark.pedantic(ours, rounds=3)
+    for name in others:
+        pairs = [a / b for a, b in zip(times["ours"], times[name], strict=True)]
+        benchmark.extra_info[f"ours / {name}"] = round(statistics.median(pairs), 3)
+        best = min(times["ours"]) / min(times[name])
+        print(f"\n  ours / {name}: {statistics.median(pairs):.3f} median, {best:.3f} of the minima")
+    for name, found in times.items():
+        print(f"  {name}: {min(found) / STEPS * 1e9:.1f} ns a step")
+
+
+@needs_gcc
+def bench_stormer_verlet(benchmark, compiled):
+    """One sine a step in both; ours also sums with compensation and can keep rows."""
+    h, c = 0.01, compiled("stormer_verlet")
+    flow = Scheme(scenes.get("pendulum"), trapezoidal).flow(h)
+    run = flow.trajectory(STEPS, STEPS)
+    assert run.x[-1, 0] == pytest.approx(c([2.0, 0.0], h)[0], abs=1e-8)
+    interleaved(
+        benchmark, lambda: flow.trajectory(STEPS, STEPS), {"C": lambda: c([2.0, 0.0], h)}
+    )
+
+
+@needs_gcc
+def bench_heavy_top(benchmark, compiled):
+    """Cayley, trapezoidal: beside a plain program with Newton to 1e-12, and one with every trick."""
+    h, plain, tricks = 0.01, compiled("heavy_top"), compiled("heavy_top_tricks")
+    scheme = Scheme(scenes.get("heavy-top"), trapezoidal)
+    flow = scheme.flow(h)
+    run = flow.trajectory(1000)
+    u, x, mu = run.u[0], run.x[0], run.mu[0]
+    start = [*x, *mu, *u]
+    interleaved(
+        benchmark,
+        lambda: flow.trajectory(STEPS, STEPS),
+        {"plain C": lambda: plain(start, h), "C with every trick": lambda: tricks(start, h)},
+    )
+
+
+def bench_heavy_top_beside_scipy(benchmark):
+    """The same span of time by DOP853 at rtol 1e-10, equations of motion in numpy."""
+    from scipy.integrate import solve_ivp
+
+    inertia, center = np.array([1.0, 2.0, 3.0]), np.array([2 / 3, 1 / 3, 2 / 3])
+
+    def field(t, z):
+        x, mu = z[:3], z[3:]
+        spin = mu / inertia
+        return np.concatenate([np.cross(x, spin), np.cross(mu, spin) - np.cross(x, center) * -1])
+
+    flow = Scheme(scenes.get("heavy-top"), trapezoidal).flow(0.01)
+    run = flow.trajectory(2000)
+    start = np.concatenate([run.x[0], run.mu[0]])
+
+    def scipys():
+        return solve_ivp(field, (0, 20), start, method="DOP853", rtol=1e-10, atol=1e-10)
+
+    energy = [z[3:] @ (z[3:] / inertia) / 2 + z[:3] @ center for z in (start, scipys().y[:, -1])]
+    assert energy[0] == pytest.approx(energy[1], abs=1e-7)  # the same equations
+    times = []
+    for _ in range(5):
+        begun = time.perf_counter()
+        flow.trajectory(2000, 2000)
+        middle = time.perf_counter()
+        scipys()
+        times.append((middle - begun) / (time.perf_counter() - middle))
+    ratio = statistics.median(times)
+    benchmark.extra_info["ours / DOP853, T = 20"] = ratio
+    print(f"\n  ours (2000 steps of order 2) / DOP853 (rtol 1e-10): {ratio:.2e}")
+    benchmark.pedantic(lambda: flow.trajectory(2000, 2000), rounds=5)
+
+
+def bench_fifty_digits(benchmark):
+    """A thousand steps of the heavy top at 50 digits."""
+    flow = Scheme(scenes.get("heavy-top"), trapezoidal).flow("0.01", 50)
+    flow.trajectory(1)
+    benchmark.pedantic(lambda: flow.trajectory(1000, 1000), rounds=3)
