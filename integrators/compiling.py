@@ -26,9 +26,10 @@ from math import acos, asin, atan, atan2, cos, cosh, exp, log, pi, sin, sinh, sq
 from numba import njit
 R, PI, EPS, ROOT_EPS, HUGE, DECAY = float, pi, 2.0**-53, 2.0**-26, 1e300, 0.999
 # Kernels may be contracted and reassociated; the driver's compensated sums must not be.
-inner = dict(error_model="numpy", forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-kernel = njit(fastmath={"contract", "arcp", "nsz", "reassoc"}, **inner)
-helper = njit(**inner)
+inner = dict(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+kernel = njit(fastmath={"contract", "arcp", "nsz", "reassoc"}, forceinline=True, **inner)
+helper = njit(forceinline=True, **inner)
+aside = njit(**inner)  # seldom called: not part of the loop
 entry = njit(
     "UniTuple(i8, 2)(f8[::1], f8[::1], i8, i8, i8, i8,"
     " f8[:,::1], f8[:,::1], f8[:,::1], i8[::1], f8[::1])",
@@ -133,7 +134,8 @@ def load_kernels(scheme: Scheme, numbers: Any) -> dict[str, Any]:
     def plain(function: Any) -> Any:
         return function
 
-    return run_text(body, {**numbers.namespace(), "kernel": plain, "helper": plain, "entry": plain})
+    hosts = dict.fromkeys(("kernel", "helper", "aside", "entry"), plain)
+    return run_text(body, {**numbers.namespace(), **hosts})
 
 
 def run_text(text: str, namespace: dict[str, Any]) -> dict[str, Any]:

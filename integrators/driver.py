@@ -67,26 +67,32 @@ def solve_direct(x, mu, k, memo, c):
 def solve_newton(x, mu, k, memo, c):
     """Newton from an extrapolated start, until what is left is certainly below round-off.
 
-    After a correction of size s the next one is at most κs², κ being what was seen in this run
-    (every sixteenth step is corrected once more to see it again). Below √ε a correction that no
-    longer halves is round-off of the residual: that ends it too. If the extrapolated start fails,
-    the last solution is tried as start.
+    After a correction of size s the next one is at most κs², κ being what was seen in this run.
+    Where that makes one correction enough, this is the whole solution; every sixteenth step is
+    corrected once more, to see κ again.
     """
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
-    status, count, total = NOT_CONVERGED, 0, 0
-    w = u1
-    size = kappa
-    for attempt in range(2):
-        w = predict(order, u1, u2, u3, u4, u5) if attempt == 0 else u1
-        status, count, before, size = NOT_CONVERGED, 0, HUGE, HUGE
-        look = age % 16 == 0
-        while count < 40:
-            dw, size = correct(x, w, mu, k, c)
-            w = plus(w, dw)
-            count += 1
-            if not size < HUGE:
-                status = SINGULAR
-                break
+    w = predict(order, u1, u2, u3, u4, u5)
+    dw, size = correct(x, w, mu, k, c)
+    w = plus(w, dw)
+    if age % 16 != 0 and 8 * kappa * size * size <= EPS * scale:
+        here = norm(w)
+        scale = here if here > scale * DECAY else scale * DECAY
+        return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), 1, size, OK
+    return study(x, mu, k, memo, c, w, size)
+
+
+def study(x, mu, k, memo, c, w, size):
+    """Newton with every test, from w, where one correction of that size has been made.
+
+    It ends when a correction is round-off, when the next one would be, or when corrections below
+    √ε no longer halve: what is left then is the round-off of the residual. If that fails, the last
+    solution is tried as start.
+    """
+    u1, u2, u3, u4, u5, order, age, kappa, scale = memo
+    status, count, before, total, tries = NOT_CONVERGED, 1, HUGE, 1, 1
+    while True:
+        if size < HUGE:
             here = norm(w)
             noise = EPS * (here if here > scale else scale)
             if count > 1:
@@ -96,24 +102,32 @@ def solve_newton(x, mu, k, memo, c):
                         kappa = seen
                 elif 64 * noise < kappa * before * before:
                     kappa = 64 * noise / (before * before)
-            if size <= noise or (8 * kappa * size * size <= noise and not (look and count == 1)):
+            if (
+                size <= noise
+                or (8 * kappa * size * size <= noise and count > 1)
+                or (count > 2 and size > before / 2 and size < ROOT_EPS * noise / EPS)
+            ):
                 status = OK
-                break
-            if count > 2 and size > before / 2 and size < ROOT_EPS * noise / EPS:
-                status = OK
-                break
-            before = size
-        total += count
+        else:
+            status, count = SINGULAR, 40
         if status == OK:
             break
+        before = size
+        if count >= 40:
+            if tries == 2:
+                break
+            status, count, before, tries, w = NOT_CONVERGED, 0, HUGE, 2, u1
+        dw, size = correct(x, w, mu, k, c)
+        w = plus(w, dw)
+        count += 1
+        total += 1
     if status != OK:
         return w, memo, total, size, status
     here = norm(w)
     scale = here if here > scale * DECAY else scale * DECAY
     if age < 6 or age % 16 == 0:
         order = best_order(w, u1, u2, u3, u4, u5, age)
-    memo = (w, u1, u2, u3, u4, order, age + 1, kappa, scale)
-    return w, memo, total, size, OK
+    return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), total, size, OK
 
 
 def best_order(w, u1, u2, u3, u4, u5, age):

@@ -316,12 +316,11 @@ def _solve(
 
 
 def _driver_text(affine: bool) -> list[str]:
+    """The driver's functions with the decorators that their host defines."""
     solve: Any = driver.solve_direct if affine else driver.solve_newton
-    parts: list[Any] = (
-        [solve, driver.advance] if affine else [driver.best_order, solve, driver.advance]
-    )
+    parts: list[Any] = [solve, driver.advance]
+    if not affine:
+        parts = [driver.best_order, driver.study, *parts]
+    kinds = {driver.advance: "entry", driver.study: "aside", driver.best_order: "aside"}
     texts = [inspect.getsource(f).replace(f"def {solve.__name__}(", "def solve(") for f in parts]
-    return [
-        f"@{'entry' if f is driver.advance else 'helper'}\n{text}"
-        for f, text in zip(parts, texts, strict=True)
-    ]
+    return [f"@{kinds.get(f, 'helper')}\n{text}" for f, text in zip(parts, texts, strict=True)]

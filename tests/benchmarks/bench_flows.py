@@ -32,9 +32,7 @@ def compiled(tmp_path_factory):
     def build(name):
         library = folder / f"{name}.so"
         flags = ["-O3", "-march=native", "-shared", "-fPIC", *FLAGS.get(name, [])]
-        subprocess.run(
-            ["gcc", *flags, "-o", library, HERE / f"{name}.c", "-lm"], check=True
-        )
+        subprocess.run(["gcc", *flags, "-o", library, HERE / f"{name}.c", "-lm"], check=True)
         function = getattr(ctypes.CDLL(str(library)), name)
         function.argtypes = [ctypes.c_long, ctypes.c_double, np.ctypeslib.ndpointer(np.float64)]
 
@@ -73,9 +71,7 @@ def bench_stormer_verlet(benchmark, compiled):
     flow = Scheme(scenes.get("pendulum"), trapezoidal).flow(h)
     run = flow.trajectory(STEPS, STEPS)
     assert run.x[-1, 0] == pytest.approx(c([2.0, 0.0], h)[0], abs=1e-8)
-    interleaved(
-        benchmark, lambda: flow.trajectory(STEPS, STEPS), {"C": lambda: c([2.0, 0.0], h)}
-    )
+    interleaved(benchmark, lambda: flow.trajectory(STEPS, STEPS), {"C": lambda: c([2.0, 0.0], h)})
 
 
 @needs_gcc
