@@ -2,7 +2,7 @@
 
 These functions are not called from here. `kernels.py` puts their text behind the generated kernels
 of a scheme, so that the compiler sees one unit: state stays in registers, and a step costs no call
-(measured on the Störmer–Verlet pendulum: 0.42 of the time that calls through pointers take). The
+(measured on the Störmer–Verlet pendulum: 22 ns, against 42 ns by first-class functions). The
 same text run by Python on gmpy2 numbers is the driver of high precision.
 
 Names that the generated module supplies: `correct` or `direct`, `update`, and on vectors (tuples)
@@ -102,11 +102,9 @@ def study(x, mu, k, memo, c, w, size):
                         kappa = seen
                 elif 64 * noise < kappa * before * before:
                     kappa = 64 * noise / (before * before)
-            if (
-                size <= noise
-                or (8 * kappa * size * size <= noise and count > 1)
-                or (count > 2 and size > before / 2 and size < ROOT_EPS * noise / EPS)
-            ):
+            ended = size <= noise or (count > 1 and 8 * kappa * size * size <= noise)
+            stagnant = count > 2 and size > before / 2 and size < ROOT_EPS * noise / EPS
+            if ended or stagnant:
                 status = OK
         else:
             status, count = SINGULAR, 40

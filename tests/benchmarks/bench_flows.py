@@ -76,7 +76,7 @@ def bench_stormer_verlet(benchmark, compiled):
 
 @needs_gcc
 def bench_heavy_top(benchmark, compiled):
-    """Cayley, trapezoidal: beside a plain program with Newton to 1e-12, and one with every trick."""
+    """Cayley, trapezoidal: beside plain C with Newton to 1e-12, and C with every trick."""
     h, plain, tricks = 0.01, compiled("heavy_top"), compiled("heavy_top_tricks")
     scheme = Scheme(scenes.get("heavy-top"), trapezoidal)
     flow = scheme.flow(h)
