@@ -66,7 +66,7 @@ test-all: $(READY)  ## every test
 bench: $(READY)  ## timings beside C and scipy, in one run (needs gcc)
 	@command -v gcc >/dev/null || { \
 		echo 'make bench compares with C and found no gcc; install one (on Debian: gcc).' >&2; exit 2; }
-	@$(BIN)/python -m pytest tests/benchmarks -o python_files='bench_*.py' \
+	@$(BIN)/python -m pytest tests/benchmarks -s -o python_files='bench_*.py' \
 		-o python_functions='bench_* test_*'
 
 lint: $(READY)  ## ruff and mypy
