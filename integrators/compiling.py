@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Callable
@@ -86,7 +87,8 @@ def _key(scheme: Scheme, what: str) -> str:
 
 def kernel_file(scheme: Scheme) -> Path:
     """The scheme's module in the cache, derived and written if it is not there."""
-    name = f"{scheme.scene.name}_{scheme.rule.name}".replace("-", "_").replace(".", "_")
+    # the rule's name is left out: on a group every rule gives the same kernels
+    name = re.sub(r"\W", "_", scheme.scene.name)
     path = cache_folder() / f"{name}_{_key(scheme, 'kernels')}.py"
     if not path.exists():
         write_atomically(path, _HEADER + KernelBuilder(scheme).build())

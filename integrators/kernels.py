@@ -115,7 +115,7 @@ class KernelBuilder:
         }
         return "\n\n".join(
             [
-                f"# {self.scheme.scene.name} by {self.scheme.rule.name}\nSHAPE = {shape}",
+                f"# {self.scheme.scene.name}\nSHAPE = {shape}",
                 *kernels,
                 vector_text(len(self.x), len(self.w), len(self.carried), len(c), self.affine),
                 *_driver_text(self.affine),

@@ -19,7 +19,9 @@ class Conserved:
 
     x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters. With
     `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
-    quantity is a constraint: the start must have exactly this value (|Γ|² = 1).
+    quantity is a constraint: the start must have exactly this value (|Γ|² = 1). With `stretch` it
+    is compared over so many steps at a time, the attitude starting anew at e: where the attitude
+    grows exponentially (SL(2)), its digits say nothing over a whole run.
     """
 
     name: str
@@ -27,6 +29,7 @@ class Conserved:
     kind: Literal["momentum map", "Casimir", "first integral"] = "momentum map"
     attitude: bool = False
     value: Any = None
+    stretch: int | None = None
 
     @property
     def to_roundoff(self) -> bool:

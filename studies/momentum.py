@@ -8,16 +8,18 @@ from typing import Any
 
 import numpy as np
 
+from integrators import Scheme
 from integrators.momentum import Conserved
 from integrators.scene import Scene
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
-from .runs import bins, interval, long_run, relative_drifts
+from .runs import bins, interval, long_run, relative_drifts, with_terms
 
 NAME = "momentum"
 NEEDS = "it needs a scene that declares symmetries or Casimirs."
 DIGITS = (16, 50)
 ROWS = 400
+MOST_STRETCHES = 2000
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -41,30 +43,61 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     attitude run on the scene with the attitude as base; the others do without it.
     """
     steps = case.steps or (10**6 if case.digits == 16 else 100)
+    kept = _kept(case)
     series: dict[str, np.ndarray] = {}
-    run = None
     for attitude in (False, True):
-        quantities = [q for q in _kept(case) if q.attitude is attitude]
-        if not quantities:
-            continue
-        scene = _with_attitude(case.scene) if attitude else case.scene
-        scheme = scheme_of(scene, case.rule)
-        run = long_run(case, scheme, steps, progress)
-        x: Any = scheme.x
-        if attitude:
-            size = scene.groupoid.algebra.size  # type: ignore[attr-defined]
-            x = x.reshape(size, size)
-        for q in quantities:
-            expression = q.formula(x, scheme.s.mu, scheme.s.parameters)
-            series[q.name] = relative_drifts(scheme, expression, run, case.digits)
-    assert run is not None
-    rows = [
-        {"step": min((last - 1) * interval(steps), steps), "time": float(run.t[last - 1]),
-         "drift": {name: float(drift[first:last].max()) for name, drift in series.items()}}
-        for first, last in bins(len(run.t), ROWS)
-    ]  # fmt: skip
+        whole = [q for q in kept if q.attitude is attitude and q.stretch is None]
+        if whole:
+            scheme = _scheme(case, attitude)
+            run = long_run(case, scheme, steps, progress)
+            for q in whole:
+                rows_of = with_terms(scheme, _formula(scheme, q), case.digits)
+                series[q.name] = relative_drifts(rows_of(run), case.digits)
+    for q in kept:
+        if q.stretch is not None:
+            series[q.name] = _over_stretches(case, q, steps, progress)
+    rows = []
+    for first, last in bins(steps // interval(steps) + 1, ROWS):
+        step = min((last - 1) * interval(steps), steps)
+        drift = {name: _worst(values, first, last) for name, values in series.items()}
+        rows.append({"step": step, "time": float(step * case.scene.step), "drift": drift})
     worst = {name: float(drift.max()) for name, drift in series.items()}
     return {"rows": rows, "measured": {"drift": worst}, "steps": steps}
+
+
+def _worst(drift: np.ndarray, first: int, last: int) -> float | None:
+    """The largest of a stretch; None where nothing was measured in it."""
+    part = drift[first:last]
+    return float(part.max()) if len(part) else None
+
+
+def _scheme(case: Case, attitude: bool) -> Scheme:
+    return scheme_of(_with_attitude(case.scene) if attitude else case.scene, case.rule)
+
+
+def _formula(scheme: Scheme, q: Conserved) -> Any:
+    """The quantity in the scheme's symbols; an attitude is handed on as a matrix."""
+    x: Any = scheme.x
+    if q.attitude:
+        size = scheme.scene.groupoid.algebra.size  # type: ignore[attr-defined]
+        x = x.reshape(size, size)
+    return q.formula(x, scheme.s.mu, scheme.s.parameters)
+
+
+def _over_stretches(case: Case, q: Conserved, steps: int, progress: Progress) -> np.ndarray:
+    """Per row: the drift since the stretch began, with x (the attitude) as at the start there."""
+    assert q.stretch is not None
+    scheme = _scheme(case, q.attitude)
+    flow = scheme.flow(case.scene.step, case.digits)
+    rows_of = with_terms(scheme, _formula(scheme, q), case.digits)
+    total = min(steps, MOST_STRETCHES * q.stretch)
+    drifts, mu, u = [], None, None
+    for done in range(0, total, q.stretch):
+        run = flow.trajectory(min(q.stretch, total - done), x0=scheme.scene.x0, mu0=mu, u0=u)
+        drifts.append(relative_drifts(rows_of(run), case.digits)[1:])
+        mu, u = run.mu[-1], run.u[-1]
+        progress(f"{case.scene.name} {case.label}: {q.name}", done / total)
+    return np.concatenate(drifts)
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -35,10 +36,12 @@ def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Traj
     return flow.trajectory(steps, interval(steps), progress=show)
 
 
-def with_terms(
-    scheme: Scheme, quantity: Any, run: Trajectory, digits: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Per row of a run: the components of a quantity, and their sums of absolute terms, (r, k)."""
+Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
+
+
+def with_terms(scheme: Scheme, quantity: Any, digits: int) -> Rows:
+    """A function of a run that gives, per row, a quantity's components and their sums of
+    absolute terms, (r, k) each."""
     from sympy import Abs, Add
 
     entries = list(quantity) if hasattr(quantity, "shape") else [quantity]
@@ -47,26 +50,35 @@ def with_terms(
     numbers = arithmetic(digits)
     with numbers.working():
         p = [numbers.number(v) for v in scheme.s.parameter_values]
-        if isinstance(numbers, Double):  # all rows at once
-            f = state_function(scheme.s, [entries, sums], numbers.array_namespace())
-            shape = (len(entries), len(run.t))
-            values, terms = f(run.x.T, run.mu.T, p)
-            return (np.array([np.broadcast_to(v, shape[1:]) for v in values]).T,
-                    np.array([np.broadcast_to(v, shape[1:]) for v in terms]).T)  # fmt: skip
-        f = state_function(scheme.s, [entries, sums], numbers)
-        rows = [
-            f([numbers.number(e) for e in x], [numbers.number(e) for e in mu], p)
-            for x, mu in zip(run.x, run.mu, strict=True)
-        ]
-    return np.array([v for v, _ in rows]), np.array([t for _, t in rows])
+        double = isinstance(numbers, Double)
+        names = numbers.array_namespace() if isinstance(numbers, Double) else numbers
+        f = state_function(scheme.s, [entries, sums], names)
+
+    def all_at_once(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+        values, terms = (
+            np.array([np.broadcast_to(v, run.t.shape) for v in part]).T
+            for part in f(run.x.T, run.mu.T, p)
+        )
+        return values, terms
+
+    def row_by_row(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+        with numbers.working():
+            rows = [
+                f([numbers.number(e) for e in x], [numbers.number(e) for e in mu], p)
+                for x, mu in zip(run.x, run.mu, strict=True)
+            ]
+        return np.array([v for v, _ in rows]), np.array([t for _, t in rows])
+
+    return all_at_once if double else row_by_row
 
 
-def relative_drifts(scheme: Scheme, quantity: Any, run: Trajectory, digits: int) -> np.ndarray:
+def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.ndarray:
     """Per row: largest |J − J₀| over the components, over their largest sum of absolute terms.
 
-    The sum is that row's or the start's, whichever is larger: terms that grow later hide nothing.
+    `found` is what `with_terms` gives. The sum is that row's or the start's, whichever is larger:
+    terms that grow later hide nothing.
     """
-    values, terms = with_terms(scheme, quantity, run, digits)
+    values, terms = found
     with arithmetic(digits).working():
         drifts = np.abs(values - values[0]).max(axis=1)
         scale = np.maximum(terms.max(axis=1), terms[0].max())
@@ -75,7 +87,7 @@ def relative_drifts(scheme: Scheme, quantity: Any, run: Trajectory, digits: int)
 
 def energy_errors(scheme: Scheme, run: Trajectory, digits: int = 16) -> np.ndarray:
     """(H − H₀)/scale per row, signed; scale is the largest sum of absolute terms of H."""
-    values, terms = with_terms(scheme, _energy(scheme), run, digits)
+    values, terms = with_terms(scheme, _energy(scheme), digits)(run)
     with arithmetic(digits).working():
         errors = values[:, 0] - values[0, 0]
         return np.asarray(errors / terms.max() if terms.max() else errors, dtype=float)

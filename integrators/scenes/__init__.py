@@ -9,7 +9,21 @@ from typing import cast
 from ..errors import BadInput
 from ..scene import Scene
 
-NAMES = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
+NAMES = (
+    "harmonic",
+    "pendulum",
+    "double-pendulum",
+    "kepler",
+    "henon-heiles",
+    "charged-particle",
+    "rigid-body",
+    "rigid-body-so4",
+    "kirchhoff",
+    "sl2",
+    "heavy-top",
+    "lagrange-top",
+    "kovalevskaya-top",
+)
 
 
 def names() -> tuple[str, ...]:
