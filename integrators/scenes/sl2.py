@@ -34,5 +34,5 @@ scene = Scene(
         Conserved("μ₁²/4 + μ₂μ₃", lambda x, mu, p: mu[0] ** 2 / 4 + mu[1] * mu[2], kind="Casimir"),
         Conserved("spatial momentum", spatial, attitude=True, stretch=20),
     ],
-    source="Marsden, Ratiu, Introduction to Mechanics and Symmetry, 14.5 (coadjoint orbits of SL(2))",
+    source="Marsden, Ratiu, Introduction to Mechanics and Symmetry, 14.5",
 )
