@@ -44,7 +44,8 @@ def check(
     from integrators import discretisations
     from integrators import scenes as known
 
-    from .case import Choice, run_study
+    from .case import Choice
+    from .running import run_study
 
     chosen = Choice(
         scenes=tuple(known.get(s) if isinstance(s, str) else s for s in scenes),

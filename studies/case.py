@@ -1,4 +1,4 @@
-"""One case of a study, and how a study runs over many: measured, judged, never lost.
+"""One case of a study, and the choice of cases.
 
 A study module gives `NAME`, `DIGITS` (the precisions it runs at by default), `cases(choice)`,
 `measure(case, progress)` → numbers and `judge(case, measurement)` → verdict. A case that cannot be
@@ -7,19 +7,15 @@ measured is marked with the reason; the others go on.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field, replace
 from functools import lru_cache
-from types import ModuleType
 from typing import Any
 
-from integrators import BadInput, Scheme, StepFailure, discretisations, scenes
+from integrators import BadInput, Scheme, discretisations, scenes
 from integrators.discretisations import Discretisation
-from integrators.errors import CannotMeasure
 from integrators.scene import Scene
 
-SCHEMA = 1
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 Progress = Callable[[str, float], None]
 
@@ -44,8 +40,31 @@ class Choice:
             for rule in rules:
                 yield scene, rule
 
+    def by_name(self) -> tuple[Any, ...] | None:
+        """The choice in words, for another process; None if it holds objects of the user's."""
+        try:
+            words = replace(
+                self,
+                scenes=tuple(s.name for s in self.scenes),  # type: ignore[misc]
+                rules=tuple(r.name for r in self.rules),  # type: ignore[misc]
+            )
+            again = Choice.of_names(astuple(words))
+        except BadInput:
+            return None
+        return astuple(words) if again == self else None
 
-@lru_cache(maxsize=256)
+    @classmethod
+    def of_names(cls, words: tuple[Any, ...]) -> Choice:
+        """The choice that `by_name` said; raises `BadInput` for unknown names."""
+        chosen = cls(*words)
+        return replace(
+            chosen,
+            scenes=tuple(scenes.get(name) for name in chosen.scenes),  # type: ignore[arg-type]
+            rules=tuple(discretisations.get(name) for name in chosen.rules),  # type: ignore[arg-type]
+        )
+
+
+@lru_cache(maxsize=64)
 def scheme_of(scene: Scene, rule: Discretisation) -> Scheme:
     """One scheme for all studies and precisions: what it derives, it derives once."""
     return Scheme(scene, rule)
@@ -99,77 +118,6 @@ def silent(label: str, fraction: float) -> None:
     """No progress shown."""
 
 
-def run_study(
-    study: ModuleType, choice: Choice, progress: Progress = silent, *, keep: bool = False
-) -> dict[str, Any]:
-    """Measure and judge every case; the study's verdict is the worst of its cases'.
-
-    With `keep`, finished cases are written down as they come, and a run that was interrupted goes
-    on where it stopped (for scenes and rules known by name). Raises `BadInput` if no case of the
-    study applies to what was chosen.
-    """
-    from .record import record
-
-    begun = time.perf_counter()
-    cases = list(study.cases(choice))
-    if not cases:
-        raise BadInput(
-            f"the study {study.NAME} applies to none of the chosen scenes"
-            + (f" ({', '.join(s.name for s in choice.scenes)})" if choice.scenes else "")
-            + f": {study.NEEDS}"
-        )
-    from .journal import Journal
-
-    journal = Journal(study.NAME, choice) if keep else None
-    done = []
-    for i, case in enumerate(cases):
-        result = journal.find(case) if journal else None
-        if result is None:
-            result = run_case(study, case, _share(progress, i, len(cases)))
-            if journal:
-                journal.add(case, result)
-        done.append(result)
-    if journal:
-        journal.close()
-    return {
-        "schema": SCHEMA,
-        "study": study.NAME,
-        "verdict": worst(c["verdict"] for c in done),
-        "command": f"discmech {study.NAME}",
-        "record": record(time.perf_counter() - begun, {"steps": choice.steps}),
-        "cases": done,
-    }
-
-
-def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """One case's result; a step that fails marks the case and is not raised."""
-    begun = time.perf_counter()
-    measurement: dict[str, Any] = {"measured": {}, "rows": []}
-    from reference import ReferenceFailure
-
-    try:
-        measurement = study.measure(case, progress)
-        verdict = study.judge(case, measurement)
-    except StepFailure as failure:
-        verdict = Verdict("fail", str(failure))
-    except (CannotMeasure, ReferenceFailure) as failure:
-        verdict = Verdict("inconclusive", str(failure))
-    return {
-        "scene": case.scene.name,
-        "rule": case.label,
-        "retraction": case.scene.groupoid.retraction,
-        "digits": case.digits,
-        "verdict": verdict.verdict,
-        "reason": verdict.reason,
-        "command": case.command,
-        "control": case.control is not None,
-        "expected": verdict.expected,
-        "measured": measurement["measured"],
-        "rows": measurement["rows"],
-        "seconds": time.perf_counter() - begun,
-    }
-
-
 def worst(verdicts: Iterable[str]) -> str:
     """The worst of some verdicts; inconclusive if there is none."""
     return min(verdicts, key=VERDICTS.index, default="inconclusive")
@@ -182,10 +130,3 @@ def plain_cases(study: str, choice: Choice, default_digits: Sequence[int]) -> li
         for digits in choice.digits or default_digits
         for scene, rule in choice.pairs()
     ]
-
-
-def _share(progress: Progress, index: int, total: int) -> Progress:
-    def inner(label: str, fraction: float) -> None:
-        progress(label, (index + fraction) / total)
-
-    return inner

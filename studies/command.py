@@ -111,6 +111,7 @@ def _choices(parser: argparse.ArgumentParser) -> None:
         help="16 is double precision; may be repeated",
     )
     parser.add_argument("--steps", metavar="N")
+    parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
 
 
 def _choice(options: argparse.Namespace) -> Any:
@@ -131,6 +132,10 @@ def _choice(options: argparse.Namespace) -> Any:
         steps=None if options.steps is None else _count(options.steps, "--steps"),
         controls=tuple(asked),
     )
+
+
+def _jobs(options: argparse.Namespace) -> int | None:
+    return None if options.jobs is None else _count(options.jobs, "--jobs")
 
 
 def _known_retraction(name: str) -> None:
@@ -248,13 +253,13 @@ def _print_run(run: dict[str, Any]) -> None:
 
 def _study(options: argparse.Namespace) -> int:
     from . import get
-    from .case import run_study
     from .rendering.tables import plain, terminal_table
+    from .running import run_study
 
     choice = _choice(options)
     _writable(options.json)
     with progress_shown() as show:
-        result = run_study(get(options.study), choice, show, keep=True)
+        result = run_study(get(options.study), choice, show, keep=True, jobs=_jobs(options))
     result["command"] = _as_typed(options)
     if options.json:
         _write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
@@ -283,7 +288,7 @@ def _report(options: argparse.Namespace) -> int:
             f"{options.folder} cannot be written ({error.strerror}); name another --folder."
         ) from None
     with progress_shown() as show:
-        results, page = make_report(choice, Path(options.folder), show)
+        results, page = make_report(choice, Path(options.folder), show, _jobs(options))
     from .case import worst
     from .rendering.tables import terminal_table
 

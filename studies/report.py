@@ -11,11 +11,12 @@ from integrators.scene import Scene
 from integrators.symbols import SceneSymbols
 
 from . import NAMES, get
-from .case import Choice, Progress, run_study, scheme_of, silent
+from .case import Choice, Progress, silent
+from .running import run_studies
 
 
 def make_report(
-    choice: Choice, folder: Path, progress: Progress = silent
+    choice: Choice, folder: Path, progress: Progress = silent, jobs: int | None = None
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; returns (results, path of the page).
 
@@ -23,20 +24,12 @@ def make_report(
     """
     from .rendering.page import write_report
 
-    results = []
-    for i, name in enumerate(NAMES):
-        study = get(name)
-        if not list(study.cases(choice)):
-            continue
-
-        def share(label: str, fraction: float, i: int = i, name: str = name) -> None:
-            progress(f"{name} · {label}", (i + fraction) / (len(NAMES) + 1))
-
-        results.append(run_study(study, choice, share, keep=True))
-    progress("equations and figures", len(NAMES) / (len(NAMES) + 1))
-    pairs = list(choice.pairs())
-    scenes = list({scene.name: scene for scene, _ in pairs}.values())
-    equations = [equations_of(scheme_of(scene, rule)) for scene, rule in pairs]
+    studies = [study for study in map(get, NAMES) if list(study.cases(choice))]
+    results, equations = run_studies(
+        studies, choice, progress, keep=True, jobs=jobs, also=equations_of
+    )
+    progress("figures", 1.0)
+    scenes = list({scene.name: scene for scene, _ in choice.pairs()}.values())
     page = write_report(results, equations, [about(s) for s in scenes], folder, "make report")
     return results, page
 

@@ -55,11 +55,11 @@ def with_terms(scheme: Scheme, quantity: Any, digits: int) -> Rows:
         f = state_function(scheme.s, [entries, sums], names)
 
     def all_at_once(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-        values, terms = (
-            np.array([np.broadcast_to(v, run.t.shape) for v in part]).T
-            for part in f(run.x.T, run.mu.T, p)
+        with numbers.working():
+            values, terms = f(run.x.T, run.mu.T, p)
+        return tuple(  # type: ignore[return-value]
+            np.array([np.broadcast_to(v, run.t.shape) for v in part]).T for part in (values, terms)
         )
-        return values, terms
 
     def row_by_row(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
         with numbers.working():

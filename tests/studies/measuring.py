@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import cycle
 from typing import Any
 
 from integrators import Scene, discretisations, scenes
 from integrators.discretisations import Discretisation
 from studies import get
-from studies.case import Case, run_case
+from studies.case import Case
+from studies.running import run_case
 
 BUILT_IN = [(s, r) for s in scenes.names() for r in discretisations.BUILT_IN]
-#: each rule, each scene, and each rule on a pair groupoid and beside a group
+#: each scene with one rule, the rules in turn: every rule meets every kind of groupoid
 PAIRWISE = [
-    ("harmonic", "rectangle"),
-    ("pendulum", "midpoint"),
-    ("kepler", "trapezoidal"),
-    ("rigid-body", "midpoint"),
-    ("heavy-top", "rectangle"),
-    ("lagrange-top", "trapezoidal"),
+    (s, rule) for s, rule in zip(scenes.names(), cycle(discretisations.BUILT_IN), strict=False)
 ]
 
 

@@ -273,7 +273,7 @@ def test_not_a_number_never_reaches_the_json(capsys, monkeypatch):
 BAD = [
     ("run pendulm", 'there is no scene "pendulm": did you mean pendulum?'),
     ("order heavytop", "did you mean heavy-top?"),
-    ("order nothing-like-it", "there are harmonic, pendulum, kepler"),
+    ("order nothing-like-it", "there are harmonic, pendulum, double-pendulum"),
     ("run pendulum --rule midpont", 'there is no rule "midpont": did you mean midpoint?'),
     ("energy pendulum --rule verlet", "there are rectangle, midpoint, trapezoidal"),
     ("run pendulum --retraction caylee", 'there is no retraction "caylee": there is cayley'),

@@ -7,8 +7,9 @@ import pytest
 from integrators import scenes
 from integrators.discretisations import midpoint
 from studies import get, journal
-from studies.case import Choice, run_study
+from studies.case import Choice
 from studies.command import INTERRUPTED, main
+from studies.running import run_study
 
 CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
                 rules=(midpoint,), digits=(16,), steps=10)  # fmt: skip

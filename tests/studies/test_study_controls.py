@@ -10,7 +10,7 @@ from integrators import BadInput, LocalGroupoid, Scene, Scheme, discretisation, 
 from integrators.discretisations import BUILT_IN, midpoint, rectangle, trapezoidal
 from integrators.momentum import Conserved
 from studies import check, controls, get
-from studies.case import run_case
+from studies.running import run_case
 from studies.symplecticity import CONTROL_SCENES, limit
 from tests.studies.measuring import case, result
 

@@ -11,8 +11,9 @@ from integrators import BadInput, StepFailure, scenes
 from integrators.discretisations import midpoint, trapezoidal
 from reference import ReferenceFailure
 from studies import check, get
-from studies.case import Choice, run_case, run_study
+from studies.case import Choice
 from studies.command import main
+from studies.running import run_case, run_study
 from tests.studies.measuring import case
 
 RESULT = {"measured": {"drift": {"J": 0.0}}, "rows": [], "steps": 10}
@@ -64,7 +65,7 @@ def test_a_failure_outweighs_an_inconclusive_case(monkeypatch, capsys):
         raise (step_failure("k") if case.scene.name == "kepler" else ReferenceFailure("none"))
 
     monkeypatch.setattr(get("momentum"), "measure", measure)
-    assert main(["momentum", "--digits", "16", "--json", "-"]) == 1
+    assert main(["momentum", "--digits", "16", "--jobs", "1", "--json", "-"]) == 1
     capsys.readouterr()
 
 

@@ -1,0 +1,252 @@
+"""Running studies: every case measured and judged, on all cores, and never lost.
+
+Cases are done scheme by scheme, whatever the study, so that each scheme is derived and compiled
+once. A case that cannot be measured is marked with the reason; the others go on.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from types import ModuleType
+from typing import Any
+
+from integrators import BadInput, Scheme, StepFailure
+from integrators.errors import CannotMeasure
+
+from . import get
+from .case import Case, Choice, Progress, Verdict, silent, worst
+from .journal import Journal
+from .record import record
+
+SCHEMA = 1
+WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
+Place = tuple[int, int]  # study, case
+
+
+def run_study(
+    study: ModuleType, choice: Choice, progress: Progress = silent, *, keep: bool = False,
+    jobs: int | None = 1,
+) -> dict[str, Any]:  # fmt: skip
+    """Measure and judge every case of one study: see `run_studies`."""
+    return run_studies([study], choice, progress, keep=keep, jobs=jobs)[0][0]
+
+
+def run_studies(
+    studies: Sequence[ModuleType],
+    choice: Choice,
+    progress: Progress = silent,
+    *,
+    keep: bool = False,
+    jobs: int | None = 1,
+    also: Callable[[Scheme], Any] | None = None,
+) -> tuple[list[dict[str, Any]], list[Any]]:
+    """(results of the studies, what `also` says of each scheme in the order of the choice).
+
+    A study's verdict is the worst of its cases'. With `keep`, finished cases are written down as
+    they come, and a run that was interrupted goes on where it stopped. `jobs` processes work side
+    by side (None: one a core) on scenes and rules known by name; studies that say ALONE, since
+    they take times, run by themselves afterwards. Raises `BadInput` if a study applies to nothing
+    that was chosen.
+    """
+    plan = Plan(studies, choice)
+    for study, cases in zip(plan.studies, plan.cases, strict=True):
+        if not cases:
+            names = ", ".join(s.name for s in choice.scenes)
+            raise BadInput(
+                f"the study {study.NAME} applies to none of the chosen scenes"
+                + (f" ({names})" if names else "")
+                + f": {study.NEEDS}"
+            )
+    journals = [Journal(s.NAME, choice) if keep else None for s in studies]
+    found: dict[Place, dict[str, Any]] = {}
+    for place, case in plan.places():
+        journal = journals[place[0]]
+        earlier = journal.find(case) if journal else None
+        if earlier is not None:
+            found[place] = earlier
+    total = sum(map(len, plan.cases)) or 1
+
+    def done(places: Sequence[Place], results: Sequence[dict[str, Any]]) -> None:
+        for place, result in zip(places, results, strict=True):
+            found[place] = result
+            journal = journals[place[0]]
+            if journal:
+                journal.add(plan.case(place), result)
+
+    def within(label: str, fraction: float) -> None:
+        progress(label, min(1.0, (len(found) + fraction) / total))
+
+    tasks = plan.tasks(set(found))
+    extras: dict[int, Any] = {}
+    for task, results, extra in _done(plan, tasks, jobs, also, within):
+        done(task.places, results)
+        if task.pair is not None and also:
+            extras[task.pair] = extra
+        if task.places:
+            within(f"{plan.case(task.places[-1]).scene.name} {task.label}", 0.0)
+    for place, case in plan.places():
+        if place not in found:  # a study that wants the machine for itself
+            done([place], [run_case(studies[place[0]], case, within)])
+    results = []
+    for i, study in enumerate(studies):
+        cases = [found[i, k] for k in range(len(plan.cases[i]))]
+        journal = journals[i]
+        if journal:
+            journal.close()
+        results.append(
+            {
+                "schema": SCHEMA,
+                "study": study.NAME,
+                "verdict": worst(c["verdict"] for c in cases),
+                "command": f"discmech {study.NAME}",
+                "record": record(sum(c["seconds"] for c in cases), {"steps": choice.steps}),
+                "cases": cases,
+            }
+        )
+    return results, [extras[i] for i in sorted(extras)]
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that is to be done with one scheme: its cases, and its place among the chosen pairs."""
+
+    label: str
+    places: tuple[Place, ...]
+    pair: int | None
+
+
+class Plan:
+    """The cases of some studies, and the tasks that they make."""
+
+    def __init__(self, studies: Sequence[ModuleType], choice: Choice) -> None:
+        self.studies, self.choice = studies, choice
+        self.cases = [list(study.cases(choice)) for study in studies]
+        self.pairs = list(choice.pairs())
+
+    def case(self, place: Place) -> Case:
+        """The case at a place."""
+        return self.cases[place[0]][place[1]]
+
+    def places(self) -> Iterator[tuple[Place, Case]]:
+        """Every case with its place."""
+        for i, cases in enumerate(self.cases):
+            for k, case in enumerate(cases):
+                yield (i, k), case
+
+    def tasks(self, done: set[Place]) -> list[Task]:
+        """What is left of the studies that may run side by side, one task a scheme."""
+        groups: dict[Any, list[Place]] = {}
+        pairs = {
+            (id(scene), rule.name): i for i, (scene, rule) in enumerate(self.pairs)
+        }  # keys are objects of this plan, so ids are names
+        for key in pairs:
+            groups[key] = []
+        for place, case in self.places():
+            if place not in done and not getattr(self.studies[place[0]], "ALONE", False):
+                groups.setdefault((id(case.scene), case.rule.name), []).append(place)
+        return [Task(key[1], tuple(places), pairs.get(key)) for key, places in groups.items()]
+
+
+def _done(
+    plan: Plan,
+    tasks: list[Task],
+    jobs: int | None,
+    also: Callable[[Scheme], Any] | None,
+    progress: Progress,
+) -> Iterator[tuple[Task, list[dict[str, Any]], Any]]:
+    """Each task with its results, as they are finished."""
+    workers = min(jobs or _cores(), len(tasks))
+    spoken = plan.choice.by_name()
+    if workers < 2 or spoken is None or sum(len(t.places) for t in tasks) < WORTH_WORKERS:
+        for task in tasks:
+            yield task, *_work(plan, task, also, progress)
+        return
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
+
+    names = tuple(study.NAME for study in plan.studies)
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _ignore_interrupts)
+    try:
+        waiting = {pool.submit(_in_worker, names, spoken, task, also): task for task in tasks}
+        for future in as_completed(waiting):
+            yield waiting[future], *future.result()
+    except BrokenProcessPool:
+        raise BadInput(
+            "a process that was measuring was killed (too little memory?); the same command goes "
+            "on where it stopped: say --jobs 1."
+        ) from None
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _work(
+    plan: Plan, task: Task, also: Callable[[Scheme], Any] | None, progress: Progress = silent
+) -> tuple[list[dict[str, Any]], Any]:
+    results = [run_case(plan.studies[i], plan.cases[i][k], progress) for i, k in task.places]
+    if also is None or task.pair is None:
+        return results, None
+    from .case import scheme_of
+
+    return results, also(scheme_of(*plan.pairs[task.pair]))
+
+
+def _in_worker(
+    names: tuple[str, ...],
+    spoken: tuple[Any, ...],
+    task: Task,
+    also: Callable[[Scheme], Any] | None,
+) -> tuple[list[dict[str, Any]], Any]:
+    return _work(_plan(names, spoken), task, also)
+
+
+@lru_cache(maxsize=1)
+def _plan(names: tuple[str, ...], spoken: tuple[Any, ...]) -> Plan:
+    """The same plan again in a worker, from names."""
+    return Plan([get(name) for name in names], Choice.of_names(spoken))
+
+
+def _ignore_interrupts() -> None:
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process stops us
+
+
+def _cores() -> int:
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1
+
+
+def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """One case's result; a step that fails marks the case and is not raised."""
+    begun = time.perf_counter()
+    measurement: dict[str, Any] = {"measured": {}, "rows": []}
+    from reference import ReferenceFailure
+
+    try:
+        measurement = study.measure(case, progress)
+        verdict = study.judge(case, measurement)
+    except StepFailure as failure:
+        verdict = Verdict("fail", str(failure))
+    except (CannotMeasure, ReferenceFailure) as failure:
+        verdict = Verdict("inconclusive", str(failure))
+    return {
+        "scene": case.scene.name,
+        "rule": case.label,
+        "retraction": case.scene.groupoid.retraction,
+        "digits": case.digits,
+        "verdict": verdict.verdict,
+        "reason": verdict.reason,
+        "command": case.command,
+        "control": case.control is not None,
+        "expected": verdict.expected,
+        "measured": measurement["measured"],
+        "rows": measurement["rows"],
+        "seconds": time.perf_counter() - begun,
+    }
