@@ -237,6 +237,9 @@ def two_thirds(L, G, x, u, h):
     return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
 
 
+#: scenes on which every rule gives h·l(u): no base; and x∧v is the same all along a step
+ALIKE = {s for s in SCENES if not SCENES[s].groupoid.dim_x} | {"charged-particle"}
+
 #: every (scene, rule) by name
 SCHEMES = tuple((s, r) for s in SCENES for r in RULES)
 BUILT_IN_SCHEMES = tuple((s, r) for s in BUILT_IN for r in RULES)

@@ -31,8 +31,7 @@ def manakov(x: Any, mu: Any, p: Any) -> Any:
 
 def spatial(A: Any, mu: Any, p: Any) -> Any:
     """A μ̂ Aᵀ, its six entries."""
-    turned = A * ALGEBRA.hat(mu) * A.T
-    return ALGEBRA.coordinates(turned)
+    return ALGEBRA.coordinates(A * ALGEBRA.hat(mu) * A.T)
 
 
 scene = Scene(

@@ -129,7 +129,7 @@ CASES = {
                        r"pair\(2\) has no group elements"),
     # scenes, groupoids
     "scene's name": (lambda: scenes.get("pendulm"), 'no scene "pendulm": did you mean pendulum?'),
-    "scene unlike any": (lambda: scenes.get("zzz"), "there are harmonic, pendulum, kepler"),
+    "scene unlike any": (lambda: scenes.get("zzz"), "there are harmonic, pendulum,"),
     "Cayley on sl(3)": (
         lambda: Scheme(Scene("s", action(sl(3)), lambda x, v, p: v.dot(v), x0=[0] * 3,
                              v0=[0] * 8), midpoint),

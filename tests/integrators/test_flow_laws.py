@@ -9,7 +9,7 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from everything import SCENES, SCHEMES, exact_start, flow, named, scheme
+from everything import RULES, SCENES, SCHEMES, exact_start, flow, named, scheme
 
 #: (digits, limit of a defect, limit of an error relative to the state)
 PRECISIONS = ((16, 1e-13, 1e-11), (50, 1e-45, 1e-44))
@@ -216,8 +216,8 @@ def test_the_start_has_the_momentum_of_the_lagrangian(scene, rule):
 
 
 AFFINE = {
-    *((s, r) for s in ("harmonic",) for r in ("rectangle", "midpoint", "trapezoidal")),
-    *((s, r) for s in ("pendulum", "kepler") for r in ("rectangle", "trapezoidal")),
+    *((s, r) for s in ("harmonic", "charged-particle") for r in RULES),
+    *((s, r) for s in ("pendulum", "kepler", "henon-heiles") for r in ("rectangle", "trapezoidal")),
     ("framed-plane", "rectangle"),
 }
 
