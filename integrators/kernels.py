@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 from . import driver
-from .elimination import solve
+from .elimination import loop_text, solve
 from .equations import Scheme
 from .identities import is_zero, random_point
 from .printing import Coefficients, function_text
@@ -119,6 +119,7 @@ class KernelBuilder:
                 f"# {self.scheme.scene.name} by {self.scheme.rule.name}\nSHAPE = {shape}",
                 *kernels,
                 vector_text(len(self.x), len(self.w), len(self.carried), len(c), self.affine),
+                *([f"@aside\n{loop_text()}"] if "eliminate(" in kernels[0] else []),
                 *_driver_text(self.affine),
                 carry,
                 prepare,
@@ -185,9 +186,9 @@ class KernelBuilder:
             jacobian = scheme.written_out(jacobian).xreplace(zero)
         residual = self.mu - minus
         dw, steps = solve(jacobian, residual, self.coefficients, self._pivot_rows())
-        entries = [(s, self._with_k([v])[0]) for s, v in steps]
+        entries = [(s, type(values)(self._with_k(values))) for s, values in steps]
         points = [] if self.affine else self._points(jacobian, residual)
-        before = [*points, *(([s], [v]) for s, v in entries)]
+        before = [*points, *entries]
         if not self.affine:
             before = [*self._define_xi, *before]
         names = self._with_k(dw)

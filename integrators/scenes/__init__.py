@@ -9,7 +9,10 @@ from typing import cast
 from ..errors import BadInput
 from ..scene import Scene
 
-NAMES = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
+NAMES = (
+    "harmonic", "pendulum", "kepler", "outer-solar-system", "rigid-body", "heavy-top", "lagrange-top",
+    "spherical-pendulum", "reduced-kepler", "rotor-body", "wong",
+)  # fmt: skip
 
 
 def names() -> tuple[str, ...]:
