@@ -11,8 +11,8 @@ from .algebras import MatrixAlgebra, se, sl, so, sp, su
 from .discretisations import Discretisation, discretisation, midpoint, rectangle, trapezoidal
 from .equations import Scheme
 from .errors import BadInput, DiscmechError, StepFailure
-from .groupoid import Groupoid, LocalGroupoid
-from .groupoids import action, lie_group, pair
+from .groupoid import Groupoid
+from .groupoids import LocalGroupoid, action, lie_group, pair, product
 from .momentum import Conserved
 from .retractions import cayley
 from .scene import Scene
@@ -34,6 +34,7 @@ __all__ = [
     "lie_group",
     "midpoint",
     "pair",
+    "product",
     "rectangle",
     "scenes",
     "se",

@@ -98,7 +98,8 @@ class Multiple:
         with self.working():
             return {**functions, "sqrt": g.sqrt, "R": g.mpfr, "PI": g.const_pi(),
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
-                    "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999")}  # fmt: skip
+                    "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
+                    "workspace": lambda length: [g.mpfr(0)] * length}  # fmt: skip
 
     def number(self, value: Any, what: str = "value") -> Any:
         if isinstance(value, type(self._gmpy2.mpfr(0))):

@@ -19,7 +19,7 @@ from .discretisations import Discretisation
 from .errors import BadInput
 from .exact import exact, floats_exact, to_sympy
 from .groupoid import Groupoid, check_axioms
-from .identities import first_violation
+from .identities import first_violation, null_direction
 from .scene import Scene
 from .symbols import SceneSymbols
 
@@ -309,27 +309,33 @@ class Scheme:
             at_points = {
                 z: b.xreplace(point) for p in self.points for z, b in zip(p.z, p.value, strict=True)
             }
-            found = Matrix(slopes.xreplace({**point, **at_points})).evalf(30)
-            if found.rank(iszerofunc=lambda e: abs(e) < 1e-20) == len(self.u):
+            direction = null_direction(Matrix(slopes.xreplace({**point, **at_points})).evalf(30))
+            if direction is None:
                 return
-        null = found.nullspace(iszerofunc=lambda e: abs(e) < 1e-20)[0]
-        direction = ", ".join(f"{float(e):.3g}" for e in null)
+        shown = ", ".join(f"{float(e):.3g}" for e in direction)
         raise BadInput(
             f"{self.scene.name} with {self.rule.name}: FL is singular everywhere, in the direction "
-            f"({direction}) of u; every velocity needs its kinetic energy."
+            f"({shown}) of u; every velocity needs its kinetic energy."
         )
 
     def check_start(self, scene: Scene) -> None:
-        """Raise `BadInput` unless x0 satisfies every constraint (such as |Γ|² = 1), exactly."""
+        """Raise `BadInput` unless the start satisfies every constraint (as |Γ|² = 1), exactly."""
         from sympy import Matrix, simplify
 
         s = self.s
         values = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))
         x0 = Matrix(len(self.x), 1, [to_sympy(v) for v in scene.x0])
+        v0 = Matrix(len(self.u), 1, [to_sympy(v) for v in scene.v0])
+        at_start = dict(zip([*self.x, *self.u], [*x0, *v0], strict=True))
         for quantity in scene.symmetries:
             if quantity.value is None:
                 continue
-            found = self.s.scalar(quantity.formula(x0, self.s.mu, self.s.parameters), quantity.name)
+            found = s.scalar(quantity.formula(x0, s.mu, s.parameters), quantity.name)
+            if found.free_symbols & set(s.mu):
+                if scene.lagrangian is None:
+                    continue  # the start's momentum is only given with the run
+                mu0 = [s.lagrangian.diff(v).xreplace(at_start) for v in self.u]
+                found = found.xreplace(dict(zip(s.mu, mu0, strict=True)))
             found, wanted = found.xreplace(values), to_sympy(exact(quantity.value, quantity.name))
             if simplify(found - wanted) != 0:
                 raise BadInput(

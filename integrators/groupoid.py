@@ -13,12 +13,10 @@ closed form of L or R may state it, and the laws in the tests hold it to the der
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from functools import cached_property, lru_cache
 from typing import Any
 
 from .errors import BadInput
-from .exact import floats_exact
 
 
 class Groupoid(ABC):
@@ -30,6 +28,8 @@ class Groupoid(ABC):
     kind: str
     dim_x: int
     dim_u: int
+    #: What to change if the axioms fail, where the groupoid knows; ends the sentence.
+    mend: str = ""
     #: Name of the retraction in use, or None for groupoids that need none.
     retraction_name: str | None = None
 
@@ -195,71 +195,6 @@ class Groupoid(ABC):
         )
 
 
-class LocalGroupoid(Groupoid):
-    """Any Lie groupoid near its identities, from its target and product alone.
-
-    target(x, u, h) and product(x, u, v, h) take sympy columns and return n and m expressions;
-    `inverse(x, u, h)` is only needed where no closed form can be found. The axioms are checked
-    when the first scheme is built on it (`check_axioms`).
-    """
-
-    kind = "local"
-
-    def __init__(
-        self,
-        dim_x: int,
-        dim_u: int,
-        *,
-        target: Callable[..., Any],
-        product: Callable[..., Any],
-        inverse: Callable[..., Any] | None = None,
-        name: str = "local groupoid",
-    ) -> None:
-        whole = all(type(dimension) is int for dimension in (dim_x, dim_u))
-        if not whole or dim_x < 0 or dim_u < 1:
-            raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {dim_x!r} and {dim_u!r}.")
-        self.dim_x, self.dim_u, self._name = dim_x, dim_u, name
-        self._target, self._product, self._inverse = target, product, inverse
-
-    @property
-    def name(self) -> str:
-        return self._name
-
-    def target(self, x: Any, u: Any, h: Any) -> Any:
-        return self._asked(self._target, self.dim_x, "target", x, u, h)
-
-    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
-        return self._asked(self._product, self.dim_u, "product", x, u, v, h)
-
-    @cached_property
-    def _inversion(self) -> Any:
-        if self._inverse is None:
-            return super()._inversion
-        x, u, h = (self._symbols[k] for k in ("x", "u", "h"))
-        return self._asked(self._inverse, self.dim_u, "inverse", x, u, h)
-
-    def _asked(self, function: Callable[..., Any], length: int, what: str, *arguments: Any) -> Any:
-        try:
-            return _column(function(*arguments), length, f"{self.name}: {what}")
-        except BadInput:
-            raise
-        except Exception as error:
-            raise BadInput(
-                f"{self.name}: {what} could not be evaluated with symbols "
-                f"({type(error).__name__}: {error}); write it with sympy functions."
-            ) from error
-
-
-def _column(values: Any, length: int, what: str) -> Any:
-    from sympy import Matrix
-
-    many = hasattr(values, "__iter__") or hasattr(values, "shape")  # sympy columns have no __iter__
-    entries = list(values) if many else [values]
-    if len(entries) != length:
-        raise BadInput(f"{what} returned {len(entries)} entries, but {length} are needed.")
-    return Matrix(length, 1, [floats_exact(e) for e in entries])
-
-
 def axioms(groupoid: Groupoid, point: dict[str, Any]) -> dict[str, Any]:
     """What must vanish at a point (columns x, u, v, w and steps h, k), by the name of the law.
 
@@ -304,4 +239,6 @@ def check_axioms(groupoid: Groupoid) -> None:
                     for k, v in point.items()
                     if k in lengths and len(v)
                 )
-                raise BadInput(f"{groupoid.name} is not a groupoid: {law} fails at {shown}.")
+                raise BadInput(
+                    f"{groupoid.name} is not a groupoid: {law} fails at {shown}{groupoid.mend}."
+                )

@@ -60,3 +60,24 @@ def first_violation(
         if not all(is_zero(entry.xreplace(point)) for entry in rest):
             return point
     return None
+
+
+def null_direction(matrix: Any) -> Any:
+    """A column that a matrix of 30-digit numbers maps to zero, or None if it is regular.
+
+    Rows are scaled first and pivots normalised on the way, so that masses of any size count alike.
+    """
+    from sympy import zeros
+
+    scaled = matrix.copy()
+    for i in range(matrix.rows):
+        scaled[i, :] /= max((abs(e) for e in matrix[i, :]), default=0) or 1
+    reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) < 1e-20, normalize_last=False)
+    free = [j for j in range(matrix.cols) if j not in pivots]
+    if not free:
+        return None
+    direction = zeros(matrix.cols, 1)
+    direction[free[0]] = 1
+    for i, j in enumerate(pivots):
+        direction[j] = -reduced[i, free[0]]
+    return direction

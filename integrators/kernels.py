@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Any
 
 from . import driver
+from .elimination import loop_text, solve
 from .equations import Scheme
 from .identities import is_zero, random_point
 from .printing import Coefficients, function_text
@@ -118,6 +119,7 @@ class KernelBuilder:
                 f"# {self.scheme.scene.name}\nSHAPE = {shape}",
                 *kernels,
                 vector_text(len(self.x), len(self.w), len(self.carried), len(c), self.affine),
+                *([f"@aside\n{loop_text()}"] if "eliminate(" in kernels[0] else []),
                 *_driver_text(self.affine),
                 carry,
                 prepare,
@@ -127,28 +129,27 @@ class KernelBuilder:
     # -- numbers that stay consistent ------------------------------------------------------------
 
     @cached_property
-    def _xi(self) -> list[Any]:
-        """ξ = hu, where the groupoid's maps depend on it.
+    def _xi(self) -> dict[Any, Any]:
+        """u ↦ ξ = hu, for those u that the groupoid's maps depend on.
 
         Written in ξ their coefficients are the chart's own (1, 1/2, 1/4), exact in binary, so that
         rounding does not turn a rotation into a slow spiral: h²/4 rounded apart from h lets |Γ|²
         drift linearly (Lagrange top, 10⁶ steps: 2e-12; in ξ: 1e-14).
         """
-        if self.scheme.L.free_symbols & set(self.w):
-            return [_symbol(f"xi{i}") for i in range(len(self.w))]
-        return []
+        used = self.scheme.L.free_symbols
+        return {u: _symbol(f"xi{i}") for i, u in enumerate(self.w) if u in used}
 
     def _in_xi(self, e: Any) -> Any:
         h = self.scheme.h
-        return e.xreplace({u: xi / h for u, xi in zip(self.w, self._xi, strict=False)})
+        return e.xreplace({u: xi / h for u, xi in self._xi.items()})
 
     def _hoist(self, e: Any) -> Any:
         return self.coefficients.hoist(self._in_xi(e))
 
     @property
     def _define_xi(self) -> list[tuple[Any, Any]]:
-        h = self.scheme.h
-        return [(self._xi, [self.coefficients.hoist(h * u) for u in self.w])] if self._xi else []
+        h, xi = self.scheme.h, self._xi
+        return [(list(xi.values()), [self.coefficients.hoist(h * u) for u in xi])] if xi else []
 
     # -- the kernels ----------------------------------------------------------------------------
 
@@ -184,10 +185,10 @@ class KernelBuilder:
             minus = scheme.written_out(minus).xreplace(zero)
             jacobian = scheme.written_out(jacobian).xreplace(zero)
         residual = self.mu - minus
-        dw, steps = _solve(jacobian, residual, self.coefficients, self._pivot_rows())
-        entries = [(s, self._with_k([v])[0]) for s, v in steps]
+        dw, steps = solve(jacobian, residual, self.coefficients, self._pivot_rows())
+        entries = [(s, type(values)(self._with_k(values))) for s, values in steps]
         points = [] if self.affine else self._points(jacobian, residual)
-        before = [*points, *(([s], [v]) for s, v in entries)]
+        before = [*points, *entries]
         if not self.affine:
             before = [*self._define_xi, *before]
         names = self._with_k(dw)
@@ -269,50 +270,6 @@ def _costly(entries: Any, variables: Any, constants: set[Any]) -> list[Any]:
     for entry in entries:
         visit(entry)
     return found
-
-
-def _solve(
-    matrix: Any, rhs: Any, coefficients: Coefficients, rows: list[int]
-) -> tuple[Any, list[tuple[Any, Any]]]:
-    """Unrolled solution of matrix·dw = rhs: (dw, [(symbol, value)] in order).
-
-    Up to 3×3 by the adjugate (one division), above by elimination in the order of `rows`; zeros
-    cost nothing, and what depends on parameters alone is done once per flow.
-    """
-    from sympy import Matrix, Symbol
-
-    m = matrix.shape[0]
-    steps: list[tuple[Any, Any]] = []
-
-    def name(letter: str, value: Any) -> Any:
-        if not value.free_symbols - coefficients.q:
-            return value
-        symbol = Symbol(f"{letter}{len(steps)}", real=True)
-        steps.append((symbol, value))
-        return symbol
-
-    J = Matrix(m, m, lambda i, j: name("j", matrix[rows[i], j]))
-    b = Matrix(m, 1, lambda i, _: name("e", rhs[rows[i]]))
-    if m <= 3:
-        over = name("o", 1 / J.det(method="berkowitz"))
-        product = J.adjugate() * b
-        return Matrix([name("s", over * e) for e in product]), steps
-    for p in range(m):
-        pivot = name("o", 1 / J[p, p])
-        for i in range(p + 1, m):
-            if J[i, p] == 0:
-                continue
-            factor = name("f", J[i, p] * pivot)
-            for j in range(p + 1, m):
-                if J[p, j] != 0:
-                    J[i, j] = name("j", J[i, j] - factor * J[p, j])
-            b[i] = name("e", b[i] - factor * b[p])
-        J[p, p] = pivot
-    solution = [0] * m
-    for p in reversed(range(m)):
-        rest = b[p] - sum(J[p, j] * solution[j] for j in range(p + 1, m))
-        solution[p] = name("s", rest * J[p, p])
-    return Matrix(solution), steps
 
 
 def _driver_text(affine: bool) -> list[str]:

@@ -72,14 +72,30 @@ class Coefficients:
         return e.func(*[self.hoist(a) for a in e.args])
 
 
+class Together(list[Any]):
+    """Expressions whose values are needed together: the text of some lines makes names of them."""
+
+    def lines(self, names: list[str], texts: list[str]) -> list[str]:
+        """The statements that define `names` from the texts of the expressions."""
+        raise NotImplementedError
+
+
 def statements(
     outputs: Sequence[Any], letter: str = "t"
 ) -> tuple[list[tuple[str, str]], list[str]]:
     """Common subexpressions taken out: ([(name, code)], [code of each output])."""
     from sympy import cse, numbered_symbols
 
-    taken, reduced = cse(list(outputs), symbols=numbered_symbols(letter, real=True), list=True)
-    return [(str(name), code(value)) for name, value in taken], [code(e) for e in reduced]
+    found, reduced = cse(list(outputs), symbols=numbered_symbols(letter, real=True), list=True)
+    opposite: dict[Any, Any] = {}  # −t costs nothing, and a name for it only lengthens the text
+    taken = []
+    for name, value in found:
+        value = value.xreplace(opposite)
+        if (-value).is_Symbol:
+            opposite[name] = value
+        else:
+            taken.append((str(name), code(value)))
+    return taken, [code(e.xreplace(opposite)) for e in reduced]
 
 
 def code(expression: Any) -> str:
@@ -148,7 +164,8 @@ def function_text(
     """Text of a function of vectors that returns tuples (for a column) and numbers.
 
     `arguments`: vector name → its symbols, unpacked first. `before`: (symbols, values) computed in
-    front, such as the points of a step, which the results may use.
+    front, such as the points of a step, which the results may use; values `Together` make all
+    their symbols at once.
     """
     head = [f"def {name}({', '.join(arguments)}):"]
     for vector, symbols in arguments.items():
@@ -178,16 +195,23 @@ def _ordered(
 ) -> tuple[list[str], list[str]]:
     """Statements in an order in which each name is known before it is used."""
     taken, texts = statements(flat)
-    names = [str(s) for symbols, _ in before for s in symbols]
-    pending = [
-        (name, text, set(re.findall(r"[A-Za-z_]\w*", text)))
-        for name, text in [*zip(names, texts, strict=False), *taken]
-    ]
-    waiting = {name for name, _, _ in pending}
+    pending: list[tuple[list[str], list[str], str]] = []  # names, lines, what they are made of
+    at = 0
+    for symbols, values in before:
+        names, made = [str(s) for s in symbols], texts[at : at + len(values)]
+        at += len(values)
+        if isinstance(values, Together):
+            pending.append((names, values.lines(names, made), " ".join(made)))
+        else:
+            pending += [([n], [f"{n} = {t}"], t) for n, t in zip(names, made, strict=True)]
+    pending += [([name], [f"{name} = {text}"], text) for name, text in taken]
+    waiting = {name for names, _, _ in pending for name in names}
+    unmet = [set(re.findall(r"[A-Za-z_]\w*", text)) & waiting for _, _, text in pending]
     lines: list[str] = []
     while pending:
-        ready = next(item for item in pending if not item[2] & waiting)
-        lines.append(f"    {ready[0]} = {ready[1]}")
-        waiting.remove(ready[0])
-        pending.remove(ready)
-    return lines, texts[len(names) :]
+        i = next(i for i, needed in enumerate(unmet) if not needed & waiting)
+        names, made, _ = pending.pop(i)
+        unmet.pop(i)
+        lines += [f"    {line}" for line in made]
+        waiting.difference_update(names)
+    return lines, texts[at:]

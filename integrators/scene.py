@@ -52,7 +52,7 @@ class Scene:
         if not isinstance(self.groupoid, Groupoid):
             raise BadInput(
                 f"{self.name}: groupoid is {self.groupoid!r}; give pair(n), lie_group(...), "
-                "action(...) or a LocalGroupoid."
+                "action(...), product(...) or a LocalGroupoid."
             )
         if (self.lagrangian is None) == (self.discrete_lagrangian is None):
             raise BadInput(f"{self.name}: give either lagrangian= or discrete_lagrangian=.")

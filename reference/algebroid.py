@@ -14,7 +14,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Algebroid:
-    """rho (dim_x x dim_u) and the non-zero C^g_{mn}, as {(g, m, n): expression}."""
+    """rho (dim_x x dim_u) and the non-zero C^g_{mn}, as {(g, m, n): expression}.
+
+    ``basis``: with dA/dt = A (v^g basis_g) of the attitude A, where there is a real one; it may
+    depend on x (a connection) and holds zeros for velocities that do not turn the body.
+    """
 
     rho: sympy.Matrix
     constants: dict[tuple[int, int, int], sympy.Expr]
@@ -25,31 +29,121 @@ class Algebroid:
 
 def algebroid_of(scene: Any, x: sympy.Matrix) -> Algebroid:
     """The algebroid of the scene's groupoid at the symbolic base point x."""
+    return _algebroid(scene.groupoid, x, scene.name)
+
+
+def _algebroid(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
     import sympy
 
-    groupoid = scene.groupoid
     n, m = groupoid.dim_x, groupoid.dim_u
     if groupoid.kind == "pair":
         return Algebroid(sympy.eye(n), {}, n, m)
     if groupoid.kind in ("group", "action"):
         basis = tuple(
-            exact_array(matrix, f"the algebra's basis in scene {scene.name}")
+            exact_array(matrix, f"the algebra's basis in scene {name}", real=False)
             for matrix in groupoid.algebra.basis
         )
         if len(basis) != m:
             raise ReferenceFailure(
-                f"the algebra of scene {scene.name} has {len(basis)} basis matrices where its "
+                f"the algebra of scene {name} has {len(basis)} basis matrices where its "
                 f"groupoid has dim_u = {m}; give {m}"
             )
-        return Algebroid(
-            _row_anchor(basis, x, scene.name), structure_constants(basis, scene.name), n, m, basis
-        )
+        moved = getattr(groupoid, "right_action", None)
+        rho = _moved_anchor(basis, moved, x, name) if moved else _row_anchor(basis, x, name)
+        real = all(entry.is_real for matrix in basis for entry in matrix)
+        return Algebroid(rho, structure_constants(basis, name), n, m, basis if real else ())
+    if groupoid.kind == "product":
+        return _product(groupoid, x, name)
     if groupoid.kind == "local":
-        return _local(scene, x)
+        return _local(groupoid, x, name)
     raise ReferenceFailure(
-        f"scene {scene.name} lives on a groupoid of unknown kind {groupoid.kind!r}; "
-        "references know pair, group, action and local ones"
+        f"scene {name} lives on a groupoid of unknown kind {groupoid.kind!r}; "
+        "references know pair, group, action, product and local ones"
     )
+
+
+def _product(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
+    """Both algebroids side by side; with a connection A in the frame e_i - A^a_i e_a, e_a."""
+    import sympy
+
+    one, two = groupoid.parts
+    at = one.dim_x
+    parts = [_algebroid(one, x[:at, :], name), _algebroid(two, x[at:, :], name)]
+    k = parts[0].dim_u
+    constants = dict(parts[0].constants)
+    for (g, i, j), constant in parts[1].constants.items():
+        constants[g + k, i + k, j + k] = constant
+    rho = sympy.diag(parts[0].rho, parts[1].rho)
+    basis = _product_basis(parts)
+    whole = Algebroid(rho, constants, groupoid.dim_x, groupoid.dim_u, basis)
+    if groupoid.connection is None:
+        return whole
+    given = sympy.Matrix(groupoid.connection(x)).applyfunc(without_floats)
+    if given.shape != (parts[1].dim_u, k):
+        raise ReferenceFailure(
+            f"the connection of scene {name} is a {given.shape} matrix; give {(parts[1].dim_u, k)}"
+        )
+    frame = sympy.eye(groupoid.dim_u)
+    frame[k:, :k] = -given
+    return in_frame(whole, frame, x)
+
+
+def _product_basis(parts: list[Algebroid]) -> tuple[sympy.Matrix, ...]:
+    """Matrices of the attitude's velocity, where one part is a group: zero for the other's."""
+    import sympy
+
+    groups = [p for p in parts if p.basis and not p.dim_x]
+    if len(groups) != 1:
+        return ()
+    size = groups[0].basis[0].rows
+    zero = sympy.zeros(size, size)
+    return tuple(
+        matrix for p in parts for matrix in (p.basis if p is groups[0] else (zero,) * p.dim_u)
+    )
+
+
+def in_frame(algebroid: Algebroid, frame: sympy.Matrix, x: sympy.Matrix) -> Algebroid:
+    """The same algebroid with the columns of frame(x) as basis of sections.
+
+    [f_m, f_n] = f_m^a f_n^b [e_a, e_b] + (rho(f_m) f_n - rho(f_n) f_m), by the Leibniz rule.
+    """
+    import sympy
+
+    m, back = algebroid.dim_u, frame.inv()
+    fields = [frame[:, i] for i in range(m)]
+    moves = [algebroid.rho * f for f in fields]
+    constants: dict[tuple[int, int, int], sympy.Expr] = {}
+    for i in range(m):
+        for j in range(i):
+            bracket = fields[j].jacobian(x) * moves[i] - fields[i].jacobian(x) * moves[j]
+            for (g, a, b), constant in algebroid.constants.items():
+                bracket[g] += constant * fields[i][a] * fields[j][b]
+            for g, value in enumerate((back * bracket).applyfunc(sympy.cancel)):
+                if value != 0:
+                    constants[g, i, j], constants[g, j, i] = value, -value
+    basis = tuple(
+        sum((f[a] * e for a, e in enumerate(algebroid.basis)), 0 * algebroid.basis[0])
+        for f in (fields if algebroid.basis else ())
+    )
+    return Algebroid(algebroid.rho * frame, constants, algebroid.dim_x, m, basis)
+
+
+def _moved_anchor(
+    basis: tuple[sympy.Matrix, ...], moved: Any, x: sympy.Matrix, name: str
+) -> sympy.Matrix:
+    """rho with columns d/ds x.(e + s e_g) at s = 0, for a right action that a user gave."""
+    import sympy
+
+    s, one = sympy.Symbol("s", real=True), sympy.eye(basis[0].rows)
+    try:
+        curves = [sympy.Matrix(x.rows, 1, list(moved(x, one + s * e))) for e in basis]
+    except Exception as error:
+        raise ReferenceFailure(
+            f"the action of scene {name} cannot be evaluated on symbols "
+            f"({type(error).__name__}: {error}); write it with sympy functions"
+        ) from error
+    slopes = [curve.applyfunc(without_floats).diff(s).subs(s, 0) for curve in curves]
+    return sympy.Matrix.hstack(*slopes).applyfunc(sympy.cancel)
 
 
 def _row_anchor(basis: tuple[sympy.Matrix, ...], x: sympy.Matrix, name: str) -> sympy.Matrix:
@@ -97,11 +191,10 @@ def structure_constants(
     return constants
 
 
-def _local(scene: Any, x: sympy.Matrix) -> Algebroid:
+def _local(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
     """rho and C of a groupoid given by its target b(x, u; h) and product p(x, u, v; h)."""
     import sympy
 
-    groupoid = scene.groupoid
     n, m = groupoid.dim_x, groupoid.dim_u
     u = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"u{i}", real=True))
     w = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"u'{i}", real=True))
@@ -111,7 +204,7 @@ def _local(scene: Any, x: sympy.Matrix) -> Algebroid:
         product = sympy.Matrix(m, 1, list(groupoid.product(x, u, w, h)))
     except Exception as error:
         raise ReferenceFailure(
-            f"target or product of scene {scene.name} cannot be evaluated on symbols "
+            f"target or product of scene {name} cannot be evaluated on symbols "
             f"({type(error).__name__}: {error}); write them with sympy functions"
         ) from error
 
@@ -120,14 +213,14 @@ def _local(scene: Any, x: sympy.Matrix) -> Algebroid:
         found = sympy.cancel(without_floats(expression / h).subs(zero))
         if found.has(sympy.nan, sympy.zoo):
             raise ReferenceFailure(
-                f"target or product of scene {scene.name} cannot be differentiated at the "
+                f"target or product of scene {name} cannot be differentiated at the "
                 "identity u = 0 (0/0); write them with functions that are regular there"
             )
         if found.has(h):
             found = sympy.simplify(found)
         if found.has(h):
             raise ReferenceFailure(
-                f"target or product of scene {scene.name} does not scale with the step: {found} "
+                f"target or product of scene {name} does not scale with the step: {found} "
                 "should not depend on h; let u be a velocity, as in b = x + h*u"
             )
         return found

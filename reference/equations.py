@@ -8,7 +8,8 @@ matrices of the algebra or from the target and product that a user gave:
 
     pair     rho = 1,                      C = 0
     group    rho = 0 (no base),            [e_m, e_n] = C^g_{mn} e_g
-    action   rho^i_g = (x e_g)^i (row vectors x), the same C
+    action   rho^i_g = (x e_g)^i (row vectors x), else d/ds x.(e + s e_g), the same C
+    product  both side by side; with a connection A in the frame e_i - A^a_i e_a, e_a
     local    rho = db/du / h at u = 0,     C^g_{mn} = (d2p^g/du^m dv^n - d2p^g/dv^m du^n) / h
 
 Everything is exact: sympy expressions with rational (or algebraic) coefficients.

@@ -40,8 +40,8 @@ def exact_time(t: Any) -> Fraction:
         ) from None
 
 
-def exact_number(value: Any, where: str) -> sympy.Expr:
-    """The value as an exact sympy number; ``where`` names it in the error."""
+def exact_number(value: Any, where: str, real: bool = True) -> sympy.Expr:
+    """The value as an exact sympy number, real unless told; ``where`` names it in the error."""
     import sympy
 
     if isinstance(value, sympy.Expr):
@@ -55,26 +55,27 @@ def exact_number(value: Any, where: str) -> sympy.Expr:
                 "give an int, a Fraction, a float, a decimal string or a sympy number"
             ) from None
         number = sympy.Rational(fraction.numerator, fraction.denominator)
-    if number.free_symbols or number.is_finite is False or number.is_real is False:
-        raise ReferenceFailure(f"{where} = {value!r} is not a finite real number; give one")
+    if number.free_symbols or number.is_finite is False or (real and number.is_real is False):
+        kind = "finite real" if real else "finite"
+        raise ReferenceFailure(f"{where} = {value!r} is not a {kind} number; give one")
     return number
 
 
-def exact_array(value: Any, where: str) -> Any:
+def exact_array(value: Any, where: str, real: bool = True) -> Any:
     """A scalar as a sympy number, a list as a column matrix, a nested list as a matrix."""
     import sympy
 
     if isinstance(value, (tuple, list)):
         rows = [
-            [exact_number(entry, where) for entry in row]
+            [exact_number(entry, where, real) for entry in row]
             if isinstance(row, (tuple, list))
-            else [exact_number(row, where)]
+            else [exact_number(row, where, real)]
             for row in value
         ]
         return sympy.Matrix(rows)
     if isinstance(value, sympy.MatrixBase):
-        return sympy.Matrix(value).applyfunc(lambda entry: exact_number(entry, where))
-    return exact_number(value, where)
+        return sympy.Matrix(value).applyfunc(lambda entry: exact_number(entry, where, real))
+    return exact_number(value, where, real)
 
 
 def parameter_values(scene: Any) -> SimpleNamespace:

@@ -24,7 +24,7 @@ from . import NAMES
 PASS, FAIL, BAD_INPUT, INCONCLUSIVE, INTERRUPTED = 0, 1, 2, 3, 130
 EXIT = {"pass": PASS, "fail": FAIL, "inconclusive": INCONCLUSIVE}
 RETRACTIONS = ("cayley",)
-GROUPOIDS = ("pair", "lie_group", "action", "LocalGroupoid")
+GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -2,6 +2,18 @@
 
 from .action import ActionGroupoid, action
 from .lie_group import LieGroup, lie_group
+from .local import LocalGroupoid
 from .pair import PairGroupoid, pair
+from .product import ProductGroupoid, product
 
-__all__ = ["ActionGroupoid", "LieGroup", "PairGroupoid", "action", "lie_group", "pair"]
+__all__ = [
+    "ActionGroupoid",
+    "LieGroup",
+    "LocalGroupoid",
+    "PairGroupoid",
+    "ProductGroupoid",
+    "action",
+    "lie_group",
+    "pair",
+    "product",
+]

@@ -1,7 +1,9 @@
-"""The action groupoid of a matrix group on row vectors, x ↦ x·τ(hu) (paper, section 3.6.3)."""
+"""Action groupoids of a matrix group: x ↦ x·τ(hu), a right action (paper, section 3.6.3)."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from collections.abc import Callable
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -9,48 +11,45 @@ from ..algebras import MatrixAlgebra
 from ..errors import BadInput
 from ..retractions import Retraction, cayley
 from .lie_group import RetractionGroupoid
+from .local import column_of
 
 
 class ActionGroupoid(RetractionGroupoid):
-    """`rows` row vectors of length N, moved together by the right action x ↦ x·τ(hu).
-
-    One row: advected vectors such as the gravity direction of the heavy top. N rows: the group
-    acting on itself, whose x is the attitude (flattened row by row).
-    """
+    """What all right actions share; subclasses say `moved` and may state ρ and the increment."""
 
     kind = "action"
 
-    def __init__(self, algebra: MatrixAlgebra, retraction: Retraction, rows: int = 1) -> None:
-        super().__init__(algebra, retraction)
-        if type(rows) is not int or rows < 1:
-            raise BadInput(f"rows is {rows!r}: give a whole number from 1.")
-        self.rows, self.dim_x = rows, rows * algebra.size
-
-    @property
-    def name(self) -> str:
-        rows = f", rows={self.rows}" if self.rows > 1 else ""
-        return f"action({self.algebra.name}{rows})"
+    @abstractmethod
+    def moved(self, x: Any, g: Any) -> Any:
+        """x·g for an N×N matrix g of the group, n×1."""
 
     def target(self, x: Any, u: Any, h: Any) -> Any:
-        return x + self.increment(x, u, h)
+        return self.moved(x, self.element(u, h))
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:
-        """x·(τ(hu) − e), n×1."""
+        """x·τ(hu) − x with the difference cancelled, n×1."""
         return self._at(self._increment, x=x, u=u, h=h)
 
     @cached_property
     def _increment(self) -> Any:
-        from sympy import cancel, eye
-
         s = self._symbols
-        displacement = self.element(s["u"], s["h"]) - eye(self.algebra.size)
-        return self._act(s["x"], displacement.applyfunc(cancel))
+        return super().increment(s["x"], s["u"], s["h"])
 
     def rho(self, x: Any, h: Any) -> Any:
-        """ρ(x) with columns h·x·e_γ, n×m."""
-        from sympy import Matrix
+        """ρ(x) with columns h d/ds x·(e + s e_γ) at s = 0, n×m."""
+        return h * self._at(self._anchor, x=x)
 
-        return h * Matrix.hstack(*[self._act(x, e) for e in self.algebra._matrices])
+    @cached_property
+    def _anchor(self) -> Any:
+        """ρ̂(x) in `_symbols`."""
+        from sympy import Matrix, Symbol, cancel, eye
+
+        size = self.algebra.size
+        g = Matrix(size, size, lambda i, j: Symbol(f"g_{i}_{j}"))
+        slopes = self.moved(self._symbols["x"], g).jacobian(g)
+        slopes = slopes.subs(dict(zip(g, eye(size), strict=True)))
+        columns = [slopes * e.reshape(size**2, 1) for e in self.algebra._matrices]
+        return Matrix.hstack(*columns).applyfunc(cancel)
 
     def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
         """∂z/∂u = ρ(z) L⁻¹ at the step θh: small, since it is written with z."""
@@ -75,13 +74,93 @@ class ActionGroupoid(RetractionGroupoid):
         _, right = self._fields
         return inverse_left, (theta * right - right.subs(partial)).applyfunc(lambda e: e.expand())
 
-    def _act(self, x: Any, matrix: Any) -> Any:
-        size = self.algebra.size
-        return (x.reshape(self.rows, size) * matrix).reshape(self.dim_x, 1)
+
+class RowAction(ActionGroupoid):
+    """`rows` row vectors of length N, moved together by x ↦ x·τ(hu).
+
+    One row: advected vectors such as the gravity direction of the heavy top. N rows: the group
+    acting on itself, whose x is the attitude (flattened row by row).
+    """
+
+    def __init__(self, algebra: MatrixAlgebra, retraction: Retraction, rows: int = 1) -> None:
+        super().__init__(algebra, retraction)
+        if type(rows) is not int or rows < 1:
+            raise BadInput(f"rows is {rows!r}: give a whole number from 1.")
+        self.rows, self.dim_x = rows, rows * algebra.size
+
+    @property
+    def name(self) -> str:
+        rows = f", rows={self.rows}" if self.rows > 1 else ""
+        return f"action({self.algebra.name}{rows})"
+
+    def moved(self, x: Any, g: Any) -> Any:
+        return (x.reshape(self.rows, self.algebra.size) * g).reshape(self.dim_x, 1)
+
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        return x + self.increment(x, u, h)
+
+    @cached_property
+    def _increment(self) -> Any:
+        """x·(τ(hu) − e), n×1."""
+        from sympy import cancel, eye
+
+        s = self._symbols
+        displacement = self.element(s["u"], s["h"]) - eye(self.algebra.size)
+        return self.moved(s["x"], displacement.applyfunc(cancel))
+
+    @cached_property
+    def _anchor(self) -> Any:
+        """Columns x·e_γ."""
+        from sympy import Matrix
+
+        return Matrix.hstack(*[self.moved(self._symbols["x"], e) for e in self.algebra._matrices])
+
+
+class UserAction(ActionGroupoid):
+    """A right action given by its map right_action(x, g) on Rⁿ or on an open part of it."""
+
+    mend = "; a right action has x·e = x and (x·g)·g′ = x·(gg′): make a left one right by g⁻¹"
+
+    def __init__(
+        self,
+        algebra: MatrixAlgebra,
+        retraction: Retraction,
+        right_action: Callable[..., Any],
+        dim_x: int,
+    ) -> None:
+        super().__init__(algebra, retraction)
+        if not callable(right_action) or type(dim_x) is not int or dim_x < 1:
+            raise BadInput(
+                "a right action needs its map and the dimension of its base: "
+                "action(algebra, right_action=lambda x, g: ..., dim_x=n), n from 1."
+            )
+        self.right_action, self.dim_x = right_action, dim_x
+
+    @property
+    def name(self) -> str:
+        label = getattr(self.right_action, "__name__", "map").strip("<>")
+        return f"action({self.algebra.name}, {label})"
+
+    def moved(self, x: Any, g: Any) -> Any:
+        return column_of(self.right_action, self.dim_x, f"{self.name}: its map", x, g)
 
 
 def action(
-    algebra: MatrixAlgebra, retraction: Retraction = cayley, rows: int = 1
+    algebra: MatrixAlgebra,
+    retraction: Retraction = cayley,
+    rows: int = 1,
+    *,
+    right_action: Callable[..., Any] | None = None,
+    dim_x: int | None = None,
 ) -> ActionGroupoid:
-    """The action groupoid of a matrix group on `rows` row vectors."""
-    return ActionGroupoid(algebra, retraction, rows)
+    """The action groupoid of a matrix group on `rows` row vectors, x ↦ x·g.
+
+    Or by a right action of one's own: right_action(x, g) takes a sympy column x (dim_x×1) and the
+    matrix g (N×N) and returns x·g as dim_x expressions. That it is one is checked with the axioms
+    when the first scheme is built; `BadInput` says which law fails where.
+    """
+    if right_action is None and dim_x is None:
+        return RowAction(algebra, retraction, rows)
+    if rows != 1:
+        raise BadInput("rows are for row vectors: a right action of one's own has dim_x instead.")
+    return UserAction(algebra, retraction, right_action, dim_x)  # type: ignore[arg-type]

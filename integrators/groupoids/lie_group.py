@@ -86,9 +86,9 @@ class LieGroup(RetractionGroupoid):
 
         Reconstruction A_{k+1} = A_k τ(hu_k) then is the target map, and needs no code of its own.
         """
-        from .action import ActionGroupoid
+        from .action import RowAction
 
-        return ActionGroupoid(self.algebra, self.tau, rows=self.algebra.size)
+        return RowAction(self.algebra, self.tau, rows=self.algebra.size)
 
 
 def lie_group(algebra: MatrixAlgebra, retraction: Retraction = cayley) -> LieGroup:

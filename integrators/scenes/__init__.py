@@ -10,20 +10,12 @@ from ..errors import BadInput
 from ..scene import Scene
 
 NAMES = (
-    "harmonic",
-    "pendulum",
-    "double-pendulum",
-    "kepler",
-    "henon-heiles",
-    "charged-particle",
-    "rigid-body",
-    "rigid-body-so4",
-    "kirchhoff",
-    "sl2",
-    "heavy-top",
-    "lagrange-top",
-    "kovalevskaya-top",
-)
+    "harmonic", "pendulum", "double-pendulum", "kepler", "henon-heiles", "charged-particle",
+    "outer-solar-system",
+    "rigid-body", "rigid-body-so4", "kirchhoff", "sl2",
+    "heavy-top", "lagrange-top", "kovalevskaya-top", "spherical-pendulum",
+    "reduced-kepler", "rotor-body", "wong",
+)  # fmt: skip
 
 
 def names() -> tuple[str, ...]:

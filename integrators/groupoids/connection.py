@@ -1,0 +1,137 @@
+"""Pair × group in coordinates adapted to a principal connection: discrete Lagrange–Poincaré.
+
+A G-invariant Lagrangian on T(M×G) is one on TM × g; with a connection A it is written in ẋ and
+η = ξ + A(x)ẋ (Cendra, Marsden, Ratiu, *Lagrangian reduction by stages*). The groupoid stays
+(M×M)×G; only its chart is another,
+
+    (w, η)  ↦  (w, ξ),   ξ = η − A(x + hw/2) w,   the arrow being (x, x + hw, τ(hξ)).
+
+With A in the middle of the step the chart stays symmetric: (w, η)⁻¹ = (−w, −η), so that symmetric
+rules keep their order. Curvature then appears by itself, in the structure functions of the frame
+ē_i = ∂_i − A_i, e_a:
+
+    [ē_i, ē_j] = (∂_j A_i − ∂_i A_j + [A_i, A_j])^a e_a,    [ē_i, e_a] = −[A_i, e_a].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+from ..errors import BadInput
+from ..groupoid import Groupoid
+from .lie_group import LieGroup
+from .local import column_of
+from .pair import PairGroupoid
+from .product import ProductGroupoid
+
+
+class ConnectionGroupoid(ProductGroupoid):
+    """product(pair(n), lie_group(g)) with fibre coordinates (w, η); A(x) is k×n, k = dim g."""
+
+    def __init__(self, first: Groupoid, second: Groupoid, connection: Callable[..., Any]) -> None:
+        super().__init__(first, second)
+        if not isinstance(first, PairGroupoid) or not isinstance(second, LieGroup):
+            raise BadInput(
+                f"{self.name}: a connection belongs to product(pair(n), lie_group(algebra))."
+            )
+        if not callable(connection):
+            raise BadInput(f"{self.name}: connection is {connection!r}; give a function of x.")
+        self.connection = connection
+
+    @property
+    def name(self) -> str:
+        return f"{super().name}, connection"
+
+    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+        y = self.target(x, u, h)
+        plain = super().product(x, self._plain(x, u, h), self._plain(y, v, h), h)
+        w, xi = self.fibre(plain)
+        return w.col_join(xi + self._A(x + h * w / 2) * w)
+
+    def element(self, u: Any, h: Any) -> Any:
+        raise BadInput(
+            f"{self.name}: the group element depends on x too; take the product without connection."
+        )
+
+    def L(self, x: Any, u: Any, h: Any) -> Any:
+        """[[1, 0], [∂(Aw)/∂w − L_ξ A(y), L_ξ]] with A(x + hw/2), m×m."""
+        w, xi = self.fibre(self._plain(x, u, h))
+        left, middle = self.parts[1].L(x[:0, :], xi, h), x + h * w / 2
+        corner = self._A(middle) + h * self._along(middle, w) / 2 - left * self._A(x + h * w)
+        return self._sheared(corner, left)
+
+    def R(self, x: Any, v: Any, h: Any) -> Any:
+        """[[1, 0], [∂(Aw)/∂w − h ∂(Aw)/∂x − R_ξ A(x), R_ξ]]: the start moves the middle, m×m."""
+        w, xi = self.fibre(self._plain(x, v, h))
+        right, middle = self.parts[1].R(x[:0, :], xi, h), x + h * w / 2
+        corner = self._A(middle) - h * self._along(middle, w) / 2 - right * self._A(x)
+        return self._sheared(corner, right)
+
+    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+        """h times those of the frame (ē_i, e_a): curvature, and the bracket with A."""
+        from sympy import zeros
+
+        n, k = (g.dim_u for g in self.parts)
+        constants = [c / h for c in self.parts[1].structure_functions(x[:0, :], h)]
+        A = self._A(x)
+        slopes = self._at(self._slopes, x=x)  # row a + k·i: ∂A^a_i/∂x^j
+        found = [zeros(n + k) for _ in range(n)]
+        for a, c in enumerate(constants):
+            d = slopes[a::k, :]
+            block = zeros(n + k)
+            block[:n, :n] = d - d.T + A.T * c * A
+            block[:n, n:] = -A.T * c
+            block[n:, :n] = -c * A
+            block[n:, n:] = c
+            found.append(block)
+        return [h * c for c in found]
+
+    @cached_property
+    def _inversion(self) -> Any:
+        return -self._symbols["u"]
+
+    # -- the connection -------------------------------------------------------------------------
+
+    def _plain(self, x: Any, u: Any, h: Any) -> Any:
+        """(w, ξ) of (w, η)."""
+        w, eta = self.fibre(u)
+        return w.col_join(eta - self._A(x + h * w / 2) * w)
+
+    def _A(self, x: Any) -> Any:
+        return self._at(self._matrix, x=x)
+
+    @cached_property
+    def _matrix(self) -> Any:
+        """A(x) in `_symbols`, k×n."""
+        from sympy import Matrix
+
+        n, k = (g.dim_u for g in self.parts)
+
+        def entries(x: Any) -> list[Any]:
+            given = Matrix(self.connection(x))  # type: ignore[misc]
+            if given.shape != (k, n):
+                raise BadInput(f"{self.name}: A(x) is {given.shape}, but must be {(k, n)}.")
+            return list(given)
+
+        label = f"{self.name}: A(x)"
+        return column_of(entries, k * n, label, self._symbols["x"]).reshape(k, n)
+
+    @cached_property
+    def _slopes(self) -> Any:
+        """∂A^a_i/∂x^j in row a + k·i, column j."""
+        flat = self._matrix.T.reshape(len(self._matrix), 1)
+        return flat.jacobian(self._symbols["x"])
+
+    def _along(self, x: Any, w: Any) -> Any:
+        """∂(A(x) w)/∂x at fixed w, k×n."""
+        k = self.parts[1].dim_u
+        slopes = self._at(self._slopes, x=x)
+        return sum((slopes[k * i : k * i + k, :] * e for i, e in enumerate(w)), 0 * slopes[:k, :])
+
+    def _sheared(self, corner: Any, block: Any) -> Any:
+        from sympy import eye, zeros
+
+        n, k = (g.dim_u for g in self.parts)
+        return eye(n).row_join(zeros(n, k)).col_join(corner.row_join(block))

@@ -1,0 +1,78 @@
+"""Any Lie groupoid near its identities, from its target and product alone (paper, section 3.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+from ..errors import BadInput
+from ..exact import floats_exact
+from ..groupoid import Groupoid
+
+
+class LocalGroupoid(Groupoid):
+    """Any Lie groupoid near its identities, from its target and product alone.
+
+    target(x, u, h) and product(x, u, v, h) take sympy columns and return n and m expressions;
+    `inverse(x, u, h)` is only needed where no closed form can be found. The axioms are checked
+    when the first scheme is built on it (`check_axioms`).
+    """
+
+    kind = "local"
+
+    def __init__(
+        self,
+        dim_x: int,
+        dim_u: int,
+        *,
+        target: Callable[..., Any],
+        product: Callable[..., Any],
+        inverse: Callable[..., Any] | None = None,
+        name: str = "local groupoid",
+    ) -> None:
+        whole = all(type(dimension) is int for dimension in (dim_x, dim_u))
+        if not whole or dim_x < 0 or dim_u < 1:
+            raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {dim_x!r} and {dim_u!r}.")
+        self.dim_x, self.dim_u, self._name = dim_x, dim_u, name
+        self._target, self._product, self._inverse = target, product, inverse
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        return column_of(self._target, self.dim_x, f"{self.name}: target", x, u, h)
+
+    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+        return column_of(self._product, self.dim_u, f"{self.name}: product", x, u, v, h)
+
+    @cached_property
+    def _inversion(self) -> Any:
+        if self._inverse is None:
+            return super()._inversion
+        x, u, h = (self._symbols[k] for k in ("x", "u", "h"))
+        return column_of(self._inverse, self.dim_u, f"{self.name}: inverse", x, u, h)
+
+
+def column_of(function: Callable[..., Any], length: int, what: str, *arguments: Any) -> Any:
+    """A column of `length` exact entries from a function of the user's.
+
+    Raises `BadInput` (naming `what`) if it cannot be evaluated with symbols or has another length.
+    """
+    from sympy import Matrix
+
+    try:
+        values = function(*arguments)
+        many = hasattr(values, "__iter__") or hasattr(values, "shape")  # columns have no __iter__
+        entries = [floats_exact(e) for e in (list(values) if many else [values])]
+    except BadInput:
+        raise
+    except Exception as error:
+        raise BadInput(
+            f"{what} could not be evaluated with symbols ({type(error).__name__}: {error}); "
+            "write it with sympy functions."
+        ) from error
+    if len(entries) != length:
+        raise BadInput(f"{what} returned {len(entries)} entries, but {length} are needed.")
+    return Matrix(length, 1, entries)

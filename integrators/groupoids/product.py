@@ -1,0 +1,143 @@
+"""The product of two groupoids, such as pair × group: L on TM × g (paper, end of section 3.6)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+from ..errors import BadInput
+from ..groupoid import Groupoid
+
+
+class ProductGroupoid(Groupoid):
+    """Arrows are pairs of arrows: x = (x₁, x₂), u = (u₁, u₂); every map acts block by block.
+
+    pair × group: ρ = (hI, 0), L and R block-diagonal.
+    """
+
+    kind = "product"
+    #: The principal connection A(x) that the coordinates are adapted to, or None.
+    connection: Callable[..., Any] | None = None
+
+    def __init__(self, first: Groupoid, second: Groupoid) -> None:
+        for part in (first, second):
+            if not isinstance(part, Groupoid):
+                raise BadInput(f"a product of {part!r}: give two groupoids, such as pair(1).")
+        self.parts = (first, second)
+        self.dim_x = first.dim_x + second.dim_x
+        self.dim_u = first.dim_u + second.dim_u
+        self.mend = first.mend or second.mend
+        names = dict.fromkeys(g.retraction for g in self.parts if g.retraction)
+        self.retraction_name = " and ".join(names) or None
+
+    @property
+    def name(self) -> str:
+        return " × ".join(g.name for g in self.parts)
+
+    def base(self, x: Any) -> tuple[Any, Any]:
+        """(x₁, x₂)."""
+        n = self.parts[0].dim_x
+        return x[:n, :], x[n:, :]
+
+    def fibre(self, u: Any) -> tuple[Any, Any]:
+        """(u₁, u₂)."""
+        m = self.parts[0].dim_u
+        return u[:m, :], u[m:, :]
+
+    def _each(self, *vectors: tuple[Any, Any]) -> Any:
+        """(part, its vectors) for both parts."""
+        return zip(self.parts, *vectors, strict=True)
+
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        return _stacked(g.target(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(u)))
+
+    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+        vectors = self.base(x), self.fibre(u), self.fibre(v)
+        return _stacked(g.product(y, w, z, h) for g, y, w, z in self._each(*vectors))
+
+    def element(self, u: Any, h: Any) -> Any:
+        """The element of the part that comes from a matrix group; of two such, block-diagonal."""
+        from sympy import Matrix
+
+        if not self.retraction:
+            return super().element(u, h)
+        found = [g.element(w, h) for g, w in self._each(self.fibre(u)) if g.retraction]
+        return Matrix.diag(*found)
+
+    def increment(self, x: Any, u: Any, h: Any) -> Any:
+        """Both increments, n×1."""
+        both = self._each(self.base(x), self.fibre(u))
+        return _stacked(g.increment(y, w, h) for g, y, w in both)
+
+    def rho(self, x: Any, h: Any) -> Any:
+        """ρ₁ and ρ₂, n×m; (hI, 0) for pair × group."""
+        return _blocks(g.rho(y, h) for g, y in self._each(self.base(x)))
+
+    def L(self, x: Any, u: Any, h: Any) -> Any:
+        """L₁ and L₂, m×m."""
+        return _blocks(g.L(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(u)))
+
+    def R(self, x: Any, v: Any, h: Any) -> Any:
+        """R₁ and R₂, m×m."""
+        return _blocks(g.R(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(v)))
+
+    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+        """Those of both: fields of different parts commute."""
+        from sympy import zeros
+
+        first, second = (g.structure_functions(y, h) for g, y in self._each(self.base(x)))
+        return [
+            *(_blocks([c, zeros(len(second))]) for c in first),
+            *(_blocks([zeros(len(first)), c]) for c in second),
+        ]
+
+    def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
+        vectors = self.base(x), self.fibre(u), self.base(z)
+        return _blocks(g.point_slope(y, w, h, theta, a) for g, y, w, a in self._each(*vectors))
+
+    def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
+        vectors = self.base(x), self.fibre(u), self.base(z)
+        found = [g.point_fields(y, w, h, theta, a) for g, y, w, a in self._each(*vectors)]
+        return _blocks(right for right, _ in found), _blocks(left for _, left in found)
+
+    @cached_property
+    def symmetric_chart(self) -> bool:
+        return all(g.symmetric_chart for g in self.parts)
+
+    @cached_property
+    def _inversion(self) -> Any:
+        s = self._symbols
+        if any(g._inversion is None for g in self.parts):
+            return None
+        both = self._each(self.base(s["x"]), self.fibre(s["u"]))
+        return _stacked(g.inversion(y, w, s["h"]) for g, y, w in both)
+
+
+def _stacked(columns: Any) -> Any:
+    from sympy import Matrix
+
+    return Matrix.vstack(*columns)
+
+
+def _blocks(matrices: Any) -> Any:
+    from sympy import Matrix
+
+    return Matrix.diag(*matrices)
+
+
+def product(
+    first: Groupoid, second: Groupoid, *, connection: Callable[..., Any] | None = None
+) -> ProductGroupoid:
+    """The product of two groupoids; product(pair(n), lie_group(g)) carries L on TM × g.
+
+    `connection` (for pair × group only) takes the column x and gives the k×n matrix A(x) of a
+    principal connection, k = dim g. The fibre coordinates are then (ẋ, η) with η = ξ + A(x)ẋ, the
+    vertical part of the velocity, in which the Lagrange–Poincaré equations are written: see
+    `ConnectionGroupoid`. Raises `BadInput` for anything else.
+    """
+    if connection is None:
+        return ProductGroupoid(first, second)
+    from .connection import ConnectionGroupoid
+
+    return ConnectionGroupoid(first, second, connection)
