@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+from gmpy2 import mpq
 from sympy import Matrix, Rational, diag, eye, zeros
 
 
@@ -44,27 +45,36 @@ class Cubic:
 
     def value(self, x: Any, u: Any) -> Any:
         """A number, or an expression in symbols."""
-        z, q, a, k = self._with(x, u)
-        total = q.dot(z) + (z.dot(z) + a.dot(z) ** 2) / 2 + k.dot(z) ** 3 / 6
-        if self.kappa is not None:
-            total += self.kappa.dot(u - self.v) * (u - self.u0).dot(u - self.u0)
-        return total + (self.sigma * self.ell.dot(u - self.u1) ** 2 / 2 if self.sigma else 0)
+        with_numbers = all(e.is_Rational for e in (*x, *u))
+        z, q, a, k, kappa, u0, v, ell, u1 = self._scalars(x, u, with_numbers)
+        w = z[self.n :]
+        total = _dot(q, z) + (_dot(z, z) + _dot(a, z) ** 2) / 2 + _dot(k, z) ** 3 / 6
+        if kappa:
+            d = _minus(w, u0)
+            total += _dot(kappa, _minus(w, v)) * _dot(d, d)
+        if ell:
+            total += _plain(self.sigma, with_numbers) * _dot(ell, _minus(w, u1)) ** 2 / 2
+        return _sympy(total)
 
     def gradient(self, x: Any, u: Any) -> Any:
-        """(∂/∂x, ∂/∂u), (n+m)×1."""
-        z, q, a, k = self._with(x, u)
-        total = q + z + a * a.dot(z) + k * (k.dot(z) ** 2 / 2)
-        more = zeros(self.m, 1)
-        if self.kappa is not None:
-            d = u - self.u0
-            more += self.kappa * d.dot(d) + 2 * self.kappa.dot(u - self.v) * d
-        if self.sigma:
-            more += self.sigma * self.ell * self.ell.dot(u - self.u1)
-        return total + zeros(self.n, 1).col_join(more)
+        """(∂/∂x, ∂/∂u) at numbers, (n+m)×1."""
+        z, q, a, k, kappa, u0, v, ell, u1 = self._scalars(x, u, True)
+        w, along_a, along_k = z[self.n :], _dot(a, z), _dot(k, z) ** 2 / 2
+        total = [q[i] + z[i] + a[i] * along_a + k[i] * along_k for i in range(len(z))]
+        for i in range(self.m):
+            if kappa:
+                d = _minus(w, u0)
+                more = kappa[i] * _dot(d, d) + 2 * _dot(kappa, _minus(w, v)) * d[i]
+                total[self.n + i] += more
+            if ell:
+                more = _plain(self.sigma, True) * ell[i] * _dot(ell, _minus(w, u1))
+                total[self.n + i] += more
+        return Matrix(len(z), 1, [_sympy(e) for e in total])
 
     def hessian(self, x: Any, u: Any) -> Any:
-        """(n+m)×(n+m)."""
-        z, _, a, k = self._with(x, u)
+        """(n+m)×(n+m), at numbers."""
+        size = self.n + self.m
+        a, k, z = _vector(31, size), _vector(517, size), Matrix([*x, *u])
         more = zeros(self.m)
         if self.kappa is not None:
             d = u - self.u0
@@ -72,8 +82,27 @@ class Cubic:
             more += 2 * self.kappa.dot(u - self.v) * eye(self.m)
         if self.sigma:
             more += self.sigma * self.ell * self.ell.T
-        return eye(len(z)) + a * a.T + k * k.T * k.dot(z) + diag(zeros(self.n), more)
+        return eye(size) + a * a.T + k * k.T * k.dot(z) + diag(zeros(self.n), more)
 
-    def _with(self, x: Any, u: Any) -> tuple[Any, Any, Any, Any]:
+    def _scalars(self, x: Any, u: Any, with_numbers: bool) -> list[list[Any]]:
+        """z, q, a, k, κ, u₀, v, ℓ, u₁ as lists, of gmpy2's fast rationals or of symbols."""
         size = self.n + self.m
-        return Matrix([*x, *u]), _vector(11, size), _vector(31, size), _vector(517, size)
+        columns = [[*x, *u], _vector(11, size), _vector(31, size), _vector(517, size)]
+        columns += [self.kappa, self.u0, self.v, self.ell, self.u1]
+        return [[_plain(e, with_numbers) for e in column or ()] for column in columns]
+
+
+def _plain(e: Any, as_number: bool) -> Any:
+    return mpq(int(e.p), int(e.q)) if as_number else e
+
+
+def _sympy(e: Any) -> Any:
+    return Rational(int(e.numerator), int(e.denominator)) if isinstance(e, type(mpq())) else e
+
+
+def _dot(a: list[Any], b: list[Any]) -> Any:
+    return sum(p * q for p, q in zip(a, b, strict=True))
+
+
+def _minus(a: list[Any], b: list[Any]) -> list[Any]:
+    return [p - q for p, q in zip(a, b, strict=True)]
