@@ -3,7 +3,7 @@
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup report test test-all bench lint format lock clean distclean FORCE
+.PHONY: help setup report test test-all bench paper lint format lock clean distclean FORCE
 
 # What the caller's shell says about other Pythons must not leak into ours.
 unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE VIRTUAL_ENV
@@ -68,6 +68,9 @@ bench: $(READY)  ## timings beside C and scipy, in one run (needs gcc)
 		echo 'make bench compares with C and found no gcc; install one (on Debian: gcc).' >&2; exit 2; }
 	@$(BIN)/python -m pytest tests/benchmarks -s -o python_files='bench_*.py' \
 		-o python_functions='bench_* test_*'
+
+paper: $(READY)  ## PAPER.md, from the table that tests/paper checks
+	@$(BIN)/python -m tests.paper
 
 lint: $(READY)  ## ruff and mypy
 	@$(BIN)/ruff check .

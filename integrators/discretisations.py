@@ -60,7 +60,7 @@ def discretisation(
     return make
 
 
-@discretisation(order=1, source="paper, section 3.6.3 (heavy top): L_d = h L(x, u)")
+@discretisation(order=1, source="paper, section 3.7 (heavy top): L_d = h L(x, u)")
 def rectangle(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
     """The Lagrangian at the start of the step; symplectic Euler on the pair groupoid."""
     return h * L(x, u)

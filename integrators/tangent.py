@@ -80,7 +80,11 @@ class LocalGeometry:
         return np.vstack([-only_c, c_star])
 
     def omega(self, here: dict[str, Any]) -> np.ndarray:
-        """Ω on (a, c), 2m×2m, with W_γμ = L^θ_μ ∂F⁻_γ/∂u^θ."""
+        """Ω on (a, c), 2m×2m, with W_γμ = L^θ_μ ∂F⁻_γ/∂u^θ.
+
+        The sign is that of dΘ±, in matrices W = −FLᵀ L:
+        [misprint: omega-sign], [misprint: FL-transposed].
+        """
         w = here["minus_u"] @ here["L"]
         zero = self.numbers.zeros(self.m, self.m)
         return np.vstack([np.hstack([zero, w]), np.hstack([-w.T, zero])])

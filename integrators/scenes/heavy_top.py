@@ -30,5 +30,5 @@ scene = Scene(
     duration=5,
     step="0.05",
     symmetries=SYMMETRIES,
-    source="paper, section 3.6.3 (heavy top)",
+    source="paper, section 3.7 (heavy top)",
 )

@@ -214,7 +214,7 @@ def test_pair_groupoid_is_the_textbook(rule):
 
 
 def so3_equations(x, y, z, l, sign):
-    """The three sums of the paper's so(3) example, misprints mended: h²z² for h²z.
+    """The three sums of the paper's so(3) example, h²z² for h²z [misprint: so3-square].
 
     sign +1: e←_γ at η, sign −1: e→_γ at η; l are the derivatives ∂l/∂ξ.
     """
@@ -248,7 +248,8 @@ def test_heavy_top_rectangle_by_hand():
     """e←(L_d) − e→(L_d) with vectors: L_d = h(½Ω·IΩ − w Γ·e), and no matrix of the algebra.
 
     With ω = hΩ/2, L η = η + ω×η + ω(ω·η) and R η the same at −ω; their transposes take μ to
-    μ ∓ ω×μ + ω(ω·μ). e→_η moves Γ by −hΓ×η, and so the weight by −hw e×Γ·η.
+    μ ∓ ω×μ + ω(ω·μ). e→_η moves Γ by −hΓ×η [misprint: heavy-top-field], and so the weight by
+    −hw e×Γ·η [misprint: heavy-top-torque].
     """
     of = scheme("heavy-top", "rectangle")
     p, step = of.s.parameters, of.h

@@ -1,0 +1,98 @@
+"""The audit itself: which claims of a row fail, on which samples, and what its mutants show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
+
+from everything import GROUPOIDS, STEPS, arrows
+from sympy import Add, sympify
+
+from .numbers import agree, entries
+from .rows import ACTIONS, CAYLEY, EVERYWHERE, MATRIX, ROWS, SYMBOLIC, Claim, Row
+from .sample import OFF, Sample
+
+#: where everything is checked in the fast suite
+GENERIC = ("generic", STEPS[0])
+
+
+def covered(row: Row) -> list[str]:
+    """The names of the groupoids that a row speaks of."""
+    fits = {
+        EVERYWHERE: lambda g: True,
+        MATRIX: lambda g: hasattr(g, "algebra"),
+        CAYLEY: lambda g: getattr(g, "retraction", None) == "cayley",
+        ACTIONS: lambda g: hasattr(g, "algebra") and g.dim_x,
+    }[row.how]
+    return [name for name, g in GROUPOIDS.items() if fits(g)]
+
+
+@lru_cache(maxsize=128)
+def sample(name: str, stratum: str, h: Any, seed: int = 0) -> Sample:
+    """One sample for all rows of a process."""
+    return Sample(GROUPOIDS[name], arrows(GROUPOIDS[name], stratum, h, seed))
+
+
+@lru_cache(maxsize=64)
+def claims(row: Row) -> list[Claim]:
+    """The claims of a symbolic row, made once."""
+    assert row.check is not None
+    return list(row.check())
+
+
+def failures(row: Row, *arguments: Any) -> Iterator[tuple[Claim, Any, Any]]:
+    """The claims that do not hold, each with the first entry that differs and what it should be."""
+    assert row.check is not None
+    for claim in claims(row) if row.how == SYMBOLIC else row.check(*arguments):
+        found, wanted = entries(claim.found), entries(claim.wanted)
+        assert len(found) == len(wanted), f"{row.place}: {claim.says} compares unlike things"
+        same = symbolically_equal if row.how == SYMBOLIC else agree
+        for a, b in zip(found, wanted, strict=True):
+            if not same(a, b):
+                yield claim, a, b
+                break
+
+
+def symbolically_equal(found: Any, wanted: Any) -> bool:
+    """Whether the difference cancels identically; it is rational in its symbols and functions."""
+    difference = (found - wanted).expand()
+    return difference == 0 or difference.together().cancel() == 0
+
+
+def witnesses(row: Row) -> list[str]:
+    """Small groupoids of the row's kind on which an error in any ingredient is visible."""
+    if row.how == EVERYWHERE:
+        return ["affine action", "framed plane"]
+    return ["group(so(3))", "action(se(2))"]
+
+
+def quick(row: Row) -> list[str]:
+    """About four small groupoids, others for each row; the slow tests take all of them."""
+    names = [name for name in covered(row) if GROUPOIDS[name].dim_u <= 3]
+    apart = -(-len(names) // 4)
+    known = [name for name in witnesses(row) if name in names and row.misprints]
+    return list(dict.fromkeys([*names[ROWS.index(row) % apart :: apart], *known[:1]]))
+
+
+def blind_to(row: Row) -> set[str]:
+    """The ingredients that a row reads without noticing, on its witnesses, that one is wrong."""
+    reads: set[str] = set()
+    seen: set[str] = set()
+    for name in (n for n in witnesses(row) if n in covered(row)):
+        if reads and seen == reads:
+            break
+        right = sample(name, *GENERIC).changed()
+        assert not [c for c, _, _ in failures(row, right) if not c.misprint]
+        reads |= right.reads
+        for mutant in right.reads - seen:
+            wrong = sample(name, *GENERIC).changed(mutant)
+            if any(not claim.misprint for claim, _, _ in failures(row, wrong)):
+                seen.add(mutant)
+    return reads - seen
+
+
+def loses_a_term(expression: Any) -> Any:
+    """A symbolic side without one of its terms, or with something it does not have."""
+    terms = Add.make_args(sympify(expression).expand())
+    return Add(*terms[1:]) if terms[0] != 0 else terms[0] + OFF

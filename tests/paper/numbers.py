@@ -1,0 +1,61 @@
+"""Numbers of the audit: exact rationals, and what is irrational as a rational to 240 digits.
+
+Derivatives are central difference quotients of such numbers over ε = 10⁻⁴⁰. They are off by ε²
+times a third derivative, so that 40 digits can be demanded, and nothing is lost to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from sympy import I, Matrix, Rational, sympify
+
+DIGITS = 240
+EPS = Rational(1, 10**40)
+
+
+def number(expression: Any) -> Any:
+    """A real or complex number as exact rational parts."""
+    expression = sympify(expression)
+    if expression.is_Rational:
+        return expression
+    real, imaginary = expression.evalf(DIGITS, maxn=4 * DIGITS).as_real_imag()
+    return Rational(real) + (I * Rational(imaginary) if imaginary != 0 else 0)
+
+
+def numbers(matrix: Any) -> Any:
+    """A matrix of expressions as a matrix of `number`s."""
+    return matrix.applyfunc(number)
+
+
+def slope(curve: Callable[[Any], Any]) -> Any:
+    """d/dt at t = 0 of a number or matrix along a curve."""
+    return (curve(EPS) - curve(-EPS)) / (2 * EPS)
+
+
+def mixed_slope(surface: Callable[[Any, Any], Any]) -> Any:
+    """∂²/∂s∂t at s = t = 0 of a number or matrix along a surface."""
+    return slope(lambda s: slope(lambda t: surface(s, t)))
+
+
+def entries(value: Any) -> list[Any]:
+    """The entries of numbers, matrices and lists of them, in order."""
+    if hasattr(value, "shape"):
+        return list(value)
+    if isinstance(value, Iterable):
+        return [entry for part in value for entry in entries(part)]
+    return [sympify(value)]
+
+
+def agree(found: Any, wanted: Any) -> bool:
+    """Whether two numbers agree to 40 digits, relative to 1 + |wanted|."""
+    difference = found - wanted
+    if difference == 0:
+        return True
+    return bool(abs(number(difference)) <= EPS * (1 + abs(number(wanted))))
+
+
+def columns(length: int, build: Callable[[int], Any]) -> Any:
+    """The matrix of the columns build(0), …, build(length − 1)."""
+    return Matrix.hstack(*[build(index) for index in range(length)])
