@@ -37,10 +37,11 @@ MISPRINTS = (
     ),
     Misprint(
         "FL-transposed",
-        r"lower right block of $TF^-$ is $-FL_d$; $\Omega=-L FL_d$ read as matrices",
-        r"$-(FL_d)^T$; $W=-(FL)^TL$",
+        r"lower right block of $TF^-$: $-FL_d$",
+        r"$-(FL_d)^T$",
         r"γ is the row of $(FL_d)^\gamma_\mu$, and the column of"
-        r" $\partial F^-_\mu/\partial u^\gamma$; the formulas with indices are right",
+        r" $\partial F^-_\mu/\partial u^\gamma$; the formulas with indices are right, and say"
+        r" $W=-(FL)^TL$ in matrices",
     ),
     Misprint(
         "barred-signs",

@@ -90,7 +90,6 @@ def omega_matrix(s: Sample) -> Iterator[Claim]:
     r"-R^\nu_\gamma \partial_{u^\nu}L_d)=-L^\theta_\mu(FL_d)^\theta_\gamma$; in matrices"
     r" $W=-(FL)^TL$",
     EVERYWHERE,
-    "FL-transposed",
 )
 def W_is_minus_FL_L(s: Sample) -> Iterator[Claim]:
     W, L, FL = W_by_curves(s, s.x, s.u), s.L(s.x, s.u), FL_by_formula(s, s.x, s.u)
@@ -98,7 +97,6 @@ def W_is_minus_FL_L(s: Sample) -> Iterator[Claim]:
     yield same("first line", W, -inner * L)
     yield same("last line", W, Matrix(s.m, s.m, lambda c, a: -L[:, a].dot(FL[:, c])))
     yield same("in matrices", W, -FL.T * L)
-    yield printed("FL-transposed", W, -FL * L)
 
 
 @checked(
