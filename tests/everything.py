@@ -19,11 +19,13 @@ from integrators import (
     lie_group,
     midpoint,
     pair,
+    product,
     rectangle,
     scenes,
     se,
     sl,
     so,
+    su,
     trapezoidal,
 )
 
@@ -103,6 +105,23 @@ def framed_plane():
     )
 
 
+def moebius(x, g):
+    """SL(2) on the projective line, in the chart (x : 1) of rows."""
+    return [(x[0] * g[0, 0] + g[1, 0]) / (x[0] * g[0, 1] + g[1, 1])]
+
+
+def stereographic(x, g):
+    """SO(3) on the sphere in stereographic coordinates: up to the sphere, turned, down again."""
+    r = x.dot(x)
+    y = Matrix([[2 * x[0], 2 * x[1], r - 1]]) / (r + 1) * g
+    return [y[0] / (1 - y[2]), y[1] / (1 - y[2])]
+
+
+def swirl(x):
+    """A connection with curvature that neither commutes nor is constant."""
+    return [[x[1], 0], [x[0] * x[1], 2], [1, -(x[0] ** 2)]]
+
+
 GROUPOIDS = {
     g.name: g
     for g in (
@@ -119,6 +138,12 @@ GROUPOIDS = {
         affine_group(),
         affine_action(),
         framed_plane(),
+        lie_group(su(2)),
+        product(pair(1), lie_group(so(3))),
+        product(pair(2), lie_group(so(3)), connection=swirl),
+        product(action(so(3)), lie_group(so(2))),
+        action(sl(2), right_action=moebius, dim_x=1),
+        action(so(3), right_action=stereographic, dim_x=2),
     )
 }
 
@@ -176,6 +201,22 @@ def _framed(x, v, p):
     return w.dot(w) / 2 - (x[0] ** 2 + 2 * x[1] ** 2) / 2
 
 
+def _on_the_line(x, v, p):
+    return v.dot(v) / 2 - x[0] ** 2 / 2
+
+
+def _sphere_below(x, v, p):
+    """The spherical pendulum in stereographic coordinates."""
+    r = x.dot(x)
+    return v.dot(v) / 2 - p.gravity * (r - 1) / (r + 1)
+
+
+def _carried_along(x, v, p):
+    """T = ½ẋ² + ½η·Iη with η the vertical part of the velocity."""
+    spin = sum(p.inertia[i] * v[2 + i] ** 2 for i in range(3))
+    return (v[0] ** 2 + v[1] ** 2 + spin - x.dot(x)) / 2
+
+
 OWN_SCENES = {
     s.name: s
     for s in (
@@ -221,6 +262,32 @@ OWN_SCENES = {
             _framed,
             x0=["0.4", "0.3"],
             v0=["0.3", "-0.2"],
+            step="0.05",
+        ),
+        Scene(
+            "moebius",
+            action(sl(2), right_action=moebius, dim_x=1),
+            _on_the_line,
+            x0=["0.3"],
+            v0=["0.2", "-0.3", "0.4"],
+            step="0.05",
+        ),
+        Scene(
+            "stereographic",
+            action(so(3), right_action=stereographic, dim_x=2),
+            _sphere_below,
+            {"gravity": 1},
+            x0=["0.4", "0.2"],
+            v0=["0.6", "-0.2", "0.5"],
+            step="0.05",
+        ),
+        Scene(
+            "carried-along",
+            product(pair(2), lie_group(so(3)), connection=swirl),
+            _carried_along,
+            {"inertia": [1, 2, 3]},
+            x0=["0.4", "0.3"],
+            v0=["0.3", "-0.2", "0.4", "0.1", "-0.3"],
             step="0.05",
         ),
     )

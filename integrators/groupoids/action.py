@@ -46,7 +46,7 @@ class ActionGroupoid(RetractionGroupoid):
 
         size = self.algebra.size
         g = Matrix(size, size, lambda i, j: Symbol(f"g_{i}_{j}"))
-        slopes = self.moved(self._symbols["x"], g).jacobian(g)
+        slopes = self.moved(self._symbols["x"], g).jacobian(g.reshape(size**2, 1))
         slopes = slopes.subs(dict(zip(g, eye(size), strict=True)))
         columns = [slopes * e.reshape(size**2, 1) for e in self.algebra._matrices]
         return Matrix.hstack(*columns).applyfunc(cancel)
