@@ -14,7 +14,7 @@ from .errors import BadInput, DiscmechError, StepFailure
 from .groupoid import Groupoid
 from .groupoids import LocalGroupoid, action, lie_group, pair, product
 from .momentum import Conserved
-from .retractions import cayley
+from .retractions import cayley, exponential
 from .scene import Scene
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "action",
     "cayley",
     "discretisation",
+    "exponential",
     "lie_group",
     "midpoint",
     "pair",

@@ -50,13 +50,17 @@ class MatrixAlgebra:
 
     def coordinates(self, matrix: Any) -> Any:
         """The m×1 coordinates of an N×N sympy matrix that lies in the algebra."""
-        column = self._dual * matrix.reshape(self.size**2, 1)
+        column = self.dual * matrix.reshape(self.size**2, 1)
         # complex matrices have real coordinates; left alone, i·i would never be multiplied out
         return column.applyfunc(lambda e: e.expand(complex=True)) if self._complex else column
 
     @cached_property
     def _complex(self) -> bool:
-        return any(entry.is_real is False for e in self._matrices for entry in e)
+        entries = (entry for e in self.basis for row in e for entry in row)
+        return any(
+            isinstance(entry, complex) or getattr(entry, "is_real", True) is False
+            for entry in entries
+        )  # without sympy: building an action loads nothing
 
     def contains(self, matrix: Any) -> bool:
         """Whether the matrix is a combination of the basis (exactly)."""
@@ -72,7 +76,7 @@ class MatrixAlgebra:
         return [Matrix(e) for e in self.basis]
 
     @cached_property
-    def _dual(self) -> Any:
+    def dual(self) -> Any:
         """The m×N² matrix that reads coordinates off a matrix (least squares, exact)."""
         from sympy import Matrix
 
@@ -105,6 +109,66 @@ class MatrixAlgebra:
             for g, value in enumerate(self.coordinates(bracket)):
                 constants[g][m, n], constants[g][n, m] = value, -value
         return constants
+
+    def ad(self, xi: Sequence[Any]) -> Any:
+        """The m×m matrix of η ↦ [ξ, η], with entries Ĉ^γ_{μν} ξ^μ."""
+        from sympy import Matrix
+
+        return Matrix.vstack(*[(Matrix([list(xi)]) * c) for c in self.structure_constants])
+
+    @cached_property
+    def ideals(self) -> list[Any]:
+        """Projections (m×m, rational) on ideals whose direct sum this is; [1] if none are found.
+
+        They are eigenspaces of a random map that commutes with every ad_ξ.
+        """
+        from sympy import QQ, Matrix, Symbol, eye, factor_list, kronecker_product
+        from sympy.polys.matrices import DomainMatrix
+
+        one, unit = eye(self.dim), eye(self.dim).tolist()
+        rows = [
+            kronecker_product(one, a.T) - kronecker_product(a, one)
+            for a in (self.ad(row) for row in unit)
+        ]
+        system = DomainMatrix.from_Matrix(Matrix.vstack(*rows)).convert_to(QQ)
+        kernel = system.nullspace().to_Matrix()
+        weights = Matrix([[(7919 * (i + 1)) % 101 for i in range(kernel.rows)]])
+        commuting = (weights * kernel).reshape(self.dim, self.dim)
+        t = Symbol("t")
+        factors = [f.as_expr() for f, _ in factor_list(commuting.charpoly(t).as_expr())[1]]
+        roots = [-f.coeff(t, 0) / f.coeff(t, 1) for f in factors if f.as_poly(t).degree() == 1]
+        spaces = [(commuting - r * one).nullspace() for r in roots]
+        basis = [v for space in spaces for v in space]
+        if len(roots) < 2 or len(basis) != self.dim:
+            return [one]
+        change = Matrix.hstack(*basis)
+        back, found, at = change.inv(), [], 0
+        for space in spaces:
+            pick = slice(at, at + len(space))
+            found.append(change[:, pick] * back[pick, :])
+            at += len(space)
+        return found
+
+    @cached_property
+    def real(self) -> MatrixAlgebra:
+        """The algebra itself if its matrices are real, else with a + ib ↦ [[a, −b], [b, a]]."""
+        if not self._complex:
+            return self
+        from sympy import im, re
+
+        basis = []
+        for e in self._matrices:
+            a, b = e.applyfunc(re), e.applyfunc(im)
+            basis.append(a.row_join(-b).col_join(b.row_join(a)))
+        return MatrixAlgebra(self.name, tuple(tuple(map(tuple, e.tolist())) for e in basis))
+
+    @cached_property
+    def adjoint(self) -> tuple[Nested, ...]:
+        """The m×m matrices of ad along each basis matrix, as a basis is given."""
+        from sympy import eye
+
+        ads = [self.ad(row) for row in eye(self.dim).tolist()]
+        return tuple(tuple(map(tuple, a.tolist())) for a in ads)
 
     @cached_property
     def closed_under_triple_products(self) -> bool:

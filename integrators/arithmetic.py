@@ -33,7 +33,8 @@ class Double:
         """What generated text needs: functions, the number type R, constants."""
         functions = {n: getattr(math, n) for n in FUNCTIONS.values() if n != "abs"}
         return {**functions, "sqrt": math.sqrt, "R": float, "PI": math.pi,
-                "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999}  # fmt: skip
+                "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999,
+                "zeros": self.zeros, "solve": self.solve}  # fmt: skip
 
     def array_namespace(self) -> dict[str, Any]:
         """The same for whole columns of numbers at once: numpy's functions."""
@@ -91,6 +92,7 @@ class Multiple:
         self._gmpy2 = gmpy2
         with self.working():
             self.eps = gmpy2.mpfr(2) ** -self.bits
+            self.imaginary_unit = gmpy2.mpc(0, 1)
 
     def namespace(self) -> dict[str, Any]:
         g = self._gmpy2
@@ -99,7 +101,8 @@ class Multiple:
             return {**functions, "sqrt": g.sqrt, "R": g.mpfr, "PI": g.const_pi(),
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
                     "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
-                    "workspace": lambda length: [g.mpfr(0)] * length}  # fmt: skip
+                    "workspace": lambda length: [g.mpfr(0)] * length,
+                    "zeros": self.zeros, "solve": self.solve}  # fmt: skip
 
     def number(self, value: Any, what: str = "value") -> Any:
         if isinstance(value, type(self._gmpy2.mpfr(0))):
@@ -140,12 +143,19 @@ class Multiple:
         return np.full(shape, self._gmpy2.mpfr(0), dtype=object)
 
     def solve(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        import mpmath
-
-        with mpmath.workprec(self.bits):
-            inverse = mpmath.inverse(mpmath.matrix(self.public(a).tolist()))
-            rows = [[self.number(e) for e in row] for row in inverse.tolist()]
-        return np.asarray(self.matrix(rows) @ b)
+        shape = np.shape(b)
+        a, b = a.copy(), np.array(b, dtype=object).reshape(len(a), -1)
+        for p in range(len(a)):  # Gauss–Jordan with partial pivoting
+            row = p + int(np.argmax(abs(a[p:, p])))
+            if a[row, p] == 0:
+                raise ZeroDivisionError("the matrix is singular")
+            for matrix in (a, b):
+                matrix[[p, row]] = matrix[[row, p]]
+            b[p], a[p] = b[p] / a[p, p], a[p] / a[p, p]
+            factors = a[:, p].copy()
+            factors[p] = self._gmpy2.mpfr(0)
+            a, b = a - np.outer(factors, a[p]), b - np.outer(factors, b[p])
+        return b.reshape(shape)
 
 
 def arithmetic(digits: int) -> Double | Multiple:

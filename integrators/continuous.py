@@ -14,6 +14,7 @@ from .errors import BadInput, CannotMeasure
 from .printing import function_text
 from .scene import Scene
 from .symbols import SceneSymbols
+from .tables import with_tables
 
 
 def momentum(s: SceneSymbols) -> Any:
@@ -72,7 +73,8 @@ def state_function(s: SceneSymbols, parts: list[Any], numbers: Any) -> Any:
     results = [[e.xreplace(numbered) for e in part] for part in parts]
     vectors = {"x": s.x, "mu": s.mu, "p": list(numbered.values())}
     namespace = numbers if isinstance(numbers, dict) else numbers.namespace()
-    return run_text(function_text("state_function", vectors, results), namespace)["state_function"]
+    text = with_tables(function_text("state_function", vectors, results))
+    return run_text(text, namespace)["state_function"]
 
 
 def initial_momentum(scheme: Scheme, scene: Scene, numbers: Any) -> list[Any]:

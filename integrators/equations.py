@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from .discretisations import Discretisation
 from .errors import BadInput
+from .evaluation import evaluate_matrix
 from .exact import exact, floats_exact, to_sympy
 from .groupoid import Groupoid, check_axioms
 from .identities import first_violation, null_direction
@@ -309,7 +310,8 @@ class Scheme:
             at_points = {
                 z: b.xreplace(point) for p in self.points for z, b in zip(p.z, p.value, strict=True)
             }
-            direction = null_direction(Matrix(slopes.xreplace({**point, **at_points})).evalf(30))
+            found = Matrix(slopes.xreplace({**point, **at_points}))
+            direction = null_direction(evaluate_matrix(found, 30))
             if direction is None:
                 return
         shown = ", ".join(f"{float(e):.3g}" for e in direction)

@@ -69,6 +69,13 @@ class Groupoid(ABC):
         """
         return [self._at(c, x=x, h=h) for c in self.derived["C"]]
 
+    def with_retraction(self, retraction: Any) -> Groupoid:
+        """The same groupoid in another retraction's chart; itself where none is used.
+
+        Raises `BadInput` if the retraction does not fit.
+        """
+        return self
+
     @property
     def retraction(self) -> str | None:
         """The retraction's name, None where none is used."""

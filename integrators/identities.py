@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable
+from fractions import Fraction
 from typing import Any
 
 DIGITS = 60
@@ -43,10 +44,16 @@ def random_point(
 
 
 def is_zero(number: Any) -> bool:
-    """Whether an exact number is zero: exactly if rational, else to 40 of 60 digits."""
+    """Whether an exact number is zero: exactly if rational, else to 40 of 60 digits.
+
+    400 digits are tried before a number is taken for another than zero.
+    """
+    from .evaluation import evaluate
+
     if number.is_Rational:
         return bool(number == 0)
-    return bool(abs(number.evalf(DIGITS, maxn=400)) < 10 ** (20 - DIGITS))
+    bound = Fraction(1, 10**40)
+    return any(abs(evaluate(number, most)) < bound for most in (DIGITS, 400))
 
 
 def first_violation(

@@ -16,8 +16,10 @@ from typing import Any
 from . import driver
 from .elimination import loop_text, solve
 from .equations import Scheme
+from .evaluation import evaluate_matrix
 from .identities import is_zero, random_point
 from .printing import Coefficients, function_text
+from .tables import with_tables
 from .vectors import vector_text
 
 
@@ -73,7 +75,7 @@ class KernelBuilder:
         from scipy.linalg import lu_factor
 
         point = random_point([*self.x, *self.w, *self.scheme.s.q], (*self.w, self.scheme.h))
-        numbers = self._at(self.jacobian, point).evalf()
+        numbers = evaluate_matrix(self._at(self.jacobian, point), 16 + 1)
         _, swaps = lu_factor([[float(numbers[i, j]) for j in range(m)] for i in range(m)])
         rows = list(range(m))
         for i, j in enumerate(swaps):
@@ -114,7 +116,7 @@ class KernelBuilder:
             "dim_u": len(self.w),
             "carried": len(self.carried),
         }
-        return "\n\n".join(
+        text = "\n\n".join(
             [
                 f"# {self.scheme.scene.name}\nSHAPE = {shape}",
                 *kernels,
@@ -125,6 +127,7 @@ class KernelBuilder:
                 prepare,
             ]
         )
+        return with_tables(text)
 
     # -- numbers that stay consistent ------------------------------------------------------------
 

@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any
 
 from .errors import BadInput
+from .tables import is_table
 
 #: sympy function → name in the generated text; each exists in math, numpy-like and gmpy2 worlds
 FUNCTIONS = {
@@ -86,7 +87,11 @@ def statements(
     """Common subexpressions taken out: ([(name, code)], [code of each output])."""
     from sympy import cse, numbered_symbols
 
-    found, reduced = cse(list(outputs), symbols=numbered_symbols(letter, real=True), list=True)
+    from .retractions.stumpff import together
+
+    found, reduced = cse(
+        together(list(outputs)), symbols=numbered_symbols(letter, real=True), list=True
+    )
     opposite: dict[Any, Any] = {}  # −t costs nothing, and a name for it only lengthens the text
     taken = []
     for name, value in found:
@@ -142,8 +147,13 @@ def _printer() -> Any:
             return f"({text}**{self._print(exponent)})"
 
         def _print_Function(self, e: Any) -> str:
-            name = FUNCTIONS.get(type(e).__name__)
-            if name is None:
+            name = type(e).__name__
+            if name == "Held":
+                return f"({self._print(e.args[0])})"
+            if name == "Entry":
+                return f"{self._print(e.args[0])}[{e.args[1]}]"
+            name = name if is_table(e) else FUNCTIONS.get(name, "")
+            if not name:
                 raise BadInput(
                     f"the function {type(e).__name__} cannot be put into a kernel; "
                     f"there are {', '.join(FUNCTIONS)}, powers and roots."

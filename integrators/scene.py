@@ -95,6 +95,14 @@ class Scene:
             changes["parameters"] = {**self.parameters, **changes["parameters"]}
         return replace(self, **changes)
 
+    def with_retraction(self, retraction: Any) -> Scene:
+        """The same system in another retraction's chart; itself on a groupoid that uses none.
+
+        Raises `BadInput` if the retraction does not fit the scene's algebra.
+        """
+        groupoid = self.groupoid.with_retraction(retraction)
+        return self if groupoid is self.groupoid else replace(self, groupoid=groupoid)
+
     def with_attitude(self) -> Scene:
         """The same motion on a group with the attitude A as base, A(0) = e, flattened row by row.
 
@@ -106,7 +114,7 @@ class Scene:
             raise BadInput(
                 f"{self.name}: only a scene on a Lie group has an attitude to reconstruct."
             )
-        size = self.groupoid.algebra.size
+        size = self.groupoid.algebra.real.size
         identity = [Fraction(int(i == j)) for i in range(size) for j in range(size)]
         return replace(self, groupoid=self.groupoid.with_attitude(), x0=identity)
 

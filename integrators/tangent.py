@@ -13,6 +13,7 @@ import numpy as np
 from .compiling import cached_text, run_text
 from .equations import Scheme
 from .printing import function_text
+from .tables import with_tables
 
 #: what `local` returns, in order; F± and their derivatives are those of L_d, unscaled
 _PARTS = (
@@ -149,7 +150,8 @@ def _text(scheme: Scheme, name: str, vectors: dict[str, Any], parts: Any, points
     numbered = {q: Symbol(f"q{i}", real=True) for i, q in enumerate(scheme.s.q)}
     results = [[e.xreplace(numbered) for e in part] for part in parts]
     before = [(z, [e.xreplace(numbered) for e in values]) for z, values in points]
-    return function_text(name, {**vectors, "q": list(numbered.values())}, results, before)
+    arguments = {**vectors, "q": list(numbered.values())}
+    return with_tables(function_text(name, arguments, results, before))
 
 
 def frobenius(matrix: np.ndarray) -> Any:

@@ -12,7 +12,7 @@ from dataclasses import astuple, dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
-from integrators import BadInput, Scheme, discretisations, scenes
+from integrators import BadInput, Scheme, discretisations, retractions, scenes
 from integrators.discretisations import Discretisation
 from integrators.scene import Scene
 
@@ -35,10 +35,15 @@ class Choice:
         """Every scene with every rule, of the retractions asked for."""
         rules = self.rules or tuple(discretisations.BUILT_IN.values())
         for scene in self.scenes or scenes.all_scenes():
-            if self.retractions and scene.groupoid.retraction not in (None, *self.retractions):
-                continue
-            for rule in rules:
-                yield scene, rule
+            for chart in self._charts(scene):
+                for rule in rules:
+                    yield chart, rule
+
+    def _charts(self, scene: Scene) -> list[Scene]:
+        """The scene in each retraction asked for, or as it is; one that uses none comes once."""
+        if scene.groupoid.retraction is None or not self.retractions:
+            return [scene]
+        return [in_chart(scene, name) for name in dict.fromkeys(self.retractions)]
 
     def by_name(self) -> tuple[Any, ...] | None:
         """The choice in words, for another process; None if it holds objects of the user's."""
@@ -62,6 +67,12 @@ class Choice:
             scenes=tuple(scenes.get(name) for name in chosen.scenes),  # type: ignore[arg-type]
             rules=tuple(discretisations.get(name) for name in chosen.rules),  # type: ignore[arg-type]
         )
+
+
+@lru_cache(maxsize=256)
+def in_chart(scene: Scene, retraction: str) -> Scene:
+    """The scene with the retraction of that name: one object, so that it is derived once."""
+    return scene.with_retraction(retractions.get(retraction))
 
 
 @lru_cache(maxsize=64)
@@ -99,6 +110,8 @@ class Case:
             parts += ["--rule", self.rule.name]
         else:
             parts += ["--control", f'"{self.control}"']
+        if self.scene.groupoid.retraction in retractions.BUILT_IN:
+            parts += ["--retraction", self.scene.groupoid.retraction]
         parts += ["--digits", str(self.digits)]
         if self.steps is not None:
             parts += ["--steps", str(self.steps)]

@@ -17,13 +17,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from integrators import BadInput, StepFailure, discretisations, scenes
+from integrators import BadInput, StepFailure, discretisations, retractions, scenes
 
 from . import NAMES
 
 PASS, FAIL, BAD_INPUT, INCONCLUSIVE, INTERRUPTED = 0, 1, 2, 3, 130
 EXIT = {"pass": PASS, "fail": FAIL, "inconclusive": INCONCLUSIVE}
-RETRACTIONS = ("cayley",)
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 
 
@@ -119,7 +118,7 @@ def _choice(options: argparse.Namespace) -> Any:
     from .case import Choice
 
     for name in options.retraction:
-        _known_retraction(name)
+        retractions.get(name)
     asked = getattr(options, "control", [])
     for name in asked:
         if name not in controls.NAMES:
@@ -136,11 +135,6 @@ def _choice(options: argparse.Namespace) -> Any:
 
 def _jobs(options: argparse.Namespace) -> int | None:
     return None if options.jobs is None else _count(options.jobs, "--jobs")
-
-
-def _known_retraction(name: str) -> None:
-    if name not in RETRACTIONS:
-        raise BadInput(f'there is no retraction "{name}": there is {", ".join(RETRACTIONS)}.')
 
 
 def _count(text: str, what: str) -> int:
@@ -183,7 +177,7 @@ def _run(options: argparse.Namespace) -> int:
 
     scene, rule = scenes.get(options.scene), discretisations.get(options.rule)
     if options.retraction:
-        _known_retraction(options.retraction)
+        scene = scene.with_retraction(retractions.get(options.retraction))
     step = exact_rational(scene.step if options.step is None else options.step, "--step")
     digits, every = _digits(options.digits), _count(options.every, "--every")
     scheme = Scheme(scene, rule)

@@ -32,8 +32,14 @@ class ActionGroupoid(RetractionGroupoid):
 
     @cached_property
     def _increment(self) -> Any:
-        s = self._symbols
-        return super().increment(s["x"], s["u"], s["h"])
+        """Written with x·(e + d) − x first, d being symbols, so that cancelling stays small."""
+        from sympy import Matrix, Symbol, cancel, eye
+
+        s, size = self._symbols, self.algebra.size
+        d = Matrix(size, size, lambda i, j: Symbol(f"d_{i}_{j}"))
+        increment = (self.moved(s["x"], eye(size) + d) - s["x"]).applyfunc(cancel)
+        values = dict(zip(d, self.displacement(s["u"], s["h"]), strict=True))
+        return increment.xreplace(values)
 
     def rho(self, x: Any, h: Any) -> Any:
         """ρ(x) with columns h d/ds x·(e + s e_γ) at s = 0, n×m."""
@@ -57,22 +63,19 @@ class ActionGroupoid(RetractionGroupoid):
         return self.rho(z, theta * h) * self._at(inverse_left, u=u, h=h)
 
     def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
-        """e→ and e← on z = x·τ(θhu): ρ̂(z)·h L_θ⁻¹(θR − R_θ) and ρ̂(z)·θh L_θ⁻¹ L."""
+        """e→ and e← on z = x·τ(θhu): ρ(z)·lag and ρ(z)·(lag + 1)."""
         if theta == 1:
             return super().point_fields(x, u, h, theta, z)
-        inverse_left, right = self._differential(theta)
-        right = self._at(inverse_left * right, u=u, h=h)
-        left = self._at(inverse_left, u=u, h=h) * self.L(x, u, h)
-        return self.rho(z, h) * right, theta * self.rho(z, h) * left
+        _, lag = self._differential(theta)
+        right = self.rho(z, h) * self._at(lag, u=u, h=h)
+        return right, right + self.rho(z, h)
 
     @lru_cache(maxsize=32)  # noqa: B019 - a handful of groupoids live as long as the program
     def _differential(self, theta: Any) -> tuple[Any, Any]:
-        """(L_θ⁻¹, θR − R_θ) with L_θ, R_θ those of the step θh, in `_symbols`."""
-        u, h = self._symbols["u"], self._symbols["h"]
-        inverse_left = self.tau.inverse_left_field(self.algebra, theta * h * u)
-        partial = {h: theta * h}
-        _, right = self._fields
-        return inverse_left, (theta * right - right.subs(partial)).applyfunc(lambda e: e.expand())
+        """L⁻¹ at the step θh and the retraction's lag at θ, in `_symbols`."""
+        xi = self._symbols["h"] * self._symbols["u"]
+        inverse_left = self.tau.inverse_left_field(self.algebra, theta * xi)
+        return inverse_left, self.tau.lag(self.algebra, xi, theta)
 
 
 class RowAction(ActionGroupoid):
@@ -83,15 +86,18 @@ class RowAction(ActionGroupoid):
     """
 
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction, rows: int = 1) -> None:
-        super().__init__(algebra, retraction)
+        super().__init__(algebra.real, retraction)  # complex rows of length N are real ones of 2N
         if type(rows) is not int or rows < 1:
             raise BadInput(f"rows is {rows!r}: give a whole number from 1.")
-        self.rows, self.dim_x = rows, rows * algebra.size
+        self.rows, self.dim_x = rows, rows * self.algebra.size
 
     @property
     def name(self) -> str:
         rows = f", rows={self.rows}" if self.rows > 1 else ""
-        return f"action({self.algebra.name}{rows})"
+        return f"action({self.algebra.name}{rows}{self._chart})"
+
+    def _in_chart(self, retraction: Retraction) -> RowAction:
+        return RowAction(self.algebra, retraction, self.rows)
 
     def moved(self, x: Any, g: Any) -> Any:
         return (x.reshape(self.rows, self.algebra.size) * g).reshape(self.dim_x, 1)
@@ -102,11 +108,8 @@ class RowAction(ActionGroupoid):
     @cached_property
     def _increment(self) -> Any:
         """x·(τ(hu) − e), n×1."""
-        from sympy import cancel, eye
-
         s = self._symbols
-        displacement = self.element(s["u"], s["h"]) - eye(self.algebra.size)
-        return self.moved(s["x"], displacement.applyfunc(cancel))
+        return self.moved(s["x"], self.displacement(s["u"], s["h"]))
 
     @cached_property
     def _anchor(self) -> Any:
@@ -139,7 +142,10 @@ class UserAction(ActionGroupoid):
     @property
     def name(self) -> str:
         label = getattr(self.right_action, "__name__", "map").strip("<>")
-        return f"action({self.algebra.name}, {label})"
+        return f"action({self.algebra.name}, {label}{self._chart})"
+
+    def _in_chart(self, retraction: Retraction) -> UserAction:
+        return UserAction(self.algebra, retraction, self.right_action, self.dim_x)
 
     def moved(self, x: Any, g: Any) -> Any:
         return column_of(self.right_action, self.dim_x, f"{self.name}: its map", x, g)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from functools import cached_property
 from typing import Any
 
@@ -26,10 +27,30 @@ class RetractionGroupoid(Groupoid):
         self.dim_u = algebra.dim
         self.retraction_name = retraction.name
 
+    @property
+    def _chart(self) -> str:
+        """What the name says of the retraction: nothing of Cayley's."""
+        return "" if self.tau is cayley else f", {self.tau.name}"
+
+    @abstractmethod
+    def _in_chart(self, retraction: Retraction) -> RetractionGroupoid:
+        """The same groupoid in the chart of another retraction."""
+
+    def with_retraction(self, retraction: Retraction) -> RetractionGroupoid:
+        if retraction == self.tau:
+            return self
+        retraction.check(self.algebra)
+        return self._in_chart(retraction)
+
     def element(self, u: Any, h: Any) -> Any:
         """τ(hu), N×N."""
         self.tau.check(self.algebra)
         return self.tau.element(self.algebra, h * u)
+
+    def displacement(self, u: Any, h: Any) -> Any:
+        """τ(hu) − e, N×N, with the difference cancelled."""
+        self.tau.check(self.algebra)
+        return self.tau.displacement(self.algebra, h * u)
 
     def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
         self.tau.check(self.algebra)
@@ -70,7 +91,7 @@ class LieGroup(RetractionGroupoid):
 
     @property
     def name(self) -> str:
-        return f"group({self.algebra.name})"
+        return f"group({self.algebra.name}{self._chart})"
 
     def target(self, x: Any, u: Any, h: Any) -> Any:
         return x
@@ -81,14 +102,19 @@ class LieGroup(RetractionGroupoid):
 
         return zeros(0, self.dim_u)
 
+    def _in_chart(self, retraction: Retraction) -> LieGroup:
+        return LieGroup(self.algebra, retraction)
+
     def with_attitude(self) -> Groupoid:
         """The action groupoid of the group on itself: x is the attitude, row by row.
+
+        Of a complex group it is the real form, 2N×2N.
 
         Reconstruction A_{k+1} = A_k τ(hu_k) then is the target map, and needs no code of its own.
         """
         from .action import RowAction
 
-        return RowAction(self.algebra, self.tau, rows=self.algebra.size)
+        return RowAction(self.algebra, self.tau, rows=self.algebra.real.size)
 
 
 def lie_group(algebra: MatrixAlgebra, retraction: Retraction = cayley) -> LieGroup:

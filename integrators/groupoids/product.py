@@ -35,6 +35,12 @@ class ProductGroupoid(Groupoid):
     def name(self) -> str:
         return " × ".join(g.name for g in self.parts)
 
+    def with_retraction(self, retraction: Any) -> Groupoid:
+        parts = [g.with_retraction(retraction) for g in self.parts]
+        if all(new is old for new, old in zip(parts, self.parts, strict=True)):
+            return self
+        return product(*parts, connection=self.connection)
+
     def base(self, x: Any) -> tuple[Any, Any]:
         """(x₁, x₂)."""
         n = self.parts[0].dim_x

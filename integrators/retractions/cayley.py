@@ -1,45 +1,13 @@
-"""Retractions τ: g → G near the identity, with their trivialised tangents.
-
-A retraction gives the chart (u; h) ↦ τ(hu) of a matrix group, odd: τ(ξ)τ(−ξ) = e. In that chart
-
-    L = dτ⁻¹_{hu} ∘ Ad_{τ(hu)},    R = dτ⁻¹_{hu}      (right-trivialised; paper, section 3.6.2)
-"""
+"""The Cayley transform: rational, for algebras closed under ξηξ (paper, section 3.6.2)."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
-from .algebras import MatrixAlgebra
-from .errors import BadInput
-
-
-@dataclass(frozen=True)
-class Retraction(ABC):
-    """A chart of matrix groups around the identity; subclasses give the formulas."""
-
-    name: str
-
-    @abstractmethod
-    def check(self, algebra: MatrixAlgebra) -> None:
-        """Raise `BadInput` if the retraction does not map this algebra into its group."""
-
-    @abstractmethod
-    def element(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        """τ(ξ), N×N."""
-
-    @abstractmethod
-    def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
-        """(L, R): the m×m matrices of left- and right-invariant fields at ξ = hu."""
-
-    @abstractmethod
-    def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        """L⁻¹ at ξ, m×m: the left-trivialised tangent of τ."""
-
-    @abstractmethod
-    def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
-        """The coordinates (m×1) of τ⁻¹(τ(ξ)τ(η))."""
+from ..algebras import MatrixAlgebra
+from ..errors import BadInput
+from .retraction import Retraction
 
 
 @dataclass(frozen=True)
@@ -63,6 +31,11 @@ class Cayley(Retraction):
 
         e, a = eye(algebra.size), algebra.hat(xi) / 2
         return (_inverse(e - a) * (e + a)).applyfunc(cancel)
+
+    def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+        from sympy import cancel, eye
+
+        return (self.element(algebra, xi) - eye(algebra.size)).applyfunc(cancel)
 
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
         from sympy import expand, eye

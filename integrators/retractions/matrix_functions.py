@@ -1,0 +1,127 @@
+"""Functions of matrices f(A(ξ)), A linear in ξ, with exact derivatives of every order.
+
+The construction for algebras without a closed form. φ₁(A) = (e^A − 1)/A comes from its series at
+A/2ⁿ and φ₁(2A) = (e^A + 1) φ₁(A)/2, convergent for every A (Higham, Functions of Matrices, 10.7).
+The derivative along e_k is the upper right block of f on [[A, A(e_k)], [0, A]], and so on with
+four blocks for two derivatives (the same, 3.2): nothing is a difference quotient.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import combinations_with_replacement
+from typing import Any
+
+from ..tables import entry, register
+from . import matrix_numbers
+
+Nested = tuple[tuple[Any, ...], ...]
+#: φ₁; its inverse, which is dexp⁻¹ and singular at the chart's edge only; and e^A − 1
+DEXP, DEXP_INVERSE, DISPLACEMENT = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class MatrixFunction:
+    """f(Σ ξ^k basis_k), N×N, of m real variables; basis: m matrices of rational numbers."""
+
+    kind: int
+    basis: tuple[Nested, ...]
+
+    def __call__(self, xi: Any) -> Any:
+        """The N×N sympy matrix of its entries at ξ (m×1)."""
+        from sympy import Matrix
+
+        size = len(self.basis[0])
+        table = _table(self, 0)(*xi)
+        return Matrix(size, size, [entry(table, i) for i in range(size**2)])
+
+    def directions(self, order: int) -> list[tuple[int, ...]]:
+        """Which partial derivatives a table of that order holds, in its order."""
+        return list(combinations_with_replacement(range(len(self.basis)), order))
+
+    @cached_property
+    def digest(self) -> str:
+        """Part of a name that no other function has."""
+        return hashlib.sha256(repr((self.kind, self.basis)).encode()).hexdigest()[:12]
+
+    def text(self, order: int) -> str:
+        """Text of the function (ξ_1, …, ξ_m) ↦ all derivatives of that order, one after another."""
+        m, size = len(self.basis), len(self.basis[0])
+        xi = ", ".join(f"xi{k}" for k in range(m))
+        entries = [(k, i, j, e) for k, b in enumerate(self.basis)
+                   for i, row in enumerate(b) for j, e in enumerate(row) if e]  # fmt: skip
+        blocks, at = 2**order, 0
+        lines = [
+            f"@aside\ndef matrix_{self.digest}_{order}({xi}):",
+            f"    out = zeros({len(self.directions(order)) * size**2}, 1)",
+            f"    b = zeros({m}, {size}, {size})",
+            *(f"    b[{k}, {i}, {j}] += R({e})" for k, i, j, e in entries),
+            f"    own = zeros({size}, {size})",
+            *(f"    own[{i}, {j}] += b[{k}, {i}, {j}]*xi{k}" for k, i, j, _ in entries),
+        ]
+        for chosen in self.directions(order):
+            lines.append(f"    a = zeros({size * blocks}, {size * blocks})")
+            for block in range(blocks):
+                rows = f"{block * size}:{(block + 1) * size}"
+                lines.append(f"    a[{rows}, {rows}] = own")
+                for bit, k in enumerate(chosen):
+                    if not block >> bit & 1:
+                        other = block | 1 << bit
+                        columns = f"{other * size}:{(other + 1) * size}"
+                        lines.append(f"    a[{rows}, {columns}] = b[{k}]")
+            corner = f"f[:{size}, {(blocks - 1) * size}:]"
+            lines.append(f"    f = matrix_function(a, {self.kind})")
+            lines.append(f"    out[{at}:{at + size**2}, 0] = {corner}.copy().reshape({size**2})")
+            at += size**2
+        lines.append("    return out[:, 0]")
+        common = f"@aside\n{inspect.getsource(matrix_numbers.matrix_function)}\n"
+        return "\n".join([common, *lines])
+
+
+@lru_cache(maxsize=256)
+def _table(function: MatrixFunction, order: int) -> Any:
+    """The sympy function whose entries are the partial derivatives of that order."""
+    from sympy import Function
+
+    size = len(function.basis[0]) ** 2
+    places = {d: i for i, d in enumerate(function.directions(order))}
+
+    class Table(Function):
+        def slope(self, index: int, s: Any) -> Any:
+            which, at = divmod(index, size)
+            chosen = list(places)[which]
+            higher, total = None, 0
+            for k, xi in enumerate(self.args):
+                inner = xi.diff(s)
+                if inner != 0:
+                    higher = higher or _table(function, order + 1)
+                    place = function.directions(order + 1).index(tuple(sorted((*chosen, k))))
+                    total += inner * entry(higher(*self.args), place * size + at)
+            return total
+
+        def in_arithmetic(self, numbers: Any, values: Any) -> Any:
+            """All numbers of the table."""
+            return _numerical(function, order, numbers)(*values)
+
+    Table.__name__ = register(f"matrix_{function.digest}_{order}", lambda: function.text(order))
+    return Table
+
+
+@lru_cache(maxsize=256)
+def _numerical(function: MatrixFunction, order: int, numbers: Any) -> Any:
+    from ..compiling import run_text
+
+    text = function.text(order)
+    return run_text(text, numbers.namespace())[f"matrix_{function.digest}_{order}"]
+
+
+@lru_cache(maxsize=64)
+def in_arithmetic(numbers: Any) -> Any:
+    """`matrix_numbers.matrix_function` on numbers of that kind."""
+    from ..compiling import run_text
+
+    text = "@aside\n" + inspect.getsource(matrix_numbers.matrix_function)
+    return run_text(text, numbers.namespace())["matrix_function"]

@@ -1,0 +1,104 @@
+"""Functions that return several numbers at once, inside symbolic expressions.
+
+`entry(f(z), k)` is number k of what f returns. Common subexpressions being taken out, generated
+text calls f once and reads its numbers by index. The text of f itself is registered under its name
+and put in front of the text that calls it; its host supplies the decorators `helper` and `aside`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+_TEXTS: dict[str, Callable[[], str]] = {}
+
+
+def register(name: str, text: Callable[[], str]) -> str:
+    """Let generated text call the function of that name; `text()` defines it. Returns the name."""
+    _TEXTS[name] = text
+    return name
+
+
+def with_tables(text: str) -> str:
+    """The text behind the definitions of all registered functions that it calls."""
+    called = sorted(set(re.findall(r"\b(\w+)\(", text)) & set(_TEXTS))
+    return "\n\n".join([*(_TEXTS[name]() for name in called), text])
+
+
+def entry(table: Any, index: int) -> Any:
+    """Number `index` of the tuple or array that the sympy function `table` stands for.
+
+    A table that is to be differentiated or evaluated has methods slope(index, s) and
+    in_arithmetic(numbers, values of its arguments).
+    """
+    return _entry()(table, index)
+
+
+@cache
+def _entry() -> Any:
+    from sympy import Function
+
+    from .evaluation import number
+
+    class Entry(Function):
+        nargs = 2
+
+        def _eval_is_real(self) -> bool:
+            return True
+
+        def _eval_derivative(self, s: Any) -> Any:
+            return self.args[0].slope(int(self.args[1]), s)
+
+        def _eval_evalf(self, prec: int) -> Any:
+            from sympy import Float
+
+            if not self.is_number:
+                return None
+            return Float._new(number(self, prec)._mpf_, prec)
+
+        def in_arithmetic(self, numbers: Any, values: Any) -> Any:
+            """The number itself, once the table is known."""
+            return values[0][int(self.args[1])]
+
+    return Entry
+
+
+def held(expression: Any) -> Any:
+    """The expression as one number that is rounded once: products with it are not merged."""
+    return expression if expression.is_Rational else _held()(expression)
+
+
+@cache
+def _held() -> Any:
+    from sympy import Float, Function
+
+    from .evaluation import number
+
+    class Held(Function):
+        nargs = 1
+
+        @classmethod
+        def eval(cls, value: Any) -> Any:
+            return value if value.is_Rational else None
+
+        def _eval_is_real(self) -> Any:
+            return self.args[0].is_real
+
+        def _eval_derivative(self, s: Any) -> Any:
+            return self.args[0].diff(s)
+
+        def _eval_evalf(self, prec: int) -> Any:
+            return Float._new(number(self, prec)._mpf_, prec) if self.is_number else None
+
+        def in_arithmetic(self, numbers: Any, values: Any) -> Any:
+            """The number itself."""
+            return values[0]
+
+    return Held
+
+
+def is_table(function: Any) -> bool:
+    """Whether generated text may call it by its name."""
+    return type(function).__name__ in _TEXTS
