@@ -29,16 +29,22 @@ from numpy import zeros as workspace
 R, PI, EPS, ROOT_EPS, HUGE, DECAY = float, pi, 2.0**-53, 2.0**-26, 1e300, 0.999
 # Kernels may be contracted and reassociated; the driver's compensated sums must not be.
 inner = dict(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-kernel = njit(fastmath={"contract", "arcp", "nsz", "reassoc"}, forceinline=True, **inner)
+fast = {"contract", "arcp", "nsz", "reassoc"}
+kernel = njit(fastmath=fast, forceinline=True, **inner)
+node = njit(fastmath=fast, **inner)  # called several times by a kernel
 helper = njit(forceinline=True, **inner)
 aside = njit(**inner)  # seldom called: not part of the loop
-entry = njit(
-    "UniTuple(i8, 2)(f8[::1], f8[::1], i8, i8, i8, i8,"
+'''
+_SIGNATURES = {
+    "entry": "f8[::1], f8[::1]",
+    "composed entry": "f8[::1], f8[:,::1], f8[:,::1], i8[::1]",
+}
+_ENTRY = """entry = njit(
+    "UniTuple(i8, 2)({lead}, i8, i8, i8, i8,"
     " f8[:,::1], f8[:,::1], f8[:,::1], i8[::1], f8[::1])",
     error_model="numpy", cache=True,
 )
-# --- kernels and driver ---
-'''
+"""
 _MARK = "# --- kernels and driver ---\n"
 
 
@@ -80,7 +86,7 @@ def _key(scheme: Scheme, what: str) -> str:
         scheme.R,
         groupoid.increment(s.x, s.u, s.h),
         s.q,
-        [(p.theta, p.value) for p in scheme.points],
+        [(a.kind, a.z, a.value) for a in scheme.chain.given],
     ]
     text = "\n".join([what, _generator(), *map(str, parts)])
     return hashlib.sha256(text.encode()).hexdigest()[:24]
@@ -88,11 +94,25 @@ def _key(scheme: Scheme, what: str) -> str:
 
 def kernel_file(scheme: Scheme) -> Path:
     """The scheme's module in the cache, derived and written if it is not there."""
-    # the rule's name is left out: on a group every rule gives the same kernels
-    name = re.sub(r"\W", "_", scheme.scene.name)
-    path = cache_folder() / f"{name}_{_key(scheme, 'kernels')}.py"
+    return _module_file([scheme], "entry", lambda: KernelBuilder(scheme).build())
+
+
+def composed_file(schemes: tuple[Scheme, ...]) -> Path:
+    """The module of all compositions of a rule (with its adjoint, if given)."""
+    from .composed_kernels import composed_text
+
+    return _module_file(list(schemes), "composed entry", lambda: composed_text(list(schemes)))
+
+
+def _module_file(schemes: list[Scheme], entry: str, build: Callable[[], str]) -> Path:
+    key = _key(schemes[0], "kernels" if entry == "entry" else entry)
+    if len(schemes) > 1:
+        key = hashlib.sha256("".join(_key(s, entry) for s in schemes).encode()).hexdigest()[:24]
+    name = re.sub(r"\W", "_", f"{schemes[0].scene.name}_{schemes[0].rule.name}")
+    path = cache_folder() / f"{name}_{key}.py"
     if not path.exists():
-        write_atomically(path, _HEADER + KernelBuilder(scheme).build())
+        head = _HEADER + _ENTRY.format(lead=_SIGNATURES[entry]) + _MARK
+        write_atomically(path, head + build())
     return path
 
 
@@ -129,7 +149,16 @@ def _compiled(path: Path) -> ModuleType:
 @lru_cache(maxsize=512)
 def load_kernels(scheme: Scheme, numbers: Any) -> dict[str, Any]:
     """The functions and constants of a scheme's module in the arithmetic `numbers`."""
-    path = kernel_file(scheme)
+    return _load(kernel_file(scheme), numbers)
+
+
+@lru_cache(maxsize=512)
+def load_composed(schemes: tuple[Scheme, ...], numbers: Any) -> dict[str, Any]:
+    """The same of the module of a rule's compositions."""
+    return _load(composed_file(schemes), numbers)
+
+
+def _load(path: Path, numbers: Any) -> dict[str, Any]:
     if not isinstance(numbers, Multiple):
         return vars(_compiled(path))
     body = path.read_text(encoding="utf-8").split(_MARK, 1)[1]
@@ -137,7 +166,7 @@ def load_kernels(scheme: Scheme, numbers: Any) -> dict[str, Any]:
     def plain(function: Any) -> Any:
         return function
 
-    hosts = dict.fromkeys(("kernel", "helper", "aside", "entry"), plain)
+    hosts = dict.fromkeys(("kernel", "node", "helper", "aside", "entry"), plain)
     return run_text(body, {**numbers.namespace(), **hosts})
 
 
