@@ -21,41 +21,50 @@ class Discretisation:
 
     `L(x, u)` is the Lagrangian (its parameters are `L.parameters`), `G` the groupoid, x and u sympy
     columns, h the step. `order` may be None: then it is only measured.
+
+    With `stages` = k the rule is L_d(x, u, s; h) = formula(L, G, x, u, h, s), s a list of k columns
+    of the length of u, and L_d(x, u; h) its stationary value in s. Newton's first guess is s = 0,
+    so let that be the straight path.
     """
 
     name: str
     formula: Callable[..., Any]
     order: int | None = None
     source: str = ""
+    stages: int = 0
 
-    def __call__(self, L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
-        return self.formula(L, G, x, u, h)
+    def __call__(self, L: Any, G: Any, x: Any, u: Any, h: Any, *s: Any) -> Any:
+        return self.formula(L, G, x, u, h, *s)
 
 
 def discretisation(
-    order: int | None = None, *, name: str | None = None, source: str = ""
+    order: int | None = None, *, name: str | None = None, source: str = "", stages: int = 0
 ) -> Callable[[Callable[..., Any]], Discretisation]:
-    """Decorator: make a rule of a function (L, G, x, u, h).
+    """Decorator: make a rule of a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
 
-    Raises `BadInput` if the order is no positive whole number or the function takes other
-    arguments.
+    Raises `BadInput` if the order is no positive whole number, stages no whole number from 0, or
+    the function takes other arguments.
     """
     if callable(order):
         raise BadInput("write @discretisation() with brackets, or @discretisation(order=2).")
     if order is not None and (type(order) is not int or order < 1):
         raise BadInput(f"the order of a rule is a whole number from 1, not {order!r}.")
+    if type(stages) is not int or stages < 0:
+        raise BadInput(f"the internal stages of a rule are a whole number from 0, not {stages!r}.")
 
     def make(formula: Callable[..., Any]) -> Discretisation:
         count = len(inspect.signature(formula).parameters)
         label = name or formula.__name__.replace("_", "-")
         if not re.fullmatch(r"[\w.-]{1,80}", label):
             raise BadInput(f"a rule's name is {label!r}: use letters, digits, dots and dashes.")
-        if count != 5:
+        if count != 5 + (stages > 0):
+            wanted = "six: (L, G, x, u, h, s)" if stages else "five: (L, G, x, u, h)"
             raise BadInput(
-                f"rule {label}: the function takes {count} arguments, but a rule takes five: "
-                "(L, G, x, u, h)."
+                f"rule {label}: the function takes {count} arguments, but a rule "
+                f"{'with stages ' if stages else ''}takes {wanted}."
             )
-        return Discretisation(label, formula, order, source or inspect.getdoc(formula) or "")
+        source_or_doc = source or inspect.getdoc(formula) or ""
+        return Discretisation(label, formula, order, source_or_doc, stages)
 
     return make
 
@@ -81,12 +90,41 @@ def trapezoidal(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
 BUILT_IN = {rule.name: rule for rule in (rectangle, midpoint, trapezoidal)}
 
 
+def names() -> tuple[str, ...]:
+    """Names that `get` knows: the built-in rules, Galerkin rules, and a composition of each kind.
+
+    gauss-N and lobatto-N have N nodes, up to 20; any rule can follow the colon of a composition.
+    """
+    from .composition import METHODS
+    from .galerkin import FAMILIES
+
+    galerkin = [
+        f"{family}-{least + i}" for family, (_, least) in FAMILIES.items() for i in range(4)
+    ]
+    return (*BUILT_IN, *galerkin, *(f"{method}:trapezoidal" for method in METHODS))
+
+
 def get(name: str) -> Discretisation:
-    """The built-in rule of that name; raises `BadInput` naming the nearest ones."""
+    """The rule of that name: built in, gauss-N, lobatto-N, or a composition such as
+    kahan-li-8:midpoint.
+
+    Raises `BadInput` naming the nearest one.
+    """
     from difflib import get_close_matches
 
     if name in BUILT_IN:
         return BUILT_IN[name]
-    near = get_close_matches(name, BUILT_IN, 1)
-    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(BUILT_IN)}."
+    if ":" in name:
+        from .composition import compose
+
+        method, base = name.split(":", 1)
+        composed: Discretisation = compose(get(base), method)
+        return composed
+    family, _, nodes = name.rpartition("-")
+    from .galerkin import FAMILIES
+
+    if family in FAMILIES and nodes.isdecimal():
+        return FAMILIES[family][0](int(nodes))
+    near = get_close_matches(name, names(), 1)
+    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(names())}."
     raise BadInput(f'there is no rule "{name}": {hint}')

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from .arithmetic import arithmetic
+from .checks import check_start
 from .compiling import load_kernels
 from .continuous import initial_momentum
 from .equations import Scheme
 from .errors import BadInput, StepFailure
 from .exact import exact_rational
-from .tangent import LocalGeometry, relative_defect
+from .tangent import LocalGeometry, StagesNotFound, newton, relative_defect
 from .vectors import state_length
 
 _CAUSES = {
@@ -66,8 +67,7 @@ class Flow:
             raise BadInput("the step is beyond 1e-100 or 1e100: choose units that fit the motion.")
         self.numbers = arithmetic(digits)
         with self.numbers.working():
-            values = [self.step, *scheme.s.parameter_values]
-            self._q = [self.numbers.number(v) for v in values]
+            self._q = scheme.s.q_values(self.step, self.numbers)
             self._h = self._q[0]
 
     # -- runs -----------------------------------------------------------------------------------
@@ -99,7 +99,7 @@ class Flow:
         """Ψ: the (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
         with self.numbers.working():
             x, u = self._vectors(x, u)
-            y, v = self._evolve(self.geometry.at(x, u), u)
+            y, v = self._evolve(self._arrow(x, u), u)
             return self.numbers.public(y), self.numbers.public(v)
 
     def devolve(self, y: Any, v: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -109,11 +109,11 @@ class Flow:
         """
         with self.numbers.working():
             y, v = self._vectors(y, v)
-            wanted = np.concatenate([y, self.geometry.at(y, v)["minus"]])
+            wanted = np.concatenate([y, self._arrow(y, v)["minus"]])
             n = len(y)
-            point = np.concatenate([y - self.geometry.at(y, v)["rho"] @ v, v])
-            before = None
-            for _ in range(60):
+            point = np.concatenate([y - self._arrow(y, v)["rho"] @ v, v])
+
+            def change(point: np.ndarray) -> np.ndarray:
                 here = self.geometry.at(point[:n], point[n:])
                 matrix = np.vstack(
                     [
@@ -122,20 +122,11 @@ class Flow:
                     ]
                 )
                 gap = wanted - np.concatenate([here["target"], here["plus"]])
-                try:
-                    change = self.numbers.solve(matrix, gap)
-                except ZeroDivisionError:
-                    break
-                point = point + change
-                size = sum(abs(c) for c in change)
-                scale = sum(abs(c) for c in point)
-                if size <= 4 * self.numbers.eps * scale or (
-                    before is not None
-                    and size >= before / 2
-                    and size < 2**12 * self.numbers.eps * scale
-                ):
-                    return self.numbers.public(point[:n]), self.numbers.public(point[n:])
-                before = size
+                return np.asarray(self.numbers.solve(matrix, gap))
+
+            found = newton(change, point, 0, self.numbers.eps)
+            if found is not None:
+                return self.numbers.public(found[:n]), self.numbers.public(found[n:])
             raise self._failure(0, {"y": y, "v": v}, "the inverse step was not found", None)
 
     def dual_step(self, x: Any, mu: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -155,8 +146,8 @@ class Flow:
         """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) at (x, u) (design of the symplecticity study)."""
         with self.numbers.working():
             x, u = self._vectors(x, u)
-            here = self.geometry.at(x, u)
-            there = self.geometry.at(*self._evolve(here, u))
+            here = self._arrow(x, u)
+            there = self._arrow(*self._evolve(here, u))
             return self._pullback(here, there, self.geometry.tangent(here, there))
 
     def _pullback(self, here: Any, there: Any, tangent: np.ndarray) -> Any:
@@ -172,7 +163,7 @@ class Flow:
         with self.numbers.working():
             x, mu = self._vectors(x, mu)
             u = self._solve(x, mu)
-            here = self.geometry.at(x, u)
+            here = self._arrow(x, u)
             after_mu = [p / self._h for p in here["plus"]]
             m = self.geometry.dual_step(here, self._h)
             before = self.geometry.poisson_tensor(x, mu, bracket_sign)
@@ -183,11 +174,19 @@ class Flow:
         """TΨ at (x, u), (n+m)×(n+m)."""
         with self.numbers.working():
             x, u = self._vectors(x, u)
-            here = self.geometry.at(x, u)
-            there = self.geometry.at(*self._evolve(here, u))
+            here = self._arrow(x, u)
+            there = self._arrow(*self._evolve(here, u))
             return self.numbers.public(self.geometry.tangent(here, there))
 
     # -- inner ----------------------------------------------------------------------------------
+
+    def _arrow(self, x: Any, u: Any) -> dict[str, np.ndarray]:
+        """The scheme's maps and derivatives at (x, u); raises `StepFailure` without stages."""
+        try:
+            return self.geometry.at(x, u)
+        except StagesNotFound:
+            where = {"x": self.numbers.public(x), "u": self.numbers.public(u)}
+            raise self._failure(0, where, "the internal stages were not found", None) from None
 
     @cached_property
     def _kernels(self) -> dict[str, Any]:
@@ -200,8 +199,12 @@ class Flow:
 
     @cached_property
     def _c(self) -> Any:
+        return self._prepared(self._kernels["prepare"], self._q)
+
+    def _prepared(self, prepare: Any, q: list[Any]) -> np.ndarray:
+        """The coefficients of one step size."""
         try:
-            return np.array(self._kernels["prepare"](self._q), dtype=self.numbers.dtype)
+            return np.array(prepare(q), dtype=self.numbers.dtype)
         except (ZeroDivisionError, OverflowError, ValueError) as error:
             scheme = self.scheme
             raise BadInput(
@@ -240,7 +243,7 @@ class Flow:
         if mu0 is None:
             if x0 is not None:
                 scene = scene.with_values(x0=x0)
-                self.scheme.check_start(scene)
+                check_start(self.scheme, scene)
             mu0 = initial_momentum(self.scheme, scene, self.numbers)
         x, guess = self._vectors(scene.x0 if x0 is None else x0, guess)
         _, mu = self._vectors(scene.x0, mu0)
@@ -249,19 +252,9 @@ class Flow:
     def _run(
         self, steps: int, every: int, x: Any, mu: Any, guess: Any, progress: Any
     ) -> Trajectory:
-        k = self._kernels
         n, m, dtype = len(x), len(mu), self.numbers.dtype
-        shape = k["SHAPE"]
-        state = np.zeros(state_length(n, m, shape["carried"], shape["affine"]), dtype=dtype)
         zero = self.numbers.number(0)
-        state[:] = zero
-        state[:n], state[n : n + m] = x, mu
-        state[2 * (n + m) : 2 * (n + m) + shape["carried"]] = k["carry"](x, self._c)
-        if not shape["affine"]:
-            for i in range(5):
-                at = 2 * (n + m) + shape["carried"] + i * m
-                state[at : at + m] = guess
-            state[-2], state[-1] = k["HUGE"], sum(abs(g) for g in guess)
+        lead = self._lead(x, mu, guess)
         rows = steps // every + 1
         try:
             xs, us, mus = (np.zeros((rows, length), dtype=dtype) for length in (n, m, m))
@@ -274,8 +267,8 @@ class Flow:
         index, chunk = 0, 2**19 if dtype is np.float64 else 64
         while True:
             stop = min(steps, index + chunk)
-            index, status = k["advance"](
-                state, self._c, index, stop, steps, every, xs, us, mus, counts, totals
+            index, status = self._kernels["advance"](
+                *lead, index, stop, steps, every, xs, us, mus, counts, totals
             )
             if progress is not None:
                 progress(index)
@@ -284,13 +277,34 @@ class Flow:
         kept = rows if not status else -(-index // every)
         run = self._trajectory(index, every, kept, (xs, us, mus), counts, totals)
         if status:
-            where = {"x": state[:n], "mu": state[n : n + m]}
-            if not shape["affine"]:  # the last solution, from which Newton started
-                at = 2 * (n + m) + shape["carried"]
-                where["u"] = state[at : at + m]
+            where = {"x": lead[0][:n], "mu": lead[0][n : n + m], **self._last_solution(lead)}
             where = {name: self.numbers.public(value) for name, value in where.items()}
             raise self._failure(index, where, _CAUSES[int(status)], run)
         return run
+
+    def _lead(self, x: Any, mu: Any, guess: Any) -> tuple[Any, ...]:
+        """What `advance` takes first: the state, which begins with x and μ, and coefficients."""
+        n, m, shape = len(x), len(mu), self._kernels["SHAPE"]
+        kept, solved, affine = shape["carried"], shape["solved"], shape["affine"]
+        state = self.numbers.zeros(state_length(n, m, solved, kept, affine))
+        state[:n], state[n : n + m] = x, mu
+        at = 2 * (n + m)
+        state[at : at + kept] = self._kernels["carry"](x, self._c)
+        if not affine:
+            self._remember(state[at + kept :], guess, solved)
+        return state, self._c
+
+    def _remember(self, memory: Any, guess: Any, solved: int) -> None:
+        """Fill the solver's memory: the guess five times, with stages of 0 (a straight path)."""
+        for i in range(5):
+            memory[i * solved : i * solved + len(guess)] = guess
+        memory[-2], memory[-1] = self._kernels["HUGE"], sum(abs(g) for g in guess)
+
+    def _last_solution(self, lead: tuple[Any, ...]) -> dict[str, Any]:
+        """The u from which Newton started, where there is one."""
+        n, m, shape = len(self.scheme.x), len(self.scheme.u), self._kernels["SHAPE"]
+        at = 2 * (n + m) + shape["carried"]
+        return {} if shape["affine"] else {"u": lead[0][at : at + m]}
 
     def _trajectory(
         self,

@@ -13,6 +13,7 @@ closed form of L or R may state it, and the laws in the tests hold it to the der
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -49,6 +50,35 @@ class Groupoid(ABC):
     def element(self, u: Any, h: Any) -> Any:
         """The matrix τ(hu), where the groupoid comes from a matrix group."""
         raise BadInput(f"{self.name} has no group elements: its arrows are not matrices.")
+
+    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
+        """ξ = L(x, w; h)⁻¹ dw/dθ, m×1: the velocity at w of a curve w(θ) in the chart, t = θh.
+
+        In a group it is g⁻¹ dg/dt of g(t) = τ(hw(θ)); on pairs dw/dθ itself.
+        """
+        return self.inverse_left(x, w, h) * dw
+
+    def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
+        """L(x, w; h)⁻¹, m×m."""
+        return self._at(self._inverse_left, x=x, u=w, h=h)
+
+    @cached_property
+    def _inverse_left(self) -> Any:
+        from sympy import cancel
+
+        s = self._symbols
+        return self.L(s["x"], s["u"], s["h"]).inv(method="ADJ").applyfunc(cancel)
+
+    @property
+    def left_is_identity(self) -> bool:
+        """Whether L = 1 everywhere, so that velocities are dw/dθ itself."""
+        return False
+
+    def constant(self, value: Callable[[int], Any]) -> Any:
+        """The number that `value(digits)` computes, to 100 digits; a scheme keeps it exact."""
+        from sympy import Float
+
+        return Float(value(100), 100)
 
     def rho(self, x: Any, h: Any) -> Any:
         """ρ(x) = ∂b/∂u (x, 0; h), n×m (paper, equation rho-L-R); h times the anchor ρ̂."""

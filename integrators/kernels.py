@@ -10,6 +10,7 @@ again: they are computed once, at the end of a step.
 from __future__ import annotations
 
 import inspect
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -18,9 +19,22 @@ from .elimination import loop_text, solve
 from .equations import Scheme
 from .evaluation import evaluate_matrix
 from .identities import is_zero, random_point
+from .outlining import Outliner
 from .printing import Coefficients, function_text
-from .tables import with_tables
 from .vectors import vector_text
+
+
+@dataclass(frozen=True)
+class KernelTexts:
+    """The functions generated for one scheme: their texts, and how many coefficients there are."""
+
+    nodes: list[str]
+    solving: list[str]
+    elimination: list[str]
+    vectors: str
+    carry: str
+    prepare: str
+    width: int
 
 
 class KernelBuilder:
@@ -29,13 +43,14 @@ class KernelBuilder:
     def __init__(self, scheme: Scheme) -> None:
         self.scheme = scheme
         self.coefficients = Coefficients(scheme.s.q)
-        self.x, self.w, self.mu = scheme.x, scheme.u, scheme.s.mu
+        self.x, self.u, self.w, self.mu = scheme.x, scheme.u, scheme.w, scheme.s.mu
         self.end = scheme.s.y
+        self.outliner = Outliner(self._hoist)
 
     @cached_property
     def jacobian(self) -> Any:
-        """∂(F⁻/h)/∂u, m×m, through the points."""
-        return self._over_h(self.scheme.total_u(self.scheme.minus_at_points))
+        """∂(E/h)/∂w, square, through the points: ∂(F⁻/h)/∂u without stages."""
+        return self._over_h(self.scheme.slope_at_points)
 
     def _over_h(self, matrix: Any) -> Any:
         """matrix/h term by term, so that powers of h cancel before they are ever rounded."""
@@ -46,14 +61,12 @@ class KernelBuilder:
 
     @cached_property
     def affine(self) -> bool:
-        """Whether F⁻ is affine in u, so that one correction solves it.
+        """Whether E is affine in w, so that one correction solves it.
 
-        Decided by comparing ∂F⁻/∂u at two random u of the same x, h and parameters, exactly.
+        Decided by comparing ∂E/∂w at two random w of the same x, h and parameters.
         """
-        if not set().union(*(e.free_symbols for e in self.jacobian)) & {
-            *self.w,
-            *(z for p in self.scheme.points for z in p.z),
-        }:
+        letters = {*self.w, *(z for a in self.scheme.chain.atoms for z in a.z)}
+        if not set().union(*(e.free_symbols for e in self.jacobian)) & letters:
             return True
         symbols = [*self.x, *self.w, *self.scheme.s.q]
         first, other = (
@@ -83,51 +96,63 @@ class KernelBuilder:
         return rows
 
     def _at(self, matrix: Any, point: dict[Any, Any]) -> Any:
-        """The matrix at a numerical point; the points of the step are evaluated first."""
-        values = {
-            z: b.xreplace(point)
-            for p in self.scheme.points
-            for z, b in zip(p.z, p.value, strict=True)
-        }
-        return matrix.xreplace({**point, **values})
+        """The matrix at a numerical point; the atoms are evaluated first."""
+        constants = self.scheme.s.constant_values(100)
+        return matrix.xreplace(self.scheme.chain.values({**point, **constants}))
 
     @cached_property
     def carried(self) -> list[tuple[Any, Any]]:
         """Costly functions of x in F⁻ that F⁺ needs at the end point: [(at x, at y)]."""
         scheme = self.scheme
         to_end = dict(zip(self.x, self.end, strict=True))
-        constants = set(scheme.s.q)
+        constants = set(scheme.s.q) - {scheme.h}  # the next step may be of another size
         old = _costly([*scheme.minus_at_points, *self.jacobian], self.x, constants)
         new = _costly(scheme.gain_at_points, self.end, constants)
         return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
 
-    def build(self) -> str:
-        """The text of the whole module, decorators `kernel`, `helper`, `entry` left to its host."""
-        kernels = [f"@kernel\n{text}" for text in (self._solver(), self._update())]
+    @cached_property
+    def shape(self) -> dict[str, Any]:
+        """What the flow must know of the module: lengths, and whether one correction solves it."""
+        return {
+            "affine": self.affine,
+            "dim_x": len(self.x),
+            "dim_u": len(self.u),
+            "solved": len(self.w),
+            "carried": len(self.carried),
+        }
+
+    @cached_property
+    def texts(self) -> KernelTexts:
+        """The generated functions; decorators are names that the module's host defines."""
+        solving = [f"@kernel\n{text}" for text in (self._solver(), self._update())]
         carry = self._carry()
         c, q = self.coefficients.values, self.scheme.s.q
         numbered = {s: _symbol(f"q{i}") for i, s in enumerate(q)}
         prepare = function_text(
             "prepare", {"q": numbered.values()}, [[e.xreplace(numbered) for e in c]]
         )
-        shape = {
-            "affine": self.affine,
-            "dim_x": len(self.x),
-            "dim_u": len(self.w),
-            "carried": len(self.carried),
-        }
-        text = "\n\n".join(
+        lengths = (len(self.x), len(self.u), len(self.w), len(self.carried))
+        vectors = vector_text(*lengths, len(c), self.affine)
+        elimination = [f"@aside\n{loop_text()}"] if "eliminate(" in solving[0] else []
+        nodes = self.outliner.texts
+        return KernelTexts(nodes, solving, elimination, vectors, carry, prepare, len(c))
+
+    def build(self) -> str:
+        """The text of the whole module, decorators (`kernel`, `entry`, …) left to its host."""
+        texts = self.texts
+        return "\n\n".join(
             [
-                f"# {self.scheme.scene.name}\nSHAPE = {shape}",
-                *kernels,
-                vector_text(len(self.x), len(self.w), len(self.carried), len(c), self.affine),
-                *([f"@aside\n{loop_text()}"] if "eliminate(" in kernels[0] else []),
-                *_driver_text(self.affine),
-                carry,
-                prepare,
+                f"# {self.scheme.scene.name}\nSHAPE = {self.shape}",
+                *texts.nodes,
+                *texts.solving,
+                texts.vectors,
+                *texts.elimination,
+                *solver_text(self.affine),
+                f"@entry\n{inspect.getsource(driver.advance)}",
+                texts.carry,
+                texts.prepare,
             ]
         )
-        return with_tables(text)
 
     # -- numbers that stay consistent ------------------------------------------------------------
 
@@ -140,7 +165,7 @@ class KernelBuilder:
         drift linearly (Lagrange top, 10⁶ steps: 2e-12; in ξ: 1e-14).
         """
         used = self.scheme.L.free_symbols
-        return {u: _symbol(f"xi{i}") for i, u in enumerate(self.w) if u in used}
+        return {u: _symbol(f"xi{i}") for i, u in enumerate(self.u) if u in used}
 
     def _in_xi(self, e: Any) -> Any:
         h = self.scheme.h
@@ -166,14 +191,11 @@ class KernelBuilder:
 
         return [Symbol(f"k{i}", real=True) for i in range(len(self.carried))]
 
-    def _points(self, *uses: Any) -> list[tuple[Any, Any]]:
-        """The points that the expressions use, as (symbols, values)."""
-        free = set().union(*(e.free_symbols for use in uses for e in use))
-        return [
-            (list(p.z), [self._hoist(b) for b in p.value])
-            for p in self.scheme.points
-            if free & set(p.z)
-        ]
+    def _points(self, *uses: Any, known: Any = ()) -> list[tuple[Any, Any]]:
+        """The points (and other atoms) that the expressions use, but for those that are known."""
+        used = set().union(*(e.free_symbols for use in uses for e in use))
+        atoms = [a for a in self.scheme.chain.needed(*uses) if not set(known) & set(a.z)]
+        return self.outliner.definitions(atoms, used)
 
     def _with_k(self, entries: Any) -> list[Any]:
         at_x = {a: k for (a, _), k in zip(self.carried, self._k, strict=True)}
@@ -181,13 +203,16 @@ class KernelBuilder:
 
     def _solver(self) -> str:
         """`correct`, one Newton correction; `direct`, the solution itself, if F⁻ is affine."""
+        from sympy import Matrix
+
         scheme = self.scheme
-        minus, jacobian = self._over_h(scheme.minus_at_points), self.jacobian
+        system, jacobian = self._over_h(scheme.system_at_points), self.jacobian
         if self.affine:
             zero = dict.fromkeys(self.w, 0)
-            minus = scheme.written_out(minus).xreplace(zero)
+            system = scheme.written_out(system).xreplace(zero)
             jacobian = scheme.written_out(jacobian).xreplace(zero)
-        residual = self.mu - minus
+        wanted = [*self.mu, *[0] * len(scheme.s.stages)]
+        residual = Matrix(wanted) - system
         dw, steps = solve(jacobian, residual, self.coefficients, self._pivot_rows())
         entries = [(s, type(values)(self._with_k(values))) for s, values in steps]
         points = [] if self.affine else self._points(jacobian, residual)
@@ -201,7 +226,8 @@ class KernelBuilder:
         arguments = self._arguments()
         if self.affine:
             del arguments["w"]
-        return function_text("direct" if self.affine else "correct", arguments, results, before)
+        name = "direct" if self.affine else "correct"
+        return function_text(name, arguments, results, before)
 
     def _update(self) -> str:
         """`update`: what x and μ grow by, less what the sums before lost (ex, emu), and the new k.
@@ -211,25 +237,24 @@ class KernelBuilder:
         """
         scheme = self.scheme
         gain = self._over_h(scheme.gain_at_points)
-        increment = scheme.scene.groupoid.increment(self.x, self.w, scheme.h)
+        increment = scheme.scene.groupoid.increment(self.x, self.u, scheme.h)
         dx = [self._hoist(e) for e in increment]
         d_symbols = scheme.s.vector("d", len(self.x))
         at_end = [b for _, b in self.carried]
         before = self._define_xi
         if len(self.x):
             before.append((list(d_symbols), dx))
-        if any((set(self.end) & e.free_symbols) for e in [*gain, *at_end]):
+        inner = self._points(gain, known=self.end)  # it is known from the increment
+        used = [*gain, *at_end, *(e for _, values in inner for e in values)]
+        if any(set(self.end) & e.free_symbols for e in used):
             before.append((list(self.end), list(self.x + d_symbols)))
-        inner = [p for p in scheme.points if not p.is_end]
-        before += [
-            point for point in self._points(gain) if any(point[0] == list(p.z) for p in inner)
-        ]
+        before += inner
         before.append(
             ([f"n{i}" for i in range(len(at_end))], [self.coefficients.hoist(b) for b in at_end])
         )
         swap = {b: _symbol(f"n{i}") for i, b in enumerate(at_end)}
         dmu = self._with_k([e.xreplace(swap) for e in gain])
-        ex, emu = (scheme.s.vector(name, len(v)) for name, v in (("ex", self.x), ("emu", self.w)))
+        ex, emu = (scheme.s.vector(name, len(v)) for name, v in (("ex", self.x), ("emu", self.u)))
         grown = [list(d_symbols - ex), [d - e for d, e in zip(dmu, emu, strict=True)]]
         results = [*grown, [_symbol(f"n{i}") for i in range(len(at_end))]]
         arguments = self._arguments()
@@ -275,12 +300,9 @@ def _costly(entries: Any, variables: Any, constants: set[Any]) -> list[Any]:
     return found
 
 
-def _driver_text(affine: bool) -> list[str]:
-    """The driver's functions with the decorators that their host defines."""
+def solver_text(affine: bool) -> list[str]:
+    """The driver's `solve` and what it calls, with the decorators that their host defines."""
     solve: Any = driver.solve_direct if affine else driver.solve_newton
-    parts: list[Any] = [solve, driver.advance]
-    if not affine:
-        parts = [driver.best_order, driver.study, *parts]
-    kinds = {driver.advance: "entry", driver.study: "aside", driver.best_order: "aside"}
-    texts = [inspect.getsource(f).replace(f"def {solve.__name__}(", "def solve(") for f in parts]
-    return [f"@{kinds.get(f, 'helper')}\n{text}" for f, text in zip(parts, texts, strict=True)]
+    aside = [] if affine else [driver.best_order, driver.study]
+    text = inspect.getsource(solve).replace(f"def {solve.__name__}(", "def solve(")
+    return [*(f"@aside\n{inspect.getsource(f)}" for f in aside), f"@helper\n{text}"]

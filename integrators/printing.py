@@ -165,19 +165,32 @@ def _printer() -> Any:
     return Printer({"fully_qualified_modules": False})
 
 
+class Call(Together):
+    """The results of one call, from its arguments."""
+
+    def __init__(self, function: str, arguments: Sequence[Any]) -> None:
+        super().__init__(arguments)
+        self.function = function
+
+    def lines(self, names: list[str], texts: list[str]) -> list[str]:
+        """One statement."""
+        return [f"{', '.join(names)} = {self.function}({', '.join(texts)})"]
+
+
 def function_text(
     name: str,
     arguments: dict[str, Iterable[Any]],
     results: Sequence[Sequence[Any] | Any],
     before: Sequence[tuple[Sequence[Any], Sequence[Any]]] = (),
+    scalars: Sequence[Any] = (),
 ) -> str:
-    """Text of a function of vectors that returns tuples (for a column) and numbers.
+    """Text of a function of vectors (and scalars) that returns tuples (for a column) and numbers.
 
     `arguments`: vector name → its symbols, unpacked first. `before`: (symbols, values) computed in
     front, such as the points of a step, which the results may use; values `Together` make all
     their symbols at once.
     """
-    head = [f"def {name}({', '.join(arguments)}):"]
+    head = [f"def {name}({', '.join([*arguments, *map(str, scalars)])}):"]
     for vector, symbols in arguments.items():
         head += [f"    {s} = {vector}[{i}]" for i, s in enumerate(symbols)]
     flat: list[Any] = [v for _, values in before for v in values]

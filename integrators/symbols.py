@@ -13,7 +13,7 @@ from .exact import flatten, floats_exact
 from .scene import Scene
 
 #: names that coordinates, coefficients and intermediate results have
-_TAKEN = re.compile(r"h|mu|(x|u|v|w|y|d|mu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
+_TAKEN = re.compile(r"h|mu|(x|u|v|w|y|d|s|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
 
 
 def _rows(value: Any) -> tuple[Any, ...]:
@@ -21,14 +21,20 @@ def _rows(value: Any) -> tuple[Any, ...]:
 
 
 class SceneSymbols:
-    """Columns x, u, y, mu (natural momenta), the step h and the parameters of one scene."""
+    """Columns x, u, y, mu (natural momenta), the step h and the parameters of one scene.
 
-    def __init__(self, scene: Scene) -> None:
+    With a rule of k internal stages also s, a column of k·m letters (`stages`), and the rule's
+    constants (`constant`).
+    """
+
+    def __init__(self, scene: Scene, stages: int = 0) -> None:
         self.scene = scene
         own = scene.groupoid._symbols
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
         self.y = self.vector("y", scene.groupoid.dim_x)
         self.mu = self.vector("mu", scene.groupoid.dim_u)
+        self.stages = self.vector("s", stages * scene.groupoid.dim_u)
+        self.constants: dict[Any, Any] = {}
         self.parameters = SimpleNamespace()
         self.parameter_list: list[Any] = []
         for name, value in scene.parameters.items():
@@ -65,8 +71,36 @@ class SceneSymbols:
 
     @property
     def q(self) -> list[Any]:
-        """What a kernel's `prepare` takes: the step, then the parameters."""
-        return [self.h, *self.parameter_list]
+        """What a kernel's `prepare` takes: the step, the parameters, the rule's constants."""
+        return [self.h, *self.parameter_list, *self.constants]
+
+    @property
+    def stage_columns(self) -> list[Any]:
+        """The stages one by one: k columns m×1, as a rule is given them."""
+        m = len(self.u)
+        return [self.stages[i : i + m, :] for i in range(0, len(self.stages), m)]
+
+    def q_values(self, step: Any, numbers: Any) -> list[Any]:
+        """The values of `q` at a step, as numbers of an arithmetic."""
+        constants = [c(numbers.digits + 20) for c in self.constants.values()]
+        return [numbers.number(v) for v in (step, *self.parameter_values, *constants)]
+
+    def constant(self, value: Callable[[int], Any]) -> Any:
+        """A letter for a number that `value(digits)` computes to any number of digits."""
+        from sympy import Symbol
+
+        for symbol, known in self.constants.items():
+            if known == value:
+                return symbol
+        symbol = Symbol(f"gn{len(self.constants)}", real=True)
+        self.constants[symbol] = value
+        return symbol
+
+    def constant_values(self, digits: int) -> dict[Any, Any]:
+        """The constants as sympy numbers of that many digits."""
+        from sympy import Float
+
+        return {c: Float(value(digits), digits) for c, value in self.constants.items()}
 
     @property
     def parameter_values(self) -> list[Any]:

@@ -5,6 +5,7 @@ All derivatives are exact, from the implicit function theorem; none is a differe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -20,6 +21,35 @@ _PARTS = (
     "target", "rho", "L", "R", "minus", "plus",
     "target_x", "target_u", "minus_x", "minus_u", "plus_x", "plus_u",
 )  # fmt: skip
+#: with internal stages s also these, from which the derivatives above follow s = s(x, u)
+_OF_STAGES = ("minus_s", "plus_s", "stages_x", "stages_u", "stages_s")
+
+
+class StagesNotFound(ArithmeticError):
+    """Newton did not find the internal stages of an arrow."""
+
+
+def newton(
+    change: Callable[[np.ndarray], np.ndarray], start: np.ndarray, scale: Any, eps: Any
+) -> np.ndarray | None:
+    """Newton from `start` to round-off, `change` giving the correction; None if it is not reached.
+
+    It ends when a correction is round-off of the solution (or of `scale`), or when corrections
+    near it no longer halve.
+    """
+    point, before = start, None
+    for _ in range(60):
+        try:
+            step = change(point)
+        except ArithmeticError:
+            return None
+        point = point + step
+        size = sum(abs(c) for c in step)
+        unit = eps * max(scale, sum(abs(c) for c in point))
+        if size <= 4 * unit or (before is not None and size >= before / 2 and size < 2**12 * unit):
+            return point
+        before = size
+    return None
 
 
 class LocalGeometry:
@@ -27,20 +57,50 @@ class LocalGeometry:
 
     def __init__(self, scheme: Scheme, numbers: Any, q: list[Any]) -> None:
         self.scheme, self.numbers, self.q = scheme, numbers, q
-        self.n, self.m = len(scheme.x), len(scheme.u)
+        self.n, self.m, self.k = len(scheme.x), len(scheme.u), len(scheme.s.stages)
 
     def at(self, x: Any, u: Any) -> dict[str, np.ndarray]:
-        """Every part at (x, u): vectors of length n or m, matrices of the shapes they have."""
-        shapes = {"target": (self.n,), "rho": (self.n, self.m), "target_x": (self.n, self.n),
-                  "target_u": (self.n, self.m), "minus": (self.m,), "plus": (self.m,),
-                  "minus_x": (self.m, self.n), "plus_x": (self.m, self.n)}  # fmt: skip
-        values = self._local(list(x), list(u), self.q)
-        return {
-            name: np.array(value, dtype=self.numbers.dtype).reshape(
-                shapes.get(name, (self.m, self.m))
-            )
-            for name, value in zip(_PARTS, values, strict=True)
+        """Every part at (x, u): vectors of length n or m, matrices of the shapes they have.
+
+        Internal stages are solved for, and derivatives are along ∂L_d/∂s = 0 (Schur complements).
+        Raises `StagesNotFound` if Newton from s = 0 does not converge.
+        """
+        n, m, k = self.n, self.m, self.k
+        shapes = {"target": (n,), "rho": (n, m), "target_x": (n, n), "target_u": (n, m),
+                  "minus": (m,), "plus": (m,), "minus_x": (m, n), "plus_x": (m, n),
+                  "minus_s": (m, k), "plus_s": (m, k),
+                  "stages_x": (k, n), "stages_u": (k, m), "stages_s": (k, k)}  # fmt: skip
+        x, u = list(x), list(u)
+        values = self._local(x, u, self.stages(x, u), self.q)
+        parts = {
+            name: np.array(value, dtype=self.numbers.dtype).reshape(shapes.get(name, (m, m)))
+            for name, value in zip((*_PARTS, *(_OF_STAGES if k else ())), values, strict=True)
         }
+        if k:
+            follow = np.hstack([parts.pop("stages_x"), parts.pop("stages_u")])
+            follow = -self.numbers.solve(parts.pop("stages_s"), follow)
+            for map_ in ("minus", "plus"):
+                through = parts.pop(f"{map_}_s")
+                parts[f"{map_}_x"] = parts[f"{map_}_x"] + through @ follow[:, :n]
+                parts[f"{map_}_u"] = parts[f"{map_}_u"] + through @ follow[:, n:]
+        return parts
+
+    def stages(self, x: Any, u: Any) -> list[Any]:
+        """The s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; an empty list without stages."""
+        if not self.k:
+            return []
+        start = self.numbers.zeros(self.k)
+
+        def change(s: np.ndarray) -> np.ndarray:
+            values, slope = self._stages(list(x), list(u), list(s), self.q)
+            matrix = np.array(slope, dtype=self.numbers.dtype).reshape(self.k, self.k)
+            return -self.numbers.solve(matrix, np.array(values, dtype=self.numbers.dtype))
+
+        scale = sum(abs(e) for e in u)
+        found = newton(change, start, scale, self.numbers.eps)
+        if found is None:
+            raise StagesNotFound
+        return list(found)
 
     def anchor_and_bracket(self, x: Any) -> tuple[np.ndarray, np.ndarray]:
         """ρ̂(x), n×m, and Ĉ as an array [γ, μ, ν], in the natural basis."""
@@ -113,14 +173,18 @@ class LocalGeometry:
         return _generated(self.scheme, self.numbers, "local")
 
     @cached_property
+    def _stages(self) -> Any:
+        return _generated(self.scheme, self.numbers, "stages")
+
+    @cached_property
     def _natural(self) -> Any:
         return _generated(self.scheme, self.numbers, "natural")
 
 
 @lru_cache(maxsize=512)
 def _generated(scheme: Scheme, numbers: Any, what: str) -> Any:
-    """`local` or `natural` of a scheme in an arithmetic, derived once and kept on disk."""
-    build = {"local": _local_text, "natural": _natural_text}[what]
+    """`local`, `stages` or `natural` of a scheme in an arithmetic, derived once, kept on disk."""
+    build = {"local": _local_text, "stages": _stages_text, "natural": _natural_text}[what]
     text = cached_text(scheme, what, lambda: build(scheme))
     return run_text(text, numbers.namespace())[what]
 
@@ -131,25 +195,34 @@ def _local_text(scheme: Scheme) -> str:
     target = scheme.scene.groupoid.target(s.x, s.u, s.h)
     of_target = (target.jacobian(s.x), target.jacobian(s.u)) if len(scheme.x) else ([], [])
     parts = [target, scheme.rho, scheme.L, scheme.R, minus, plus, *of_target]
-    parts += [scheme.total_x(minus), scheme.total_u(minus)]
-    parts += [scheme.total_x(plus), scheme.total_u(plus)]
-    points = [(list(p.z), list(p.value)) for p in scheme.points]
-    return _text(scheme, "local", {"x": s.x, "u": s.u}, parts, points)
+    parts += [scheme.total(minus, s.x), scheme.total(minus, s.u)]
+    parts += [scheme.total(plus, s.x), scheme.total(plus, s.u)]
+    if len(s.stages):
+        parts += [scheme.total(minus, s.stages), scheme.total(plus, s.stages)]
+        parts += [scheme.total(scheme.stages_at_points, c) for c in (s.x, s.u, s.stages)]
+    return _text(scheme, "local", {"x": s.x, "u": s.u, "s": s.stages}, parts)
+
+
+def _stages_text(scheme: Scheme) -> str:
+    s, equations = scheme.s, scheme.stages_at_points
+    parts = [equations, scheme.total(equations, s.stages)]
+    return _text(scheme, "stages", {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
 def _natural_text(scheme: Scheme) -> str:
     s, groupoid = scheme.s, scheme.scene.groupoid
     structure = [c / s.h for c in groupoid.structure_functions(s.x, s.h)]
     parts = [groupoid.rho(s.x, s.h) / s.h, [entry for c in structure for entry in c]]
-    return _text(scheme, "natural", {"x": s.x}, parts, [])
+    return _text(scheme, "natural", {"x": s.x}, parts)
 
 
-def _text(scheme: Scheme, name: str, vectors: dict[str, Any], parts: Any, points: Any) -> str:
+def _text(scheme: Scheme, name: str, vectors: dict[str, Any], parts: Any) -> str:
     from sympy import Symbol
 
     numbered = {q: Symbol(f"q{i}", real=True) for i, q in enumerate(scheme.s.q)}
     results = [[e.xreplace(numbered) for e in part] for part in parts]
-    before = [(z, [e.xreplace(numbered) for e in values]) for z, values in points]
+    before = [(list(a.z), [e.xreplace(numbered) for e in a.value])
+              for a in scheme.chain.needed(*parts)]  # fmt: skip
     arguments = {**vectors, "q": list(numbered.values())}
     return with_tables(function_text(name, arguments, results, before))
 

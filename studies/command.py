@@ -23,6 +23,7 @@ from . import NAMES
 
 PASS, FAIL, BAD_INPUT, INCONCLUSIVE, INTERRUPTED = 0, 1, 2, 3, 130
 EXIT = {"pass": PASS, "fail": FAIL, "inconclusive": INCONCLUSIVE}
+RULE_HELP = "e.g. midpoint, gauss-3, lobatto-4, kahan-li-8:midpoint; all: discmech list"
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 
 
@@ -60,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
 
     run = commands.add_parser("run", help="one trajectory of a scene")
     run.add_argument("scene")
-    run.add_argument("--rule", default="trapezoidal", metavar="R")
+    run.add_argument("--rule", default="trapezoidal", metavar="R", help=RULE_HELP)
     run.add_argument("--step", metavar="H", help='exact: "0.01" is 1/100 (default: the scene\'s)')
     run.add_argument("--steps", metavar="N", help="default: the scene's duration")
     run.add_argument("--every", metavar="K", default="1", help="keep every K-th row (default 1)")
@@ -100,7 +101,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def _choices(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help="default: all that apply")
-    parser.add_argument("--rule", action="append", default=[], metavar="R", dest="rules")
+    parser.add_argument(
+        "--rule", action="append", default=[], metavar="R", dest="rules", help=RULE_HELP
+    )
     parser.add_argument("--retraction", action="append", default=[], metavar="NAME")
     parser.add_argument(
         "--digits",
@@ -158,7 +161,7 @@ def _digits(text: str) -> int:
 
 
 def _list(options: argparse.Namespace) -> int:
-    found = {"scenes": list(scenes.names()), "rules": list(discretisations.BUILT_IN),
+    found = {"scenes": list(scenes.names()), "rules": list(discretisations.names()),
              "groupoids": list(GROUPOIDS), "studies": list(NAMES)}  # fmt: skip
     if options.json:
         _write(options.json, json.dumps(found, indent=1))

@@ -17,21 +17,34 @@ DIGITS = (16, 50)
 RUNGS, MOST_RUNGS = {True: 9, False: 4}, {True: 16, False: 7}  # in double precision or not
 
 
+#: rules of higher order meet round-off after two or three halvings: 50 digits judge them
+HIGHEST_IN_DOUBLE = 4
+
+
 def cases(choice: Choice) -> list[Case]:
-    """Every scene with a Lagrangian by every rule."""
-    return [c for c in plain_cases(NAME, choice, DIGITS) if c.scene.lagrangian is not None]
+    """Every scene with a Lagrangian by every rule, in double precision too up to order 4.
+
+    Precisions that are asked for are run whatever the order.
+    """
+    found = [c for c in plain_cases(NAME, choice, DIGITS) if c.scene.lagrangian is not None]
+    return [
+        c for c in found
+        if choice.digits or c.digits > 16 or (c.rule.order or 0) <= HIGHEST_IN_DOUBLE
+    ]  # fmt: skip
 
 
 def ladder(case: Case) -> tuple[Fraction, int]:
     """(final time T, steps of the coarsest run); each further run has twice the steps.
 
-    Double precision runs the scene's whole duration from its own step on; more digits run a
-    fortieth of it in 128 to 1024 steps, where there is no round-off to wait for.
+    Double precision runs the scene's whole duration from its own step on, which suits order 2,
+    and from coarser ones at higher order; more digits run a fortieth of it in 128 to 1024 steps,
+    where there is no round-off to wait for.
     """
     duration = Fraction(case.scene.duration)
     if case.digits > 16:
         return duration / 40, case.steps or 128
-    return duration, case.steps or case.scene.steps_for(case.scene.step)
+    coarser = 1 if (case.scheme.order or 0) <= 2 else 4 if case.scheme.order == 4 else 8
+    return duration, case.steps or max(4, case.scene.steps_for(case.scene.step) // coarser)
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
@@ -125,7 +138,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
             "inconclusive",
             "fewer than four step sizes lie on a straight line above round-off; "
             f"start the ladder elsewhere with --steps (the reference has {measurement['certain']} "
-            "certain digits).",
+            "certain digits)" + (", or judge it by --digits 50." if case.digits == 16 else "."),
             expected,
         )
     if expected["order"] is None:

@@ -68,6 +68,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
     count = POINTS[case.digits == 16]
     steps = case.steps or 8 * count
+    composed = bool(case.scheme.substeps)  # it has no Ψ on arrows, only the step on (x, μ)
     rows = []
     for step in dict.fromkeys([Fraction(case.scene.step), largest]):
         flow = case.scheme.flow(step, case.digits)
@@ -75,7 +76,7 @@ def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
         for i, (t, x, u, mu) in enumerate(zip(run.t, run.x, run.u, run.mu, strict=True)):
             rows.append({
                 "step": float(step), "index": i, "time": float(t),
-                "pullback": float(flow.pullback_defect(x, u)),
+                "pullback": None if composed else float(flow.pullback_defect(x, u)),
                 "poisson": float(flow.poisson_defect(x, mu)),
             })  # fmt: skip
     return rows

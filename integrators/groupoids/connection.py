@@ -69,6 +69,12 @@ class ConnectionGroupoid(ProductGroupoid):
         corner = self._A(middle) - h * self._along(middle, w) / 2 - right * self._A(x)
         return self._sheared(corner, right)
 
+    def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
+        """[[1, 0], [−L_ξ⁻¹ C, L_ξ⁻¹]], C the corner of L."""
+        _, xi = self.fibre(self._plain(x, w, h))
+        n, block = self.parts[0].dim_u, self.parts[1].inverse_left(x[:0, :], xi, h)
+        return self._sheared(-block * self.L(x, w, h)[n:, :n], block)
+
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """h times those of the frame (ē_i, e_a): curvature, and the bracket with A."""
         from sympy import zeros

@@ -64,6 +64,12 @@ class RetractionGroupoid(Groupoid):
         """dτ⁻¹_{hu}, m×m (paper, section 3.6.2)."""
         return self._at(self._fields[1], u=v, h=h)
 
+    @cached_property
+    def _inverse_left(self) -> Any:
+        s = self._symbols
+        self.tau.check(self.algebra)
+        return self.tau.inverse_left_field(self.algebra, s["h"] * s["u"])
+
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """h times the structure constants of the algebra."""
         return [h * c for c in self.algebra.structure_constants]

@@ -28,6 +28,19 @@ class PairGroupoid(Groupoid):
     def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
         return u + v
 
+    @property
+    def left_is_identity(self) -> bool:
+        return True
+
+    def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
+        """The identity."""
+        from sympy import eye
+
+        return eye(self.dim_u)
+
+    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
+        return dw
+
     def increment(self, x: Any, u: Any, h: Any) -> Any:
         return h * u
 

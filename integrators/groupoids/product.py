@@ -88,6 +88,15 @@ class ProductGroupoid(Groupoid):
         """R₁ and R₂, m×m."""
         return _blocks(g.R(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(v)))
 
+    def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
+        """L₁⁻¹ and L₂⁻¹, m×m."""
+        both = self._each(self.base(x), self.fibre(w))
+        return _blocks(g.inverse_left(y, v, h) for g, y, v in both)
+
+    @property
+    def left_is_identity(self) -> bool:
+        return all(g.left_is_identity for g in self.parts)
+
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """Those of both: fields of different parts commute."""
         from sympy import zeros

@@ -133,8 +133,8 @@ def test_legendre_maps_from_their_definitions(scene, rule):
     gain = point.at(of.written_out(of.gain_at_points))
     assert all_close(gain, [p - q for p, q in zip(plus, minus, strict=True)])
     # and a wrong sign of ρ, which no group would show, is seen
-    if point.g.dim_x and not all(d == 0 for d in (of.rho.T * of._gradients[0])):
-        flipped = of.legendre_minus + 2 * of.rho.T * of.written_out(of._gradients[0])
+    if point.g.dim_x and not all(d == 0 for d in (of.rho.T * of._adjoints.x)):
+        flipped = of.legendre_minus + 2 * of.rho.T * of.written_out(of._adjoints.x)
         assert not all_close(point.at(flipped), minus, 10)
 
 

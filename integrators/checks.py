@@ -1,0 +1,95 @@
+"""What a scheme must satisfy before anything is run: known letters, a start, regularity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .errors import BadInput
+from .evaluation import evaluate_matrix
+from .exact import exact, to_sympy
+from .identities import null_direction, random_point
+
+if TYPE_CHECKING:
+    from .equations import Scheme
+    from .scene import Scene
+
+
+def check_letters(scheme: Scheme) -> None:
+    """Raise `BadInput` if L_d holds unknown symbols, not u, or not every stage."""
+    s, of = scheme.s, f"{scheme.scene.name} with {scheme.rule.name}"
+    L_d = scheme.discrete_lagrangian_at_points
+    known = {*s.x, *s.u, *s.stages, *s.q, *(z for a in scheme.chain.given for z in a.z)}
+    unknown = L_d.free_symbols - known
+    if unknown:
+        raise BadInput(
+            f"{of}: the discrete Lagrangian holds the unknown symbol {min(map(str, unknown))}; "
+            "write it with x, u, h, parameters."
+        )
+    used = scheme.chain.needed([L_d])
+    held = [L_d, *(e for a in used if a.kind != "point" for e in a.value)]
+    letters = set().union(*(e.free_symbols for e in held))
+    if not letters & set(s.u):
+        raise BadInput(
+            f"{of}: the discrete Lagrangian does not depend on u, so FL is singular everywhere; "
+            "it needs a kinetic term."
+        )
+    letters |= set().union(*(e.free_symbols for a in used for e in a.value))
+    for number, column in enumerate(s.stage_columns):
+        if not set(column) <= letters:
+            raise BadInput(
+                f"{of}: the rule asks for {scheme.rule.stages} internal stages, but its discrete "
+                f"Lagrangian does not depend on all of s[{number}]; use every stage, or ask for "
+                "fewer with stages=."
+            )
+
+
+def check_regular(scheme: Scheme) -> None:
+    """Raise `BadInput` if ∂E/∂w (FL, without stages) is singular at two random points."""
+    s = scheme.s
+    for seed in range(2):
+        small = (*scheme.w, scheme.h)
+        point = random_point([*s.x, *scheme.w, *s.q], small, seed) | s.constant_values(40)
+        for p, value in zip(s.parameter_list, s.parameter_values, strict=True):
+            point[p] = to_sympy(value)
+        found = scheme.slope_at_points.xreplace(scheme.chain.values(point))
+        direction = null_direction(evaluate_matrix(found, 30))
+        if direction is None:
+            return
+    shown = ", ".join(f"{float(e):.3g}" for e in direction)
+    of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
+    raise BadInput(
+        f"{scheme.scene.name} with {scheme.rule.name}: FL is singular everywhere, in the direction "
+        f"({shown}) of {of_what} needs its kinetic energy."
+    )
+
+
+def check_start(scheme: Scheme, scene: Scene) -> None:
+    """Raise `BadInput` unless the start satisfies every constraint (as |Γ|² = 1), exactly."""
+    from sympy import Matrix, simplify
+
+    s = scheme.s
+    values = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))
+    x0 = Matrix(len(s.x), 1, [to_sympy(v) for v in scene.x0])
+    v0 = Matrix(len(s.u), 1, [to_sympy(v) for v in scene.v0])
+    at_start = dict(zip([*s.x, *s.u], [*x0, *v0], strict=True))
+    for quantity in scene.symmetries:
+        if quantity.value is None:
+            continue
+        found = s.scalar(quantity.formula(x0, s.mu, s.parameters), quantity.name)
+        if found.free_symbols & set(s.mu):
+            if scene.lagrangian is None:
+                continue  # the start's momentum is only given with the run
+            mu0 = [s.lagrangian.diff(v).xreplace(at_start) for v in s.u]
+            found = found.xreplace(dict(zip(s.mu, mu0, strict=True)))
+        found, wanted = found.xreplace(values), to_sympy(exact(quantity.value, quantity.name))
+        if simplify(found - wanted) != 0:
+            raise BadInput(
+                f"{scene.name}: {quantity.name} is {_beside(found, wanted)} at x0, but must be "
+                f"{wanted}; change x0 (an exact value: fractions such as 2/7, 3/7, 6/7)."
+            )
+
+
+def _beside(found: Any, wanted: Any) -> str:
+    """A number, told apart from the one it should be."""
+    difference = float(found - wanted)
+    return f"{float(found):.6g}" if abs(difference) > 1e-4 else f"{wanted} {difference:+.2g}"
