@@ -15,25 +15,7 @@ from typing import Any
 
 from .exact import exact_time, parameter_values
 from .failures import ReferenceFailure
-
-
-@dataclass(frozen=True)
-class Solution:
-    """The state of a scene at time t, as mpf numbers that carry more digits than are certain.
-
-    x (dim_x), v (dim_u) natural velocity, mu (dim_u) = dl/dv, attitude (N x N mpmath matrix with
-    A(0) = identity, dA/dt = A v^) or None; ``certain_digits`` of each of them, and ``evidence``.
-    """
-
-    t: Fraction
-    x: list[Any]
-    mu: list[Any]
-    v: list[Any]
-    attitude: Any
-    certain_digits: int
-    method: str
-    evidence: str
-
+from .result import Solution
 
 _known: dict[tuple[Any, ...], dict[Fraction, Solution]] = {}
 
