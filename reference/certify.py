@@ -107,11 +107,8 @@ def certified_integration(
 
 def _kept(finding: Finding, invariants: Invariants, start: Blocks, working: int) -> Finding:
     """The finding with its invariants compared."""
-    kept, worst = invariants.digits(finding.blocks, start, working)
-    names = list(dict.fromkeys(invariants.names))
-    shown = ", ".join(names[:-1]) + (" and " if names[1:] else "") + names[-1]
-    least = f" ({worst} least)" if worst and names[1:] else ""
-    return finding.limited(kept, f"{shown} kept {said(kept)}{least}", kept)
+    kept, words = invariants.digits(finding.blocks, start, working)
+    return finding.limited(kept, words, kept)
 
 
 def _two_settings(

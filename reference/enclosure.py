@@ -50,7 +50,7 @@ class _Witness:
     sizes: list[float] = field(default_factory=list)
     defects: list[Any] = field(default_factory=list)
     jumps: list[Any] = field(default_factory=list)
-    times: list[list[Fraction]] = field(default_factory=list)
+    times: list[list[tuple[Fraction, float]]] = field(default_factory=list)
 
     def __call__(self, step: Step) -> None:
         import gmpy2
@@ -73,7 +73,7 @@ class _Witness:
                 power *= signed
         self.series.append(np.array(rows))
         self.sizes.append(float(step.size))
-        self.times.append(step.times)
+        self.times.append([(t, min(1.0, float(o / step.size))) for t, o in step.times])
 
 
 def up(value: Any) -> float:
@@ -128,16 +128,19 @@ def _carry(
     proven, estimated = Carried(start), Carried(start)
     limit = ROOM * 10.0 ** min(witness.settings.digits, 300)
     safe, held = True, set()
-    for i, step in enumerate(chosen):
-        added = np.array(witness.defects[step]) / scale
+    for i, place in enumerate(flow.step):
+        step = chosen[place]
+        first, last = flow.share[i]
+        defect = np.array(witness.defects[step]) / scale * (last - first) * (1 + 1e-9)
         jump = np.array(witness.jumps[step]) / scale
-        inside = [flow.within[i] @ (carried.now() + added) for carried in (proven, estimated)]
+        inside = [flow.within[i] @ (carried.now() + defect) for carried in (proven, estimated)]
         safe = safe and bool((inside[0] <= limit).all())
-        for t in witness.times[step]:
-            found[t] = tuple(part + 2 * jump for part in inside)
-            if safe:
-                held.add(t)
-        grown = flow.within[i] @ added + jump
+        for t, share in witness.times[step]:
+            if first <= share <= last:
+                found[t] = tuple(part + 2 * jump for part in inside)
+                if safe:
+                    held.add(t)
+        grown = flow.within[i] @ defect + (jump if last > 1 - 1e-9 else 0)
         proven.move(flow.phi[i], flow.slop[i], grown)
         estimated.move(flow.phi[i], 0 * flow.slop[i], grown)
     return held

@@ -83,7 +83,9 @@ class Problem:
                 f"scene {scene.name} lives on a {scene.groupoid.kind} groupoid, which has no "
                 "attitude; ask with attitude=False"
             )
-        form = closed_form_of(scene, x, v, lagrangian, structure, parameter_values(scene), start)
+        form = closed_form_of(
+            scene, x, v, lagrangian, structure, parameter_values(scene), start, attitude
+        )
         return cls(scene, attitude, key, form)
 
     def solve(self, times: list[Fraction], digits: int) -> dict[Fraction, Solution]:

@@ -54,11 +54,11 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Step:
-    """One step as it was made: the series of all nodes, its signed size, the times inside it."""
+    """One step as it was made: all nodes' series, its signed size, the times in it with offsets."""
 
     nodes: list[list[Any]]
     size: Any
-    times: list[Fraction]
+    times: list[tuple[Fraction, Any]]
 
 
 def integrate(
@@ -119,7 +119,7 @@ def _one_way(
             if abs(offset) > abs(step):
                 break
             found[t] = [polynomial(coefficients, offset) for coefficients in series]
-            reached.append(pending.pop(0))
+            reached.append((pending.pop(0), offset))
         if watch is not None:
             watch(Step(nodes, step, reached))
         state = [polynomial(coefficients, step) for coefficients in series]
@@ -129,7 +129,11 @@ def _one_way(
 
 
 def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
-    """Radius of convergence x tolerance^(1/order); None if a coefficient is not finite."""
+    """Radius of convergence x tolerance^(1/order); None if a coefficient is not finite.
+
+    Of an entire solution no term may grow far beyond the state, or digits cancel: all terms up to
+    half the order stay below about eight times its size.
+    """
     import gmpy2
 
     scale = max(abs(coefficients[0]) for coefficients in series)
@@ -142,6 +146,10 @@ def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
             return None
         if size:
             best = min(best, gmpy2.exp(gmpy2.log(tolerance * scale / size) / j))
+    for j in range(1, order // 2):
+        size = max(abs(coefficients[j]) for coefficients in series)
+        if size:
+            best = min(best, 2 ** gmpy2.mpfr((gmpy2.get_exp(scale) - gmpy2.get_exp(size) + 3) / j))
     return best
 
 
