@@ -132,7 +132,7 @@ def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
     """Radius of convergence x tolerance^(1/order); None if a coefficient is not finite.
 
     Of an entire solution no term may grow far beyond the state, or digits cancel: all terms up to
-    half the order stay below about eight times its size.
+    half the order stay below about twice its size.
     """
     import gmpy2
 
@@ -149,7 +149,7 @@ def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
     for j in range(1, order // 2):
         size = max(abs(coefficients[j]) for coefficients in series)
         if size:
-            best = min(best, 2 ** gmpy2.mpfr((gmpy2.get_exp(scale) - gmpy2.get_exp(size) + 3) / j))
+            best = min(best, 2 ** gmpy2.mpfr((gmpy2.get_exp(scale) - gmpy2.get_exp(size) + 1) / j))
     return best
 
 
