@@ -74,9 +74,12 @@ def certified_closed_form(
 
 
 def certified_integration(
-    scene: Any, times: list[Fraction], digits: int, attitude: bool
+    scene: Any, times: list[Fraction], digits: int, attitude: bool, thorough: bool = False
 ) -> dict[Fraction, Solution]:
-    """All times in one sweep with a bound; where none is affordable, two that agree."""
+    """All times in one sweep with a bound; where none is affordable, two that agree.
+
+    ``thorough`` runs the second method even where it is dear.
+    """
     equations = equations_of(scene, attitude)
     program = compile_series(equations)
     try:
@@ -84,7 +87,7 @@ def certified_integration(
     except Unproven as failure:
         findings, sweep, settings = _two_settings(equations, program, times, digits, str(failure))
     start = findings[Fraction(0)]
-    if sweep.steps * sweep.order**2 * max(1, program.products) < CHEAP:
+    if thorough or sweep.steps * sweep.order**2 * max(1, program.products) < CHEAP:
         trusted = {t: finding.blocks for t, finding in findings.items()}
         other = _second_method(equations, times, digits, settings.digits, trusted)
         findings = {

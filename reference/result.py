@@ -34,6 +34,11 @@ class Solution:
     certainty: Certainty = "agreement"
     bound: Any = None
 
+    def limited_to(self, digits: int, attitude: bool) -> Solution:
+        """The answer to a question for fewer digits, or without the attitude."""
+        kept = self.attitude if attitude else None
+        return replace(self, certain_digits=min(digits, self.certain_digits), attitude=kept)
+
 
 @dataclass(frozen=True)
 class Finding:

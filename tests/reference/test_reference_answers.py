@@ -149,7 +149,7 @@ def test_a_second_method_that_disagrees_lowers_the_certain_digits(monkeypatch):
         return (lambda z, c: [factor * rate for rate in field(z, c)]), constants
 
     monkeypatch.setattr(extrapolation, "compile_field", wrong)
-    found = solution("heavy-top", "1.25")
+    found = solution("heavy-top", "1.3")
     assert 25 <= found.certain_digits <= 31
     assert "fewer than the 50 asked for" in found.evidence
     assert found.certainty == "agreement" and found.bound is None
