@@ -8,7 +8,8 @@
 from __future__ import annotations
 
 from .failures import ReferenceFailure
+from .progress import progress_to
 from .result import Solution
 from .solution import solution, solutions
 
-__all__ = ["ReferenceFailure", "Solution", "solution", "solutions"]
+__all__ = ["ReferenceFailure", "Solution", "progress_to", "solution", "solutions"]

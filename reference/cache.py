@@ -10,8 +10,9 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
+from .failures import Damaged
 from .result import Solution
-from .store import Damaged, Table, read, write
+from .store import Table, read, write
 
 
 def folder() -> Path:

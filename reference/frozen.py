@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from .agreement import agreement, said
-from .failures import ReferenceFailure
+from .failures import Damaged, ReferenceFailure, Uncertain, WrongDigits
 from .problem import Problem, scene_of
 from .result import Solution
-from .store import Damaged, Table, read, write
+from .store import Table, read, write
 
 FOLDER = Path(__file__).parent / "tables"
 DIGITS = 50
@@ -91,7 +91,7 @@ def build(name: str) -> Table:
     rows = [_with_form(problem, found[t], attitude) for t in times]
     poor = [row for row in rows if row.certain_digits < DIGITS]
     if poor:
-        raise ReferenceFailure(
+        raise Uncertain(
             f"{name} at t = {poor[0].t} has only {poor[0].certain_digits} certain digits "
             f"({poor[0].evidence}); its table was left as it is"
         )
@@ -138,7 +138,7 @@ def check(name: str, some: Callable[[Sequence[Solution]], Sequence[Solution]] = 
         right = agreement(_blocks(row, attitude), _blocks(fresh[row.t], attitude), {})
         fewest = min(fewest, right)
         if right < row.certain_digits - 1:  # two roundings of half a unit
-            raise ReferenceFailure(
+            raise WrongDigits(
                 f"the frozen table {file_of(name).name} is wrong at t = {row.t}: only {right} of "
                 f"its {row.certain_digits} digits are right; {_mend(name)}"
             )

@@ -12,15 +12,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from .failures import ReferenceFailure
+from .failures import Damaged
 from .result import Solution
 
 SCHEMA = 1
 GUARD = 3  # digits written beyond the certain ones
-
-
-class Damaged(ReferenceFailure):
-    """A file of references that cannot be read, or whose checksum is another."""
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from .exact import number_to_mpfr
 from .failures import ReferenceFailure
+from .progress import tell
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -125,6 +126,7 @@ def _one_way(
         state = [polynomial(coefficients, step) for coefficients in series]
         now += gmpy2.mpq(step)
         steps += 1
+        tell(f"{program.name}: series of order {order}", float(now), float(wanted[-1]))
     return steps
 
 
