@@ -17,29 +17,25 @@ DIGITS = 60
 POINTS = 3
 
 
-def fingerprint(x: Any, v: Any, lagrangian: Any, structure: Algebroid, start: Sequence[Any]) -> str:
+def fingerprint(
+    x: Any, v: Any, lagrangian: Any, structure: Algebroid, start: Sequence[Any]
+) -> str:
     """SHA-256 of the numbers."""
+    import mpmath
     import sympy
 
     symbols = [*x, *v]
-    texts = [f"{structure.dim_x} {structure.dim_u}", *map(_number, start)]
-    texts += [_number(entry) for matrix in structure.basis for entry in matrix]
     functions = [lagrangian, *structure.rho]
+    functions += [entry for matrix in structure.basis for entry in matrix]
+    texts = [f"{structure.dim_x} {structure.dim_u}"]
     for index, constant in sorted(structure.constants.items()):
         texts.append(str(index))
         functions.append(constant)
-    for k in range(POINTS):
-        point = {
-            symbol: sympy.Rational(2 * i + 3 * k + 5, 7 * i + 11 + 4 * k)
-            for i, symbol in enumerate(symbols)
-        }
-        texts += [_number(function.subs(point)) for function in functions]
+    evaluate = sympy.lambdify(symbols, [*start, *functions], "mpmath")
+    with mpmath.workdps(2 * DIGITS):
+        for k in range(POINTS):
+            point = [
+                mpmath.mpf(2 * i + 3 * k + 5) / (7 * i + 11 + 4 * k) for i in range(len(symbols))
+            ]
+            texts += [mpmath.nstr(mpmath.mpmathify(value), DIGITS) for value in evaluate(*point)]
     return hashlib.sha256("\n".join(texts).encode()).hexdigest()
-
-
-def _number(value: Any) -> str:
-    """A rational as it is, anything else to so many digits."""
-    import sympy
-
-    value = sympy.sympify(value)
-    return str(value) if value.is_Rational else str(value.evalf(DIGITS, maxn=4 * DIGITS))

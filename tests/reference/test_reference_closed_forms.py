@@ -7,7 +7,7 @@ import mpmath
 import pytest
 import sympy
 
-from integrators import Scene, action, scenes, so
+from integrators import scenes
 from reference import solution, solutions
 from reference.agreement import agreement
 from reference.closed_forms import registry
@@ -97,19 +97,6 @@ CASES = [
 TIMES = (Fraction(-1), Fraction("0.3"), Fraction("2.7"))
 
 
-def on_the_sphere(x, v, p):
-    return p.mass * p.length**2 * v.dot(v) / 2 - p.mass * p.gravity * p.length * x[2]
-
-
-def known(name):
-    if name != "spherical-pendulum":
-        return scenes.get(name)
-    return Scene(
-        name=name, groupoid=action(so(3)), parameters={"mass": 1, "length": 1, "gravity": 1},
-        lagrangian=on_the_sphere, x0=["2/3", "1/3", "-2/3"], v0=["0.6", "-0.2", "0.5"],
-    )  # fmt: skip
-
-
 def blocks(found):
     attitude = [] if found.attitude is None else list(found.attitude)
     return {"x": found.x, "v": found.v, "mu": found.mu, "attitude": attitude}
@@ -118,7 +105,7 @@ def blocks(found):
 @pytest.mark.parametrize("name, change", CASES)
 def test_the_taylor_integrator_encloses_it_to_45_digits(name, change):
     """The closed form lies within the proven bounds, at a time inside a step and at the ends."""
-    scene = known(name).with_values(**change)
+    scene = scenes.get(name).with_values(**change)
     attitude = registry()[name].attitude
     equations = equations_of(scene, attitude)
     taylor = enclose(equations, compile_series(equations), TIMES, TaylorSettings(58))
@@ -165,7 +152,7 @@ NOT_SOLVED = {
 @pytest.mark.parametrize("case", NOT_SOLVED)
 def test_motions_outside_a_form_s_range_are_integrated(case):
     name, change = NOT_SOLVED[case]
-    found = solution(known(name).with_values(**change), "0.7", digits=20)
+    found = solution(scenes.get(name).with_values(**change), "0.7", digits=20)
     assert found.method == "Taylor series" and found.certain_digits == 20
 
 
