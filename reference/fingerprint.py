@@ -17,9 +17,7 @@ DIGITS = 60
 POINTS = 3
 
 
-def fingerprint(
-    x: Any, v: Any, lagrangian: Any, structure: Algebroid, start: Sequence[Any]
-) -> str:
+def fingerprint(x: Any, v: Any, lagrangian: Any, structure: Algebroid, start: Sequence[Any]) -> str:
     """SHA-256 of the numbers."""
     import mpmath
     import sympy
