@@ -110,7 +110,7 @@ def enclose(
         with mpmath.workdps(15):
             unit = mpmath.mpf(10) ** -settings.digits
             return {
-                t: [mpmath.mpf(float(e)) * unit for e in found[t][which] * scale]
+                t: [mpmath.mpf(float(e)) * unit for e in _no_nan(found[t][which] * scale)]
                 for t in (*times, Fraction(0))
             }
 
@@ -127,7 +127,8 @@ def _carry(
     flow = growth(witness.program, series, sizes, scale)
     proven, estimated = Carried(start), Carried(start)
     limit = ROOM * 10.0 ** min(witness.settings.digits, 300)
-    safe, held = True, set()
+    safe = True
+    held: set[Fraction] = set()
     for i, place in enumerate(flow.step):
         step = chosen[place]
         first, last = flow.share[i]
@@ -136,14 +137,20 @@ def _carry(
         inside = [flow.within[i] @ (carried.now() + defect) for carried in (proven, estimated)]
         safe = safe and bool((inside[0] <= limit).all())
         for t, share in witness.times[step]:
-            if first <= share <= last:
+            if first <= share <= last:  # at the seam of two parts the later one counts
                 found[t] = tuple(part + 2 * jump for part in inside)
-                if safe:
-                    held.add(t)
+                (held.add if safe else held.discard)(t)
         grown = flow.within[i] @ defect + (jump if last > 1 - 1e-9 else 0)
         proven.move(flow.phi[i], flow.slop[i], grown)
         estimated.move(flow.phi[i], 0 * flow.slop[i], grown)
     return held
+
+
+def _no_nan(bounds: Any) -> Any:
+    """What is not a number bounds nothing."""
+    import numpy as np
+
+    return np.nan_to_num(bounds, nan=np.inf, posinf=np.inf)
 
 
 def _scales(equations: Equations, witness: _Witness, sweep: Sweep) -> Any:

@@ -31,6 +31,13 @@ def file_of(name: str) -> Path:
     return FOLDER / f"{name}.json"
 
 
+def names() -> list[str]:
+    """The scenes that have a table: those with a continuous Lagrangian."""
+    from integrators import scenes
+
+    return [name for name in scenes.names() if scenes.get(name).lagrangian is not None]
+
+
 def times_of(scene: Any) -> list[Fraction]:
     """Each quarter of the duration; of chaotic scenes also `LATER`."""
     times = [scene.duration * Fraction(k, 4) for k in range(1, 5)]

@@ -126,7 +126,7 @@ def _tables(options: argparse.Namespace) -> int:
     from reference import frozen, progress_to
 
     asked = options.rebuild or options.check
-    names = list(scenes.names()) if "all" in asked else [scenes.get(name).name for name in asked]
+    names = frozen.names() if "all" in asked else [scenes.get(name).name for name in asked]
     for i, name in enumerate(names):
         with progress_shown() as show:
 

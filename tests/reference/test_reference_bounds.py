@@ -11,7 +11,7 @@ import sympy
 from elementary import FUNCTIONS, X, one_equation
 
 from integrators import scenes
-from reference import bounded, enclosure, propagation, remainders, solution
+from reference import bounded, enclosure, frozen, propagation, remainders, solution
 from reference.balls import jacobian
 from reference.enclosure import enclose
 from reference.equations import equations_of
@@ -56,7 +56,7 @@ def test_bounds_hold_for_every_operation(rate, settings):
 
 
 @pytest.mark.parametrize("settings", [CUT_OFF, ROUNDED], ids=["cut off", "rounded"])
-@pytest.mark.parametrize("name", scenes.names())
+@pytest.mark.parametrize("name", frozen.names())
 def test_bounds_hold_for_every_scene(name, settings):
     worst, largest = overshoot(
         equations_of(scenes.get(name)), [Fraction(3), Fraction(-1)], settings
@@ -105,7 +105,7 @@ def test_a_bound_that_does_not_grow_is_caught(monkeypatch):
     assert overshoot(equations, [Fraction(15)], ROUNDED)[0] > 1000
 
 
-@pytest.mark.parametrize("name", scenes.names())
+@pytest.mark.parametrize("name", frozen.names())
 def test_jacobians_over_boxes_hold_those_at_points(name):
     equations = equations_of(scenes.get(name))
     contains_derivatives(equations, np.array([float(s) for s in equations.start]))

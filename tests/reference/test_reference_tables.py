@@ -27,7 +27,7 @@ def copies(tmp_path, monkeypatch):
     forget()
 
 
-@pytest.mark.parametrize("name", scenes.names())
+@pytest.mark.parametrize("name", frozen.names())
 def test_every_scene_has_a_table_that_fits(name):
     scene = scenes.get(name)
     table = store.read(frozen.file_of(name))
@@ -41,12 +41,15 @@ def test_every_scene_has_a_table_that_fits(name):
 
 
 def test_no_table_is_left_over():
-    assert {path.stem for path in frozen.FOLDER.glob("*")} == set(scenes.names())
+    assert {path.stem for path in frozen.FOLDER.glob("*")} == set(frozen.names())
 
 
 def test_chaotic_scenes_are_followed_far():
-    for name in set(frozen.CHAOTIC) & set(scenes.names()):
+    for name in set(frozen.CHAOTIC) & set(frozen.names()):
         assert max(row.t for row in store.read(frozen.file_of(name)).rows) >= 20
+
+
+DEAR = ("outer-solar-system",)  # takes a minute
 
 
 def test_a_sample_of_the_tables_is_right():
@@ -54,7 +57,7 @@ def test_a_sample_of_the_tables_is_right():
     seed = datetime.date.today().toordinal()
     print(f"sample of {seed}")
     luck = random.Random(seed)
-    name = luck.choice(scenes.names())
+    name = luck.choice([n for n in frozen.names() if n not in DEAR])
 
     def one(rows):
         return [luck.choice([row for row in rows if row.t <= 10])]
@@ -63,7 +66,7 @@ def test_a_sample_of_the_tables_is_right():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", scenes.names())
+@pytest.mark.parametrize("name", frozen.names())
 def test_every_table_is_right(name):
     assert frozen.check(name) >= 49
 
