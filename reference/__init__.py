@@ -2,12 +2,14 @@
 
 >>> from reference import solution
 >>> s = solution("pendulum", 10, digits=50)
->>> s.x, s.mu, s.certain_digits, s.evidence
+>>> s.x, s.mu, s.certain_digits, s.certainty, s.evidence
 """
 
 from __future__ import annotations
 
 from .failures import ReferenceFailure
-from .solution import Solution, solution, solutions
+from .progress import progress_to
+from .result import Solution
+from .solution import solution, solutions
 
-__all__ = ["ReferenceFailure", "Solution", "solution", "solutions"]
+__all__ = ["ReferenceFailure", "Solution", "progress_to", "solution", "solutions"]

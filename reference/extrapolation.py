@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from .exact import number_to_mpfr
 from .failures import ReferenceFailure
+from .progress import tell
 from .taylor import BITS, Sweep
 
 if TYPE_CHECKING:
@@ -102,6 +103,7 @@ def extrapolate(
                     step = goal - now if whole else direction * size
                     after, error = _basic_step(field, constants, state, step, columns, weights)
                     steps += 1
+                    tell(f"{equations.name}: extrapolation", float(now), float(goal))
                     if not gmpy2.is_finite(error):
                         factor = gmpy2.mpfr("0.25")
                     else:

@@ -55,6 +55,9 @@ class SeriesProgram:
     function: Callable[[int, list[Any], list[Any]], list[list[Any]]]
     source: str
     products: int
+    size: int
+    operations: tuple[tuple[Any, ...], ...]
+    rates: tuple[Linear, ...]
 
     def constants_at(self, digits: int) -> list[Any]:
         """The constants, rounded once to the current gmpy2 precision."""
@@ -62,6 +65,10 @@ class SeriesProgram:
 
     def coefficients(self, order: int, state: list[Any], constants: list[Any]) -> list[list[Any]]:
         """One list z_0 ... z_order for each state."""
+        return self.nodes(order, state, constants)[: self.size]
+
+    def nodes(self, order: int, state: list[Any], constants: list[Any]) -> list[list[Any]]:
+        """The same for every node of the tape; those that are no states end at order - 1."""
         return self.function(order, state, constants)
 
 
@@ -160,7 +167,7 @@ def compile_series(equations: Equations) -> SeriesProgram:
     text += [f"    {line}" for line in first]
     text += ["    for k in range(1, order):"]
     text += [f"        {line}" for line in following]
-    text += [f"    return [{', '.join(f'n{i}' for i in range(size))}]", ""]
+    text += [f"    return [{', '.join(f'n{i}' for i in range(len(tape.operations)))}]", ""]
     source = "\n".join(text)
     scope: dict[str, Any] = {
         "gmpy2": gmpy2, "mpfr": gmpy2.mpfr, "fsum": gmpy2.fsum, "mul": gmpy2.mul,
@@ -169,5 +176,6 @@ def compile_series(equations: Equations) -> SeriesProgram:
     exec(compile(source, f"<Taylor series of {equations.name}>", "exec"), scope)
     products = sum(op[0] not in ("linear", "state") for op in tape.operations)
     return SeriesProgram(
-        equations.name, tuple(printer.constants), scope["series"], source, products
-    )
+        equations.name, tuple(printer.constants), scope["series"], source, products, size,
+        tuple(tape.operations), tuple(forms),
+    )  # fmt: skip

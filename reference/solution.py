@@ -1,39 +1,22 @@
-"""solution(scene, t): a closed form where one applies, the Taylor integrator elsewhere.
+"""solution(scene, t): from a frozen table where one fits, else computed and kept.
 
-Agreement is measured relative to the largest component of a block (base, velocity, momentum,
-attitude), at the start or at t, whichever is larger: a component that passes through zero does not
-count as a loss. Numbers of a scene are exact; a float t is its exact binary value.
+Where no table has the answer, a closed form gives it if one applies, the Taylor integrator
+elsewhere. Agreement is measured relative to the largest component of a block (base, velocity,
+momentum, attitude), at the start or at t, whichever is larger: a component that passes through zero
+does not count as a loss. Numbers of a scene are exact; a float t is its exact binary value.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from difflib import get_close_matches
 from fractions import Fraction
 from typing import Any
 
-from .exact import exact_time, parameter_values
+from . import cache, frozen
+from .exact import exact_time
 from .failures import ReferenceFailure
-
-
-@dataclass(frozen=True)
-class Solution:
-    """The state of a scene at time t, as mpf numbers that carry more digits than are certain.
-
-    x (dim_x), v (dim_u) natural velocity, mu (dim_u) = dl/dv, attitude (N x N mpmath matrix with
-    A(0) = identity, dA/dt = A v^) or None; ``certain_digits`` of each of them, and ``evidence``.
-    """
-
-    t: Fraction
-    x: list[Any]
-    mu: list[Any]
-    v: list[Any]
-    attitude: Any
-    certain_digits: int
-    method: str
-    evidence: str
-
+from .problem import Problem, scene_of
+from .result import Solution
 
 _known: dict[tuple[Any, ...], dict[Fraction, Solution]] = {}
 
@@ -42,7 +25,8 @@ def solution(scene: Any, t: Any, digits: int = 50, attitude: bool = False) -> So
     """The reference of a scene (or of the scene of that name) at time t.
 
     t is an int, Fraction, float (its exact binary value) or decimal string; negative t runs
-    backwards. ``certain_digits`` is ``digits`` unless the result could not be certified.
+    backwards. ``certain_digits`` is ``digits`` unless the result could not be certified. Raises
+    `ReferenceFailure` for bad questions, singular motions, and damaged or stale tables.
     """
     return solutions(scene, [t], digits, attitude)[0]
 
@@ -54,78 +38,39 @@ def solutions(
     if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
         raise ReferenceFailure(f"digits={digits!r} is no positive whole number; ask for e.g. 50")
     exact_times = [exact_time(t) for t in times]
-    problem = Problem.of(_scene(scene), attitude)
-    found = _known.setdefault((*problem.key, attitude, digits), {})
+    problem = Problem.of(scene_of(scene))
+    if attitude and not problem.has_attitude:
+        raise ReferenceFailure(
+            f"scene {problem.scene.name} lives on a {problem.scene.groupoid.kind} groupoid, which "
+            "has no attitude; ask with attitude=False"
+        )
+    found = _known.setdefault((problem.scene.name, problem.key, attitude, digits), {})
     missing = sorted(set(exact_times) - set(found))
     if missing:
-        found.update(problem.solve(missing, digits))
+        found.update(_answers(problem, missing, digits, attitude))
     return [found[t] for t in exact_times]
 
 
+def _answers(
+    problem: Problem, times: list[Fraction], digits: int, attitude: bool
+) -> dict[Fraction, Solution]:
+    """From the frozen table, from the user's cache, and the rest computed."""
+    name, key = problem.scene.name, problem.key
+    found: dict[Fraction, Solution] = {}
+    for table in (lambda: frozen.fitting(name, key), lambda: cache.kept(name, key)):
+        if len(found) < len(times):
+            held = table()
+            rows = {t: held and held.row(t, digits, attitude) for t in set(times) - set(found)}
+            found |= {t: row for t, row in rows.items() if row}
+    missing = sorted(set(times) - set(found))
+    if missing:
+        solved, dear = problem.solve(missing, digits, attitude)
+        found |= solved
+        if dear:
+            cache.keep(name, key, solved.values())
+    return found
+
+
 def forget() -> None:
-    """Empty the memory of solutions computed in this process."""
+    """Empty the memory of solutions computed in this process; files stay."""
     _known.clear()
-
-
-@dataclass(frozen=True)
-class Problem:
-    """What is to be solved, and a key made of its exact content."""
-
-    scene: Any
-    attitude: bool
-    key: tuple[Any, ...]
-    form: Any
-
-    @classmethod
-    def of(cls, scene: Any, attitude: bool) -> Problem:
-        import sympy
-
-        from .algebroid import algebroid_of
-        from .closed_forms import closed_form_of
-        from .equations import base_and_velocity, exact_lagrangian, exact_start
-
-        x, v = base_and_velocity(scene)
-        lagrangian = exact_lagrangian(scene, x, v)
-        start = exact_start(scene)
-        structure = algebroid_of(scene, x)
-        key = (
-            scene.name,
-            sympy.srepr(lagrangian),
-            sympy.srepr(start),
-            sympy.srepr(structure.rho),
-            tuple((*index, sympy.srepr(c)) for index, c in sorted(structure.constants.items())),
-            tuple(map(sympy.srepr, structure.basis)),
-        )
-        if attitude and not structure.basis:
-            raise ReferenceFailure(
-                f"scene {scene.name} lives on a {scene.groupoid.kind} groupoid, which has no "
-                "attitude; ask with attitude=False"
-            )
-        form = closed_form_of(scene, x, v, lagrangian, structure, parameter_values(scene), start)
-        return cls(scene, attitude, key, form)
-
-    def solve(self, times: list[Fraction], digits: int) -> dict[Fraction, Solution]:
-        """Certified solutions at the times."""
-        from .certify import certified_closed_form, certified_integration
-
-        if self.form is not None:
-            return certified_closed_form(self.scene, self.form, times, digits, self.attitude)
-        return certified_integration(self.scene, times, digits, self.attitude)
-
-
-def _scene(scene: Any) -> Any:
-    """The scene itself, or the one of that name."""
-    if not isinstance(scene, str):
-        if not all(hasattr(scene, part) for part in ("lagrangian", "groupoid", "x0", "v0")):
-            raise ReferenceFailure(
-                f"{scene!r} is no scene; give a Scene or the name of one, such as 'pendulum'"
-            )
-        return scene
-    from integrators import scenes
-
-    names = list(scenes.names())
-    if scene in names:
-        return scenes.get(scene)
-    near = get_close_matches(scene, names, 3)
-    hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(names)}"
-    raise ReferenceFailure(f"there is no scene {scene!r}: {hint}")

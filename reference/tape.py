@@ -138,7 +138,7 @@ class Tape:
             return {self._add("power", a, exponent): 1}
         whole, half = divmod(abs(int(2 * exponent)), 2)
         factors = [self._integer_power(a, whole)] if whole else []
-        node = self._all(factors + [self._add("sqrt", a)] * half)
+        node = self._all(factors + ([self._add("sqrt", a)] if half else []))
         assert node is not None
         return {node if exponent > 0 else self._add("inverse", node): 1}
 

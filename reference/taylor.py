@@ -8,19 +8,21 @@ last two coefficients. The solution between steps is the local polynomial itself
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from .exact import number_to_mpfr
 from .failures import ReferenceFailure
+from .progress import tell
 
 if TYPE_CHECKING:
     from .equations import Equations
     from .series import SeriesProgram
 
 BITS = math.log2(10)
+STEP_BITS = 30  # short steps add up exactly
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,11 @@ class TaylorSettings:
     digits: int
     guard: int = 8
     stretch: float = 1.0
+
+    @property
+    def precision(self) -> int:
+        """Bits of the arithmetic."""
+        return math.ceil((self.digits + self.guard) * BITS)
 
     @property
     def order(self) -> int:
@@ -46,25 +53,35 @@ class Sweep:
     order: int
 
 
+@dataclass(frozen=True)
+class Step:
+    """One step as it was made: all nodes' series, its signed size, the times in it with offsets."""
+
+    nodes: list[list[Any]]
+    size: Any
+    times: list[tuple[Fraction, Any]]
+
+
 def integrate(
     equations: Equations,
     program: SeriesProgram,
     times: Sequence[Fraction],
     settings: TaylorSettings,
     max_steps: int = 1_000_000,
+    watch: Callable[[Step], None] | None = None,
 ) -> Sweep:
-    """The solution at the given times, forward and backward from 0."""
+    """The solution at the given times, forward and backward from 0; ``watch`` sees each step."""
     import gmpy2
 
-    digits = settings.digits + settings.guard
-    with gmpy2.context(gmpy2.get_context(), precision=math.ceil(digits * BITS)):
+    with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
+        digits = settings.digits + settings.guard
         constants = program.constants_at(digits)
         start = [number_to_mpfr(value, digits) + gmpy2.mpfr(0) for value in equations.start]
         found = {Fraction(0): start}
         steps = 0
         for direction in (1, -1):
             wanted = sorted((t for t in times if t * direction > 0), key=abs)
-            steps += _one_way(program, start, constants, wanted, settings, found, max_steps)
+            steps += _one_way(program, start, constants, wanted, settings, found, max_steps, watch)
     return Sweep({t: found[t] for t in times}, steps, settings.order)
 
 
@@ -76,15 +93,17 @@ def _one_way(
     settings: TaylorSettings,
     found: dict[Fraction, list[Any]],
     max_steps: int,
+    watch: Callable[[Step], None] | None,
 ) -> int:
     import gmpy2
 
     order = settings.order
     tolerance = gmpy2.mpfr(10) ** -settings.digits
-    now, steps, pending = gmpy2.mpfr(0), 0, list(wanted)
+    now, steps, pending = gmpy2.mpq(0), 0, list(wanted)  # the time is exact
     while pending:
-        series = program.coefficients(order, state, constants)
-        last = gmpy2.mpfr(gmpy2.mpq(pending[-1].numerator, pending[-1].denominator)) - now
+        nodes = program.nodes(order, state, constants)
+        series = nodes[: program.size]
+        last = gmpy2.mpfr(gmpy2.mpq(pending[-1].numerator, pending[-1].denominator) - now)
         size = safe_step(series, order, tolerance)
         if size is None or not size > abs(last) * tolerance or steps >= max_steps:
             raise ReferenceFailure(
@@ -92,22 +111,31 @@ def _one_way(
                 "solution is singular there (a collision, or a pole of the equations); "
                 "ask for an earlier time or start elsewhere"
             )
+        size = gmpy2.mpfr(size, STEP_BITS)
         step = gmpy2.copy_sign(size, last) if size < abs(last) else last
+        reached = []
         while pending:
             t = pending[0]
-            offset = gmpy2.mpfr(gmpy2.mpq(t.numerator, t.denominator)) - now
+            offset = gmpy2.mpfr(gmpy2.mpq(t.numerator, t.denominator) - now)
             if abs(offset) > abs(step):
                 break
             found[t] = [polynomial(coefficients, offset) for coefficients in series]
-            pending.pop(0)
+            reached.append((pending.pop(0), offset))
+        if watch is not None:
+            watch(Step(nodes, step, reached))
         state = [polynomial(coefficients, step) for coefficients in series]
-        now += step
+        now += gmpy2.mpq(step)
         steps += 1
+        tell(f"{program.name}: series of order {order}", float(now), float(wanted[-1]))
     return steps
 
 
 def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
-    """Radius of convergence x tolerance^(1/order); None if a coefficient is not finite."""
+    """Radius of convergence x tolerance^(1/order); None if a coefficient is not finite.
+
+    Of an entire solution no term may grow far beyond the state, or digits cancel: all terms up to
+    half the order stay below about twice its size.
+    """
     import gmpy2
 
     scale = max(abs(coefficients[0]) for coefficients in series)
@@ -120,6 +148,10 @@ def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
             return None
         if size:
             best = min(best, gmpy2.exp(gmpy2.log(tolerance * scale / size) / j))
+    for j in range(1, order // 2):
+        size = max(abs(coefficients[j]) for coefficients in series)
+        if size:
+            best = min(best, 2 ** gmpy2.mpfr((gmpy2.get_exp(scale) - gmpy2.get_exp(size) + 1) / j))
     return best
 
 

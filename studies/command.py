@@ -7,19 +7,18 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import re
 import shlex
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from integrators import BadInput, StepFailure, discretisations, retractions, scenes
 
-from . import NAMES
+from . import NAMES, references
+from .output import console, progress_shown, writable, write
 
 PASS, FAIL, BAD_INPUT, INCONCLUSIVE, INTERRUPTED = 0, 1, 2, 3, 130
 EXIT = {"pass": PASS, "fail": FAIL, "inconclusive": INCONCLUSIVE}
@@ -92,6 +91,7 @@ def _parser() -> argparse.ArgumentParser:
         study.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
         study.set_defaults(action=_study, study=name)
 
+    references.add_to(commands)
     report = commands.add_parser("report", help="all studies on one page with its figures")
     _choices(report)
     report.add_argument("--folder", default="reports/build", help="default: reports/build")
@@ -164,7 +164,7 @@ def _list(options: argparse.Namespace) -> int:
     found = {"scenes": list(scenes.names()), "rules": list(discretisations.names()),
              "groupoids": list(GROUPOIDS), "studies": list(NAMES)}  # fmt: skip
     if options.json:
-        _write(options.json, json.dumps(found, indent=1))
+        write(options.json, json.dumps(found, indent=1))
         return PASS
     for kind, names in found.items():
         print(f"{kind}:")
@@ -220,7 +220,7 @@ def _run(options: argparse.Namespace) -> int:
         "seconds": seconds, "failure": None if failure is None else str(failure),
     }  # fmt: skip
     if options.json:
-        _write(options.json, json.dumps(found))
+        write(options.json, json.dumps(found))
     if options.json != "-":
         _print_run(found)
     if failure is not None:
@@ -254,14 +254,14 @@ def _study(options: argparse.Namespace) -> int:
     from .running import run_study
 
     choice = _choice(options)
-    _writable(options.json)
+    writable(options.json)
     with progress_shown() as show:
         result = run_study(get(options.study), choice, show, keep=True, jobs=_jobs(options))
     result["command"] = _as_typed(options)
     if options.json:
-        _write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
+        write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
     if options.json != "-":
-        _console().print(terminal_table(result))
+        console().print(terminal_table(result))
     return EXIT[result["verdict"]]
 
 
@@ -289,69 +289,11 @@ def _report(options: argparse.Namespace) -> int:
     from .case import worst
     from .rendering.tables import terminal_table
 
-    console = _console()
+    screen = console()
     for result in results:
-        console.print(terminal_table(result))
-    console.print(f"report: {page}", highlight=False, soft_wrap=True)
+        screen.print(terminal_table(result))
+    screen.print(f"report: {page}", highlight=False, soft_wrap=True)
     return EXIT[worst(r["verdict"] for r in results)]
-
-
-# -- output --------------------------------------------------------------------------------
-
-
-def _write(file: str, text: str) -> None:
-    """To standard output (-), or beside the file and then renamed."""
-    if file == "-":
-        print(text)
-        return
-    from integrators.compiling import write_atomically
-
-    try:
-        write_atomically(Path(file), text + "\n")
-    except OSError as error:
-        raise BadInput(f"{file} cannot be written ({error.strerror}); name another file.") from None
-
-
-def _writable(file: str | None) -> None:
-    """Say before hours of measuring that the result could not be written."""
-    if file in (None, "-"):
-        return
-    path = Path(str(file))
-    why = (
-        "Is a directory" if path.is_dir()
-        else "No such folder" if not path.parent.is_dir()
-        else "Permission denied" if not os.access(path.parent, os.W_OK)
-        else ""
-    )  # fmt: skip
-    if why:
-        raise BadInput(f"{file} cannot be written ({why}); name another file.")
-
-
-def _console() -> Any:
-    from rich.console import Console
-
-    console = Console()
-    return console if console.is_terminal else Console(width=150)
-
-
-@contextmanager
-def progress_shown() -> Iterator[Any]:
-    """A progress bar on standard error, if that is a terminal: yields show(label, fraction)."""
-    if not sys.stderr.isatty():
-        yield lambda label, fraction: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
-    columns = [
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-    ]
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-        yield lambda label, fraction: bar.update(task, description=label, completed=fraction)
 
 
 if __name__ == "__main__":

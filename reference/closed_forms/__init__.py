@@ -15,19 +15,29 @@ from .form import ClosedForm, Motion
 
 def registry() -> dict[str, ClosedForm]:
     """The closed forms by scene name."""
-    from . import harmonic, kepler, pendulum, rigid_body
+    from . import charged_particle, harmonic, kepler, pendulum, rigid_body, rigid_body_so4, sl2
+    from . import symmetric_top as top
 
-    return {module.FORM.name: module.FORM for module in (harmonic, pendulum, kepler, rigid_body)}
+    modules = (harmonic, pendulum, kepler, charged_particle, rigid_body, rigid_body_so4, sl2, top)
+    forms = (*(module.FORM for module in modules), top.PENDULUM)
+    return {form.name: form for form in forms}
 
 
 def closed_form_of(
-    scene: Any, x: Any, v: Any, lagrangian: Any, structure: Algebroid, parameters: Any, start: Any
+    scene: Any,
+    x: Any,
+    v: Any,
+    lagrangian: Any,
+    structure: Algebroid,
+    parameters: Any,
+    start: Any,
+    attitude: bool = False,
 ) -> ClosedForm | None:
-    """The closed form that solves exactly this scene, or None."""
+    """The closed form that solves exactly this scene (with its attitude, if asked), or None."""
     import sympy
 
     form = registry().get(scene.name)
-    if form is None or form.kind != scene.groupoid.kind:
+    if form is None or form.kind != scene.groupoid.kind or (attitude and not form.attitude):
         return None
     if form.basis is not None and structure.basis != form.basis():
         return None

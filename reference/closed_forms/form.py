@@ -23,7 +23,8 @@ class ClosedForm:
     """A closed-form solution and the system that it solves.
 
     ``motion(p, x0, v0, t)`` takes exact sympy numbers and evaluates at mpmath's working precision;
-    ``applies(p, x0, v0)`` says whether these data are in its range.
+    ``applies(p, x0, v0)`` says whether these data are in its range, ``attitude`` whether the motion
+    gives one.
     """
 
     name: str
@@ -33,6 +34,7 @@ class ClosedForm:
     motion: Callable[[Any, Numbers, Numbers, Any], Motion]
     applies: Callable[[Any, Numbers, Numbers], bool]
     basis: Callable[[], tuple[Any, ...]] | None = None
+    attitude: bool = False
 
 
 def is_zero(number: Any) -> bool:

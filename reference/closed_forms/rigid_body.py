@@ -125,5 +125,6 @@ def _separatrix_integral(n: Any, u: Any) -> Any:
 
 
 FORM = ClosedForm(
-    "rigid-body", "Jacobi's elliptic functions", "group", lagrangian, motion, applies, basis
-)
+    "rigid-body", "Jacobi's elliptic functions", "group", lagrangian, motion, applies, basis,
+    attitude=True,
+)  # fmt: skip

@@ -108,10 +108,12 @@ def test_solutions_are_kept_by_content():
     assert solution(other, 1).x != solution(scene, 1).x
 
 
-def test_evidence_names_both_settings():
+def test_evidence_names_what_was_done():
     found = solution("heavy-top", 1)
     assert found.method == "Taylor series" and found.certain_digits == 50
-    assert "two Taylor integrations" in found.evidence and "Gragg" in found.evidence
+    assert found.certainty == "enclosure" and found.bound < 1e-50
+    for words in ("error is enclosed", "Gragg", "energy, μ·Γ and |Γ|² kept to"):
+        assert words in found.evidence
 
 
 def test_sensitive_motion_is_certified_at_higher_precision():
@@ -127,7 +129,8 @@ def test_sensitive_motion_is_certified_at_higher_precision():
         lagrangian=lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 2,
     )
     found = solution(scene, 30, digits=30)
-    assert found.certain_digits == 30 and "1e-34" not in found.evidence
+    assert found.certain_digits == 30 and found.certainty == "enclosure"
+    assert "1e-31" not in found.evidence
     with mpmath.workdps(60):
         assert abs(found.x[0] - mpmath.exp(-30 * mpmath.sqrt(2))) < mpmath.mpf(10) ** -30
 
@@ -146,9 +149,10 @@ def test_a_second_method_that_disagrees_lowers_the_certain_digits(monkeypatch):
         return (lambda z, c: [factor * rate for rate in field(z, c)]), constants
 
     monkeypatch.setattr(extrapolation, "compile_field", wrong)
-    found = solution("lagrange-top", "1.25")
+    found = solution("heavy-top", "1.3")
     assert 25 <= found.certain_digits <= 31
     assert "fewer than the 50 asked for" in found.evidence
+    assert found.certainty == "agreement" and found.bound is None
 
 
 @pytest.mark.parametrize(

@@ -7,32 +7,18 @@ import gmpy2
 import mpmath
 import pytest
 import sympy
+from elementary import FUNCTIONS, X, one_equation
 
 from integrators import scenes
 from reference import solution, solutions
 from reference.agreement import agreement
-from reference.certify import _all_blocks
 from reference.equations import equations_of
 from reference.extrapolation import extrapolate
 from reference.series import compile_series
+from reference.states import all_blocks
 from reference.taylor import TaylorSettings, integrate
 
 ALL = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
-X = sympy.Symbol("x0", real=True)
-FUNCTIONS = [
-    X**3, X**-1, X**-3, sympy.sqrt(X), X ** sympy.Rational(-3, 2), X ** sympy.Rational(1, 3),
-    X ** sympy.pi, X**X, 2**X, sympy.exp(-X), sympy.log(X), sympy.sin(X), sympy.cos(2 * X),
-    sympy.tan(X), sympy.sec(X), sympy.sinh(X), sympy.cosh(X), sympy.tanh(X), sympy.atan(X),
-    sympy.asin(X / 2), sympy.acos(X / 2), sympy.asinh(X), sympy.acosh(1 + X), sympy.atanh(X / 2),
-    sympy.Abs(-X), 1 / (1 + X**2), (2 - X) * (1 + X) / (3 + X), 3 * (X + 1) - sympy.sqrt(2) * X,
-]  # fmt: skip
-
-
-def one_equation(rate):
-    """dx/dt = rate(x), x(0) = 3/4, in the form that the integrators take."""
-    return SimpleNamespace(
-        name="test", states=(X,), start=(sympy.Rational(3, 4),), assignments=(), rates=(rate,)
-    )
 
 
 @pytest.mark.parametrize("rate", FUNCTIONS, ids=str)
@@ -57,7 +43,7 @@ def test_taylor_and_extrapolation_agree(name):
     times = [Fraction(-1), Fraction(0), Fraction(1, 3), Fraction(5)]
     taylor = integrate(equations, compile_series(equations), times, TaylorSettings(53))
     other = extrapolate(equations, times, 53)
-    one, two = _all_blocks(equations, taylor, 61), _all_blocks(equations, other, 61)
+    one, two = all_blocks(equations, taylor, 61), all_blocks(equations, other, 61)
     for t in times:
         assert agreement(one[t], two[t], {}) >= 50
 
@@ -68,7 +54,7 @@ def test_convergence_law():
     program, t = compile_series(equations), Fraction(4)
 
     def at(digits):
-        return _all_blocks(
+        return all_blocks(
             equations, integrate(equations, program, [t], TaylorSettings(digits)), digits + 8
         )[t]
 

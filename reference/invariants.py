@@ -1,0 +1,139 @@
+"""Energy and the conserved quantities that a scene declares, along a computed solution.
+
+A quantity whose time derivative along the equations is not zero where it is looked at is no
+invariant: it is named, and says nothing about the solution.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from .agreement import EXACT, Blocks, said
+from .exact import parameter_values
+from .failures import ReferenceFailure
+
+if TYPE_CHECKING:
+    from .equations import Equations
+
+
+@dataclass(frozen=True)
+class Invariants:
+    """Functions of (x, v, mu, attitude) that the motion keeps, each with its absolute terms."""
+
+    names: tuple[str, ...]
+    function: Callable[..., list[tuple[Any, Any]]]
+    rates: Callable[..., list[tuple[Any, Any]]]
+
+    def digits(self, here: Blocks, start: Blocks, working: int) -> tuple[int, str]:
+        """Digits to which all are kept, and that in words.
+
+        A drift is measured relative to the quantity's sum of absolute terms, here or at the start.
+        """
+        import mpmath
+
+        worst, least = math.inf, ""
+        kept: dict[str, None] = {}
+        broken: dict[str, None] = {}
+        with mpmath.workdps(working):
+            pairs = zip(
+                self.names, self._at(start), self._at(here), self._moving(here), strict=True
+            )
+            for name, (a, p), (b, q), moving in pairs:
+                if moving:
+                    broken[name] = None
+                    continue
+                kept[name] = None
+                drift = abs(b - a)
+                if drift:
+                    digits = float(mpmath.log10(max(p, q) / drift))
+                    if not digits >= worst:
+                        worst, least = digits, name
+        certain = EXACT if worst == math.inf else max(0, math.floor(worst))
+        words = f"{_listed(kept)} kept {said(certain)}"
+        if least and len(kept) > 1:
+            words += f" ({least} least)"
+        if broken:
+            words += (
+                f"; {_listed(broken)}, which the scene declares, not conserved by its equations"
+            )
+        return certain, words
+
+    def _at(self, blocks: Blocks) -> list[tuple[Any, Any]]:
+        return self.function(*blocks["x"], *blocks["v"], *blocks["mu"], *blocks.get("attitude", ()))
+
+    def _moving(self, blocks: Blocks) -> list[bool]:
+        """Which of them have a derivative that is no rounding."""
+        found = self.rates(*blocks["x"], *blocks["v"], *blocks.get("attitude", ()))
+        return [abs(rate) > 1e-10 * scale for rate, scale in found]
+
+
+def _listed(names: Iterable[str]) -> str:
+    *most, last = names
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def invariants_of(scene: Any, equations: Equations) -> Invariants:
+    """Those of the scene; of its attitude only if the equations carry one."""
+    import sympy
+
+    n, m, size = equations.dim_x, equations.dim_u, equations.attitude_size
+    states = list(equations.states)
+    x = sympy.Matrix(n, 1, states[:n])
+    mu = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"mu{i}", real=True))
+    names, values = ["energy"], [equations.energy]
+    for quantity in getattr(scene, "symmetries", ()):
+        if quantity.attitude and not size:
+            continue
+        base = sympy.Matrix(size, size, states[n + m :]) if quantity.attitude else x
+        try:
+            found = sympy.sympify(quantity.formula(base, mu, parameter_values(scene)))
+        except Exception as error:
+            raise ReferenceFailure(
+                f"the conserved quantity {quantity.name} of scene {scene.name} cannot be evaluated "
+                f"on symbols ({type(error).__name__}: {error}); write it with sympy functions"
+            ) from error
+        entries = list(found) if hasattr(found, "shape") else [found]
+        names += [quantity.name] * len(entries)
+        values += entries
+    values = list(map(sympy.sympify, values))
+    arguments = [*states[: n + m], *mu, *states[n + m :]]
+    function = sympy.lambdify(arguments, [_with_size(value) for value in values], "mpmath")
+    return Invariants(tuple(names), function, _rates(equations, mu, values))
+
+
+def _with_size(value: Any) -> tuple[Any, Any]:
+    """The value and the sum of its absolute terms."""
+    import sympy
+
+    return value, sum((abs(term) for term in sympy.Add.make_args(value)), sympy.S.Zero)
+
+
+def _rates(equations: Equations, mu: Any, values: list[Any]) -> Any:
+    """(dJ/dt, the sum of the absolute terms of the chain rule) of each as a function of state."""
+    import sympy
+
+    momentum = dict(zip(mu, equations.momentum, strict=True))
+    speeds = [sympy.Symbol(f"rate {state}", real=True) for state in equations.states]
+    rows = []
+    for value in values:
+        plain = value.xreplace(momentum)
+        terms = [plain.diff(z) * w for z, w in zip(equations.states, speeds, strict=True)]
+        rows.append((sympy.Add(*terms), sum(map(abs, terms), sympy.S.Zero)))
+    names = [symbol for symbol, _ in equations.assignments]
+    chain = sympy.lambdify([*equations.states, *speeds], rows, "mpmath", cse=True)
+    steps = [
+        sympy.lambdify([*equations.states, *names[:i]], expression, "mpmath")
+        for i, (_, expression) in enumerate(equations.assignments)
+    ]
+    last = sympy.lambdify([*equations.states, *names], list(equations.rates), "mpmath")
+
+    def rates(*state: Any) -> Any:
+        held: list[Any] = []
+        for step in steps:
+            held.append(step(*state, *held))
+        return chain(*state, *last(*state, *held))
+
+    return rates

@@ -1,0 +1,82 @@
+"""What is to be solved: a scene's exact mathematics, with its fingerprint, and how it is solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from fractions import Fraction
+from typing import Any
+
+from .exact import parameter_values
+from .failures import ReferenceFailure
+from .result import Solution
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A scene with what was derived from it; ``key`` is its `fingerprint`."""
+
+    scene: Any
+    x: Any
+    v: Any
+    lagrangian: Any
+    structure: Any
+    start: tuple[Any, ...]
+    key: str
+
+    @classmethod
+    def of(cls, scene: Any) -> Problem:
+        """Raises `ReferenceFailure` if the scene cannot be used."""
+        from .algebroid import algebroid_of
+        from .equations import base_and_velocity, exact_lagrangian, exact_start
+        from .fingerprint import fingerprint
+
+        x, v = base_and_velocity(scene)
+        lagrangian = exact_lagrangian(scene, x, v)
+        start = exact_start(scene)
+        structure = algebroid_of(scene, x)
+        key = fingerprint(x, v, lagrangian, structure, start)
+        return cls(scene, x, v, lagrangian, structure, start, key)
+
+    @property
+    def has_attitude(self) -> bool:
+        """Whether the groupoid comes from a matrix group."""
+        return bool(self.structure.basis)
+
+    def form(self, attitude: bool) -> Any:
+        """The closed form that solves it, or None."""
+        from .closed_forms import closed_form_of
+
+        return closed_form_of(
+            self.scene, self.x, self.v, self.lagrangian, self.structure,
+            parameter_values(self.scene), self.start, attitude,
+        )  # fmt: skip
+
+    def solve(
+        self, times: list[Fraction], digits: int, attitude: bool
+    ) -> tuple[dict[Fraction, Solution], bool]:
+        """Certified solutions at the times, and whether they were dear enough to be kept."""
+        from .certify import certified_closed_form, certified_integration
+
+        form = self.form(attitude)
+        if form is not None:
+            return certified_closed_form(self.scene, form, times, digits, attitude), False
+        return certified_integration(self.scene, times, digits, attitude), True
+
+
+def scene_of(scene: Any) -> Any:
+    """The scene itself, or the one of that name."""
+    if not isinstance(scene, str):
+        if not all(hasattr(scene, part) for part in ("lagrangian", "groupoid", "x0", "v0")):
+            raise ReferenceFailure(
+                f"{scene!r} is no scene; give a Scene or the name of one, such as 'pendulum'"
+            )
+        return scene
+    from integrators import scenes
+
+    names = list(scenes.names())
+    if scene in names:
+        return scenes.get(scene)
+    near = get_close_matches(scene, names, 3)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(names)}"
+    raise ReferenceFailure(f"there is no scene {scene!r}: {hint}")

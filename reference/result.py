@@ -1,0 +1,82 @@
+"""What a reference is: the state at a time, its certain digits and the reason for them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, Literal
+
+from .agreement import Blocks
+
+Certainty = Literal["enclosure", "defect bound", "agreement"]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The state of a scene at time t, as mpf numbers that carry more digits than are certain.
+
+    x (dim_x), v (dim_u) natural velocity, mu (dim_u) = dl/dv, attitude (N x N mpmath matrix with
+    A(0) = identity, dA/dt = A v^) or None; ``certain_digits`` of each of them; ``certainty``: an
+    "enclosure" (proven), a "defect bound" (proven defect, growth to first order) or "agreement" (of
+    settings and methods); ``evidence`` in words; ``bound`` of the error relative to the largest
+    component of a block, an mpf, or None for agreement.
+    """
+
+    t: Fraction
+    x: list[Any]
+    mu: list[Any]
+    v: list[Any]
+    attitude: Any
+    certain_digits: int
+    method: str
+    evidence: str
+    certainty: Certainty = "agreement"
+    bound: Any = None
+
+    def limited_to(self, digits: int, attitude: bool) -> Solution:
+        """The answer to a question for fewer digits, or without the attitude."""
+        kept = self.attitude if attitude else None
+        return replace(self, certain_digits=min(digits, self.certain_digits), attitude=kept)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A state on its way to a `Solution`: remarks may still lower its certain digits."""
+
+    t: Fraction
+    blocks: Blocks
+    certain: int
+    certainty: Certainty
+    method: str
+    evidence: str
+    bound: Any = None
+
+    def remarked(self, remark: str) -> Finding:
+        """With a remark in the evidence."""
+        return replace(self, evidence=f"{self.evidence}; {remark}")
+
+    def limited(self, certain: int, remark: str, enough: int) -> Finding:
+        """No more certain than this; below ``enough`` a proof is contradicted, and is none."""
+        remarked = replace(self.remarked(remark), certain=min(self.certain, certain))
+        if certain < min(enough, self.certain):
+            return replace(remarked, certainty="agreement", bound=None)
+        return remarked
+
+    def solution(self, digits: int, attitude: bool) -> Solution:
+        """As it is handed out, for so many digits asked for."""
+        import mpmath
+
+        matrix = None
+        if attitude:
+            size = math.isqrt(len(self.blocks["attitude"]))
+            matrix = mpmath.matrix(size, size)
+            for index, value in enumerate(self.blocks["attitude"]):
+                matrix[index // size, index % size] = value
+        evidence = self.evidence
+        if self.certain < digits:
+            evidence += f": fewer than the {digits} asked for, so trust only the certain ones"
+        return Solution(
+            self.t, self.blocks["x"], self.blocks["mu"], self.blocks["v"], matrix,
+            min(digits, self.certain), self.method, evidence, self.certainty, self.bound,
+        )  # fmt: skip

@@ -1,0 +1,68 @@
+"""What the command writes: files, tables on the terminal, a progress bar."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from integrators import BadInput
+
+
+def write(file: str, text: str) -> None:
+    """To standard output (-), or beside the file and then renamed."""
+    if file == "-":
+        print(text)
+        return
+    from integrators.compiling import write_atomically
+
+    try:
+        write_atomically(Path(file), text + "\n")
+    except OSError as error:
+        raise BadInput(f"{file} cannot be written ({error.strerror}); name another file.") from None
+
+
+def writable(file: str | None) -> None:
+    """Say before hours of measuring that the result could not be written."""
+    if file in (None, "-"):
+        return
+    path = Path(str(file))
+    why = (
+        "Is a directory" if path.is_dir()
+        else "No such folder" if not path.parent.is_dir()
+        else "Permission denied" if not os.access(path.parent, os.W_OK)
+        else ""
+    )  # fmt: skip
+    if why:
+        raise BadInput(f"{file} cannot be written ({why}); name another file.")
+
+
+def console() -> Any:
+    """Rich's console; wide where the output is no terminal."""
+    from rich.console import Console
+
+    console = Console()
+    return console if console.is_terminal else Console(width=150)
+
+
+@contextmanager
+def progress_shown() -> Iterator[Any]:
+    """A progress bar on standard error, if that is a terminal: yields show(label, fraction)."""
+    if not sys.stderr.isatty():
+        yield lambda label, fraction: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    columns = [
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+    ]
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda label, fraction: bar.update(task, description=label, completed=fraction)

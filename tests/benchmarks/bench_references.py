@@ -1,0 +1,79 @@
+"""Certified references beside extrapolation and mpmath's odefun, in one run: ratios are printed.
+
+Ours includes its bound: pilot run, enclosure, everything but deriving the equations. Extrapolation
+and odefun come without one.
+"""
+
+import statistics
+import time
+from fractions import Fraction
+
+import mpmath
+import pytest
+
+from integrators import scenes
+from reference.bounded import bounded_integration
+from reference.equations import equations_of
+from reference.exact import to_mpf
+from reference.extrapolation import extrapolate
+from reference.series import compile_series
+
+DIGITS = 50
+
+
+@pytest.fixture(scope="module")
+def top():
+    equations = equations_of(scenes.get("heavy-top"))
+    return equations, compile_series(equations)
+
+
+def timed(run):
+    begun = time.perf_counter()
+    result = run()
+    return time.perf_counter() - begun, result
+
+
+def bench_heavy_top_beside_extrapolation(benchmark, top):
+    """T = 20: at most 4 x extrapolation on gmpy2 numbers is wanted, with the bound."""
+    t = Fraction(20)
+    ratios = []
+    for _ in range(5):
+        ours, (findings, _, _) = timed(lambda: bounded_integration(*top, [t], DIGITS))
+        theirs, other = timed(lambda: extrapolate(top[0], [t], DIGITS + 5))
+        ratios.append(ours / theirs)
+    assert findings[t].certainty == "enclosure" and findings[t].certain >= DIGITS
+    error = abs(to_mpf(other.states[t][0]) - findings[t].blocks["x"][0])
+    assert error < mpmath.mpf(10) ** -DIGITS
+    benchmark.extra_info["ours / extrapolation"] = round(statistics.median(ratios), 2)
+    print(f"\n  ours with its bound / extrapolation, T = 20: {statistics.median(ratios):.2f}")
+    benchmark.pedantic(lambda: bounded_integration(*top, [t], DIGITS), rounds=2)
+
+
+@pytest.mark.parametrize("digits", [50, 100, 150])
+def bench_heavy_top_beside_odefun(benchmark, top, digits):
+    """T = 1, which odefun can finish; 200 x faster is wanted.
+
+    odefun works with digits x order digits: what it loses grows fast with the digits asked for.
+    """
+    import sympy
+
+    t, (equations, _) = Fraction(1), top
+    field = sympy.lambdify(equations.states, list(equations.rates), "mpmath")
+
+    def odefun():
+        with mpmath.workdps(digits):
+            start = [mpmath.mpf(int(s.p)) / int(s.q) for s in equations.start]
+            return mpmath.odefun(lambda _, z: field(*z), 0, start)(1)
+
+    theirs, other = timed(odefun)
+    times = []
+    for _ in range(5):
+        seconds, (findings, _, _) = timed(lambda: bounded_integration(*top, [t], digits))
+        times.append(seconds)
+    with mpmath.workdps(digits):
+        error = abs(other[0] - findings[t].blocks["x"][0])
+        assert error < mpmath.mpf(10) ** (8 - digits)
+    ratio = theirs / statistics.median(times)
+    benchmark.extra_info["odefun / ours"] = round(ratio)
+    print(f"\n  odefun / ours with its bound, T = 1, {digits} digits: {ratio:.0f}")
+    benchmark.pedantic(lambda: bounded_integration(*top, [t], digits), rounds=3)

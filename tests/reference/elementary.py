@@ -1,0 +1,22 @@
+"""One equation dx/dt = f(x) for each elementary operation that the integrators know."""
+
+from types import SimpleNamespace
+
+import sympy
+
+X = sympy.Symbol("x0", real=True)
+FUNCTIONS = [
+    X**3, X**-1, X**-3, sympy.sqrt(X), X ** sympy.Rational(-3, 2), X ** sympy.Rational(1, 3),
+    X ** sympy.pi, X**X, 2**X, sympy.exp(-X), sympy.log(X), sympy.sin(X), sympy.cos(2 * X),
+    sympy.tan(X), sympy.sec(X), sympy.sinh(X), sympy.cosh(X), sympy.tanh(X), sympy.atan(X),
+    sympy.asin(X / 2), sympy.acos(X / 2), sympy.asinh(X), sympy.acosh(1 + X), sympy.atanh(X / 2),
+    sympy.Abs(-X), 1 / (1 + X**2), (2 - X) * (1 + X) / (3 + X), 3 * (X + 1) - sympy.sqrt(2) * X,
+]  # fmt: skip
+
+
+def one_equation(rate):
+    """dx/dt = rate(x), x(0) = 3/4, in the form that the integrators take."""
+    return SimpleNamespace(
+        name="test", states=(X,), start=(sympy.Rational(3, 4),), assignments=(), rates=(rate,),
+        dim_x=1, dim_u=0, attitude_size=0,
+    )  # fmt: skip

@@ -1,0 +1,159 @@
+"""Bounds of references: never below the error, in every operation and scene; wrong ones caught."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import gmpy2
+import mpmath
+import numpy as np
+import pytest
+import sympy
+from elementary import FUNCTIONS, X, one_equation
+
+from integrators import scenes
+from reference import bounded, enclosure, frozen, propagation, remainders, solution
+from reference.balls import jacobian
+from reference.enclosure import enclose
+from reference.equations import equations_of
+from reference.exact import to_mpf
+from reference.majorants import Unproven
+from reference.series import compile_series
+from reference.taylor import TaylorSettings, integrate
+
+CUT_OFF = TaylorSettings(18, guard=20)  # the truncation makes the error
+ROUNDED = TaylorSettings(30, guard=0)  # the arithmetic makes it
+TIMES = [Fraction(1, 9), Fraction(-1, 20), Fraction(1, 4)]
+
+
+def overshoot(equations, times, settings):
+    """The largest |error| over its bound, at all times and states; and the largest bound."""
+    program = compile_series(equations)
+    found = enclose(equations, program, times, settings)
+    best = integrate(equations, program, times, TaylorSettings(settings.digits + 30, guard=30))
+    assert found.held >= set(times)
+    worst, largest = 0, 0
+    with mpmath.workdps(100):
+        for t in times:
+            for z, y, bound in zip(
+                found.sweep.states[t], best.states[t], found.bounds[t], strict=True
+            ):
+                error = abs(to_mpf(z) - to_mpf(y))
+                worst = max(worst, error / bound if error else 0)
+                largest = max(largest, bound)
+    return worst, largest
+
+
+@pytest.mark.parametrize("settings", [CUT_OFF, ROUNDED], ids=["cut off", "rounded"])
+@pytest.mark.parametrize("rate", FUNCTIONS, ids=str)
+def test_bounds_hold_for_every_operation(rate, settings):
+    if any(op[0] == "integral" for op in compile_series(one_equation(rate)).operations):
+        with pytest.raises(Unproven, match="no remainder of"):
+            overshoot(one_equation(rate), TIMES, settings)
+        return
+    worst, largest = overshoot(one_equation(rate), TIMES, settings)
+    assert worst <= 1
+    assert largest < mpmath.mpf(10) ** (5 - settings.digits)
+
+
+@pytest.mark.parametrize("settings", [CUT_OFF, ROUNDED], ids=["cut off", "rounded"])
+@pytest.mark.parametrize("name", frozen.names())
+def test_bounds_hold_for_every_scene(name, settings):
+    worst, largest = overshoot(
+        equations_of(scenes.get(name)), [Fraction(3), Fraction(-1)], settings
+    )
+    assert worst <= 1
+    assert largest < mpmath.mpf(10) ** (8 - settings.digits)
+
+
+WRONG = [X**2, sympy.exp(X), sympy.sin(X), 1 / (1 + X**2), X ** sympy.Rational(1, 3)]
+
+
+@pytest.mark.parametrize("rate", WRONG, ids=str)
+def test_bounds_without_the_cut_off_are_caught(monkeypatch, rate):
+    monkeypatch.setattr(remainders, "high", lambda a, b: gmpy2.mpfr(0))
+    assert overshoot(one_equation(rate), TIMES, CUT_OFF)[0] > 10
+
+
+@pytest.mark.parametrize("rate", WRONG, ids=str)
+def test_bounds_for_a_better_arithmetic_are_caught(monkeypatch, rate):
+    """Ten digits fewer than the bounds are told."""
+
+    def rougher(equations, program, times, settings, watch):
+        return integrate(equations, program, times, replace(settings, guard=-10), watch=watch)
+
+    monkeypatch.setattr(enclosure, "integrate", rougher)
+    assert overshoot(one_equation(rate), TIMES, ROUNDED)[0] > 10
+
+
+def test_a_bound_that_does_not_grow_is_caught(monkeypatch):
+    """x = exp(-rt), r^2 = 2, on a saddle, where an error of rounding grows like exp(rt)."""
+    scene = replace(
+        scenes.get("harmonic"),
+        v0=(-sympy.sqrt(2),),
+        lagrangian=lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 2,
+    )
+    equations = equations_of(scene)
+    assert overshoot(equations, [Fraction(15)], ROUNDED)[0] <= 1
+    right = propagation.growth
+
+    def frozen(*data):
+        flow = right(*data)
+        unit = np.broadcast_to(np.eye(2), flow.phi.shape)
+        return replace(flow, phi=unit, slop=0 * flow.slop, within=unit)
+
+    monkeypatch.setattr(enclosure, "growth", frozen)
+    assert overshoot(equations, [Fraction(15)], ROUNDED)[0] > 1000
+
+
+@pytest.mark.parametrize("name", frozen.names())
+def test_jacobians_over_boxes_hold_those_at_points(name):
+    equations = equations_of(scenes.get(name))
+    contains_derivatives(equations, np.array([float(s) for s in equations.start]))
+
+
+@pytest.mark.parametrize("rate", FUNCTIONS, ids=str)
+def test_derivatives_over_boxes_hold_those_at_points(rate):
+    contains_derivatives(one_equation(rate), np.array([0.75]))
+
+
+def contains_derivatives(equations, centre):
+    rates = sympy.Matrix(equations.rates)
+    for symbol, expression in reversed(equations.assignments):
+        rates = rates.subs(symbol, expression)
+    exact = sympy.lambdify(equations.states, rates.jacobian(equations.states), "mpmath")
+    radius = 0.01 * (1 + abs(centre))
+    middle, spread = jacobian(compile_series(equations), centre[None], radius[None])
+    random = np.random.default_rng(7)
+    for _ in range(20):
+        point = centre + radius * random.uniform(-1, 1, centre.shape)
+        at = np.array(exact(*map(mpmath.mpf, point)).tolist(), dtype=float)
+        assert (abs(at - middle[0]) <= spread[0]).all()
+    assert spread.max() < 1 + 2 * abs(middle).max()
+
+
+def test_what_cannot_be_proven_is_said(monkeypatch):
+    """A logarithm has no remainder here: two settings agree. A dear proof is left at its defect."""
+    scene = scenes.get("harmonic")
+    vortex = replace(
+        scene, lagrangian=lambda x, v, p: v[0] ** 2 / 2 - sympy.log(1 + x[0] ** 2) ** 2
+    )
+    found = solution(vortex, 3, digits=30)
+    assert found.certainty == "agreement" and found.certain_digits == 30 and found.bound is None
+    assert "two Taylor integrations" in found.evidence and "no bound" not in found.method
+    monkeypatch.setattr(bounded, "PRICE", -1)
+    found = solution("heavy-top", 2, digits=33)
+    assert found.certainty == "defect bound" and found.bound < 1e-33
+    assert "to first order" in found.evidence
+
+
+def test_a_path_near_a_pole_of_a_step_is_no_proof():
+    """A step over which a denominator may vanish is refused, not bounded."""
+    program = compile_series(one_equation(1 / X))
+    with gmpy2.context(gmpy2.get_context(), precision=100):
+        state, size = [gmpy2.mpfr(1)], gmpy2.mpfr(-3) / 4  # x^2 = 1 + 2t is zero at t = -1/2
+        nodes = program.nodes(20, state, [])
+    from reference.majorants import upward
+    from reference.taylor import Step
+
+    with upward(), pytest.raises(Unproven, match="near zero"):
+        remainders.Remainders(program, Step(nodes, size, []), 20, 100)
