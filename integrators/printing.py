@@ -65,7 +65,7 @@ class Coefficients:
             constant = [a for a in e.args if not a.free_symbols - self.q]
             rest = [self.hoist(a) for a in e.args if a.free_symbols - self.q]
             if isinstance(e, Mul):
-                contents, rest = zip(*map(_primitive, rest), strict=True)
+                contents, rest = map(list, zip(*map(_primitive, rest), strict=True))
                 constant = [c for c in (*constant, *contents) if c != 1]
             if not constant:
                 return e.func(*rest)

@@ -1,4 +1,4 @@
-"""The product of two groupoids, such as pair × group: L on TM × g (paper, end of section 3.6)."""
+"""The product of two groupoids, such as pair × group (paper, last remark of section 3)."""
 
 from __future__ import annotations
 
