@@ -109,6 +109,7 @@ class ProductGroupoid(Groupoid):
 
     @cached_property
     def symmetric_chart(self) -> bool:
+        """Whether both charts are."""
         return all(g.symmetric_chart for g in self.parts)
 
     @cached_property
