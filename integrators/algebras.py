@@ -9,6 +9,7 @@ from itertools import combinations
 from typing import Any
 
 from .errors import BadInput
+from .exact import floats_exact
 
 Nested = tuple[tuple[Any, ...], ...]
 
@@ -71,9 +72,10 @@ class MatrixAlgebra:
 
     @cached_property
     def _matrices(self) -> list[Any]:
+        """The basis with sympy's numbers; floats and complex ones are their exact values."""
         from sympy import Matrix
 
-        return [Matrix(e) for e in self.basis]
+        return [Matrix(e).applyfunc(floats_exact) for e in self.basis]
 
     @cached_property
     def dual(self) -> Any:
@@ -235,13 +237,10 @@ def sp(n: int) -> MatrixAlgebra:
 
 def su(n: int) -> MatrixAlgebra:
     """Skew-Hermitian traceless n×n matrices; su(2) is −i/2 times the Pauli matrices."""
-    from sympy import I, Rational
-
     _sized("su", n, 2)
-    half = Rational(1, 2)
     basis: list[dict[tuple[int, int], Any]] = []
     for i, j in combinations(range(n), 2):
-        basis.append({(i, j): -I * half, (j, i): -I * half})
-        basis.append({(i, j): -half, (j, i): half})
-    basis += [{(i, i): -I * half, (i + 1, i + 1): I * half} for i in range(n - 1)]
+        basis.append({(i, j): -0.5j, (j, i): -0.5j})
+        basis.append({(i, j): -0.5, (j, i): 0.5})
+    basis += [{(i, i): -0.5j, (i + 1, i + 1): 0.5j} for i in range(n - 1)]
     return MatrixAlgebra(f"su({n})", tuple(_elementary(n, e) for e in basis))

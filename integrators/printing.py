@@ -64,6 +64,9 @@ class Coefficients:
         if isinstance(e, (Add, Mul)):
             constant = [a for a in e.args if not a.free_symbols - self.q]
             rest = [self.hoist(a) for a in e.args if a.free_symbols - self.q]
+            if isinstance(e, Mul):
+                contents, rest = map(list, zip(*map(_primitive, rest), strict=True))
+                constant = [c for c in (*constant, *contents) if c != 1]
             if not constant:
                 return e.func(*rest)
             part = e.func(*constant)
@@ -71,6 +74,19 @@ class Coefficients:
         if isinstance(e, Pow) and isinstance(2 * e.exp, Integer):
             return Pow(self.hoist(e.base), e.exp)
         return e.func(*[self.hoist(a) for a in e.args])
+
+
+def _primitive(factor: Any) -> tuple[Any, Any]:
+    """(c, f) with factor = c·f: 3a − 3b and b − a become the a − b that is computed anyway."""
+    base, exponent = factor.as_base_exp()
+    if not base.is_Add or not exponent.is_Integer:
+        return 1, factor
+    content, primitive = base.primitive()
+    if not content.is_Integer:
+        return 1, factor
+    if primitive.could_extract_minus_sign():
+        content, primitive = -content, -primitive
+    return content**exponent, primitive**exponent
 
 
 class Together(list[Any]):

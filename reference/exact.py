@@ -44,8 +44,8 @@ def exact_number(value: Any, where: str, real: bool = True) -> sympy.Expr:
     """The value as an exact sympy number, real unless told; ``where`` names it in the error."""
     import sympy
 
-    if isinstance(value, sympy.Expr):
-        number = without_floats(value)
+    if isinstance(value, (sympy.Expr, complex)):
+        number = without_floats(sympy.sympify(value))
     else:
         try:
             fraction = exact_time(value)

@@ -21,12 +21,12 @@ NAME = "symplecticity"
 NEEDS = "every scene and rule can be tested; check the names."
 DIGITS = (16, 50)
 POINTS = {True: 24, False: 8}  # points a step size, in double precision or not
-#: scenes of the controls: one without a group, one without a base, one with both
-CONTROL_SCENES = ("pendulum", "rigid-body", "heavy-top")
+#: scenes of the controls: one without a group, one without a base, two with both
+CONTROL_SCENES = ("pendulum", "rigid-body", "heavy-top", "rotor-body")
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene by every rule, and the controls on three scenes unless rules were chosen.
+    """Every scene by every rule, and the controls on four scenes unless rules were chosen.
 
     With controls chosen, only these.
     """
@@ -42,7 +42,7 @@ def cases(choice: Choice) -> list[Case]:
             scene = scenes.get(name)
             for control in choice.controls or controls.NAMES:
                 # the sign of a bracket is seen only beside an anchor
-                if control == controls.FLIPPED and scene.groupoid.kind != "action":
+                if control == controls.FLIPPED and scene.groupoid.kind not in ("action", "product"):
                     continue
                 found.append(Case(NAME, scene, rule, digits, choice.steps, control))
     return found

@@ -1,4 +1,4 @@
-"""Action groupoids of a matrix group: x ↦ x·τ(hu), a right action (paper, section 3.6.3)."""
+"""Action groupoids of a matrix group: x ↦ x·τ(hu), a right action (paper, section 3.7)."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ class RowAction(ActionGroupoid):
 class UserAction(ActionGroupoid):
     """A right action given by its map right_action(x, g) on Rⁿ or on an open part of it."""
 
-    mend = "; a right action has x·e = x and (x·g)·g′ = x·(gg′): make a left one right by g⁻¹"
+    mend = "; a right action has x·e = x and (x·g)·g′ = x·(gg′)"
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""The product of two groupoids, such as pair × group: L on TM × g (paper, end of section 3.6)."""
+"""The product of two groupoids, such as pair × group (paper, last remark of section 3)."""
 
 from __future__ import annotations
 
@@ -118,6 +118,7 @@ class ProductGroupoid(Groupoid):
 
     @cached_property
     def symmetric_chart(self) -> bool:
+        """Whether both charts are."""
         return all(g.symmetric_chart for g in self.parts)
 
     @cached_property

@@ -56,7 +56,7 @@ class Cayley(Retraction):
         # cay(2a) cay(2b) = cay(2c) with c = (e − a)⁻¹ (a + b) (e + ab)⁻¹ (e − a):
         # both g − e and g + e have the factors (e − a)⁻¹ and (e − b)⁻¹, which cancel.
         e, a, b = eye(algebra.size), algebra.hat(xi) / 2, algebra.hat(eta) / 2
-        c = _inverse(e - a) * (a + b) * _inverse(e + a * b) * (e - a)
+        c = _times(_inverse(e - a), a + b, _inverse(e + _times(a, b)), e - a)
         return 2 * algebra.coordinates(c)
 
 
@@ -66,6 +66,16 @@ def _between(algebra: MatrixAlgebra, left: Any, right: Any) -> Any:
 
     basis = [algebra.hat(row) for row in eye(algebra.dim).tolist()]
     return Matrix.hstack(*[algebra.coordinates(left * eta * right) for eta in basis])
+
+
+def _times(*factors: Any) -> Any:
+    """The product; of numbers multiplied out, lest complex ones become ever longer expressions."""
+    product = factors[0]
+    for factor in factors[1:]:
+        product = product * factor
+        if not product.free_symbols:
+            product = product.applyfunc(lambda e: e.expand())
+    return product
 
 
 def _inverse(matrix: Any) -> Any:

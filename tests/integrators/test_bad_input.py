@@ -18,6 +18,7 @@ from integrators import (
     lie_group,
     midpoint,
     pair,
+    product,
     rectangle,
     scenes,
     sl,
@@ -25,6 +26,7 @@ from integrators import (
     trapezoidal,
 )
 from integrators.discretisations import get as rule_called
+from integrators.groupoid import check_axioms
 
 NAN, INF = float("nan"), float("inf")
 
@@ -134,6 +136,38 @@ CASES = {
         lambda: Scheme(Scene("s", action(sl(3)), lambda x, v, p: v.dot(v), x0=[0] * 3,
                              v0=[0] * 8), midpoint),
         r"Cayley transform does not map sl\(3\) into its group .* use the exponential"),
+    "action that is left": (
+        lambda: check_axioms(action(so(3), right_action=lambda x, g: g * x, dim_x=3)),
+        r"action\(so\(3\), lambda\) is not a groupoid: .*target of a product.*a right action has"),
+    "action that moves at e": (
+        lambda: check_axioms(action(so(3), right_action=lambda x, g: (g.T * x) * 2, dim_x=3)),
+        r"is not a groupoid: b\(x, 0\) = x .* x·e = x"),
+    "action of another length": (
+        lambda: check_axioms(action(so(3), right_action=lambda x, g: g.T * x, dim_x=2)),
+        r"its map could not be evaluated with symbols|its map returned"),
+    "action without dim_x": (lambda: action(so(3), right_action=lambda x, g: g.T * x),
+                             r"needs its map and the dimension of its base"),
+    "action of rows and a map": (
+        lambda: action(so(3), rows=2, right_action=lambda x, g: x, dim_x=3),
+        "rows are for row vectors"),
+    "product of a number": (lambda: product(pair(1), 3), r"a product of 3: give two groupoids"),
+    "connection of two pairs": (
+        lambda: product(pair(1), pair(1), connection=lambda x: [[1]]),
+        r"a connection belongs to product\(pair\(n\), lie_group\(algebra\)\)"),
+    "connection of another shape": (
+        lambda: check_axioms(product(pair(1), lie_group(so(3)), connection=lambda x: [[1, 2]])),
+        r"A\(x\) is \(1, 2\), but must be \(3, 1\)"),
+    "connection no function": (
+        lambda: product(pair(1), lie_group(so(3)), connection=[[1], [2], [3]]),
+        "give a function of x"),
+    "product's element": (lambda: product(pair(1), pair(1)).element(sympy.Matrix([1, 2]), 1),
+                          r"pair\(1\) × pair\(1\) has no group elements"),
+    "x off the sphere": (
+        lambda: Scheme(scenes.get("spherical-pendulum").with_values(x0=[1, 0, 1]), midpoint),
+        r"spherical-pendulum: \|x\|² is 2 at x0, but must be 1"),
+    "momentum off its constraint": (
+        lambda: Scheme(scenes.get("spherical-pendulum").with_values(v0=[1, 0, 0]), midpoint),
+        r"spherical-pendulum: μ·x is 0\.66\d+ at x0, but must be 0"),
     # flows and runs
     "step 0": (lambda: scheme("pendulum", "midpoint").flow(0), "a step of 0 goes nowhere"),
     "step nan": (lambda: scheme("pendulum", "midpoint").flow(NAN), "step is nan"),

@@ -17,6 +17,8 @@ from integrators import (
     LocalGroupoid,
     Scene,
     Scheme,
+    cayley,
+    exponential,
     lie_group,
     midpoint,
     pair,
@@ -256,15 +258,25 @@ def test_a_stronger_sun_is_seen():
     assert gaps[-1] > 1e-4 and abs(orders[-1]) < 0.5
 
 
-@rules
-def test_rigid_body_on_so3_and_on_su2(rule):
-    """su(2) has the structure constants of so(3); Cayley is another chart, as far as h² goes."""
-    chart, other = (body_on(lie_group(a)) for a in (so(3), su(2)))
+@pytest.mark.parametrize("retraction", [cayley, exponential], ids=lambda r: r.name)
+def test_rigid_body_on_so3_and_on_su2(retraction):
+    """su(2) has the structure constants of so(3), and its retraction is another chart.
+
+    Cayley of SO(3) against Cayley and the exponential of SU(2): apart by O(h²), whatever the rule.
+    """
+    rule = midpoint
+    chart, other = body_on(lie_group(so(3))), body_on(lie_group(su(2), retraction))
     orders, gaps = observed_order(
         lambda n: end(chart, rule, 5, n)[1], lambda n: end(other, rule, 5, n)[1], [50, 100, 200]
     )
     assert abs(orders[-1] - 2) < 0.02
     assert gaps[-1] > 1e-6  # the charts differ
+
+
+def test_the_exponential_is_one_chart_of_both_groups():
+    """exp of su(2) covers exp of so(3): the same coordinates, so the same discrete motion."""
+    three, two = (run(body_on(lie_group(a, exponential)), midpoint) for a in (so(3), su(2)))
+    assert gap(three.mu, two.mu) < ROUNDOFF
 
 
 def test_other_moments_of_inertia_are_seen():

@@ -185,7 +185,7 @@ def test_dimension_and_fitness_for_cayley(name):
 
 
 def matrices(algebra):
-    return [Matrix(e) for e in algebra.basis]
+    return [Matrix(e).applyfunc(sympy.nsimplify) for e in algebra.basis]
 
 
 def test_the_basis_is_independent(algebra):
@@ -254,6 +254,21 @@ def test_su2_is_so3():
         killing = Matrix(3, 3, lambda a, b, C=constants: sum(
             C[d][a, c] * C[c][b, d] for c in range(3) for d in range(3)))  # fmt: skip
         assert killing == -2 * sympy.eye(3)
+
+
+def test_complex_matrices_have_real_coordinates():
+    """Cayley on su(2): fields, product and ι are real expressions, elements unitary."""
+    g = lie_group(su(2))
+    s = g._symbols
+    none = sympy.zeros(0, 1)
+    for matrix in (g.L(none, s["u"], s["h"]), g.R(none, s["u"], s["h"])):
+        assert all(entry.is_real and not entry.has(sympy.I) for entry in matrix)
+    u, v, h = Matrix([1, -2, 3]) / 4, Matrix([2, 1, -1]) / 3, Rational(2, 5)
+    p = g.product(none, u, v, h)
+    assert all(entry.is_Rational for entry in p)
+    e = g.element(u, h)
+    assert (e * e.H - sympy.eye(2)).expand().is_zero_matrix and sympy.expand(e.det()) == 1
+    assert (e * g.element(v, h) - g.element(p, h)).applyfunc(sympy.radsimp).expand().is_zero_matrix
 
 
 def test_wrong_algebras_are_named():

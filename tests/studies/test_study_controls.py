@@ -18,7 +18,7 @@ CONTROLS = [
     (scene, control)
     for scene in CONTROL_SCENES
     for control in controls.NAMES
-    if control != controls.FLIPPED or scene == "heavy-top"
+    if control != controls.FLIPPED or scene in ("heavy-top", "rotor-body")
 ]
 
 
