@@ -67,7 +67,10 @@ def _entry() -> Any:
 
 def held(expression: Any) -> Any:
     """The expression as one number that is rounded once: products with it are not merged."""
-    return expression if expression.is_Rational else _held()(expression)
+    if expression.is_Rational:
+        return expression
+    minus = expression.could_extract_minus_sign()
+    return -_held()(-expression) if minus else _held()(expression)
 
 
 @cache

@@ -17,6 +17,7 @@ from integrators import (
     Scheme,
     action,
     discretisation,
+    exponential,
     lie_group,
     midpoint,
     pair,
@@ -166,6 +167,9 @@ GROUPOIDS = {
         lie_group(se(2)),
         lie_group(sl(2)),
         action(se(2)),
+        lie_group(so(3), exponential),
+        action(so(3), exponential),
+        lie_group(se(2), exponential),
         so3_by_hand(),
         action_by_hand(),
         affine_group(),
@@ -188,6 +192,8 @@ STEPS = (Rational(1, 10), Rational(3), Rational(-2, 7))
 def arrows(groupoid, stratum, h, seed=0):
     """Exact x and three arrows' coordinates u, v, w with |hu| in the stratum."""
     size = {"near": Rational(1, 10**7), "generic": Rational(1), "edge": Rational(1000)}[stratum]
+    if groupoid.retraction == "exponential" and stratum != "near":
+        size = Rational(2, 5)  # the product ends where an angle reaches π: sums stay below
 
     def fraction(i):
         """Numbers between −1 and 1 without any pattern, none of them 0."""
@@ -200,6 +206,12 @@ def arrows(groupoid, stratum, h, seed=0):
     point = {"x": column(0, n, Rational(1, 2)), "h": h, "k": h * Rational(5, 3)}
     for number, name in enumerate("uvw"):
         point[name] = column(100 + 17 * number, m, size / h)
+        if groupoid.retraction == "exponential" and stratum == "edge" and name == "u":
+            turning = sum(e**2 for e in point[name][: 1 if m == 3 and "se" in groupoid.name else m])
+            turning = sympy.sqrt(turning).evalf(20) * abs(h)
+            point[name] *= Rational(31415, 10000) / Rational(str(turning))
+        elif groupoid.retraction == "exponential" and stratum == "edge":
+            point[name] /= 10**6
         if groupoid.name.startswith("affine") and stratum != "near":
             # the edge of this chart is 1 + hu₀ = 0
             factor = Rational(1, 1000 + number) if stratum == "edge" else Rational(3 + number, 2)

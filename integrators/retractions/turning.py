@@ -78,7 +78,11 @@ class Turning:
 
     def own(self, xi: Any) -> Any:
         """The part of ξ in this ideal, in the coordinates of the whole algebra."""
-        return xi if self.project is None else self.project * xi
+        from sympy import Add
+
+        # a sum gets one letter: polynomials in its terms would be long
+        own = xi if self.project is None else self.project * xi
+        return own.applyfunc(lambda e: held(e) if e.has(Add) else e)
 
     @staticmethod
     def _rate(square: Any, pairs: int) -> Any:

@@ -22,9 +22,10 @@ def ascending(
     denominators contain h are gathered over one denominator and come last. With `named`, a
     denominator is a letter, and this dictionary is told which (letter → denominator).
     """
-    from sympy import Add, Symbol, cancel, count_ops, factor_terms, fraction, together
+    from sympy import Add, Function, Symbol, cancel, count_ops, factor_terms, fraction, together
 
-    if count_ops(expression) > LARGEST:
+    opaque = any(type(f).__name__ == "stumpff" for f in expression.atoms(Function))
+    if opaque or count_ops(expression) > LARGEST:
         return [factor_terms(expression)]
     plain: list[Any] = []
     broken: list[Any] = []
@@ -162,6 +163,10 @@ class Typesetter:
             return self.product(given)
         if given.is_Pow:
             return self._power(given.base, given.exp)
+        if type(given).__name__ == "stumpff":
+            return f"{self.symbol(f'c_{given.args[0]}')}{self._fenced(given.args[1])}"
+        if type(given).__name__ == "Held":
+            return self.expression(given.args[0])
         if given.is_Function:
             inner = "<mo>,</mo>".join(self.expression(a) for a in given.args)
             return f"<mrow><mi>{escape(type(given).__name__)}</mi>{_fence(inner)}</mrow>"

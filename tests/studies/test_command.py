@@ -236,6 +236,19 @@ def test_the_command_of_a_result_names_its_controls():
     assert _choice(again).controls == ("damped residual",)
 
 
+def test_a_retraction_is_exchanged_and_the_command_says_so():
+    from studies.case import plain_cases
+
+    words = ["order", "heavy-top", "pendulum", "--rule", "midpoint", "--digits", "16"]
+    both = ["--retraction", "exponential", "--retraction", "cayley"]
+    cases = plain_cases("order", _choice(_parser().parse_args([*words, *both])), (16,))
+    assert [c.scene.groupoid.retraction for c in cases] == ["exponential", "cayley", None]
+    for case in cases:
+        again = _choice(_parser().parse_args(shlex.split(case.command)[1:]))
+        ((scene, _),) = again.pairs()
+        assert scene.groupoid.name == case.scene.groupoid.name
+
+
 def test_no_scene_is_every_scene_and_a_retraction_leaves_pairs_in():
     everything = _choice(_parser().parse_args(["order"]))
     assert {s.name for s, _ in everything.pairs()} == set(scenes.names())
@@ -276,7 +289,7 @@ BAD = [
     ("order nothing-like-it", "there are harmonic, pendulum, double-pendulum"),
     ("run pendulum --rule midpont", 'there is no rule "midpont": did you mean midpoint?'),
     ("energy pendulum --rule verlet", "there are rectangle, midpoint, trapezoidal"),
-    ("run pendulum --retraction caylee", 'there is no retraction "caylee": there is cayley'),
+    ("run pendulum --retraction caylee", 'there is no retraction "caylee": did you mean cayley?'),
     ("order pendulum --retraction exp", 'there is no retraction "exp"'),
     ("symplecticity --control Huen", 'there is no control "Huen": there are classical'),
     ("run pendulum --step 0", "a step of 0 goes nowhere"),
