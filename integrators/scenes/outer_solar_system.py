@@ -40,7 +40,7 @@ scene = Scene(
     x0=X0.split(),
     v0=V0.split(),
     duration=10000,
-    step=100,
+    step=50,
     symmetries=[total, Conserved("angular momentum", _spin)],
     source="Hairer, Lubich, Wanner, Geometric Numerical Integration, I.2.4 (5 September 1994)",
 )
