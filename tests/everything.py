@@ -5,6 +5,7 @@ held to every law by being listed.
 """
 
 from functools import cache
+from itertools import cycle
 
 import pytest
 import sympy
@@ -357,9 +358,20 @@ SCHEMES = tuple((s, r) for s in SCENES for r in RULES)
 BUILT_IN_SCHEMES = tuple((s, r) for s in BUILT_IN for r in RULES)
 
 
+#: scenes that meet every rule in every run; the others take turns, and meet all in the slow tests
+ALWAYS = {"harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "moving-mass",
+          "heavy-top-by-hand", "affine-on-line", "framed-plane"}  # fmt: skip
+TURN = dict(zip(SCENES, cycle(RULES), strict=False))
+
+
 def named(schemes):
-    """Parameters of a test that runs over schemes."""
-    return [pytest.param(*s, id="-".join(map(str, s))) for s in schemes]
+    """Parameters (scene, rule, …) of a test; what is not in every run is marked slow."""
+
+    def marks(scene, rule):
+        often = scene in ALWAYS or rule not in RULES or TURN[scene] == rule
+        return () if often else pytest.mark.slow
+
+    return [pytest.param(*s, id="-".join(map(str, s)), marks=marks(*s[:2])) for s in schemes]
 
 
 @cache

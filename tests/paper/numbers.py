@@ -53,7 +53,12 @@ def agree(found: Any, wanted: Any) -> bool:
     difference = found - wanted
     if difference == 0:
         return True
-    return bool(abs(number(difference)) <= EPS * (1 + abs(number(wanted))))
+    return bool(size(number(difference)) <= EPS * (1 + size(number(wanted))))
+
+
+def size(value: Any) -> Any:
+    """The larger of |Re| and |Im|: rational, as |z| is not."""
+    return max(abs(part) for part in value.as_real_imag())
 
 
 def columns(length: int, build: Callable[[int], Any]) -> Any:

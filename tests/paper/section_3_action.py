@@ -8,6 +8,7 @@ from typing import Any
 from sympy import Matrix, Rational, eye, zeros
 
 from integrators import LocalGroupoid
+from integrators.groupoids.action import UserAction
 
 from .curves import minus_by_curve, plus_by_curve
 from .numbers import columns, slope
@@ -145,7 +146,9 @@ def cross_matrix(w: Any) -> Any:
 
 
 def act(s: Sample, x: Any, g: Any) -> Any:
-    """x·g: the rows of x times a matrix."""
+    """x·g: the rows of x times a matrix, or what a user says that it is."""
+    if isinstance(s.g, UserAction):
+        return s.g.moved(x, g)
     return (x.reshape(s.n // g.rows, g.rows) * g).reshape(s.n, 1)
 
 

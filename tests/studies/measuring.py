@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from functools import cache
-from itertools import cycle
 from typing import Any
+
+from everything import TURN
 
 from integrators import Scene, discretisations, scenes
 from integrators.discretisations import Discretisation
@@ -14,9 +15,7 @@ from studies.running import run_case
 
 BUILT_IN = [(s, r) for s in scenes.names() for r in discretisations.BUILT_IN]
 #: each scene with one rule, the rules in turn: every rule meets every kind of groupoid
-PAIRWISE = [
-    (s, rule) for s, rule in zip(scenes.names(), cycle(discretisations.BUILT_IN), strict=False)
-]
+PAIRWISE = [(s, TURN[s]) for s in scenes.names()]
 
 
 def case(

@@ -6,6 +6,7 @@ import json
 import shlex
 
 import pytest
+from everything import named
 
 from integrators import scenes
 from studies import NAMES, check, get
@@ -49,7 +50,7 @@ def has_its_order(scene, rule, digits, tolerance):
         assert row["error"] ** 2 == pytest.approx(parts, rel=1e-12)
 
 
-@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+@pytest.mark.parametrize(("scene", "rule"), named(BUILT_IN))
 def test_order_in_double_precision(scene, rule):
     has_its_order(scene, rule, 16, 0.05)
 
@@ -80,14 +81,14 @@ def is_symplectic(scene, rule, digits, limit, steps):
     return tried
 
 
-@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+@pytest.mark.parametrize(("scene", "rule"), named(BUILT_IN))
 def test_symplectic_in_double_precision(scene, rule):
     is_symplectic(scene, rule, 16, 1e-13, 24)
 
 
 def test_the_largest_stable_steps_are_really_larger():
     """Where only small steps are tried the test proves little; every scene allows larger ones."""
-    for scene, rule in BUILT_IN:
+    for scene, rule in PAIRWISE:
         tried = is_symplectic(scene, rule, 16, 1e-13, 24)
         assert len(tried) == 2 and tried[1] >= 2 * tried[0], (scene, rule, tried)
 
@@ -99,7 +100,7 @@ def test_symplectic_at_50_digits(scene, rule):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("digits", [16, 50])
-@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+@pytest.mark.parametrize(("scene", "rule"), named(BUILT_IN))
 def test_symplectic_as_the_report_asks(scene, rule, digits):
     is_symplectic(scene, rule, digits, 1e-13 if digits == 16 else 1e-45, None)
 
@@ -115,12 +116,13 @@ def keeps_its_momenta(scene, rule, digits, limit, steps):
     assert max(found["measured"]["drift"].values()) <= limit
     assert found["expected"]["limit"] == pytest.approx(limit)
     for name, drift in found["measured"]["drift"].items():
-        assert drift == max(row["drift"][name] for row in found["rows"])
+        shown = [row["drift"][name] for row in found["rows"]]
+        assert drift == max(value for value in shown if value is not None)
     if steps:
         assert found["rows"][-1]["step"] == steps
 
 
-@pytest.mark.parametrize(("scene", "rule"), with_quantities)
+@pytest.mark.parametrize(("scene", "rule"), named(with_quantities))
 def test_momentum_over_ten_thousand_steps(scene, rule):
     keeps_its_momenta(scene, rule, 16, 1e-12, 10**4)
 
@@ -132,7 +134,7 @@ def test_momentum_at_50_digits(scene, rule):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("digits", [16, 50])
-@pytest.mark.parametrize(("scene", "rule"), with_quantities)
+@pytest.mark.parametrize(("scene", "rule"), named(with_quantities))
 def test_momentum_as_the_report_asks(scene, rule, digits):
     """10⁶ steps in double precision, 100 at 50 digits."""
     keeps_its_momenta(scene, rule, digits, 1e-12 if digits == 16 else 1e-46, None)
@@ -154,13 +156,13 @@ def keeps_energy_in_a_band(scene, rule, steps):
     return measured["band"]
 
 
-@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+@pytest.mark.parametrize(("scene", "rule"), named(BUILT_IN))
 def test_energy_over_ten_thousand_steps(scene, rule):
     keeps_energy_in_a_band(scene, rule, 10**4)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("scene", "rule"), BUILT_IN)
+@pytest.mark.parametrize(("scene", "rule"), named(BUILT_IN))
 def test_energy_over_a_million_steps(scene, rule):
     """A hundred times as long, the same band; of round-off alone √100 times 1e-14 may be left."""
     short = keeps_energy_in_a_band(scene, rule, 10**4)
