@@ -27,6 +27,7 @@ from .errors import BadInput
 from .groupoid import check_axioms
 from .scene import Scene
 from .symbols import SceneSymbols
+from .tables import opaque
 
 if TYPE_CHECKING:
     from .flow import Flow
@@ -230,7 +231,9 @@ class Scheme:
     def gain_at_points(self) -> Any:
         """F⁺ − F⁻ with what they share cancelled, m×1: recomputing F⁺ would let momenta drift."""
         d = self._adjoints
-        result = (self.L - self.R).applyfunc(lambda e: e.expand()).T * d.u + self.rho.T * d.x
+        # like terms of functions cancel as they stand: writing their factors out would take long
+        difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
+        result = difference.T * d.u + self.rho.T * d.x
         for point, d_z in d.at_points:
             right, left = point.moved
             result += (left - right).T * d_z

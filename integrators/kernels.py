@@ -283,10 +283,12 @@ def _costly(entries: Any, variables: Any, constants: set[Any]) -> list[Any]:
     """Largest subexpressions that are functions or roots of `variables` and constants alone."""
     wanted = set(variables)
     found: list[Any] = []
+    visited: set[Any] = set()
 
     def visit(e: Any) -> None:
-        if not e.free_symbols & wanted:
+        if e in visited or not e.free_symbols & wanted:
             return
+        visited.add(e)
         costly = e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))
         if costly and e.free_symbols <= wanted | constants:
             if e not in found:

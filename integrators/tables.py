@@ -102,6 +102,14 @@ def _held() -> Any:
     return Held
 
 
+def opaque(expression: Any) -> bool:
+    """Whether the expression holds functions whose factors are better left standing."""
+    from sympy import Function
+
+    kinds = {"Entry", "Held", "stumpff"}
+    return any(type(f).__name__ in kinds for f in expression.atoms(Function))
+
+
 def is_table(function: Any) -> bool:
     """Whether generated text may call it by its name."""
     return type(function).__name__ in _TEXTS
