@@ -43,7 +43,7 @@ def strata():
         yield scene, rule, "large", "generic"
         if scene != "kepler":
             yield scene, rule, "own", "far"
-        # coordinates of the base that a user's action moves have an edge of their own
+        # near half a turn the inverse step is not found where a base moves by no linear action
         if SCENES[scene].groupoid.dim_u == 3 and scene not in ("moebius", "stereographic"):
             yield scene, rule, "own", "edge"
 
