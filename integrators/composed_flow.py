@@ -39,11 +39,12 @@ class ComposedFlow(Flow):
                 made[key] = Flow(of_kind[substep.adjoint], size, digits)
             self.parts.append(made[key])
 
-    def poisson_defect(self, x: Any, mu: Any, *, bracket_sign: int = 1) -> Any:
+    def poisson_defect(self, x: Any, mu: Any, *, u0: Any = None, bracket_sign: int = 1) -> Any:
         """As `Flow.poisson_defect`, M being the product of the substeps' derivatives."""
         with self.numbers.working():
             x, mu = self._vectors(x, mu)
-            first, total, guess = self.parts[0].geometry, None, self._guess
+            guess = self._guess if u0 is None else self._vectors(x, u0)[1]
+            first, total = self.parts[0].geometry, None
             before = first.poisson_tensor(x, mu, bracket_sign)
             for part in self.parts:
                 guess = self._arrow_of(part, x, mu, guess)

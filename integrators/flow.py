@@ -155,14 +155,15 @@ class Flow:
         before, after = self.geometry.omega(here), self.geometry.omega(there)
         return self._number(relative_defect(p.T @ after @ p, before, p))
 
-    def poisson_defect(self, x: Any, mu: Any, *, bracket_sign: int = 1) -> Any:
+    def poisson_defect(self, x: Any, mu: Any, *, u0: Any = None, bracket_sign: int = 1) -> Any:
         """‖M Π Mᵀ − Π′‖ / (‖M‖²‖Π′‖) at (x, μ): M the derivative of the dual step.
 
+        u0: where Newton starts; a run's own u is needed near a chart's edge (default: v0).
         bracket_sign = −1 flips the bracket of Π: a control, seen where there is a base and a group.
         """
         with self.numbers.working():
             x, mu = self._vectors(x, mu)
-            u = self._solve(x, mu)
+            u = self._solve(x, mu, u0)
             here = self._arrow(x, u)
             after_mu = [p / self._h for p in here["plus"]]
             m = self.geometry.dual_step(here, self._h)

@@ -77,7 +77,7 @@ def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
             rows.append({
                 "step": float(step), "index": i, "time": float(t),
                 "pullback": None if composed else float(flow.pullback_defect(x, u)),
-                "poisson": float(flow.poisson_defect(x, mu)),
+                "poisson": float(flow.poisson_defect(x, mu, u0=u)),
             })  # fmt: skip
     return rows
 
@@ -102,8 +102,8 @@ def _control_defects(case: Case, flow: Any) -> list[tuple[float | None, float | 
     if name == controls.DAMPED:
         return [(controls.damped_defect(flow, x, u), None)
                 for x, u in zip(run.x, run.u, strict=True)]  # fmt: skip
-    return [(None, float(flow.poisson_defect(x, mu, bracket_sign=-1)))
-            for x, mu in zip(run.x, run.mu, strict=True)]  # fmt: skip
+    return [(None, float(flow.poisson_defect(x, mu, u0=u, bracket_sign=-1)))
+            for x, u, mu in zip(run.x, run.u, run.mu, strict=True)]  # fmt: skip
 
 
 def _largest_stable_step(case: Case) -> Fraction:
