@@ -1,0 +1,360 @@
+"""Rules with internal stages: derived from first principles, on every kind of groupoid.
+
+The discrete Lagrangian is evaluated here by the rule's own formula on numbers, with stages that are
+shown to be stationary; nothing is shared with the atoms and the chain rule of `integrators`.
+"""
+
+from functools import cache
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+from everything import SCENES
+from sympy import Float, Matrix, Rational
+
+from integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
+from integrators.discretisations import get
+from integrators.galerkin import gauss, lobatto
+
+SOME = ["pendulum", "kepler", "moving-mass", "rigid-body", "heavy-top", "affine-group",
+        "affine-on-line", "framed-plane", "rotor-body", "wong"]  # fmt: skip
+RULES = ["gauss-1", "gauss-2", "lobatto-2", "lobatto-3"]
+CASES = [(s, r) for i, s in enumerate(SOME) for r in RULES[i % 2 :: 2]]
+DIGITS = 50
+
+
+@discretisation(order=4, stages=1)
+def simpson(L, G, x, u, h, s):
+    """Lobatto with three nodes, its stage the bump of the path in the middle, written by hand."""
+
+    def node(theta):
+        w, dw = theta * u + 4 * theta * (1 - theta) * s[0], u + 4 * (1 - 2 * theta) * s[0]
+        return L(G.target(x, w, h), G.velocity(x, w, dw, h))
+
+    return h * (node(Rational(0)) + 4 * node(Rational(1, 2)) + node(Rational(1))) / 6
+
+
+def rule_of(name):
+    return simpson if name == "simpson" else get(name)
+
+
+@cache
+def flow_of(scene, rule, step=None, digits=DIGITS):
+    return Scheme(SCENES[scene], rule_of(rule)).flow(step or SCENES[scene].step, digits)
+
+
+def start_of(f):
+    scene = f.scheme.scene
+    v0 = scene.v0 if any(scene.v0) else [Rational(1, 3 + i) for i in range(len(scene.v0))]
+    return f._vectors(scene.x0, v0)
+
+
+def close(a, b, limit=1e-44):
+    gap = max((abs(p - q) for p, q in zip(a, b, strict=True)), default=0)
+    return gap <= limit * (1 + max(map(abs, b), default=0))
+
+
+# -- from first principles ------------------------------------------------------------------------
+
+
+class Numbers:
+    """L_d of a scheme as a function of numbers, by the rule's formula and the groupoid's maps."""
+
+    def __init__(self, f):
+        of = f.scheme
+        self.g, self.formula, self.stages = of.scene.groupoid, of.rule.formula, of.rule.stages
+        self.h = Rational(f.step.numerator, f.step.denominator)
+        values = zip(of.s.parameter_list, of.s.parameter_values, strict=True)
+        given = {p: Rational(v.numerator, v.denominator) for p, v in values}
+
+        class Lagrangian:
+            parameters = of.s.parameters
+
+            def __call__(self, x, u):
+                return of.scene.lagrangian(x, u, self.parameters)
+
+        self.lagrangian, self.given = Lagrangian(), given
+
+    def __call__(self, x, u, s):
+        m = len(u)
+        columns = [Matrix(s[i : i + m]) for i in range(0, len(s), m)]
+        more = [columns] if self.stages else []
+        value = self.formula(self.lagrangian, self.g, x, u, self.h, *more)
+        value = value[0] if hasattr(value, "shape") else value
+        return value.xreplace(self.given).evalf(90)
+
+    def slope(self, curve):
+        e = Rational(1, 10**25)
+        ahead, back, far, far_back = (self(*curve(k * e)) for k in (1, -1, 2, -2))
+        return (8 * (ahead - back) - (far - far_back)) / (12 * e)
+
+
+def column(values):
+    return Matrix(len(values), 1, [Float(mpmath.nstr(v, 80), 80) for v in values])
+
+
+@pytest.mark.parametrize(("scene", "rule"), [*CASES, ("kepler", "simpson"), ("wong", "simpson")])
+def test_stages_are_stationary_and_legendre_maps_are_derivatives(scene, rule):
+    f = flow_of(scene, rule)
+    with f.numbers.working():
+        x, u = start_of(f)
+        here = f.geometry.at(x, u)
+        x, u, s = (f.numbers.public(v) for v in (x, u, f.geometry.stages(x, u)))
+        here = {name: f.numbers.public(here[name]) for name in ("plus", "minus")}
+    L_d, g, h = Numbers(f), f.scheme.scene.groupoid, Numbers(f).h
+    with mpmath.workdps(90):
+        x, u, s = (column(v) for v in (x, u, s))
+        for i in range(len(s)):
+            one = Matrix(len(s), 1, lambda k, _: int(k == i))  # noqa: B023
+            assert abs(L_d.slope(lambda e: (x, u, s + e * one))) < 1e-40  # noqa: B023
+        for a in range(len(u)):
+            one = Matrix(len(u), 1, lambda k, _: int(k == a))  # noqa: B023
+
+            def after(e):
+                return x, g.product(x, u, e * one, h), s  # noqa: B023
+
+            def before(e):
+                start = g.target(x, e * one, h)  # noqa: B023
+                return start, g.product(start, g.inversion(x, e * one, h), u, h), s  # noqa: B023
+
+            # by the envelope theorem the stages may stay where they are
+            for found, wanted in ((here["plus"][a], L_d.slope(after)),
+                                  (here["minus"][a], -L_d.slope(before))):  # fmt: skip
+                found = Float(mpmath.nstr(found, 60), 60)
+                assert abs(found - wanted) < 1e-36 * (1 + abs(wanted)), (a, found, wanted)
+
+
+def test_a_rule_by_hand_is_the_family_s():
+    """The same polynomials in another basis: the same map, from other stages."""
+    for scene in ("kepler", "heavy-top", "affine-on-line"):
+        one, two = (flow_of(scene, r).trajectory(3) for r in ("simpson", "lobatto-3"))
+        with mpmath.workdps(60):
+            assert close(one.mu.ravel(), two.mu.ravel())
+            assert close(one.x.ravel(), two.x.ravel())
+
+
+# -- structure ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("scene", "rule"), CASES)
+def test_symplectic_poisson_and_inverse(scene, rule):
+    f = flow_of(scene, rule)
+    with mpmath.workdps(60):
+        run = f.trajectory(2)
+        for row in (0, 2):
+            assert f.pullback_defect(run.x[row], run.u[row]) < 1e-45
+            assert f.poisson_defect(run.x[row], run.mu[row]) < 1e-45
+        y, v = f.evolve(run.x[0], run.u[0])
+        assert close([*y, *v], [*run.x[1], *run.u[1]])
+        x, u = f.devolve(y, v)
+        assert close([*x, *u], [*run.x[0], *run.u[0]], 1e-43)
+
+
+@pytest.mark.parametrize("scene", ["kepler", "rigid-body", "heavy-top"])
+def test_a_stale_stage_is_caught(scene):
+    """Stages off by one part in 10²⁰ break the pullback of Ω."""
+    f = Scheme(SCENES[scene], gauss(2)).flow(SCENES[scene].step, DIGITS)
+    run = f.trajectory(1)
+    assert f.pullback_defect(run.x[0], run.u[0]) < 1e-45
+    right = f.geometry.stages
+    f.geometry.stages = lambda x, u: [s * (1 + f.numbers.number("1e-20")) for s in right(x, u)]
+    assert f.pullback_defect(run.x[0], run.u[0]) > 1e-35
+
+
+def test_derivatives_are_schur_complements():
+    """FL of the symbols is the Schur complement, and F⁻ along ∂L_d/∂s = 0 has that slope."""
+    f = flow_of("kepler", "gauss-2")
+    of = f.scheme
+    with f.numbers.working():
+        x, u = start_of(f)
+        here, s = f.geometry.at(x, u), f.geometry.stages(x, u)
+        values = f.numbers.public([*x, *u, *s, *f._q])
+        wanted = -f.numbers.public(here["minus_u"]).T
+    letters = [*of.x, *of.u, *of.s.stages, *of.s.q]
+    pairs = zip(letters, values, strict=True)
+    point = {letter: Float(mpmath.nstr(v, 60), 60) for letter, v in pairs}
+    found = of.FL.xreplace(point).evalf(60)
+    with mpmath.workdps(60):
+        assert close(map(mpmath.mpf, map(str, found)), wanted.ravel(), 1e-40)
+    assert all(abs(e.xreplace(point).evalf(60)) < 1e-45 for e in of.stage_equations)
+
+
+# -- textbooks ------------------------------------------------------------------------------------
+
+
+def runge_kutta(force, tableaus, x, mu, h):
+    """One step of a partitioned Runge–Kutta method on ẋ = μ, μ̇ = force(x), by fixed points."""
+    (a, b), (a_hat, _) = tableaus
+    count, forces = len(b), None
+    forces = [force(x)] * len(b)
+    for _ in range(200):
+        momenta = [mu + h * sum(a_hat[i][j] * forces[j] for j in range(count))
+                   for i in range(count)]  # fmt: skip
+        places = [x + h * sum(a[i][j] * momenta[j] for j in range(count)) for i in range(count)]
+        new = [force(p) for p in places]
+        done = max(abs(p - q) for p, q in zip(new, forces, strict=True)) < mpmath.mpf(10) ** -58
+        forces = new
+        if done:
+            break
+    return (x + h * sum(b[i] * momenta[i] for i in range(count)),
+            mu + h * sum(b[i] * forces[i] for i in range(count)))  # fmt: skip
+
+
+def tableaus(name):
+    """Gauss of order 4; Lobatto IIIA–IIIB of order 4 (Hairer, Lubich, Wanner, II.1.4)."""
+    q = mpmath.mpf(1)
+    root = mpmath.sqrt(3) / 6
+    if name == "gauss-2":
+        gauss_2 = ([[q / 4, q / 4 - root], [q / 4 + root, q / 4]], [q / 2, q / 2])
+        return gauss_2, gauss_2
+    b = [q / 6, 2 * q / 3, q / 6]
+    three_a = [[0, 0, 0], [5 * q / 24, q / 3, -q / 24], b]
+    three_b = [[q / 6, -q / 6, 0], [q / 6, q / 3, 0], [q / 6, 5 * q / 6, 0]]
+    return (three_a, b), (three_b, b)
+
+
+@pytest.mark.parametrize("rule", ["gauss-2", "lobatto-3"])
+def test_on_pairs_they_are_runge_kutta_methods(rule):
+    run = flow_of("pendulum", rule).trajectory(5)
+    with mpmath.workdps(60):
+        x, mu = run.x[0, 0], run.mu[0, 0]
+        h = mpmath.mpf(run.step.numerator) / run.step.denominator
+        for k in range(1, 6):
+            x, mu = runge_kutta(lambda z: -mpmath.sin(z), tableaus(rule), x, mu, h)
+            assert close([x, mu], [run.x[k, 0], run.mu[k, 0]], 1e-47)
+
+
+def test_one_node_and_two_are_midpoint_and_trapezoidal_on_pairs():
+    for ours, theirs in (("gauss-1", "midpoint"), ("lobatto-2", "trapezoidal")):
+        one, two = (flow_of("kepler", r).trajectory(5) for r in (ours, theirs))
+        assert all(a == b for a, b in zip(one.mu.ravel(), two.mu.ravel(), strict=True))
+
+
+# -- self-adjointness and order -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("scene", "rule", "wanted"), [
+    ("pendulum", "gauss-2", True), ("kepler", "gauss-3", True), ("moving-mass", "lobatto-3", True),
+    # the reversed curve is no polynomial in the chart of the inverse
+    ("rigid-body", "gauss-2", False), ("heavy-top", "lobatto-3", False),
+    ("heavy-top", "gauss-1", False), ("affine-group", "gauss-2", False),
+])  # fmt: skip
+def test_self_adjointness_is_derived(scene, rule, wanted):
+    of = Scheme(SCENES[scene], rule_of(rule))
+    assert of.self_adjoint is wanted
+    forth, back = (of.flow(sign * SCENES[scene].step, DIGITS) for sign in (1, -1))
+    with mpmath.workdps(60):
+        run = forth.trajectory(1)
+        x, mu = back.dual_step(run.x[1], run.mu[1])
+        assert close([*x, *mu], [*run.x[0], *run.mu[0]]) is wanted
+
+
+def test_velocities_of_curves_have_their_order_in_every_chart():
+    """Where u alone is a velocity to first order only, gauss-1 is of order 2 all the same."""
+    for scene in ("affine-group", "affine-on-line", "framed-plane"):
+        of = Scheme(SCENES[scene], gauss(2))
+        assert of.order == 4
+        assert Scheme(SCENES[scene], get("midpoint")).order == 1
+        ends = []
+        for steps in (16, 32, 256):
+            run = of.flow(f"1/{2 * steps}", 30).trajectory(steps, steps)
+            ends.append(np.concatenate([run.x[-1], run.mu[-1]]))
+        errors = [float(max(abs(end - ends[-1]))) for end in ends[:2]]
+        assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.05)
+
+
+# -- kernels --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("scene", "rule"), [("pendulum", "gauss-3"), ("rigid-body", "gauss-2")])
+def test_double_precision_is_50_digits_rounded(scene, rule):
+    """Also where nodes are alike and share a function, in three pieces and with rows left out."""
+    short = flow_of(scene, rule, digits=16).trajectory(20)
+    long = flow_of(scene, rule).trajectory(20)
+    for part in ("x", "u", "mu"):
+        gap = np.abs(getattr(short, part) - getattr(long, part).astype(float))
+        assert gap.max(initial=0) < 2e-14
+    assert 1 < short.newton_mean < 4
+    sparse = flow_of(scene, rule, digits=16).trajectory(20, 5)
+    assert np.array_equal(sparse.mu, short.mu[::5])
+    assert short.u.shape == (21, len(SCENES[scene].v0))
+
+
+def test_nodes_that_are_alike_are_one_function():
+    from integrators.kernels import KernelBuilder
+
+    for rule, calls in (("gauss-2", 2), ("gauss-3", 3)):
+        text = KernelBuilder(Scheme(SCENES["rigid-body"], get(rule))).build()
+        solver = text[text.index("def correct") : text.index("def update")]
+        assert solver.count("= node0(") == calls
+
+
+def test_an_affine_system_takes_one_correction():
+    run = flow_of("harmonic", "gauss-3", digits=16).trajectory(100)
+    assert (run.newton_mean, run.newton_max) == (1, 1)
+
+
+def test_any_number_of_digits():
+    """Nodes and weights are computed to the digits of the run: energy's order needs them all."""
+    of = Scheme(SCENES["harmonic"], gauss(3))
+    runs = [of.flow("1/8", digits).trajectory(3) for digits in (40, 120)]
+    with mpmath.workdps(120):
+        gap = max(abs(a - b) for a, b in zip(runs[0].mu.ravel(), runs[1].mu.ravel(), strict=True))
+        assert 0 < gap < mpmath.mpf(10) ** -40
+
+
+# -- bad input ------------------------------------------------------------------------------------
+
+
+def built(stages, formula):
+    made = discretisation(name="mine", stages=stages)(formula)
+    return Scheme(SCENES["kepler"], made)
+
+
+def no_bump(L, G, x, u, h, s):
+    return h * L(x, u)
+
+
+def one_of_two(L, G, x, u, h, s):
+    w, dw = u / 2 + s[0], u + s[0]
+    return h * L(G.target(x, w, h), G.velocity(x, w, dw, h))
+
+
+def linear(L, G, x, u, h, s):
+    return h * L(x, u) + s[0][0] + s[0][1]
+
+
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: discretisation(stages=-1), "whole number from 0, not -1"),
+    (lambda: discretisation(stages=1.5), "whole number from 0, not 1.5"),
+    (lambda: discretisation(stages=1)(lambda L, G, x, u, h: 0), r"takes six: \(L, G, x, u, h, s\)"),
+    (lambda: discretisation()(lambda L, G, x, u, h, s: 0), r"takes five: \(L, G, x, u, h\)"),
+    (lambda: built(1, no_bump), r"does not depend on all of s\[0\]; use every stage"),
+    (lambda: built(2, one_of_two), r"does not depend on all of s\[1\]"),
+    (lambda: built(1, linear), "singular everywhere.*every stage"),
+    (lambda: built(1, lambda L, G, x, u, h, s: s[3][0]), "could not be evaluated.*IndexError"),
+    (lambda: gauss(0), "gauss with 0 nodes: give a whole number from 1 to 20"),
+    (lambda: lobatto(1), "lobatto with 1 nodes: give a whole number from 2"),
+    (lambda: get("gauss-99"), "gauss with 99 nodes"),
+    (lambda: get("gaus-2"), "did you mean gauss-2"),
+])  # fmt: skip
+def test_bad_input_is_one_sentence(make, words):
+    with pytest.raises(BadInput, match=words) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def test_stages_that_are_not_found_are_a_step_failure():
+    """∂L_d/∂s = 0 has no real solution far out: eˢ grows without end."""
+
+    @discretisation(name="no-stage", stages=1)
+    def formula(L, G, x, u, h, s):
+        return h * (L(x, u) + sympy.exp(s[0][0]) + s[0][0])
+
+    scene = Scene("a", pair(1), lambda x, v, p: v[0] ** 2 / 2, x0=[1], v0=[1])
+    f = Scheme(scene, formula).flow("0.1")
+    with pytest.raises(StepFailure, match="the internal stages were not found"):
+        f.evolve([1], [1])
+    with pytest.raises(StepFailure, match="Newton did not converge|singular"):
+        f.trajectory(3)
