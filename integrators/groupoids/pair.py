@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoid import Groupoid
+from ..groupoid import Groupoid, as_it_is
 
 
 class PairGroupoid(Groupoid):
@@ -38,7 +39,9 @@ class PairGroupoid(Groupoid):
 
         return eye(self.dim_u)
 
-    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
+    def velocity(
+        self, x: Any, w: Any, dw: Any, h: Any, kept: Callable[[Any], Any] = as_it_is
+    ) -> Any:
         return dw
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:

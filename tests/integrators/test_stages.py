@@ -17,10 +17,14 @@ from integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pa
 from integrators.discretisations import get
 from integrators.galerkin import gauss, lobatto
 
-SOME = ["pendulum", "kepler", "moving-mass", "rigid-body", "heavy-top", "affine-group",
-        "affine-on-line", "framed-plane", "rotor-body", "wong"]  # fmt: skip
+#: one rule a scene in the fast suite, each rule on some; all of them in the slow one
+FAST = [("pendulum", "lobatto-3"), ("kepler", "gauss-2"), ("moving-mass", "gauss-1"),
+        ("rigid-body", "lobatto-3"), ("heavy-top", "gauss-2"), ("affine-group", "gauss-2"),
+        ("affine-on-line", "lobatto-3"), ("framed-plane", "lobatto-2"),
+        ("rotor-body", "gauss-1")]  # fmt: skip
 RULES = ["gauss-1", "gauss-2", "lobatto-2", "lobatto-3"]
-CASES = [(s, r) for i, s in enumerate(SOME) for r in RULES[i % 2 :: 2]]
+REST = [(s, r) for s in [*dict(FAST), "wong"] for r in RULES if (s, r) not in FAST]
+CASES = [*FAST, *(pytest.param(*pair_, marks=pytest.mark.slow) for pair_ in REST)]
 DIGITS = 50
 
 
@@ -94,7 +98,7 @@ def column(values):
     return Matrix(len(values), 1, [Float(mpmath.nstr(v, 80), 80) for v in values])
 
 
-@pytest.mark.parametrize(("scene", "rule"), [*CASES, ("kepler", "simpson"), ("wong", "simpson")])
+@pytest.mark.parametrize(("scene", "rule"), [*CASES, ("kepler", "simpson")])
 def test_stages_are_stationary_and_legendre_maps_are_derivatives(scene, rule):
     f = flow_of(scene, rule)
     with f.numbers.working():
@@ -127,7 +131,7 @@ def test_stages_are_stationary_and_legendre_maps_are_derivatives(scene, rule):
 
 def test_a_rule_by_hand_is_the_family_s():
     """The same polynomials in another basis: the same map, from other stages."""
-    for scene in ("kepler", "heavy-top", "affine-on-line"):
+    for scene in ("kepler", "affine-on-line"):
         one, two = (flow_of(scene, r).trajectory(3) for r in ("simpson", "lobatto-3"))
         with mpmath.workdps(60):
             assert close(one.mu.ravel(), two.mu.ravel())
@@ -151,10 +155,10 @@ def test_symplectic_poisson_and_inverse(scene, rule):
         assert close([*x, *u], [*run.x[0], *run.u[0]], 1e-43)
 
 
-@pytest.mark.parametrize("scene", ["kepler", "rigid-body", "heavy-top"])
+@pytest.mark.parametrize("scene", ["kepler", "heavy-top"])
 def test_a_stale_stage_is_caught(scene):
     """Stages off by one part in 10²⁰ break the pullback of Ω."""
-    f = Scheme(SCENES[scene], gauss(2)).flow(SCENES[scene].step, DIGITS)
+    f = flow_of(scene, "gauss-2").scheme.flow(SCENES[scene].step, DIGITS)
     run = f.trajectory(1)
     assert f.pullback_defect(run.x[0], run.u[0]) < 1e-45
     right = f.geometry.stages
@@ -235,13 +239,13 @@ def test_one_node_and_two_are_midpoint_and_trapezoidal_on_pairs():
 
 
 @pytest.mark.parametrize(("scene", "rule", "wanted"), [
-    ("pendulum", "gauss-2", True), ("kepler", "gauss-3", True), ("moving-mass", "lobatto-3", True),
+    ("pendulum", "gauss-3", True), ("kepler", "gauss-2", True), ("moving-mass", "gauss-1", True),
     # the reversed curve is no polynomial in the chart of the inverse
-    ("rigid-body", "gauss-2", False), ("heavy-top", "lobatto-3", False),
-    ("heavy-top", "gauss-1", False), ("affine-group", "gauss-2", False),
+    ("rigid-body", "lobatto-3", False), ("heavy-top", "gauss-2", False),
+    ("affine-group", "gauss-2", False),
 ])  # fmt: skip
 def test_self_adjointness_is_derived(scene, rule, wanted):
-    of = Scheme(SCENES[scene], rule_of(rule))
+    of = flow_of(scene, rule).scheme
     assert of.self_adjoint is wanted
     forth, back = (of.flow(sign * SCENES[scene].step, DIGITS) for sign in (1, -1))
     with mpmath.workdps(60):
@@ -356,5 +360,5 @@ def test_stages_that_are_not_found_are_a_step_failure():
     f = Scheme(scene, formula).flow("0.1")
     with pytest.raises(StepFailure, match="the internal stages were not found"):
         f.evolve([1], [1])
-    with pytest.raises(StepFailure, match="Newton did not converge|singular"):
+    with pytest.raises(StepFailure, match=r"Newton did not converge|singular"):
         f.trajectory(3)

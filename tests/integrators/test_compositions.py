@@ -1,0 +1,299 @@
+"""Compositions: their coefficients against the order conditions, and what a flow makes of them."""
+
+import itertools
+from fractions import Fraction
+from functools import cache
+
+import mpmath
+import numpy as np
+import pytest
+from everything import SCENES
+from everything import scheme as plain_scheme
+
+from integrators import BadInput, Scheme, StepFailure, midpoint, rectangle
+from integrators.composition import METHODS, Composition, Substep, adjoint, compose
+from integrators.discretisations import get, names
+from integrators.errors import CannotMeasure
+from integrators.exact import exact_rational
+
+DIGITS = 50
+CASES = [
+    ("pendulum", "kahan-li-8:trapezoidal"),
+    ("kepler", "blanes-moan-6:rectangle"),
+    ("rigid-body", "kahan-li-6:midpoint"),
+    ("heavy-top", "triple-jump:midpoint"),
+    ("affine-on-line", "suzuki:trapezoidal"),
+    ("framed-plane", "blanes-moan-4:midpoint"),
+    ("kepler", "triple-jump:gauss-2"),
+    ("affine-group", "triple-jump:gauss-1"),
+]
+cases = pytest.mark.parametrize(("scene", "rule"), CASES)
+
+
+@cache
+def flow_of(scene, rule, sign=1, digits=DIGITS):
+    return Scheme(SCENES[scene], get(rule)).flow(sign * SCENES[scene].step, digits)
+
+
+def close(a, b, limit=1e-44):
+    gap = max((abs(p - q) for p, q in zip(a, b, strict=True)), default=0)
+    return gap <= limit * (1 + max(map(abs, b), default=0))
+
+
+# -- coefficients ---------------------------------------------------------------------------------
+
+
+def times(a, b, order):
+    """The product of two polynomials in words of letters, each letter with its degree."""
+    found = {}
+    for (u, x), (v, y) in itertools.product(a.items(), b.items()):
+        if sum(u) + sum(v) <= order:
+            found[u + v] = found.get(u + v, 0) + x * y
+    return found
+
+
+def exponential(generator, order):
+    total, term = {(): mpmath.mpf(1)}, {(): mpmath.mpf(1)}
+    for k in range(1, order + 1):
+        term = {w: c / k for w, c in times(term, generator, order).items()}
+        total = {w: total.get(w, 0) + term.get(w, 0) for w in {*total, *term}}
+    return total
+
+
+def defect(steps, order):
+    """How far the product of steps exp(Σ_d γ^d E_d) is from exp(E_1): all words to that order.
+
+    A symmetric step has odd letters only. Φ and Φ* are exp(Σ ±γ^d E_d), the sign of even ones.
+    """
+    total = {(): mpmath.mpf(1)}
+    for generator in steps:
+        total = times(total, exponential(generator, order), order)
+    wanted = exponential({(1,): mpmath.mpf(1)}, order)
+    return max(abs(total.get(w, 0) - wanted.get(w, 0)) for w in {*total, *wanted})
+
+
+def generators(method, numbers, order):
+    for i, c in enumerate(numbers):
+        if method.in_turn:
+            sign = -1 if i % 2 == 0 else 1
+            yield {(d,): (c**d if d % 2 else sign * c**d) for d in range(1, order + 1)}
+        else:
+            yield {(d,): c**d for d in range(1, order + 1, 2)}
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_order_conditions_hold_to_60_digits(name):
+    method = METHODS[name]
+    with mpmath.workdps(80):
+        numbers = method.coefficients(70)
+        assert numbers == numbers[::-1]
+        assert abs(sum(numbers) - 1) < mpmath.mpf(10) ** -70
+        # a palindrome has no terms of even order in its logarithm
+        top = method.order - 1
+        assert defect(generators(method, numbers, top), top) < mpmath.mpf(10) ** -60
+        above = method.order + 1
+        assert defect(generators(method, numbers, above), above) > mpmath.mpf(10) ** -8
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_wrong_digit_is_seen(name):
+    """Two coefficients exchanged in the thirtieth digit: still a palindrome, still of sum 1."""
+    method = METHODS[name]
+    with mpmath.workdps(80):
+        numbers = method.coefficients(70)
+        off = mpmath.mpf(10) ** -30
+        for i, change in ((0, off), (1, -off)):
+            numbers[i] += change
+            if numbers[-1 - i] is not numbers[i] and i != len(numbers) - 1 - i:
+                numbers[-1 - i] += change
+        top = method.order - 1
+        assert defect(generators(method, numbers, top), top) > mpmath.mpf(10) ** -33
+
+
+PUBLISHED = {
+    "kahan-li-6": "0.39216144400731413927925056 0.33259913678935943859974864 "
+    "-0.70624617255763935980996482 0.08221359629355080023149045 0.79854399093482996339895035",
+    "kahan-li-8": "0.13020248308889008087881763 0.56116298177510838456196441 "
+    "-0.38947496264484728640807860 0.15884190655515560089621075 -0.39590389413323757733623154 "
+    "0.18453964097831570709183254 0.25837438768632204729397911 0.29501172360931029887096624 "
+    "-0.60550853383003451169892108",
+    "blanes-moan-4": "0.0792036964311957 0.1303114101821663 0.2228614958676077 "
+    "-0.3667132690474257 0.3246481886897062 0.1096884778767498",
+}
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_they_are_the_published_ones(name):
+    with mpmath.workdps(40):
+        published = [mpmath.mpf(n) for n in PUBLISHED[name].split()]
+        limit = mpmath.mpf(10) ** (-15 if name == "blanes-moan-4" else -25)
+        assert close(METHODS[name].coefficients(40)[: len(published)], published, limit)
+
+
+# -- adjoints -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rule", ["rectangle", "midpoint", "gauss-2"])
+@pytest.mark.parametrize("scene", ["kepler", "rigid-body", "heavy-top", "affine-on-line"])
+def test_the_adjoint_is_the_inverse_of_the_step_back(scene, rule):
+    of = Scheme(SCENES[scene], get(rule))
+    back, forth = of.flow(-SCENES[scene].step, DIGITS), of.adjoint.flow(SCENES[scene].step, DIGITS)
+    with mpmath.workdps(60):
+        run = back.trajectory(1)
+        x, mu = forth.dual_step(run.x[1], run.mu[1])
+        assert close([*x, *mu], [*run.x[0], *run.mu[0]])
+        assert forth.pullback_defect(run.x[1], forth.inverse_legendre(run.x[1], run.mu[1])) < 1e-45
+        there = of.flow(SCENES[scene].step, DIGITS).trajectory(1)
+        same = close([*forth.trajectory(1).mu[1]], [*there.mu[1]])
+    assert same is of.self_adjoint
+
+
+def test_the_adjoint_of_the_adjoint_is_the_rule():
+    twice = Scheme(SCENES["kepler"], adjoint(adjoint(rectangle)))
+    difference = twice.legendre_minus - plain_scheme("kepler", "rectangle").legendre_minus
+    assert difference.applyfunc(lambda e: e.simplify()).is_zero_matrix
+
+
+# -- flows ----------------------------------------------------------------------------------------
+
+
+@cases
+def test_a_step_is_its_substeps_one_by_one(scene, rule):
+    f = flow_of(scene, rule)
+    of, steps = f.scheme, f.scheme.substeps
+    assert len(steps) == len(f.parts)
+    with mpmath.workdps(60):
+        run = f.trajectory(2)
+        x, mu = run.x[0], run.mu[0]
+        for step in steps:
+            size = exact_rational(step.coefficient(80), "coefficient")
+            part = of.adjoint if step.adjoint else of.base
+            x, mu = part.flow(size * f.step, DIGITS).dual_step(x, mu)
+        assert close([*x, *mu], [*run.x[1], *run.mu[1]])
+
+
+@cases
+def test_poisson_and_self_adjoint(scene, rule):
+    forth, back = (flow_of(scene, rule, sign) for sign in (1, -1))
+    with mpmath.workdps(60):
+        run = forth.trajectory(1)
+        for row in (0, 1):
+            assert forth.poisson_defect(run.x[row], run.mu[row]) < 1e-45
+        x, mu = back.dual_step(run.x[1], run.mu[1])
+        assert forth.scheme.self_adjoint
+        assert close([*x, *mu], [*run.x[0], *run.mu[0]])
+    if SCENES[scene].groupoid.kind == "action":
+        assert forth.poisson_defect(run.x[0], run.mu[0], bracket_sign=-1) > 1e-25
+
+
+@cases
+def test_orders_as_measured(scene, rule):
+    """Richardson's quotients at 50 digits, against a run of the same composition."""
+    of = flow_of(scene, rule).scheme
+    ends = []
+    step = SCENES[scene].step
+    for halvings in (0, 1, 4):
+        steps = 4 * 2**halvings
+        run = of.flow(step / 2**halvings / 4, DIGITS).trajectory(steps, steps)
+        ends.append(np.concatenate([run.x[-1], run.mu[-1]]))
+    with mpmath.workdps(60):
+        errors = [max(abs(end - ends[-1])) for end in ends[:2]]
+        assert float(mpmath.log(errors[0] / errors[1], 2)) == pytest.approx(of.order, abs=0.12)
+
+
+def test_a_wrong_coefficient_loses_the_order(monkeypatch):
+    rule = get("kahan-li-8:trapezoidal")
+    right = rule.method.halves
+
+    def wrong(digits):
+        numbers = right(digits)
+        numbers[1] += mpmath.mpf("0.001")
+        numbers[-1] -= mpmath.mpf("0.002")
+        return numbers
+
+    object.__setattr__(rule.method, "halves", wrong)
+    try:
+        of, ends = Scheme(SCENES["pendulum"], rule), []
+        for steps in (16, 32, 512):
+            run = of.flow(Fraction(1, 2 * steps), 30).trajectory(steps, steps)
+            ends.append(run.mu[-1, 0])
+        errors = [float(abs(end - ends[-1])) for end in ends[:2]]
+        assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.05)
+    finally:
+        object.__setattr__(rule.method, "halves", right)
+
+
+@pytest.mark.parametrize(("scene", "rule"), [CASES[0], CASES[3]])
+def test_compiled_runs(scene, rule):
+    """Double precision is 50 digits rounded; rows, pieces and starts are as of every flow."""
+    short, long = (flow_of(scene, rule, 1, digits).trajectory(12) for digits in (16, 50))
+    for part in ("x", "u", "mu"):
+        assert np.abs(getattr(short, part) - getattr(long, part).astype(float)).max() < 1e-13
+    f = flow_of(scene, rule, 1, 16)
+    sparse = f.trajectory(12, 4)
+    assert np.array_equal(sparse.mu, short.mu[::4])
+    assert np.array_equal(sparse.u, short.u[::4])
+    assert np.array_equal(sparse.iterations, short.iterations[::4])
+    assert sparse.newton_max == short.newton_max
+    rest = f.trajectory(6, x0=short.x[6], mu0=short.mu[6])
+    assert np.abs(rest.mu - short.mu[6:]).max() < 1e-13
+
+
+def test_a_run_in_pieces_is_the_run_in_one():
+    f = flow_of("pendulum", "triple-jump:trapezoidal", 1, 30)
+    done = []
+    long = f.trajectory(140, progress=done.append)
+    assert len(done) > 1
+    assert np.array_equal(long.mu[:31], f.trajectory(30).mu)
+
+
+def test_compositions_of_a_rule_share_their_kernels():
+    one, two = (flow_of("pendulum", f"{m}:trapezoidal", 1, 16) for m in ("suzuki", "kahan-li-6"))
+    assert one._kernels is two._kernels or one._kernels["advance"] is two._kernels["advance"]
+    sizes = {part.step for part in two.parts}
+    assert len({id(part) for part in two.parts}) == len(sizes) == 5
+
+
+def test_a_failing_substep_is_a_step_failure():
+    f = Scheme(SCENES["pendulum"], get("triple-jump:midpoint")).flow("3")
+    with pytest.raises(StepFailure, match="pendulum with triple-jump:midpoint") as caught:
+        f.trajectory(50)
+    run = caught.value.trajectory
+    assert len(run.t) == caught.value.step_index
+    assert set(caught.value.state) == {"x", "mu", "u"}
+
+
+def test_what_a_composition_has_and_has_not():
+    f = flow_of("pendulum", "kahan-li-8:trapezoidal")
+    for ask in (f.evolve, f.devolve, f.tangent, f.pullback_defect):
+        with pytest.raises(CannotMeasure, match="it steps on"):
+            ask([1], [1])
+    of = f.scheme
+    assert isinstance(of.rule, Composition) and of.order == 8
+    assert of.legendre_minus == of.base.legendre_minus
+    assert Scheme(SCENES["kepler"], get("triple-jump:gauss-3")).order == 6
+    assert plain_scheme("kepler", "midpoint").substeps == ()
+    assert all(isinstance(s, Substep) for s in of.substeps)
+    composed = compose(plain_scheme("kepler", "midpoint"), "suzuki")
+    assert composed.rule.name == "suzuki:midpoint" and composed.order == 4
+
+
+@pytest.mark.parametrize(("make", "words"), [
+    (lambda: compose(midpoint, "kahan-li-7"), "did you mean kahan-li-[68]"),
+    (lambda: compose("midpoint", "suzuki"), "'midpoint' is no rule"),
+    (lambda: compose(compose(midpoint, "suzuki"), "suzuki"), "is a composition already"),
+    (lambda: get("kahan-li-8:mid"), 'no rule "mid"'),
+    (lambda: get("suzuki:suzuki:midpoint"), "is a composition already"),
+    (lambda: get("kahan-li-8"), "did you mean kahan-li-8:trapezoidal"),
+])  # fmt: skip
+def test_bad_input_is_one_sentence(make, words):
+    with pytest.raises(BadInput, match=words) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def test_names_are_known():
+    for name in names():
+        rule = get(name)
+        assert rule.name == name and rule.source and rule.order
+        assert get(name) == rule
