@@ -84,13 +84,8 @@ class GroupoidForRule:
         chart, rate = self._chart(h * w, "W"), self._chart(dw, "dw")
         key = ("ξ", *map(tuple, (x, chart, rate)))
         if key not in self._found:
-            columns = [chart, rate, x]
-
-            def kept(value: Any) -> Any:
-                columns.append(self._quotients(value, list(columns)))
-                return columns[-1]
-
-            self._found[key] = self.groupoid.velocity(x, chart, rate, self.s.h**0, kept)
+            value = self.groupoid.velocity(x, chart, rate, self.s.h**0)
+            self._found[key] = self._quotients(value, [chart, rate, x])
         return self._found[key]
 
     def lagrangian(self, x: Any, xi: Any) -> Any:
@@ -100,10 +95,9 @@ class GroupoidForRule:
 
         known = {atom.z[0]: atom for atom in self.atoms}
         point = known.get(x[0]) if len(x) else None
-        rates = [atom.z for atom in self.atoms if set(atom.z) & set(xi)]
-        if not rates or (len(x) and (point is None or point.turn is None)):
+        if known.get(xi[0]) is None or (len(x) and (point is None or point.turn is None)):
             return value
-        return self._atom("value", "a", Matrix([value]), [x, *rates])[0]
+        return self._atom("value", "a", Matrix([value]), [x, xi])[0]
 
     def element(self, u: Any, h: Any) -> Any:
         """The matrix τ(hu)."""
@@ -139,9 +133,7 @@ class GroupoidForRule:
             return self._atom("velocity", "v", value, columns)
         over: dict[Any, Any] = {}
         for _, bottom in parts:
-            if not bottom.free_symbols:
-                over[bottom] = 1 / bottom
-            elif bottom not in over:
+            if bottom not in over:
                 o = self._letters("o", [bottom])
                 slopes = [(c, -(o[0] ** 2) * Matrix([bottom]).jacobian(c)) for c in columns]
                 over[bottom] = self._add(Atom("velocity", o, Matrix([1 / bottom]), slopes))[0]

@@ -182,7 +182,7 @@ class ChainRule:
             self.derived.append(Atom("gradient", z, value))
         if node is not None and chart is not None:
             self._gradients[_key(z)] = (node, chart)
-        return z.multiply_elementwise(value.applyfunc(lambda e: int(e != 0)))  # zeros stay zeros
+        return z
 
     def _partial(self, column: Any, variable: Any) -> Any:
         """∂(column)/∂(variable) with the chart values held, through points and gradients."""

@@ -55,14 +55,14 @@ def discretisation(
     def make(formula: Callable[..., Any]) -> Discretisation:
         count = len(inspect.signature(formula).parameters)
         label = name or formula.__name__.replace("_", "-")
-        if not re.fullmatch(r"[\w.-]{1,80}", label):
-            raise BadInput(f"a rule's name is {label!r}: use letters, digits, dots and dashes.")
         if count != 5 + (stages > 0):
             wanted = "six: (L, G, x, u, h, s)" if stages else "five: (L, G, x, u, h)"
             raise BadInput(
                 f"rule {label}: the function takes {count} arguments, but a rule "
                 f"{'with stages ' if stages else ''}takes {wanted}."
             )
+        if not re.fullmatch(r"[\w.-]{1,80}", label):
+            raise BadInput(f"a rule's name is {label!r}: use letters, digits, dots and dashes.")
         source_or_doc = source or inspect.getdoc(formula) or ""
         return Discretisation(label, formula, order, source_or_doc, stages)
 

@@ -20,11 +20,6 @@ from typing import Any
 from .errors import BadInput
 
 
-def as_it_is(column: Any) -> Any:
-    """The column itself."""
-    return column
-
-
 class Groupoid(ABC):
     """The protocol: `dim_x` (n), `dim_u` (m), `target` and `product`; the rest is derived.
 
@@ -56,15 +51,12 @@ class Groupoid(ABC):
         """The matrix τ(hu), where the groupoid comes from a matrix group."""
         raise BadInput(f"{self.name} has no group elements: its arrows are not matrices.")
 
-    def velocity(
-        self, x: Any, w: Any, dw: Any, h: Any, kept: Callable[[Any], Any] = as_it_is
-    ) -> Any:
+    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
         """ξ = L(x, w; h)⁻¹ dw/dθ, m×1: the velocity at w of a curve w(θ) in the chart, t = θh.
 
-        In a group it is g⁻¹ dg/dt of g(t) = τ(hw(θ)); on pairs dw/dθ itself. `kept` may put letters
-        for the column that is returned and for those on the way, so that expressions stay small.
+        In a group it is g⁻¹ dg/dt of g(t) = τ(hw(θ)); on pairs dw/dθ itself.
         """
-        return kept(self.inverse_left(x, w, h) * dw)
+        return self.inverse_left(x, w, h) * dw
 
     def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
         """L(x, w; h)⁻¹, m×m."""

@@ -190,7 +190,7 @@ class Call(Together):
 
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
         """One statement."""
-        return [f"{', '.join(names)} = {self.function}({', '.join(texts)})"]
+        return [f"{', '.join(names)}, = {self.function}({', '.join(texts)})"]  # always a tuple
 
 
 def function_text(

@@ -20,7 +20,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoid import Groupoid, as_it_is
+from ..groupoid import Groupoid
 from .lie_group import LieGroup
 from .local import column_of
 from .pair import PairGroupoid
@@ -74,17 +74,6 @@ class ConnectionGroupoid(ProductGroupoid):
         _, xi = self.fibre(self._plain(x, w, h))
         n, block = self.parts[0].dim_u, self.parts[1].inverse_left(x[:0, :], xi, h)
         return self._sheared(-block * self.L(x, w, h)[n:, :n], block)
-
-    def velocity(
-        self, x: Any, w: Any, dw: Any, h: Any, kept: Callable[[Any], Any] = as_it_is
-    ) -> Any:
-        """(ẇ, ξ̇ + A(y) ẇ) with ξ̇ the velocity of the plain group element."""
-        (on_base, _), (d_base, d_eta) = self.fibre(w), self.fibre(dw)
-        middle = x + h * on_base / 2
-        bent = self._A(middle) + h * self._along(middle, on_base) / 2
-        xi, d_xi = kept(self.fibre(self._plain(x, w, h))[1]), kept(d_eta - bent * d_base)
-        in_group = self.parts[1].velocity(x[:0, :], xi, d_xi, h, kept)
-        return d_base.col_join(kept(in_group + self._A(x + h * on_base) * d_base))
 
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """h times those of the frame (ē_i, e_a): curvature, and the bracket with A."""

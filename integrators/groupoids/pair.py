@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoid import Groupoid, as_it_is
+from ..groupoid import Groupoid
 
 
 class PairGroupoid(Groupoid):
@@ -39,9 +38,7 @@ class PairGroupoid(Groupoid):
 
         return eye(self.dim_u)
 
-    def velocity(
-        self, x: Any, w: Any, dw: Any, h: Any, kept: Callable[[Any], Any] = as_it_is
-    ) -> Any:
+    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
         return dw
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoid import Groupoid, as_it_is
+from ..groupoid import Groupoid
 
 
 class ProductGroupoid(Groupoid):
@@ -92,13 +92,6 @@ class ProductGroupoid(Groupoid):
         """L₁⁻¹ and L₂⁻¹, m×m."""
         both = self._each(self.base(x), self.fibre(w))
         return _blocks(g.inverse_left(y, v, h) for g, y, v in both)
-
-    def velocity(
-        self, x: Any, w: Any, dw: Any, h: Any, kept: Callable[[Any], Any] = as_it_is
-    ) -> Any:
-        """Both velocities, m×1."""
-        both = self._each(self.base(x), self.fibre(w), self.fibre(dw))
-        return _stacked(g.velocity(y, v, dv, h, kept) for g, y, v, dv in both)
 
     @property
     def left_is_identity(self) -> bool:

@@ -97,15 +97,14 @@ def test_order_conditions_hold_to_60_digits(name):
 
 @pytest.mark.parametrize("name", METHODS)
 def test_a_wrong_digit_is_seen(name):
-    """Two coefficients exchanged in the thirtieth digit: still a palindrome, still of sum 1."""
+    """The ends and the middle off in the thirtieth digit: still a palindrome, still of sum 1."""
     method = METHODS[name]
     with mpmath.workdps(80):
         numbers = method.coefficients(70)
         off = mpmath.mpf(10) ** -30
-        for i, change in ((0, off), (1, -off)):
+        left = (len(numbers) - 1) // 2  # the middle, or the left one of two
+        for i, change in ((0, off), (-1, off), (left, -off), (-1 - left, -off)):
             numbers[i] += change
-            if numbers[-1 - i] is not numbers[i] and i != len(numbers) - 1 - i:
-                numbers[-1 - i] += change
         top = method.order - 1
         assert defect(generators(method, numbers, top), top) > mpmath.mpf(10) ** -33
 
@@ -133,8 +132,14 @@ def test_they_are_the_published_ones(name):
 # -- adjoints -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("rule", ["rectangle", "midpoint", "gauss-2"])
-@pytest.mark.parametrize("scene", ["kepler", "rigid-body", "heavy-top", "affine-on-line"])
+@pytest.mark.parametrize(("scene", "rule"), [
+    ("kepler", "rectangle"), ("kepler", "gauss-2"), ("rigid-body", "midpoint"),
+    ("heavy-top", "rectangle"), ("affine-on-line", "midpoint"),
+    *(pytest.param(*pair_, marks=pytest.mark.slow) for pair_ in (
+        ("kepler", "midpoint"), ("rigid-body", "rectangle"), ("rigid-body", "gauss-2"),
+        ("heavy-top", "midpoint"), ("heavy-top", "gauss-2"),
+        ("affine-on-line", "rectangle"), ("affine-on-line", "gauss-2"))),
+])  # fmt: skip
 def test_the_adjoint_is_the_inverse_of_the_step_back(scene, rule):
     of = Scheme(SCENES[scene], get(rule))
     back, forth = of.flow(-SCENES[scene].step, DIGITS), of.adjoint.flow(SCENES[scene].step, DIGITS)

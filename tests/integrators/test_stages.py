@@ -14,12 +14,14 @@ from everything import SCENES
 from sympy import Float, Matrix, Rational
 
 from integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
+from integrators.compiling import run_text
 from integrators.discretisations import get
 from integrators.galerkin import gauss, lobatto
+from integrators.printing import Call, function_text
 
 #: one rule a scene in the fast suite, each rule on some; all of them in the slow one
 FAST = [("pendulum", "lobatto-3"), ("kepler", "gauss-2"), ("moving-mass", "gauss-1"),
-        ("rigid-body", "lobatto-3"), ("heavy-top", "gauss-2"), ("affine-group", "gauss-2"),
+        ("rigid-body", "lobatto-3"), ("heavy-top", "lobatto-2"), ("affine-group", "gauss-2"),
         ("affine-on-line", "lobatto-3"), ("framed-plane", "lobatto-2"),
         ("rotor-body", "gauss-1")]  # fmt: skip
 RULES = ["gauss-1", "gauss-2", "lobatto-2", "lobatto-3"]
@@ -155,9 +157,13 @@ def test_symplectic_poisson_and_inverse(scene, rule):
         assert close([*x, *u], [*run.x[0], *run.u[0]], 1e-43)
 
 
-@pytest.mark.parametrize("scene", ["kepler", "heavy-top"])
+@pytest.mark.parametrize("scene", ["rigid-body", pytest.param("heavy-top", marks=pytest.mark.slow)])
 def test_a_stale_stage_is_caught(scene):
-    """Stages off by one part in 10²⁰ break the pullback of Ω."""
+    """Stages off by one part in 10²⁰ break the pullback of Ω.
+
+    Not on pairs: there Ω and TΨ are made of second derivatives alone, and any that are symmetric
+    keep it; a stale stage shows in the order instead.
+    """
     f = flow_of(scene, "gauss-2").scheme.flow(SCENES[scene].step, DIGITS)
     run = f.trajectory(1)
     assert f.pullback_defect(run.x[0], run.u[0]) < 1e-45
@@ -170,7 +176,7 @@ def test_derivatives_are_schur_complements():
     """FL of the symbols is the Schur complement, and F⁻ along ∂L_d/∂s = 0 has that slope."""
     f = flow_of("kepler", "gauss-2")
     of = f.scheme
-    with f.numbers.working():
+    with f.numbers.working(), mpmath.workdps(60):
         x, u = start_of(f)
         here, s = f.geometry.at(x, u), f.geometry.stages(x, u)
         values = f.numbers.public([*x, *u, *s, *f._q])
@@ -232,7 +238,8 @@ def test_on_pairs_they_are_runge_kutta_methods(rule):
 def test_one_node_and_two_are_midpoint_and_trapezoidal_on_pairs():
     for ours, theirs in (("gauss-1", "midpoint"), ("lobatto-2", "trapezoidal")):
         one, two = (flow_of("kepler", r).trajectory(5) for r in (ours, theirs))
-        assert all(a == b for a, b in zip(one.mu.ravel(), two.mu.ravel(), strict=True))
+        with mpmath.workdps(60):
+            assert close(one.mu.ravel(), two.mu.ravel(), 1e-47)
 
 
 # -- self-adjointness and order -------------------------------------------------------------------
@@ -242,7 +249,8 @@ def test_one_node_and_two_are_midpoint_and_trapezoidal_on_pairs():
     ("pendulum", "gauss-3", True), ("kepler", "gauss-2", True), ("moving-mass", "gauss-1", True),
     # the reversed curve is no polynomial in the chart of the inverse
     ("rigid-body", "lobatto-3", False), ("heavy-top", "gauss-2", False),
-    ("affine-group", "gauss-2", False),
+    # but here translations by the inverse are affine in the chart
+    ("affine-group", "gauss-2", True),
 ])  # fmt: skip
 def test_self_adjointness_is_derived(scene, rule, wanted):
     of = flow_of(scene, rule).scheme
@@ -271,7 +279,10 @@ def test_velocities_of_curves_have_their_order_in_every_chart():
 # -- kernels --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("scene", "rule"), [("pendulum", "gauss-3"), ("rigid-body", "gauss-2")])
+@pytest.mark.parametrize(
+    ("scene", "rule"),
+    [("pendulum", "gauss-3"), pytest.param("rigid-body", "gauss-2", marks=pytest.mark.slow)],
+)
 def test_double_precision_is_50_digits_rounded(scene, rule):
     """Also where nodes are alike and share a function, in three pieces and with rows left out."""
     short = flow_of(scene, rule, digits=16).trajectory(20)
@@ -288,10 +299,17 @@ def test_double_precision_is_50_digits_rounded(scene, rule):
 def test_nodes_that_are_alike_are_one_function():
     from integrators.kernels import KernelBuilder
 
-    for rule, calls in (("gauss-2", 2), ("gauss-3", 3)):
-        text = KernelBuilder(Scheme(SCENES["rigid-body"], get(rule))).build()
-        solver = text[text.index("def correct") : text.index("def update")]
-        assert solver.count("= node0(") == calls
+    text = KernelBuilder(Scheme(SCENES["rigid-body"], get("gauss-2"))).build()
+    solver = text[text.index("def correct") : text.index("def update")]
+    assert solver.count("= node0(") == 2
+
+
+def test_a_node_with_one_output_gives_a_number():
+    """A call returns a tuple, of one number too."""
+    a, b = sympy.symbols("a b")
+    node = function_text("node0", {}, [[a]], [([a], [b**2])], [b])
+    text = function_text("use", {"w": [b]}, [a + 1], [([a], Call("node0", [b]))])
+    assert run_text(node + text, {})["use"]([3]) == 10
 
 
 def test_an_affine_system_takes_one_correction():
