@@ -67,7 +67,14 @@ def vector_text(n: int, m: int, solved: int, kept: int, coefficients: int, affin
     for order, term in enumerate(terms[:-1]):
         lines.append(f"    if order == {order}:\n        return {_each(solved, term)}")
     lines.append(f"    return {_each(solved, terms[-1])}\n")
-    return "\n".join(lines).replace("def ", "@helper\ndef ")
+    return _decorated(lines)
+
+
+def _decorated(lines: list[str]) -> str:
+    """The text of functions, those without a branch to be written as they stand."""
+    texts = "\n".join(lines).split("def ")
+    bodies = [f"@{'helper' if ' if ' in t else 'exact'}\ndef {t}" for t in texts[1:]]
+    return "".join([texts[0], *bodies])
 
 
 def _memo(vectors: list[str], numbers: list[str]) -> str:
@@ -88,9 +95,7 @@ def memory_text(solved: int, coefficients: int, affine: bool) -> str:
     for number in range(count):
         lines += [f"    a[j, {number * solved + i}] = memo[{number}][{i}]" for i in range(solved)]
     lines += [f"    a[j, {tail + i}] = memo[{5 + i}]" for i in range(4 if count else 0)]
-    return "\n".join([*lines, *([] if count else ["    pass"]), ""]).replace(
-        "def ", "@helper\ndef "
-    )
+    return _decorated([*lines, *([] if count else ["    pass"]), ""])
 
 
 def whole_state_text(n: int, m: int, kept: int, kept_by_adjoint: int) -> str:
@@ -103,7 +108,7 @@ def whole_state_text(n: int, m: int, kept: int, kept_by_adjoint: int) -> str:
     lines.append(f"def save_whole(a, {', '.join(names)}):")
     for name, length, start in zip(names, lengths, starts, strict=True):
         lines += [f"    a[{start + i}] = {name}[{i}]" for i in range(length)]
-    return "\n".join([*lines, ""]).replace("def ", "@helper\ndef ")
+    return _decorated([*lines, ""])
 
 
 def state_length(n: int, m: int, solved: int, kept: int, affine: bool) -> int:

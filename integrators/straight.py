@@ -1,0 +1,337 @@
+"""Straight-line functions to machine code, past numba's type inference.
+
+Most of a kernel is hundreds of lines of plain arithmetic on floats, and inferring their types costs
+numba a millisecond a line. A function decorated here becomes one numba intrinsic instead: its lines
+are read as a syntax tree and written as LLVM instructions where it is called. Everything in it is a
+float but for arrays, tuples of its arguments, and `int(…)`; there are no branches and no loops.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import operator
+import textwrap
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
+
+_OPERATORS: dict[type, tuple[str, Callable[[Any, Any], Any]]] = {
+    ast.Add: ("fadd", operator.add),
+    ast.Sub: ("fsub", operator.sub),
+    ast.Mult: ("fmul", operator.mul),
+    ast.Div: ("fdiv", operator.truediv),
+    ast.Pow: ("", operator.pow),
+}
+
+
+def straight(*flags: str, shared: bool = False) -> Callable[[Callable[..., Any]], Any]:
+    """Decorator: a numba intrinsic of a straight-line function.
+
+    flags: LLVM's for fast arithmetic, such as "contract"; none: every operation as it is written.
+    shared: one function in the machine code, of floats, called from several places of another such
+    function; otherwise the instructions stand wherever it is called.
+    """
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        from numba.extending import intrinsic
+
+        text = Text(function, flags, shared)
+
+        def define(typing_context: Any, *types: Any) -> Any:
+            def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+                unpacked = [
+                    _unpacked(builder, t, v) for t, v in zip(signature.args, values, strict=True)
+                ]
+                found = Writer(context, builder, text).call(unpacked)
+                return _packed(context, builder, signature.return_type, found)
+
+            return text.result_type(types)(*types), generate
+
+        signature = inspect.signature(function)
+        first = inspect.Parameter("typing_context", inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        define.__name__ = function.__name__
+        define.__signature__ = signature.replace(  # type: ignore[attr-defined]
+            parameters=[first, *signature.parameters.values()]
+        )
+        made: Any = intrinsic(define)
+        made.straight_text = text
+        return made
+
+    return decorate
+
+
+class Text:
+    """A straight-line function as a syntax tree, read when it is first needed."""
+
+    def __init__(self, function: Callable[..., Any], flags: Sequence[str], shared: bool) -> None:
+        self.function, self.flags, self._shared = function, tuple(flags), shared
+        self.names = list(inspect.signature(function).parameters)
+
+    @cached_property
+    def statements(self) -> list[Any]:
+        """The statements of the body."""
+        source = textwrap.dedent(inspect.getsource(self.function))
+        tree: Any = ast.parse(source).body[0]
+        return list(tree.body)
+
+    @cached_property
+    def shared(self) -> bool:
+        """Whether it is a function in the machine code; not if it calls one of numba's.
+
+        Numba hands errors on through an argument of its own functions, which ours do not have.
+        """
+        calls = (n for s in self.statements for n in ast.walk(s) if isinstance(n, ast.Call))
+        called = (self.function.__globals__.get(getattr(call.func, "id", "")) for call in calls)
+        return self._shared and not any(hasattr(f, "py_func") for f in called)
+
+    def result_type(self, types: Sequence[Any]) -> Any:
+        """Numba's type of what is returned."""
+        last = self.statements[-1]
+        from numba import types as numba_types
+
+        if not isinstance(last, ast.Return) or last.value is None:
+            return numba_types.none
+        return _type_of(last.value, dict(zip(self.names, types, strict=True)))
+
+
+def _type_of(node: Any, known: dict[str, Any]) -> Any:
+    from numba import types
+
+    if isinstance(node, ast.Tuple):
+        return types.Tuple([_type_of(e, known) for e in node.elts])
+    if isinstance(node, ast.Name) and node.id in known:
+        return known[node.id]
+    if isinstance(node, ast.Subscript):
+        whole = _type_of(node.value, known)
+        if isinstance(whole, types.BaseTuple):
+            return whole[ast.literal_eval(node.slice)]
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "int":
+        return types.int64
+    return types.float64
+
+
+class Value:
+    """A number or an array: numba's type and LLVM's value."""
+
+    def __init__(self, type_: Any, value: Any) -> None:
+        self.type, self.value = type_, value
+
+
+def _unpacked(builder: Any, type_: Any, value: Any) -> Any:
+    """Tuples as Python's, so that only what is used is ever loaded."""
+    from numba.core import cgutils, types
+
+    if isinstance(type_, types.BaseTuple):
+        parts = cgutils.unpack_tuple(builder, value, len(type_))
+        return tuple(_unpacked(builder, t, v) for t, v in zip(_members(type_), parts, strict=True))
+    return Value(type_, value)
+
+
+def _members(tuple_type: Any) -> list[Any]:
+    return list(tuple_type)
+
+
+def _packed(context: Any, builder: Any, type_: Any, found: Any) -> Any:
+    from numba.core import types
+
+    if isinstance(type_, types.BaseTuple):
+        parts = [
+            _packed(context, builder, t, f) for t, f in zip(_members(type_), found, strict=True)
+        ]
+        return context.make_tuple(builder, type_, parts)
+    if found is None:
+        return context.get_dummy_value()
+    if isinstance(type_, types.Float):
+        return _float(builder, found)
+    return found.value
+
+
+def _float(builder: Any, found: Any) -> Any:
+    """LLVM's value of a number, which may still be one of Python's."""
+    from llvmlite import ir
+    from numba.core import types
+
+    if not isinstance(found, Value):
+        return ir.Constant(ir.DoubleType(), float(found))
+    if isinstance(found.type, types.Integer):
+        return builder.sitofp(found.value, ir.DoubleType())
+    return found.value
+
+
+class Writer:
+    """Writes the instructions of one call of a straight-line function."""
+
+    def __init__(self, context: Any, builder: Any, text: Text) -> None:
+        self.context, self.builder, self.text = context, builder, text
+        self.known: dict[str, Any] = {}
+
+    def call(self, arguments: Sequence[Any]) -> Any:
+        """What the function returns; tuples as Python's."""
+        self.known = dict(zip(self.text.names, arguments, strict=True))
+        for statement in self.text.statements:
+            if isinstance(statement, ast.Return):
+                return self.value(statement.value)
+            if isinstance(statement, ast.Assign):
+                self._assign(statement.targets[0], self.value(statement.value))
+            elif isinstance(statement, ast.Expr):
+                self.value(statement.value)
+        return None
+
+    def _assign(self, target: Any, found: Any) -> None:
+        if isinstance(target, ast.Tuple):
+            for one, value in zip(target.elts, found, strict=True):
+                self._assign(one, value)
+        elif isinstance(target, ast.Subscript):
+            self.builder.store(_float(self.builder, found), self._place(target))
+        else:
+            self.known[target.id] = found
+
+    def value(self, node: Any) -> Any:
+        """A number, an array or a tuple: `Value`, Python's own number, or Python's tuple."""
+        match node:
+            case ast.Constant():
+                return node.value
+            case ast.Name():
+                return self.known.get(node.id, self.text.function.__globals__.get(node.id))
+            case ast.Tuple():
+                return tuple(self.value(e) for e in node.elts)
+            case ast.UnaryOp():
+                return self._negative(self.value(node.operand))
+            case ast.BinOp():
+                return self._binary(node.op, self.value(node.left), self.value(node.right))
+            case ast.Subscript():
+                return self._entry(node)
+            case ast.Call(func=ast.Name(id=name)):
+                return self._called(name, [self.value(a) for a in node.args])
+        raise NotImplementedError(ast.dump(node))
+
+    def _negative(self, found: Any) -> Any:
+        if not isinstance(found, Value):
+            return -found
+        return self._number(self.builder.fneg(_float(self.builder, found), flags=self.text.flags))
+
+    def _binary(self, op: Any, left: Any, right: Any) -> Any:
+        name, exact = _OPERATORS[type(op)]
+        if not isinstance(left, Value) and not isinstance(right, Value):
+            return exact(left, right)
+        if not name:
+            return self._foreign(exact, [left, right])
+        sides = (_float(self.builder, side) for side in (left, right))
+        return self._number(getattr(self.builder, name)(*sides, flags=self.text.flags))
+
+    def _number(self, value: Any) -> Value:
+        from numba.core import types
+
+        return Value(types.float64, value)
+
+    def _entry(self, node: Any) -> Any:
+        if isinstance(node.value, ast.Name) and isinstance(self.known.get(node.value.id), Value):
+            return self._number(self.builder.load(self._place(node)))
+        return self.value(node.value)[ast.literal_eval(node.slice)]
+
+    def _place(self, node: Any) -> Any:
+        """Where an entry of a C-contiguous array is: its index has one number, or two."""
+        from llvmlite import ir
+        from numba.np import arrayobj
+
+        held = self.known[node.value.id]
+        array = arrayobj.make_array(held.type)(self.context, self.builder, held.value)
+        whole = ir.IntType(64)
+        indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        at: Any = None
+        for axis, index in enumerate(map(self.value, indices)):
+            number = index.value if isinstance(index, Value) else ir.Constant(whole, index)
+            if at is not None:
+                length = self.builder.extract_value(array.shape, axis)
+                number = self.builder.add(self.builder.mul(at, length), number)
+            at = number
+        return self.builder.gep(array.data, [at])
+
+    def _called(self, name: str, arguments: list[Any]) -> Any:
+        function = self.text.function.__globals__.get(name)
+        if name == "int":
+            from llvmlite import ir
+            from numba.core import types
+
+            number = _float(self.builder, arguments[0])
+            return Value(types.int64, self.builder.fptosi(number, ir.IntType(64)))
+        if name == "R":
+            return float(arguments[0])
+        if name == "workspace":
+            return self._workspace(arguments[0])
+        if name == "abs":
+            from llvmlite import ir
+
+            kind = ir.DoubleType()
+            fabs = self.builder.module.declare_intrinsic("llvm.fabs", [kind])
+            return self._number(self.builder.call(fabs, [_float(self.builder, arguments[0])]))
+        text = getattr(function, "straight_text", None)
+        if text is None:
+            return self._foreign(function, arguments)
+        return self._shared(text, arguments) if text.shared else self._inline(text, arguments)
+
+    def _inline(self, text: Text, arguments: list[Any]) -> Any:
+        return Writer(self.context, self.builder, text).call(arguments)
+
+    def _shared(self, text: Text, arguments: list[Any]) -> Any:
+        """A call of a function of floats that returns floats, written once in each module."""
+        from llvmlite import ir
+
+        kind, module = ir.DoubleType(), self.builder.module
+        count = len(text.statements[-1].value.elts)
+        name = f"discmech.{text.function.__module__}.{text.function.__name__}"
+        made = module.globals.get(name)
+        if made is None:
+            returned = ir.LiteralStructType([kind] * count)
+            made = ir.Function(module, ir.FunctionType(returned, [kind] * len(text.names)), name)
+            made.linkage = "internal"
+            inner = ir.IRBuilder(made.append_basic_block("entry"))
+            found = Writer(self.context, inner, text).call([self._number(a) for a in made.args])
+            whole: Any = ir.Constant(returned, ir.Undefined)
+            for i, one in enumerate(found):
+                whole = inner.insert_value(whole, _float(inner, one), i)
+            inner.ret(whole)
+        whole = self.builder.call(made, [_float(self.builder, a) for a in arguments])
+        return tuple(self._number(self.builder.extract_value(whole, i)) for i in range(count))
+
+    def _foreign(self, function: Any, arguments: list[Any]) -> Any:
+        """A call of anything that numba knows: math's functions, and loops compiled by it."""
+        from llvmlite import ir
+        from numba.core import types
+
+        given = [
+            a if isinstance(a, Value)
+            else Value(types.int64, ir.Constant(ir.IntType(64), a)) if isinstance(a, int)
+            else self._number(_float(self.builder, a))
+            for a in arguments
+        ]  # fmt: skip
+        context, typing = self.context, self.context.typing_context
+        kind = typing.resolve_value_type(function)
+        signature = typing.resolve_function_type(kind, tuple(a.type for a in given), {})
+        values = [
+            context.cast(self.builder, a.value, a.type, wanted)
+            for a, wanted in zip(given, signature.args, strict=True)
+        ]
+        found = context.get_function(kind, signature)(self.builder, values)
+        return _unpacked(self.builder, signature.return_type, found)
+
+    def _workspace(self, length: int) -> Value:
+        """A one-dimensional array of zeros on the stack."""
+        from llvmlite import ir
+        from numba.core import cgutils, types
+        from numba.np import arrayobj
+
+        kind, whole, builder = types.Array(types.float64, 1, "C"), ir.IntType(64), self.builder
+        place = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), length))
+        cgutils.memset(builder, place, ir.Constant(whole, 8 * length), 0)
+        array = arrayobj.make_array(kind)(self.context, builder)
+        arrayobj.populate_array(
+            array,
+            data=builder.bitcast(place, ir.DoubleType().as_pointer()),
+            shape=[ir.Constant(whole, length)],
+            strides=[ir.Constant(whole, 8)],
+            itemsize=ir.Constant(whole, 8),
+            meminfo=None,
+        )
+        return Value(kind, array._getvalue())
