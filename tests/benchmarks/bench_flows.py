@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from integrators import Scheme, scenes, trapezoidal
+from integrators import Scheme, cayley, exponential, midpoint, scenes, trapezoidal
 
 HERE = Path(__file__).parent
 STEPS, ROUNDS = 2_000_000, 15  # long enough that starting a run does not count
@@ -87,6 +87,40 @@ def bench_heavy_top(benchmark, compiled):
         benchmark,
         lambda: flow.trajectory(STEPS, STEPS),
         {"plain C": lambda: plain(start, h), "C with every trick": lambda: tricks(start, h)},
+    )
+
+
+@needs_gcc
+@pytest.mark.parametrize("retraction", [cayley, exponential], ids=["cayley", "exponential"])
+def bench_correction_on_se3(benchmark, compiled, retraction):
+    """One Newton correction of a body in a fluid: beside plain C, which has Cayley's equations."""
+    from numba import njit
+
+    h, c = 0.1, compiled("se3_correction")
+    scene = scenes.get("kirchhoff").with_retraction(retraction)
+    flow = Scheme(scene, midpoint).flow(h)
+    run = flow.trajectory(1)
+    names = flow._kernels
+    correct, plus, load_c = names["correct"], names["plus"], names["load_c"]
+
+    @njit(error_model="numpy")
+    def ours(steps, mu, w, coefficients):
+        c = load_c(coefficients)
+        dw = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        for _ in range(steps):
+            a, b, d, e, f, g = dw
+            start = plus(w, (1e-3 * a, 1e-3 * b, 1e-3 * d, 1e-3 * e, 1e-3 * f, 1e-3 * g))
+            dw, size = correct((), start, mu, (), c)
+        return dw
+
+    mu, w = tuple(run.mu[0]), tuple(float(v) for v in scene.v0)
+    found = ours(STEPS, mu, w, flow._c)
+    if retraction is cayley:
+        assert found == pytest.approx(c([*mu, *w, *w], h)[12:], rel=1e-12)
+    interleaved(
+        benchmark,
+        lambda: ours(STEPS, mu, w, flow._c),
+        {"plain C (Cayley)": lambda: c([*mu, *w, *w], h)},
     )
 
 
