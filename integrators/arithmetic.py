@@ -44,6 +44,8 @@ class Double:
 
     def number(self, value: Any, what: str = "value") -> Any:
         """An exact value, float or mpf as a number of this kind."""
+        if type(value) is float and math.isfinite(value):
+            return value  # most are: a run should not start with fractions of them
         return float(exact(value, what))
 
     @contextmanager

@@ -151,7 +151,8 @@ def cached_text(scheme: Scheme, what: str, build: Callable[[], str]) -> str:
 
 
 @cache
-def _compiled(path: Path) -> ModuleType:
+def compiled_module(path: Path) -> ModuleType:
+    """The module of a generated file; its machine code is compiled when first called."""
     spec = importlib.util.spec_from_file_location(f"discmech_kernels_{path.stem}", path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -174,7 +175,7 @@ def load_composed(schemes: tuple[Scheme, ...], numbers: Any) -> dict[str, Any]:
 
 def _load(path: Path, numbers: Any) -> dict[str, Any]:
     if not isinstance(numbers, Multiple):
-        return vars(_compiled(path))
+        return vars(compiled_module(path))
     body = path.read_text(encoding="utf-8").split(_MARK, 1)[1]
     return run_text(body, numbers.namespace())
 

@@ -239,6 +239,16 @@ class Flow:
         return out
 
     def _start(self, x0: Any, mu0: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        if x0 is None and mu0 is None and u0 is None:
+            return self._own_start
+        return self._start_from(x0, mu0, u0)
+
+    @cached_property
+    def _own_start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The scene's start, rounded once for all runs of this flow."""
+        return self._start_from(None, None, None)
+
+    def _start_from(self, x0: Any, mu0: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         scene = self.scheme.scene
         guess = scene.v0 if u0 is None else u0
         if mu0 is None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from integrators import Discretisation, Scene
 
 #: the studies, in the order of the report
-NAMES = ("order", "symplecticity", "momentum", "energy")
+NAMES = ("order", "symplecticity", "momentum", "energy", "work-precision")
 
 __all__ = ["NAMES", "check", "get", "show"]
 
@@ -26,7 +26,7 @@ def get(name: str) -> ModuleType:
         from integrators import BadInput
 
         raise BadInput(f'there is no study "{name}": there are {", ".join(NAMES)}.')
-    return import_module(f".{name}", __name__)
+    return import_module(f".{name.replace('-', '_')}", __name__)
 
 
 def check(

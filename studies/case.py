@@ -17,6 +17,8 @@ from integrators.discretisations import Discretisation
 from integrators.scene import Scene
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
+#: what a study may say of a case beside `measured` and `rows`
+DETAILS = ("kind", "periods", "duration", "floor")
 Progress = Callable[[str, float], None]
 
 
@@ -30,6 +32,10 @@ class Choice:
     digits: tuple[int, ...] = ()
     steps: int | None = None
     controls: tuple[str, ...] = ()
+    peers: tuple[str, ...] = ()  # all that are installed if empty; ("none",) for none
+    axes: tuple[str | None, str | None] = (None, None)  # of work-precision; None: the usual ones
+    periods: int | None = None  # of the long race; None: the scene's own duration
+    thorough: bool = False
 
     def pairs(self) -> Iterator[tuple[Scene, Discretisation]]:
         """Every scene with every rule, of the retractions asked for."""

@@ -76,6 +76,7 @@ def _parser() -> argparse.ArgumentParser:
         "symplecticity": "pullback of Ω and Poisson form, with controls",
         "momentum": "momentum maps and Casimirs over 10⁶ steps",
         "energy": "energy band and secular slope over 10⁶ steps",
+        "work-precision": "error against run time, beside other people's integrators",
     }
     for name in NAMES:
         study = commands.add_parser(name, help=about[name])
@@ -88,6 +89,8 @@ def _parser() -> argparse.ArgumentParser:
                 metavar="NAME",
                 help="only this control (a method that must be caught)",
             )
+        if name == "work-precision":
+            _race_options(study)
         study.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
         study.set_defaults(action=_study, study=name)
 
@@ -97,6 +100,18 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument("--folder", default="reports/build", help="default: reports/build")
     report.set_defaults(action=_report)
     return parser
+
+
+def _race_options(parser: argparse.ArgumentParser) -> None:
+    """What work-precision asks beside scenes and rules; the names are looked up when it runs."""
+    parser.add_argument(
+        "--peer", action="append", default=[], metavar="P", dest="peers",
+        help="DOP853, Radau, LSODA, heyoka, diffrax or none (default: those installed)",
+    )  # fmt: skip
+    parser.add_argument("--x", metavar="WORK", help="seconds, steps, evaluations, iterations")
+    parser.add_argument("--y", metavar="ERROR", help="error, error-x, energy-max, ...")
+    parser.add_argument("--periods", metavar="P", help="run over P characteristic periods")
+    parser.add_argument("--thorough", action="store_true", help="fifty times the budget")
 
 
 def _choices(parser: argparse.ArgumentParser) -> None:
@@ -126,7 +141,13 @@ def _choice(options: argparse.Namespace) -> Any:
     for name in asked:
         if name not in controls.NAMES:
             raise BadInput(f'there is no control "{name}": there are {", ".join(controls.NAMES)}.')
+    peers, axes = _race_choice(options)
+    periods = getattr(options, "periods", None)
     return Choice(
+        peers=peers,
+        axes=axes,
+        periods=None if periods is None else _count(periods, "--periods"),
+        thorough=getattr(options, "thorough", False),
         scenes=tuple(scenes.get(name) for name in options.scenes),
         rules=tuple(discretisations.get(name) for name in options.rules),
         retractions=tuple(options.retraction),
@@ -138,6 +159,24 @@ def _choice(options: argparse.Namespace) -> Any:
 
 def _jobs(options: argparse.Namespace) -> int | None:
     return None if options.jobs is None else _count(options.jobs, "--jobs")
+
+
+def _race_choice(options: argparse.Namespace) -> tuple[tuple[str, ...], Any]:
+    """Peers and axes, each known."""
+    asked = getattr(options, "x", None), getattr(options, "y", None)
+    peers = tuple(getattr(options, "peers", ()))
+    if peers:
+        from .peers import chosen
+
+        chosen(peers)
+    if any(asked):
+        from .accuracy import METRICS
+        from .contest import WORK
+
+        for flag, name, known in zip(("--x", "--y"), asked, (WORK, METRICS), strict=True):
+            if name is not None and name not in known:
+                raise BadInput(f'{flag} is "{name}": choose {", ".join(known)}.')
+    return peers, asked
 
 
 def _count(text: str, what: str) -> int:
@@ -262,6 +301,8 @@ def _study(options: argparse.Namespace) -> int:
         write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
     if options.json != "-":
         console().print(terminal_table(result))
+        for note in result["notes"]:
+            print(note)
     return EXIT[result["verdict"]]
 
 
@@ -269,8 +310,13 @@ def _as_typed(options: argparse.Namespace) -> str:
     parts = ["discmech", options.study, *options.scenes]
     for flag, values in (("--rule", options.rules), ("--retraction", options.retraction),
                          ("--digits", options.digits),
-                         ("--control", getattr(options, "control", []))):  # fmt: skip
+                         ("--control", getattr(options, "control", [])),
+                         ("--peer", getattr(options, "peers", []))):  # fmt: skip
         parts += [word for value in values for word in (flag, value)]
+    for name in ("x", "y", "periods"):
+        if getattr(options, name, None):
+            parts += [f"--{name}", getattr(options, name)]
+    parts += ["--thorough"] if getattr(options, "thorough", False) else []
     return shlex.join([*parts, *(["--steps", options.steps] if options.steps else [])])
 
 

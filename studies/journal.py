@@ -50,7 +50,7 @@ def _case_key(case: Case) -> str:
     scene = case.scene
     values = [*flatten(tuple(scene.parameters.values())), *scene.x0, *scene.v0, scene.duration,
               scene.step]  # fmt: skip
-    return f"{case.command} {scene.groupoid.name} {' '.join(map(str, values))}"
+    return f"{case.label} {case.command} {scene.groupoid.name} {' '.join(map(str, values))}"
 
 
 def _key(study: str, choice: Choice) -> str:
@@ -58,7 +58,8 @@ def _key(study: str, choice: Choice) -> str:
     sources = [p for name in ("integrators", "reference", "studies")
                for p in sorted((root / name).rglob("*.py"))]  # fmt: skip
     asked = [[s.name for s in choice.scenes], [r.name for r in choice.rules], choice.controls,
-             choice.retractions, choice.digits, choice.steps]  # fmt: skip
+             choice.retractions, choice.digits, choice.steps, choice.peers, choice.axes,
+             choice.periods, choice.thorough]  # fmt: skip
     digest = hashlib.sha256(f"{study} {asked}".encode())
     for path in sources:
         digest.update(path.read_bytes())

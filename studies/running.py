@@ -18,7 +18,7 @@ from integrators import BadInput, Scheme, StepFailure
 from integrators.errors import CannotMeasure
 
 from . import get
-from .case import Case, Choice, Progress, Verdict, silent, worst
+from .case import DETAILS, Case, Choice, Progress, Verdict, silent, worst
 from .journal import Journal
 from .record import record
 
@@ -104,6 +104,7 @@ def run_studies(
                 "verdict": worst(c["verdict"] for c in cases),
                 "command": f"discmech {study.NAME}",
                 "record": record(sum(c["seconds"] for c in cases), {"steps": choice.steps}),
+                "notes": study.notes(choice) if hasattr(study, "notes") else [],
                 "cases": cases,
             }
         )
@@ -248,5 +249,6 @@ def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict
         "expected": verdict.expected,
         "measured": measurement["measured"],
         "rows": measurement["rows"],
+        **{key: measurement[key] for key in DETAILS if key in measurement},
         "seconds": time.perf_counter() - begun,
     }

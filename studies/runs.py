@@ -82,6 +82,8 @@ def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.nda
     with arithmetic(digits).working():
         drifts = np.abs(values - values[0]).max(axis=1)
         scale = np.maximum(terms.max(axis=1), terms[0].max())
+        if digits == 16:  # all rows at once
+            return np.divide(drifts, scale, out=np.zeros_like(drifts), where=drifts != 0)
         return np.array([float(d / s) if d else 0.0 for d, s in zip(drifts, scale, strict=True)])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from studies.rendering import plot_drift, plot_order, plot_symplecticity
+from studies.rendering import plot_drift, plot_order, plot_symplecticity, plot_work
 from studies.rendering.canvas import Drawing, Panel, Sheet, render
 from studies.rendering.palette import Mark, marks
 from studies.rendering.wording import Case, Result, is_control, rule_name
@@ -167,6 +167,24 @@ def _energy(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> li
     return found
 
 
+def _work(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    found = []
+    titled = (("work", "Work and precision"), ("work-long", "Work and precision, long runs"))
+    for long, (name, title) in enumerate(titled):
+        races: dict[tuple[str, object], list[Case]] = {}
+        for case in cases:
+            if (case.get("periods") is not None) == long:
+                races.setdefault((str(case.get("scene")), case.get("periods")), []).append(case)
+        panels = [
+            plot_work.panel(
+                titles.get(scene, scene) + (f", {periods} periods" if long else ""), own, known
+            )
+            for (scene, periods), own in races.items()
+        ]
+        found.append(Sketch(name, title, LONG_WORK if long else WORK, panels, plot_work.SHEET))
+    return found
+
+
 def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
     """A wider margin where names of rules carry their retraction."""
     more = 0.24 if any(case.get("retraction") == "exponential" for case in cases) else 0.0
@@ -212,10 +230,23 @@ ENERGY = (
     "the drift of round-off is left, and the band is a line."
 )
 
+WORK = (
+    "Error against run time: the median of interleaved rounds, with its quartiles as a bar; hollow "
+    "marks had outliers among their samples, which are kept. Rules of this bench have full lines, "
+    "other people's integrators dashed ones. A line ends where the error no longer sinks or where "
+    "the next run would exceed the budget. Dashed across: the error that rounding the start to "
+    "double precision alone makes, the floor for everybody."
+)
+LONG_WORK = (
+    "The same over many characteristic periods, where the energy is what counts: a method that "
+    "is not symplectic pays for time as well as for accuracy."
+)
+
 Sketcher = Callable[[Sequence[Case], dict[str, Mark], Titles], list[Sketch]]
 SKETCHERS: dict[str, Sketcher] = {
     "order": _order,
     "symplecticity": _symplecticity,
     "momentum": _momentum,
     "energy": _energy,
+    "work-precision": _work,
 }

@@ -13,6 +13,14 @@ SKY, ORANGE = "#56b4e9", "#e69f00"
 WORDS = {BLUE: "#005c8f", VERMILLION: "#a84a00", GREEN: "#00694d", PURPLE: "#98467a"}
 WORDS |= {SKY: "#1b6a96", ORANGE: "#855c00", INK: "#1a1a1a", MUTED: "#606060"}
 _FIXED = {"rectangle": (VERMILLION, "s"), "midpoint": (BLUE, "o"), "trapezoidal": (GREEN, "^")}
+# other people's integrators: dashed, the same in every figure
+_PEERS: dict[str, tuple[str, str]] = {
+    "DOP853": (PURPLE, "d"),
+    "Radau": (ORANGE, "v"),
+    "LSODA": (SKY, "p"),
+    "heyoka": (INK, "*"),
+    "diffrax": (MUTED, "h"),
+}
 _OTHERS = [(PURPLE, "D"), (ORANGE, "v"), (SKY, "P"), (INK, "X"), (BLUE, "<"), (GREEN, ">")]
 
 
@@ -41,9 +49,12 @@ def marks(rules: Iterable[str]) -> dict[str, Mark]:
             colour, marker = found[base].colour, found[base].marker
         elif base in _FIXED:
             colour, marker = _FIXED[base]
+        elif base in _PEERS:
+            colour, marker = _PEERS[base]
+            dash = (0, (2.0, 1.2))
         else:
             colour, marker = _OTHERS[others % len(_OTHERS)]
             others += 1
-        found.setdefault(base, Mark(colour, marker))
+        found.setdefault(base, Mark(colour, marker, dash if base == rule else "-"))
         found[rule] = Mark(colour, marker, dash)
     return found

@@ -17,9 +17,11 @@ from studies.rendering.wording import (
     Case,
     Result,
     caught,
+    duration,
     got,
     is_control,
     mapping,
+    number,
     plus_minus,
     rows,
     scientific,
@@ -82,11 +84,52 @@ def _walk(case: Case) -> str:
     return scientific(mapping(case, "expected").get("random_walk"))
 
 
+def _span(case: Case) -> str:
+    """The time that a race runs over."""
+    periods, end = case.get("periods"), number(case.get("duration"))
+    return f"{periods} periods" if periods else f"T = {end:g}" if end else NONE
+
+
+def _cost(accuracy: str) -> Callable[[Case], str]:
+    """What an accuracy costs, and how many times the best peer's cost that is."""
+
+    def text(case: Case) -> str:
+        measured = mapping(case, "measured")
+        value = number(mapping(measured, "cost").get(accuracy))
+        if value is None:
+            return NONE
+        timed = measured.get("x") == "seconds"
+        ratio = number(mapping(measured, "ratio").get(accuracy))
+        words = duration(value) if timed else f"{value:.3g}"
+        return words if ratio is None else f"{words} ({ratio:.2g}×)"
+
+    return text
+
+
+def _best(case: Case) -> str:
+    """The smallest error that was reached, and what was cut."""
+    measured = mapping(case, "measured")
+    words = scientific(measured.get("best"))
+    return f"{words} (cut: {measured['cut']})" if measured.get("cut") else words
+
+
+def _setup(case: Case) -> str:
+    """Seconds to derive and compile, apart from every run."""
+    seconds = number(mapping(case, "measured").get("setup"))
+    return NONE if seconds is None else duration(seconds)
+
+
 _MEASURED: dict[str, list[Column]] = {
     "order": [("Order", _fitted("order", "interval")), ("Points", _points)],
     "symplecticity": [("Pullback", _measured("pullback")), ("Poisson", _measured("poisson"))],
     "momentum": [("Worst drift", _drifts), ("Random walk", _walk)],
     "energy": [("Band", _measured("band")), ("Slope", _fitted("slope", "slope_interval"))],
+    "work-precision": [
+        ("Over", _span),
+        *((f"to {scientific(a)} (× best peer)", _cost(f"{a:.0e}")) for a in (1e-4, 1e-8, 1e-12)),
+        ("Best", _best),
+        ("Compiling", _setup),
+    ],
 }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 Case = dict[str, Any]
 Result = dict[str, Any]
 
-STUDIES = ("order", "symplecticity", "momentum", "energy")
+STUDIES = ("order", "symplecticity", "momentum", "energy", "work-precision")
 VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
 NONE = "—"
 
@@ -47,6 +47,14 @@ def scientific(value: Any, places: int = 1) -> str:
     mantissa, exponent = power_of_ten(found, places)
     tens = "10" + str(exponent).translate(_SUPERSCRIPTS)
     return f"{mantissa}×{tens}" if mantissa else tens
+
+
+def duration(seconds: float) -> str:
+    """12 µs, 3.4 ms, 1.2 s."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= size or unit == "µs":
+            return f"{seconds / size:.3g} {unit}"
+    raise AssertionError
 
 
 def plus_minus(value: Any, interval: Any) -> str:
@@ -138,6 +146,7 @@ def wanted(study: str, case: Mapping[str, Any]) -> str:
         "symplecticity": _wanted_limit,
         "momentum": _wanted_limit,
         "energy": _wanted_slope,
+        "work-precision": lambda e: f"sinks, or ≤ {scientific(e.get('limit'))}",
     }
     return writers.get(study, _pairs)(expected) if expected else NONE
 
@@ -172,6 +181,7 @@ def got(study: str, case: Mapping[str, Any]) -> str:
         "symplecticity": _got_defects,
         "momentum": lambda m: _pairs(m.get("drift") or {}),
         "energy": _got_energy,
+        "work-precision": lambda m: f"best {scientific(m.get('best'))}",
     }
     return writers.get(study, _pairs)(measured)
 

@@ -178,7 +178,7 @@ def test_implicit_midpoint_keeps_the_quadratic_energy_exactly():
 
 
 def test_results_are_the_same_when_measured_again():
-    for study in NAMES:
+    for study in set(NAMES) - {"work-precision"}:  # which measures time
         first, second = (
             check(study, ["lagrange-top"], ["midpoint"], [16], steps=16)["cases"] for _ in range(2)
         )
@@ -190,6 +190,8 @@ def test_results_are_the_same_when_measured_again():
 def test_what_check_returns_is_what_the_design_says():
     for study in NAMES:
         found = check(study, ["heavy-top"], ["trapezoidal"], [16], steps=16)
+        if study == "work-precision":  # its peers have cases of their own
+            found["cases"] = found["cases"][:1]
         assert (found["study"], found["schema"]) == (study, 1)
         assert found["verdict"] in VERDICTS
         named = {
@@ -227,7 +229,7 @@ def test_the_worst_verdict_counts(verdicts, wanted):
 @pytest.mark.parametrize("study", NAMES)
 def test_the_command_of_a_case_reproduces_that_case_and_no_other(study, steps):
     def told(case: Case):
-        return (case.study, case.scene.name, case.rule.name, case.digits, case.steps, case.control)
+        return (case.study, case.scene.name, case.label, case.digits, case.steps, case.control)
 
     for case in get(study).cases(Choice(steps=steps)):
         words = shlex.split(case.command)
@@ -235,4 +237,8 @@ def test_the_command_of_a_case_reproduces_that_case_and_no_other(study, steps):
         options = _parser().parse_args(words[1:])
         assert options.study == study
         again = get(study).cases(_choice(options))
-        assert [told(c) for c in again] == [told(case)]
+        if study == "work-precision":  # timed within its race, so that is what runs again
+            assert told(case) in [told(c) for c in again]
+            assert {c.command for c in again} == {case.command}
+        else:
+            assert [told(c) for c in again] == [told(case)]

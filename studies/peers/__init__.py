@@ -1,0 +1,54 @@
+"""Other people's integrators on the same equations of motion, each as its documentation advises.
+
+scipy is always there; heyoka and diffrax come with `pip install discmech[peers]`. Nothing but the
+comparison studies imports them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from typing import Any
+
+from integrators import BadInput
+
+from ..contestants import Contestant, Problem
+
+#: peer → (the module of ours that drives it, the package it needs)
+PEERS = {
+    "DOP853": ("scipys", "scipy"),
+    "Radau": ("scipys", "scipy"),
+    "LSODA": ("scipys", "scipy"),
+    "heyoka": ("heyokas", "heyoka"),
+    "diffrax": ("diffraxes", "diffrax"),
+}
+NONE = "none"
+
+
+def chosen(names: Sequence[str]) -> tuple[list[str], list[str]]:
+    """(peers that take part, one sentence for each that is absent); all of them if none is named.
+
+    Raises `BadInput` for a name that is no peer, and for a peer asked for that is not installed.
+    """
+    if list(names) == [NONE]:
+        return [], []
+    for name in names:
+        if name not in PEERS:
+            raise BadInput(f'there is no peer "{name}": there are {", ".join(PEERS)}, {NONE}.')
+    present = [p for p in names or PEERS if find_spec(PEERS[p][1]) is not None]
+    absent = [p for p in names or PEERS if p not in present]
+    if names and absent:
+        raise BadInput(f"{absent[0]} is not installed: pip install 'discmech[peers]'.")
+    return present, [
+        f"{name} did not take part: it is not installed (pip install 'discmech[peers]')."
+        for name in absent
+    ]
+
+
+def peer(name: str, problem: Problem, equations: Any) -> Contestant:
+    """The peer on a problem, whose compiled equations of motion are `equations`."""
+    from importlib import import_module
+
+    module = import_module(f".{PEERS[name][0]}", __name__)
+    made: Contestant = module.contestant(name, problem, equations)
+    return made

@@ -1,0 +1,87 @@
+"""heyoka: Taylor's method of a high order, compiled for each system (Biscani, Izzo 2021)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from integrators.errors import CannotMeasure
+
+from ..contestants import MOST_ROWS, Problem, States
+
+TOLERANCES = [10.0**-k for k in range(3, 16, 2)] + [2.0**-52]  # the last is its own default
+
+
+def contestant(name: str, problem: Problem, equations: Any) -> HeyokaContestant:
+    """The adaptive Taylor integrator."""
+    return HeyokaContestant(name, problem, equations)
+
+
+class HeyokaContestant:
+    """taylor_adaptive, compiled once a tolerance; the settings are tolerances."""
+
+    kind = "peer"
+
+    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
+        import heyoka
+
+        self.name, self.problem, self.start = name, problem, problem.start
+        variables = heyoka.make_vars(*map(str, equations.states))
+        if len(equations.states) == 1:
+            variables = [variables]
+        self.system = [
+            (v, heyoka.from_sympy(e)) for v, e in zip(variables, equations.field, strict=True)
+        ]
+        self.setup = 0.0  # compiled with each setting
+
+    def ladder(self) -> Iterator[float]:
+        """Tolerances from 1e-3 to round-off."""
+        return iter(TOLERANCES)
+
+    def told(self, setting: float) -> dict[str, Any]:
+        """Its tolerance."""
+        return {"setting": f"tol {setting:.0e}", "tolerance": setting}
+
+    def prepare(self, setting: float) -> HeyokaRun:
+        """The integrator compiled for that tolerance."""
+        return HeyokaRun(self, setting)
+
+
+class HeyokaRun:
+    """propagate_until from the start, the integrator object used again."""
+
+    def __init__(self, contestant: HeyokaContestant, tolerance: float) -> None:
+        import heyoka
+
+        self.contestant, self.end = contestant, float(contestant.problem.duration)
+        begun = time.perf_counter()
+        self.integrator = heyoka.taylor_adaptive(
+            contestant.system, contestant.start.tolist(), tol=tolerance
+        )
+        contestant.setup += time.perf_counter() - begun
+
+    def _rewind(self) -> Any:
+        self.integrator.time = 0.0
+        self.integrator.state[:] = self.contestant.start
+        return self.integrator
+
+    def __call__(self) -> Any:
+        return self._rewind().propagate_until(self.end)
+
+    def states(self) -> States:
+        """On a grid, by the Taylor polynomials of its steps: as accurate as the steps are."""
+        problem = self.contestant.problem
+        outcome, _, _, steps, *_ = self()
+        if "time_limit" not in str(outcome):
+            raise CannotMeasure(f"heyoka: stopped with {outcome}")
+        last = self.integrator.state.copy()
+        parts = max(1, problem.checkpoints)
+        inside = max(1, min(4 * steps, MOST_ROWS) // parts)
+        grid = np.linspace(0.0, self.end, parts * inside + 1)
+        path = np.array(self._rewind().propagate_grid(grid)[-1])
+        path[-1] = last
+        checkpoints = path[inside::inside] if problem.checkpoints else path[:0]
+        return States(checkpoints, path, steps, None, None)

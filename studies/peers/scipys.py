@@ -1,0 +1,92 @@
+"""scipy's initial value solvers, with a compiled right-hand side and the exact Jacobian."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from integrators.errors import CannotMeasure
+
+from ..contestants import MOST_ROWS, Problem, States
+
+IMPLICIT = ("Radau", "LSODA")  # those that take a Jacobian
+TOLERANCES = [10.0**-k for k in range(2, 14)]  # scipy takes no rtol below 100 units of round-off
+
+
+def contestant(name: str, problem: Problem, equations: Any) -> ScipyContestant:
+    """DOP853, Radau or LSODA."""
+    return ScipyContestant(name, problem, equations)
+
+
+class ScipyContestant:
+    """solve_ivp by one method; the settings are relative tolerances."""
+
+    kind = "peer"
+
+    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
+        self.name, self.problem, self.f, self.df = name, problem, equations.f, equations.df
+        self.start = problem.start
+        begun = time.perf_counter()
+        self.f(0.0, self.start), self.df(0.0, self.start)
+        self.setup = time.perf_counter() - begun
+        # the absolute tolerance is that much of each block's own size: x and μ have their units
+        n = len(problem.scheme.x)
+        sizes = [np.abs(self.start[part]).max(initial=0.0) for part in (slice(n), slice(n, None))]
+        sizes = [size or max(sizes) for size in sizes]
+        self.scale = np.repeat(sizes, [n, len(self.start) - n])
+
+    def ladder(self) -> Iterator[float]:
+        """Tolerances from 1e-2 on."""
+        return iter(TOLERANCES)
+
+    def told(self, setting: float) -> dict[str, Any]:
+        """Its tolerance."""
+        return {"setting": f"rtol {setting:.0e}", "tolerance": setting}
+
+    def prepare(self, setting: float) -> ScipyRun:
+        """A call of solve_ivp."""
+        return ScipyRun(self, setting)
+
+
+class ScipyRun:
+    """One call of solve_ivp, without output between: that is its fastest form."""
+
+    def __init__(self, contestant: ScipyContestant, tolerance: float) -> None:
+        self.contestant, problem = contestant, contestant.problem
+        self.span = (0.0, float(problem.duration))
+        self.options: dict[str, Any] = {
+            "method": contestant.name,
+            "rtol": tolerance,
+            "atol": tolerance * contestant.scale,
+        }
+        if contestant.name in IMPLICIT:
+            self.options["jac"] = contestant.df
+
+    def __call__(self) -> Any:
+        from scipy.integrate import solve_ivp
+
+        contestant = self.contestant
+        return solve_ivp(contestant.f, self.span, contestant.start, **self.options)
+
+    def states(self) -> States:
+        """Its own steps; at the checkpoints before the end its own dense output, as a user gets."""
+        from scipy.integrate import solve_ivp
+
+        contestant, problem = self.contestant, self.contestant.problem
+        found = self()
+        if not found.success:
+            raise CannotMeasure(f"{contestant.name}: {found.message}")
+        checkpoints = np.zeros((0, len(contestant.start)))
+        if problem.checkpoints:
+            times = [float(t) for t in problem.times]
+            dense = solve_ivp(
+                contestant.f, self.span, contestant.start, t_eval=times, **self.options
+            )
+            checkpoints = np.array(dense.y.T)
+            checkpoints[-1] = found.y[:, -1]
+        stride = max(1, -(-found.y.shape[1] // MOST_ROWS))
+        path = np.vstack([found.y.T[::stride], found.y.T[-1:]])
+        return States(checkpoints, path, len(found.t) - 1, int(found.nfev), None)

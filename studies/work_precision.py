@@ -1,0 +1,148 @@
+"""Error against run time, steps and evaluations: every rule and its peers in one race a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from integrators.discretisations import Discretisation
+from integrators.scene import Scene
+
+from .case import Case, Choice, Progress, Verdict, silent
+
+NAME = "work-precision"
+NEEDS = "it needs a Lagrangian that is quadratic in the velocity, and double precision."
+DIGITS = (16,)
+ALONE = True  # it takes times
+BUDGET, LONG_BUDGET, THOROUGH = 0.6, 2.5, 50  # seconds of timing a race; times as much
+LONG = ("pendulum", "kepler", "heavy-top")  # scenes of the long race that the report has
+PERIODS = 1000
+STALLED = 2.0**-26  # √ε: a method that ends above that, and above its floor, solves something else
+
+
+class Race:
+    """All methods on one scene, measured together when the first of them is asked for."""
+
+    def __init__(
+        self, scene: Scene, rules: list[Discretisation], choice: Choice, periods: int | None
+    ) -> None:
+        from .peers import chosen
+
+        self.scene, self.rules, self.choice, self.periods = scene, rules, choice, periods
+        self.peers, _ = chosen(choice.peers)
+        self.progress: Progress = silent
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """What is drawn against what; over long times it is the energy that counts."""
+        x, y = self.choice.axes
+        return x or "seconds", y or ("error" if self.periods is None else "energy-max")
+
+    @property
+    def command(self) -> str:
+        """The words that make this race alone."""
+        choice = self.choice
+        words = ["discmech", NAME, self.scene.name]
+        words += [w for rule in choice.rules for w in ("--rule", rule.name)]
+        words += [w for name in choice.peers for w in ("--peer", name)]
+        words += [] if self.periods is None else ["--periods", str(self.periods)]
+        words += [] if choice.steps is None else ["--steps", str(choice.steps)]
+        words += [w for flag, axis in zip(("--x", "--y"), choice.axes, strict=True) if axis
+                  for w in (flag, axis)]  # fmt: skip
+        return " ".join([*words, *(["--thorough"] if choice.thorough else [])])
+
+    @cached_property
+    def results(self) -> dict[str, dict[str, Any]]:
+        """Per method what `measure` returns."""
+        from .contest import hold_race
+
+        budget = BUDGET if self.periods is None else LONG_BUDGET
+        return hold_race(
+            self.scene, self.rules, self.peers,
+            axes=self.axes, budget=budget * (THOROUGH if self.choice.thorough else 1),
+            periods=self.periods, first=self.choice.steps, progress=self.progress,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Entry(Case):
+    """One method of a race; its command is that of the race, within which alone it is timed."""
+
+    race: Race = field(kw_only=True)
+    method: str = field(kw_only=True)
+
+    @property
+    def label(self) -> str:
+        """The rule's name, or the peer's."""
+        return self.method
+
+    @property
+    def command(self) -> str:
+        """What runs the race again."""
+        return self.race.command
+
+
+def cases(choice: Choice) -> list[Case]:
+    """The methods of every scene's race: over its duration, or over `--periods` of its motion.
+
+    Where no scene is chosen, a few scenes run over a thousand periods as well.
+    """
+    if choice.digits and 16 not in choice.digits:
+        return []
+    found: dict[str, tuple[Scene, list[Discretisation]]] = {}
+    for scene, rule in choice.pairs():
+        if scene.lagrangian is not None:
+            found.setdefault(scene.name, (scene, []))[1].append(rule)
+    races = [Race(*scene_and_rules, choice, choice.periods) for scene_and_rules in found.values()]
+    if choice.periods is None and not choice.scenes:
+        races += [Race(*found[name], choice, PERIODS) for name in LONG if name in found]
+    return [
+        Entry(NAME, one.scene, one.rules[0], 16, choice.steps, race=one, method=method)
+        for one in races
+        for method in [*(rule.name for rule in one.rules), *one.peers]
+    ]
+
+
+def notes(choice: Choice) -> list[str]:
+    """What is to be said of the whole study: which peers are absent."""
+    from .peers import chosen
+
+    return chosen(choice.peers)[1]
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows, one a setting: {setting, step or tolerance, `accuracy.METRICS`, `contest.WORK`,
+    seconds_low, seconds_high (quartiles), samples, outliers, cause (of a failure)}.
+
+    measured: {x, y, best, cost: {accuracy: work or None}, ratio: {accuracy: to the best peer},
+    cut: what was left out, setup: seconds to derive and compile}; floor: {metric: error};
+    kind: rule or peer; duration; periods.
+    """
+    assert isinstance(case, Entry)
+    case.race.progress = progress
+    return case.race.results[case.method]
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """A method must come to the truth: its errors sink until rounding or the budget ends them.
+
+    Errors that stop above √ε, and a thousand times above the floor, belong to another problem.
+    Time is never judged: where the budget left few runs, nothing speaks against the method.
+    """
+    metric = "error" if measurement["periods"] is None else "energy-max"
+    limit = max(STALLED, 1000 * measurement["floor"].get(metric, 0.0))
+    expected = {"limit": limit}
+    errors = [row[metric] for row in measurement["rows"] if row[metric] is not None]
+    if not errors:
+        causes = [row["cause"] for row in measurement["rows"] if row["cause"]]
+        why = causes[-1] if causes else measurement["measured"]["cut"]
+        return Verdict("inconclusive", f"no run came to its end: {why}.", expected)
+    stalled = len(errors) >= 4 and min(errors[-2:]) > 0.7 * min(errors[:-2])
+    if min(errors) <= limit or not stalled:
+        return Verdict("pass", "", expected)
+    return Verdict(
+        "fail",
+        f"the errors stop sinking at {min(errors):.2g}: it solves another problem.",
+        expected,
+    )

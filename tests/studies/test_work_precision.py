@@ -1,0 +1,282 @@
+"""Races: fair timing, true errors, costs by interpolation, and wrong methods that are found out."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from integrators import BadInput, discretisation, scenes
+from integrators.discretisations import BUILT_IN
+from studies import contest, get, peers, racing
+from studies.accuracy import METRICS, UNIT, Yardstick
+from studies.case import Choice, scheme_of
+from studies.contestants import Problem, RuleContestant
+from studies.peers.equations import equations_of
+from studies.rendering import plot_work
+from studies.running import run_study
+
+SCIPY = ("DOP853", "Radau", "LSODA")
+
+
+def choice(*names, **more):
+    return Choice(scenes=tuple(map(scenes.get, names)), **{"peers": SCIPY, **more})
+
+
+def held(found):
+    return {case["rule"]: case for case in found["cases"]}
+
+
+# -- timing ---------------------------------------------------------------------------------------
+
+
+class Machine:
+    """A clock that only moves when a run takes its time."""
+
+    def __init__(self):
+        self.now, self.calls = 0.0, []
+
+    def run(self, name, seconds):
+        times = itertools.cycle(seconds)
+
+        def call():
+            self.calls.append(name)
+            self.now += next(times)
+
+        return call
+
+
+def test_a_steady_run_is_known_after_the_least_rounds():
+    machine = Machine()
+    (timing,) = racing.race([machine.run("a", [0.25])], 1e9, lambda: machine.now)
+    assert (timing.median, timing.low, timing.high) == (0.25, 0.25, 0.25)
+    assert (timing.samples, timing.outliers) == (racing.LEAST, 0)
+
+
+def test_runs_take_turns_and_only_the_unknown_go_on():
+    machine = Machine()
+    runs = [machine.run("steady", [1.0]), machine.run("rough", [1.0, 2.0, 4.0])]
+    steady, rough = racing.race(runs, 1e9, lambda: machine.now)
+    assert (steady.samples, rough.samples) == (racing.LEAST, racing.MOST)
+    rounds = machine.calls[2 : 2 + 2 * racing.LEAST]  # after one call each that sets the repeats
+    pairs = list(zip(rounds[::2], rounds[1::2], strict=True))
+    assert all(set(pair) == {"steady", "rough"} for pair in pairs)
+    assert len(set(pairs)) == 2  # not always in the same order
+
+
+def test_the_budget_ends_it():
+    machine = Machine()
+    (timing,) = racing.race([machine.run("rough", [1.0, 3.0])], 2.0, lambda: machine.now)
+    assert timing.samples == racing.LEAST
+
+
+def test_short_runs_are_repeated_within_a_sample():
+    machine = Machine()
+    (timing,) = racing.race([machine.run("a", [1e-6])], 1.0, lambda: machine.now)
+    assert timing.median == pytest.approx(1e-6)
+    assert len(machine.calls) >= racing.LEAST * racing.SHORTEST / 1e-6
+
+
+def test_an_outlier_is_flagged_and_kept():
+    timing = racing.Timing.of([1.0, 1.01, 1.02, 0.99, 1.0, 50.0])
+    assert (timing.samples, timing.outliers) == (6, 1)
+    assert racing.Timing.of([1.0, 1.01, 1.02, 0.99, 1.0, 1.0]).outliers == 0
+
+
+def test_nothing_to_time():
+    assert racing.race([], 1.0) == []
+
+
+# -- what an accuracy costs -----------------------------------------------------------------------
+
+
+def test_costs_lie_on_the_line_between_runs():
+    rows = [{"seconds": 10.0**k, "error": 10.0 ** (-2 * k)} for k in range(5)]
+    found = contest.cost(rows, ("seconds", "error"))
+    assert found == {"1e-04": pytest.approx(100.0), "1e-08": pytest.approx(1e4), "1e-12": None}
+    rows = [{"seconds": 3.0, "error": 1e-9}]
+    assert contest.cost(rows, ("seconds", "error")) == {"1e-04": 3.0, "1e-08": 3.0, "1e-12": None}
+    assert set(contest.cost([], ("seconds", "error")).values()) == {None}
+
+
+# -- truth ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def pendulum():
+    return held(run_study(get("work-precision"), choice("pendulum")))
+
+
+def test_everybody_takes_part_and_comes_to_the_truth(pendulum):
+    assert set(pendulum) == {*BUILT_IN, *SCIPY}
+    for name, case in pendulum.items():
+        assert case["verdict"] == "pass", (name, case["reason"])
+        assert case["kind"] == ("peer" if name in SCIPY else "rule")
+        assert case["command"].startswith("discmech work-precision pendulum --peer DOP853")
+
+
+def test_rows_hold_every_metric_and_every_count(pendulum):
+    for name, case in pendulum.items():
+        for row in case["rows"]:
+            assert set(row) >= {*METRICS, *contest.WORK, "setting", "samples", "outliers"}
+            assert row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
+            assert row["samples"] >= racing.LEAST
+            assert row["error"] <= row["error-max"] and row["energy"] <= row["energy-max"]
+            parts = math.hypot(row["error-x"], row["error-mu"])
+            assert row["error"] == pytest.approx(parts, rel=1e-9)
+            assert row["evaluations"] > row["steps"]
+            assert (row["iterations"] is None) is (name in SCIPY)
+
+
+def test_errors_sink_with_the_order_of_the_rule(pendulum):
+    for name, order in (("rectangle", 1), ("midpoint", 2), ("trapezoidal", 2)):
+        rows = pendulum[name]["rows"]
+        good = [(r["step"], r["error"]) for r in rows if 1e-10 < r["error"] < 1e-2]
+        (h0, e0), (h1, e1) = good[0], good[-1]
+        assert math.log(e1 / e0) / math.log(h1 / h0) == pytest.approx(order, abs=0.1)
+
+
+def test_the_ratio_is_to_the_best_peer(pendulum):
+    for accuracy in ("1e-04", "1e-08"):
+        costs = {n: c["measured"]["cost"][accuracy] for n, c in pendulum.items()}
+        best = min(costs[p] for p in SCIPY if costs[p])
+        for name, case in pendulum.items():
+            wanted = costs[name] and costs[name] / best
+            assert case["measured"]["ratio"][accuracy] == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("name", ["harmonic", "rigid-body", "charged-particle", "lagrange-top"])
+def test_peers_solve_the_same_equations(name):
+    """DOP853 on our equations of motion comes as near to the reference as its tolerance allows."""
+    scene = scenes.get(name)
+    problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), scene.duration)
+    equations = equations_of(problem.scheme)
+    yardstick = Yardstick(problem, equations)
+    for peer in SCIPY:
+        run = peers.peer(peer, problem, equations).prepare(1e-9)
+        errors = yardstick.errors(run.states())
+        assert all(errors[m] < 1e-6 for m in errors if "max" in m), (peer, errors)
+
+
+def test_a_method_that_solves_other_equations_is_found_out(monkeypatch):
+    """Gravity a thousandth stronger: the peer converges, to something else."""
+    scene = scenes.get("pendulum").with_values(parameters={"gravity": "1.001"})
+    wrong = equations_of(scheme_of(scene, BUILT_IN["midpoint"]))
+    right = peers.peer
+
+    def swapped(name, problem, equations):
+        return right(name, problem, wrong if name == "DOP853" else equations)
+
+    monkeypatch.setattr(contest, "peer", swapped)
+    found = held(run_study(get("work-precision"), choice("pendulum", peers=("DOP853", "LSODA"))))
+    assert found["DOP853"]["verdict"] == "fail"
+    assert "stop sinking" in found["DOP853"]["reason"]
+    assert found["LSODA"]["verdict"] == found["midpoint"]["verdict"] == "pass"
+
+
+def test_a_rule_of_one_s_own_joins_by_being_named():
+    @discretisation()
+    def third(L, G, x, u, h):
+        return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
+
+    found = run_study(get("work-precision"), choice("harmonic", rules=(third,), peers=("LSODA",)))
+    assert set(held(found)) == {"third", "LSODA"} and found["verdict"] == "pass"
+
+
+def test_the_floor_is_what_rounding_the_start_makes():
+    """On the harmonic oscillator from (1, 0) half a unit stays half a unit."""
+    scene = scenes.get("harmonic")
+    problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), scene.duration)
+    floors = Yardstick(problem, equations_of(problem.scheme)).floors
+    assert floors["error"] == pytest.approx(UNIT, rel=1e-3)
+    assert floors["energy-max"] == UNIT and "momentum" not in floors
+
+
+def test_the_characteristic_period_of_the_oscillator_is_its_period():
+    scene = scenes.get("harmonic").with_values(duration="6.2831853", step="0.01")
+    problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), scene.duration)
+    found = contest.characteristic_period(problem, equations_of(problem.scheme))
+    assert found == pytest.approx(2 * math.pi, rel=1e-3)
+
+
+def test_checkpoints_lie_on_steps():
+    scene = scenes.get("kepler")
+    problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), scene.duration)
+    contestant = RuleContestant(problem, BUILT_IN["midpoint"])
+    for setting in itertools.islice(contestant.ladder(), 3):
+        states = contestant.prepare(setting).states()
+        assert states.checkpoints.shape == (problem.checkpoints, 4)
+        assert np.array_equal(states.checkpoints[-1], states.path[-1])
+        assert states.steps == setting
+
+
+# -- long races, cuts, absent peers ---------------------------------------------------------------
+
+
+def test_a_long_race_is_about_invariants():
+    found = held(run_study(get("work-precision"), choice("kepler", peers=("LSODA",), periods=20)))
+    for case in found.values():
+        assert case["verdict"] == "pass" and case["periods"] == 20
+        assert case["measured"]["y"] == "energy-max"
+        assert case["command"].endswith("--periods 20")
+        assert all(row["error"] is None for row in case["rows"])
+        assert all((row["energy-max"] is None) is bool(row["cause"]) for row in case["rows"])
+
+
+def test_what_the_budget_cut_is_said():
+    scene = scenes.get("pendulum")
+    found = contest.hold_race(
+        scene, [BUILT_IN["midpoint"]], ["Radau"], axes=("seconds", "error"), budget=0.02,
+        periods=None, first=None, progress=lambda *_: None,
+    )  # fmt: skip
+    for result in found.values():
+        assert result["measured"]["cut"], result["measured"]
+
+
+def test_a_run_that_fails_is_a_row_with_its_cause():
+    """Steps of 2.5: Newton gives up on the midpoint rule, and the smaller ones go on."""
+    found = held(run_study(get("work-precision"), choice("pendulum", steps=1, peers=("none",))))
+    causes = [row["cause"] for row in found["midpoint"]["rows"]]
+    assert found["midpoint"]["verdict"] == "pass" and causes[-1] == ""
+
+
+def test_an_absent_peer_is_one_sentence(monkeypatch):
+    monkeypatch.setattr(peers, "find_spec", lambda name: None if name == "heyoka" else object())
+    present, absent = peers.chosen([])
+    assert "heyoka" not in present and "DOP853" in present
+    assert absent == ["heyoka did not take part: it is not installed "
+                      "(pip install 'discmech[peers]')."]  # fmt: skip
+    with pytest.raises(BadInput, match="heyoka is not installed"):
+        peers.chosen(["heyoka"])
+    with pytest.raises(BadInput, match='no peer "rk4"'):
+        peers.chosen(["rk4"])
+    assert peers.chosen(["none"]) == ([], [])
+
+
+@pytest.mark.parametrize("name", ["heyoka", "diffrax"])
+def test_an_extra_peer_solves_the_same_equations(name):
+    pytest.importorskip(name)
+    scene = scenes.get("rigid-body")
+    problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), scene.duration)
+    equations = equations_of(problem.scheme)
+    run = peers.peer(name, problem, equations).prepare(1e-9)
+    assert Yardstick(problem, equations).errors(run.states())["error"] < 1e-7
+
+
+# -- the picture ----------------------------------------------------------------------------------
+
+
+def test_the_picture_and_the_study_name_the_same_axes():
+    assert set(plot_work.ERRORS) == set(METRICS) and set(plot_work.WORK) == set(contest.WORK)
+
+
+def test_a_point_without_error_is_not_drawn():
+    rows = [{"seconds": 1.0, "error": 0.0}, {"seconds": 1.0, "error": None},
+            {"seconds": 2.0, "error": 1e-3}]  # fmt: skip
+    assert [p[:2] for p in plot_work._points({"rows": rows}, "seconds", "error")] == [(2.0, 1e-3)]
+
+
+def test_the_study_needs_double_precision():
+    assert get("work-precision").cases(choice("pendulum", digits=(50,))) == []
