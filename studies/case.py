@@ -18,7 +18,7 @@ from integrators.scene import Scene
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: what a study may say of a case beside `measured` and `rows`
-DETAILS = ("kind", "periods", "duration", "floor")
+DETAILS = ("kind", "periods", "duration", "floor", "crossovers")
 Progress = Callable[[str, float], None]
 
 

@@ -77,7 +77,8 @@ def hold_race(
     for (row, _), timing in zip(timed, race([run for _, run in timed], budget), strict=True):
         row |= {"seconds": timing.median, "seconds_low": timing.low, "seconds_high": timing.high,
                 "samples": timing.samples, "outliers": timing.outliers}  # fmt: skip
-    whole = {"floor": yardstick.floors, "duration": float(problem.duration), "periods": periods}
+    whole = {"floor": yardstick.floors, "duration": float(problem.duration), "periods": periods,
+             "crossovers": crossovers(climbs, axes)}  # fmt: skip
     return {each.contestant.name: {**whole, **summary(each, climbs, axes)} for each in climbs}
 
 
@@ -148,7 +149,38 @@ def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict
     }
 
 
-def cost(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> dict[str, float | None]:
+def crossovers(climbs: Sequence[Climb], axes: tuple[str, str]) -> list[dict[str, Any]]:
+    """Where the fastest rule and the fastest peer change places: [{error, work, tighter}].
+
+    `tighter` is the kind that is faster at tighter accuracies. Only accuracies count that both
+    kinds reach, so what one of them cannot reach at all is no crossover.
+    """
+    grid = [10.0 ** (-k / 8) for k in range(8 * 15)]
+    best: dict[str, list[float]] = {}
+    for kind in ("rule", "peer"):
+        curves = [cost(c.rows, axes, grid) for c in climbs if c.contestant.kind == kind]
+        best[kind] = [
+            min((v for curve in curves if (v := curve[accuracy]) is not None), default=math.inf)
+            for accuracy in map(_key, grid)
+        ]
+    found, before = [], None
+    for error, rule, other in zip(grid, best["rule"], best["peer"], strict=True):
+        if math.isinf(rule) or math.isinf(other):
+            continue
+        faster = "rule" if rule < other else "peer"
+        if before not in (None, faster):
+            found.append({"error": error, "work": max(rule, other), "tighter": faster})
+        before = faster
+    return found
+
+
+def _key(accuracy: float) -> str:
+    return f"{accuracy:.0e}" if accuracy in REACHED else f"{accuracy:.3e}"
+
+
+def cost(
+    rows: Sequence[dict[str, Any]], axes: tuple[str, str], accuracies: Sequence[float] = REACHED
+) -> dict[str, float | None]:
     """Per accuracy the least work that reaches it, interpolated in log–log; None if none does."""
     points = sorted(
         (row[axes[0]], max(row[axes[1]], 1e-300))
@@ -156,14 +188,14 @@ def cost(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> dict[str, flo
         if row[axes[0]] and row[axes[1]] is not None
     )
     found: dict[str, float | None] = {}
-    for accuracy in REACHED:
+    for accuracy in accuracies:
         at = next((i for i, (_, error) in enumerate(points) if error <= accuracy), None)
         value = None if at is None else points[at][0]
         if at:  # between the run before, which is not as accurate, and this one
             (w0, e0), (w1, e1) = points[at - 1], points[at]
             part = math.log(e0 / accuracy) / math.log(e0 / e1)
             value = w0 * (w1 / w0) ** part
-        found[f"{accuracy:.0e}"] = value
+        found[_key(accuracy)] = value
     return found
 
 

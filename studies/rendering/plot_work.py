@@ -58,6 +58,9 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
                 xycoords=axes.get_yaxis_transform(), textcoords="offset points",
                 ha="right", va="bottom", color=MUTED,
             )  # fmt: skip
+        for crossing in cases[0].get("crossovers") or [] if x == "seconds" else []:
+            place = (crossing["work"], crossing["error"])
+            axes.plot(*place, ls="", marker="o", ms=8, mfc="none", mec=INK, mew=0.8, zorder=4)
         for case in cases:
             curve, mark = curves[rule_name(case)], marks[rule_name(case)]
             if not curve:
