@@ -8,7 +8,14 @@ from __future__ import annotations
 
 from . import scenes
 from .algebras import MatrixAlgebra, se, sl, so, sp, su
-from .discretisations import Discretisation, discretisation, midpoint, rectangle, trapezoidal
+from .discretisations import (
+    Discretisation,
+    discretisation,
+    imex,
+    midpoint,
+    rectangle,
+    trapezoidal,
+)
 from .equations import Scheme
 from .errors import BadInput, DiscmechError, StepFailure
 from .groupoid import Groupoid
@@ -32,6 +39,7 @@ __all__ = [
     "cayley",
     "discretisation",
     "exponential",
+    "imex",
     "lie_group",
     "midpoint",
     "pair",

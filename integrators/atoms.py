@@ -211,10 +211,14 @@ class GroupoidForRule:
 
 
 class LagrangianForRule:
-    """What a rule sees of the Lagrangian: L(x, u) and L.parameters."""
+    """What a rule sees of the Lagrangian: L(x, u), L.fast(x) and L.parameters."""
 
     def __init__(self, s: SceneSymbols, seen: GroupoidForRule) -> None:
-        self.seen, self.parameters = seen, s.parameters
+        self.s, self.seen, self.parameters = s, seen, s.parameters
 
     def __call__(self, x: Any, u: Any) -> Any:
         return self.seen.lagrangian(x, u)
+
+    def fast(self, x: Any) -> Any:
+        """The fast part of the potential at x."""
+        return self.s.fast_at(x)

@@ -239,7 +239,7 @@ def compose(rule: Any, name: str) -> Any:
         raise BadInput(f"{getattr(rule, 'name', rule)!r} is {what}: compose a rule of one step.")
     method = METHODS[name]
     return Composition(
-        f"{name}:{rule.name}", rule.formula, method.order, method.source, rule.stages,
+        f"{name}:{rule.name}", rule.formula, method.order, method.source, rule.stages, rule.splits,
         base=rule, method=method,
     )  # fmt: skip
 

@@ -32,15 +32,27 @@ class Discretisation:
     order: int | None = None
     source: str = ""
     stages: int = 0
+    splits: bool = False  # it treats the scene's fast potential L.fast(x) apart
+
+    def applies(self, scene: Any) -> bool:
+        """Whether the scene has what the rule needs."""
+        return scene.fast is not None or not self.splits
 
     def __call__(self, L: Any, G: Any, x: Any, u: Any, h: Any, *s: Any) -> Any:
         return self.formula(L, G, x, u, h, *s)
 
 
 def discretisation(
-    order: int | None = None, *, name: str | None = None, source: str = "", stages: int = 0
+    order: int | None = None,
+    *,
+    name: str | None = None,
+    source: str = "",
+    stages: int = 0,
+    splits: bool = False,
 ) -> Callable[[Callable[..., Any]], Discretisation]:
     """Decorator: make a rule of a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
+
+    `splits`: it asks for the scene's fast potential, L.fast(x).
 
     Raises `BadInput` if the order is no positive whole number, stages no whole number from 0, or
     the function takes other arguments.
@@ -63,8 +75,8 @@ def discretisation(
             )
         if not re.fullmatch(r"[\w.-]{1,80}", label):
             raise BadInput(f"a rule's name is {label!r}: use letters, digits, dots and dashes.")
-        source_or_doc = source or inspect.getdoc(formula) or ""
-        return Discretisation(label, formula, order, source_or_doc, stages)
+        about = source or inspect.getdoc(formula) or ""
+        return Discretisation(label, formula, order, about, stages, splits)
 
     return make
 
@@ -87,7 +99,24 @@ def trapezoidal(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
     return h * (L(x, u) + L(G.target(x, u, h), u)) / 2
 
 
-BUILT_IN = {rule.name: rule for rule in (rectangle, midpoint, trapezoidal)}
+@discretisation(
+    order=2,
+    splits=True,
+    source="Stern, Grinspun, Multiscale Model. Simul. 7 (2009), 3: implicit-explicit, variational; "
+    "McLachlan, Stern, SIAM J. Numer. Anal. 52 (2014): a modified trigonometric integrator",
+)
+def imex(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
+    """The fast part of the potential at the middle of the step, all else by the trapezoidal rule.
+
+    Linearly implicit where the fast part is quadratic: its step is never bound by the fast
+    frequency alone.
+    """
+    y = G.target(x, u, h)
+    slow = L(x, u) + L.fast(x) + L(y, u) + L.fast(y)
+    return h * slow / 2 - h * L.fast(G.target(x, u, h / 2))
+
+
+BUILT_IN = {rule.name: rule for rule in (rectangle, midpoint, trapezoidal, imex)}
 
 
 def names() -> tuple[str, ...]:

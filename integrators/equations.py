@@ -69,6 +69,30 @@ class Scheme:
         check_letters(self)
         check_start(self, scene)
         check_regular(self)
+        #: the scheme that was derived: this one, or the one that `at` was asked of
+        self.origin = self
+
+    def at(self, **values: Any) -> Scheme:
+        """The same scheme with other values: parameters, x0, v0, step, duration, name.
+
+        Nothing is derived or compiled again. Raises `BadInput` for values that do not fit, and for
+        a change of what was derived from (the Lagrangian, the groupoid).
+        """
+        from copy import copy
+
+        if derived := set(values) & {"lagrangian", "groupoid", "discrete_lagrangian", "fast"}:
+            raise BadInput(
+                f"{self.scene.name}: another {min(derived)} makes another scheme; "
+                "derive it: Scheme(scene.with_values(...), rule)."
+            )
+        other = copy(self)
+        other.scene = self.scene.with_values(**values)
+        other.s = copy(self.s)
+        other.s.scene = other.scene
+        if len(self.s.parameter_values) != len(other.s.parameter_values):
+            raise BadInput(f"{self.scene.name}: a parameter has another shape than before.")
+        check_start(other, other.scene)
+        return other
 
     # -- the theory's objects, written out in (x, u; h) ----------------------------------------
 

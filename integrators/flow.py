@@ -191,7 +191,7 @@ class Flow:
 
     @cached_property
     def _kernels(self) -> dict[str, Any]:
-        return load_kernels(self.scheme, self.numbers)
+        return load_kernels(self.scheme.origin, self.numbers)
 
     @cached_property
     def geometry(self) -> LocalGeometry:

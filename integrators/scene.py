@@ -21,6 +21,8 @@ class Scene:
 
     lagrangian(x, v, p): sympy columns x (n×1) and v (m×1, natural velocities: ẋ = ρ̂(x)v), and p
     with one attribute a parameter (a list parameter is a column, a list of lists a matrix).
+    fast(x, p): the part of the potential that makes the stiff motion, for rules that treat it apart
+    (`imex`); it is a part of what `lagrangian` subtracts, so naming it changes nothing else.
     discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such.
     Numbers are exact (`integrators.exact`). `duration` is the time the studies run to, `step` a
     step size that resolves the motion at second order (default: duration/1000).
@@ -40,6 +42,7 @@ class Scene:
     source: str = ""
     title: str = ""
     discrete_lagrangian: Callable[..., Any] | None = None
+    fast: Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:

@@ -151,6 +151,16 @@ class SceneSymbols:
         """l(x, u) as an expression; raises `BadInput` if the scene has only a discrete one."""
         return self.lagrangian_at(self.x, self.u)
 
+    def fast_at(self, x: Any) -> Any:
+        """The fast part of the potential at a column x; `CannotMeasure` if the scene names none."""
+        if self.scene.fast is None:
+            raise CannotMeasure(
+                f"{self.scene.name} names no fast part of its potential: give Scene(fast=...), or "
+                "use another rule."
+            )
+        value = self.call(self.scene.fast, "its fast potential", x, self.parameters)
+        return self.scalar(value, "its fast potential")
+
     def lagrangian_at(self, x: Any, v: Any) -> Any:
         """l at any columns x and v."""
         if self.scene.lagrangian is None:

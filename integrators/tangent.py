@@ -170,15 +170,15 @@ class LocalGeometry:
 
     @cached_property
     def _local(self) -> Any:
-        return _generated(self.scheme, self.numbers, "local")
+        return _generated(self.scheme.origin, self.numbers, "local")
 
     @cached_property
     def _stages(self) -> Any:
-        return _generated(self.scheme, self.numbers, "stages")
+        return _generated(self.scheme.origin, self.numbers, "stages")
 
     @cached_property
     def _natural(self) -> Any:
-        return _generated(self.scheme, self.numbers, "natural")
+        return _generated(self.scheme.origin, self.numbers, "natural")
 
 
 @lru_cache(maxsize=512)

@@ -42,8 +42,7 @@ class Choice:
         rules = self.rules or tuple(discretisations.BUILT_IN.values())
         for scene in self.scenes or scenes.all_scenes():
             for chart in self._charts(scene):
-                for rule in rules:
-                    yield chart, rule
+                yield from ((chart, rule) for rule in rules if rule.applies(chart))
 
     def _charts(self, scene: Scene) -> list[Scene]:
         """The scene in each retraction asked for, or as it is; one that uses none comes once."""

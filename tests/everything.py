@@ -19,6 +19,7 @@ from integrators import (
     action,
     discretisation,
     exponential,
+    imex,
     lie_group,
     midpoint,
     pair,
@@ -341,7 +342,7 @@ OWN_SCENES = {
 
 BUILT_IN = {s.name: s for s in scenes.all_scenes()}
 SCENES = {**BUILT_IN, **OWN_SCENES}
-RULES = {r.name: r for r in (rectangle, midpoint, trapezoidal)}
+RULES = {r.name: r for r in (rectangle, midpoint, trapezoidal, imex)}
 
 
 @discretisation()
@@ -354,21 +355,21 @@ def two_thirds(L, G, x, u, h):
 ALIKE = {s for s in SCENES if not SCENES[s].groupoid.dim_x} | {"charged-particle"}
 
 #: every (scene, rule) by name
-SCHEMES = tuple((s, r) for s in SCENES for r in RULES)
-BUILT_IN_SCHEMES = tuple((s, r) for s in BUILT_IN for r in RULES)
+SCHEMES = tuple((s, r) for s in SCENES for r in RULES if RULES[r].applies(SCENES[s]))
+BUILT_IN_SCHEMES = tuple((s, r) for s, r in SCHEMES if s in BUILT_IN)
 
 
 #: scenes that meet every rule in every run; the others take turns, and meet all in the slow tests
 ALWAYS = {"harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "moving-mass",
           "heavy-top-by-hand", "affine-on-line", "framed-plane"}  # fmt: skip
-TURN = dict(zip(SCENES, cycle(RULES), strict=False))
+TURN = dict(zip(SCENES, cycle(r for r in RULES if not RULES[r].splits), strict=False))
 
 
 def named(schemes):
     """Parameters (scene, rule, …) of a test; what is not in every run is marked slow."""
 
     def marks(scene, rule):
-        often = scene in ALWAYS or rule not in RULES or TURN[scene] == rule
+        often = scene in ALWAYS or rule not in TURN.values() or TURN[scene] == rule
         return () if often else pytest.mark.slow
 
     return [pytest.param(*s, id="-".join(map(str, s)), marks=marks(*s[:2])) for s in schemes]

@@ -11,7 +11,7 @@ from ..scene import Scene
 
 NAMES = (
     "harmonic", "pendulum", "double-pendulum", "kepler", "henon-heiles", "charged-particle",
-    "outer-solar-system",
+    "fpu", "spring-pendulum", "outer-solar-system",
     "rigid-body", "rigid-body-so4", "kirchhoff", "sl2",
     "heavy-top", "lagrange-top", "kovalevskaya-top", "spherical-pendulum",
     "reduced-kepler", "rotor-body", "wong",

@@ -13,9 +13,14 @@ from studies import get
 from studies.case import Case
 from studies.running import run_case
 
-BUILT_IN = [(s, r) for s in scenes.names() for r in discretisations.BUILT_IN]
+BUILT_IN = [
+    (s, r)
+    for s in scenes.names()
+    for r, rule in discretisations.BUILT_IN.items()
+    if rule.applies(scenes.get(s))
+]
 #: each scene with one rule, the rules in turn: every rule meets every kind of groupoid
-PAIRWISE = [(s, TURN[s]) for s in scenes.names()]
+PAIRWISE = [*((s, TURN[s]) for s in scenes.names()), ("fpu", "imex")]
 
 
 def case(

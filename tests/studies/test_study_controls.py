@@ -7,7 +7,7 @@ import pytest
 import sympy
 
 from integrators import BadInput, LocalGroupoid, Scene, Scheme, discretisation, scenes
-from integrators.discretisations import BUILT_IN, midpoint, rectangle, trapezoidal
+from integrators.discretisations import midpoint, rectangle, trapezoidal
 from integrators.momentum import Conserved
 from studies import check, controls, get
 from studies.running import run_case
@@ -257,7 +257,7 @@ def test_a_wrong_update_makes_momentum_fail(wrong_gain, name, quantity, digits):
 
 
 @pytest.mark.parametrize("digits", [16, 50])
-@pytest.mark.parametrize("rule", BUILT_IN)
+@pytest.mark.parametrize("rule", ["rectangle", "midpoint", "trapezoidal"])
 def test_a_quantity_that_is_not_conserved_fails_by_name(rule, digits):
     scene = copy(
         "kepler",

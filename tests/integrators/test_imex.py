@@ -1,0 +1,103 @@
+"""The fast potential of a scene, the rule that treats it apart, and schemes at other values."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from integrators import BadInput, Scene, Scheme, imex, midpoint, pair, scenes, trapezoidal
+from integrators.errors import CannotMeasure
+from integrators.identities import first_violation
+from studies.case import Choice
+
+
+def two_springs(x, v, p):
+    return v.dot(v) / 2 - p.k * x[0] ** 2 / 2 - x[1] ** 4 / 4 - x[0] * x[1]
+
+
+def with_fast(fast):
+    return Scene("two-springs", pair(2), two_springs, {"k": 7}, [1, "1/2"], [0, "1/3"], fast=fast)
+
+
+def legendre(scene, rule):
+    scheme = Scheme(scene, rule)
+    return [*scheme.legendre_minus, *scheme.legendre_plus]
+
+
+def same(one, other):
+    return first_violation([a - b for a, b in zip(one, other, strict=True)]) is None
+
+
+def test_nothing_fast_is_the_trapezoidal_rule_and_everything_fast_is_midpoint():
+    none = with_fast(lambda x, p: 0 * x[0])
+    assert same(legendre(none, imex), legendre(none, trapezoidal))
+    whole = with_fast(lambda x, p: p.k * x[0] ** 2 / 2 + x[1] ** 4 / 4 + x[0] * x[1])
+    assert same(legendre(whole, imex), legendre(whole, midpoint))
+    part = with_fast(lambda x, p: p.k * x[0] ** 2 / 2)
+    assert not same(legendre(part, imex), legendre(part, midpoint))
+    assert not same(legendre(part, imex), legendre(part, trapezoidal))
+
+
+def test_a_quadratic_fast_part_needs_no_newton():
+    flow = Scheme(with_fast(lambda x, p: p.k * x[0] ** 2 / 2), imex).flow("1/10")
+    assert flow.trajectory(10).newton_max == 1
+    assert (
+        Scheme(with_fast(lambda x, p: p.k * x[0] ** 2 / 2), midpoint)
+        .flow("1/10")
+        .trajectory(10)
+        .newton_max
+        > 1
+    )
+
+
+def test_a_scene_without_a_fast_part_says_so():
+    with pytest.raises(CannotMeasure, match=r"pendulum names no fast part .* Scene\(fast="):
+        Scheme(scenes.get("pendulum"), imex)
+    pairs = list(Choice(scenes=(scenes.get("pendulum"), scenes.get("fpu"))).pairs())
+    assert [s.name for s, rule in pairs if rule is imex] == ["fpu"]
+
+
+@pytest.mark.parametrize("omega", [100, 1000])
+def test_the_adiabatic_invariant_of_fpu_over_long_times(omega):
+    """ω·h = 10 over T = 10⁴; the whole T = 10⁵ is in the stability study."""
+    scheme = Scheme(scenes.get("fpu"), imex).at(
+        parameters={"omega": omega}, x0=[1, 0, 0, Fraction(1, omega), 0, 0]
+    )
+    run = scheme.flow(Fraction(10, omega)).trajectory(1000 * omega, every=10)
+    fast = (run.mu[:, 3:] ** 2 + omega**2 * run.x[:, 3:] ** 2).sum(axis=1) / 2
+    assert np.abs(fast / fast[0] - 1).max() < 0.15
+
+
+def test_trapezoidal_cannot_take_that_step():
+    """Störmer–Verlet ends at ωh = 2; at ωh = 10 its numbers leave the range of doubles."""
+    from integrators import StepFailure
+
+    with pytest.raises(StepFailure, match="no longer finite"):
+        Scheme(scenes.get("fpu"), trapezoidal).flow("1/5").trajectory(2000)
+
+
+def test_a_scheme_at_other_values_is_the_scheme_derived_there():
+    scene = scenes.get("kepler").with_values(parameters={"strength": 2}, x0=["1/2", "1/3"])
+    derived = Scheme(scene, midpoint).flow("1/20")
+    moved = Scheme(scenes.get("kepler"), midpoint).at(parameters={"strength": 2}, x0=["1/2", "1/3"])
+    assert moved.scene.x0 == scene.x0
+    run, other = derived.trajectory(50), moved.flow("1/20").trajectory(50)
+    assert np.array_equal(run.x, other.x) and np.array_equal(run.mu, other.mu)
+    x, mu = run.x[7], run.mu[7]
+    assert moved.flow("1/20").poisson_defect(x, mu) < 1e-15
+    energies = [f.scheme.s.parameter_values for f in (derived, moved.flow("1/20"))]
+    assert energies[0] == energies[1] == [2]
+
+
+def test_what_was_derived_cannot_change():
+    scheme = Scheme(scenes.get("heavy-top"), midpoint)
+    with pytest.raises(BadInput, match="another groupoid makes another scheme"):
+        scheme.at(groupoid=pair(3))
+    with pytest.raises(BadInput, match="another shape"):
+        scheme.at(parameters={"center": [1, 2]})
+    with pytest.raises(BadInput, match="must be 1"):
+        scheme.at(x0=[1, 1, 1])
+    with pytest.raises(BadInput, match="no parameter 'mass'"):
+        scheme.at(parameters={"mass": 1})
