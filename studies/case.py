@@ -18,7 +18,7 @@ from integrators.scene import Scene
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: what a study may say of a case beside `measured` and `rows`
-DETAILS = ("kind", "periods", "duration", "floor", "crossovers")
+DETAILS = ("kind", "periods", "duration", "floor", "crossovers", "label")
 Progress = Callable[[str, float], None]
 
 
@@ -96,6 +96,7 @@ class Case:
     digits: int
     steps: int | None = None
     control: str | None = None
+    thorough: bool = False
 
     @property
     def scheme(self) -> Scheme:
@@ -120,7 +121,7 @@ class Case:
         parts += ["--digits", str(self.digits)]
         if self.steps is not None:
             parts += ["--steps", str(self.steps)]
-        return " ".join(parts)
+        return " ".join([*parts, *(["--thorough"] if self.thorough else [])])
 
 
 @dataclass

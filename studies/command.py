@@ -77,11 +77,12 @@ def _parser() -> argparse.ArgumentParser:
         "momentum": "momentum maps and Casimirs over 10⁶ steps",
         "energy": "energy band and secular slope over 10⁶ steps",
         "work-precision": "error against run time, beside other people's integrators",
+        "stability": "linear intervals, and maps of stiff scenes over step and stiffness",
     }
     for name in NAMES:
         study = commands.add_parser(name, help=about[name])
         _choices(study)
-        if name == "symplecticity":
+        if name in ("symplecticity", "stability"):
             study.add_argument(
                 "--control",
                 action="append",
@@ -91,6 +92,8 @@ def _parser() -> argparse.ArgumentParser:
             )
         if name == "work-precision":
             _race_options(study)
+        if name in ("work-precision", "stability"):
+            study.add_argument("--thorough", action="store_true", help="as long as it takes")
         study.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
         study.set_defaults(action=_study, study=name)
 
@@ -111,7 +114,6 @@ def _race_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--x", metavar="WORK", help="seconds, steps, evaluations, iterations")
     parser.add_argument("--y", metavar="ERROR", help="error, error-x, energy-max, ...")
     parser.add_argument("--periods", metavar="P", help="run over P characteristic periods")
-    parser.add_argument("--thorough", action="store_true", help="fifty times the budget")
 
 
 def _choices(parser: argparse.ArgumentParser) -> None:

@@ -32,6 +32,7 @@ RUNGE_KUTTA = {
         ((), ("1/2",), ("0", "1/2"), ("0", "0", "1")), ("1/6", "1/3", "1/3", "1/6")
     ),
     "Heun": Tableau(((), ("1",)), ("1/2", "1/2")),
+    "explicit Euler": Tableau(((),), ("1",)),
 }
 DAMPED, FLIPPED = "damped residual", "flipped bracket"
 NAMES = (*RUNGE_KUTTA, DAMPED, FLIPPED)

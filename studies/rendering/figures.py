@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from studies.rendering import plot_drift, plot_order, plot_symplecticity, plot_work
+from studies.rendering import plot_drift, plot_order, plot_stability, plot_symplecticity, plot_work
 from studies.rendering.canvas import Drawing, Panel, Sheet, render
 from studies.rendering.palette import Mark, marks
-from studies.rendering.wording import Case, Result, is_control, rule_name
+from studies.rendering.wording import Case, Result, is_control, mapping, rule_name
 
 Titles = Mapping[str, str]
 
@@ -185,6 +185,29 @@ def _work(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list
     return found
 
 
+def _stability(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    linear = [case for case in cases if case.get("kind") == "linear"]
+    maps = [case for case in cases if case.get("kind") == "map"]
+    stiff = [case for case in maps if mapping(case, "measured").get("exchange")]
+    panels = [
+        plot_stability.stability_map(titles.get(str(c["scene"]), str(c["scene"])), c) for c in maps
+    ]
+    return [
+        Sketch(
+            "stability-linear", "Linear stability", LINEAR,
+            [plot_stability.radius(linear, known), plot_stability.phase(linear, known)]
+            if linear else [], plot_stability.LINEAR_SHEET,
+        ),
+        Sketch("stability-maps", "Stability maps", MAPS,
+               [*panels, plot_stability.legend()] if panels else [], plot_stability.MAP_SHEET),
+        Sketch(
+            "stability-fpu", "The stiff springs of fpu", SPRINGS,
+            [plot_stability.exchange(stiff, known), plot_stability.adiabatic(stiff, known)]
+            if stiff else [], plot_stability.EXCHANGE_SHEET,
+        ),
+    ]  # fmt: skip
+
+
 def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
     """A wider margin where names of rules carry their retraction."""
     more = 0.24 if any(case.get("retraction") == "exponential" for case in cases) else 0.0
@@ -242,6 +265,28 @@ LONG_WORK = (
     "is not symplectic pays for time as well as for accuracy."
 )
 
+LINEAR = (
+    "The exact step of each rule on the harmonic oscillator. Left: its spectral radius; a "
+    "symplectic step is stable while it is one, to the number beside the rule (by root "
+    "finding), and controls leave the circle at once. Right: the phase of a step while it is "
+    "stable, beside the exact one (dotted); where it is a third or a quarter of a turn, "
+    "nonlinear terms may resonate."
+)
+MAPS = (
+    "What becomes of runs at each step size (across, times the fastest frequency) and each "
+    "stiffness (upwards). Bounded: none of the others. Resonant: the energy band is over four "
+    "times that at both neighbouring steps. Drifting: the energy's mean moves by more than half"
+    " its band and a hundredth of its terms, also in a run eight times as long. Newton failed: "
+    "the equations of a step were not solved. Blown up: the energy error exceeds the energy's "
+    "terms at the start, or the numbers are no longer finite."
+)
+SPRINGS = (
+    "Fermi–Pasta–Ulam chain. Left: how far the energies of the three stiff springs, as running "
+    "means, are from their true exchange; a run may be stable and still hand the energy on at "
+    "the wrong pace. Right: how far the springs' whole energy, an adiabatic invariant, moves "
+    "over long times at a step of ten fast radians."
+)
+
 Sketcher = Callable[[Sequence[Case], dict[str, Mark], Titles], list[Sketch]]
 SKETCHERS: dict[str, Sketcher] = {
     "order": _order,
@@ -249,4 +294,5 @@ SKETCHERS: dict[str, Sketcher] = {
     "momentum": _momentum,
     "energy": _energy,
     "work-precision": _work,
+    "stability": _stability,
 }

@@ -124,6 +124,10 @@ _MEASURED: dict[str, list[Column]] = {
     "symplecticity": [("Pullback", _measured("pullback")), ("Poisson", _measured("poisson"))],
     "momentum": [("Worst drift", _drifts), ("Random walk", _walk)],
     "energy": [("Band", _measured("band")), ("Slope", _fitted("slope", "slope_interval"))],
+    "stability": [
+        ("Part", lambda case: str(case.get("kind") or NONE)),
+        ("Got", lambda case: got("stability", case)),
+    ],
     "work-precision": [
         ("Over", _span),
         *((f"to {scientific(a)} (× best peer)", _cost(f"{a:.0e}")) for a in (1e-4, 1e-8, 1e-12)),

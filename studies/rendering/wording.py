@@ -9,7 +9,7 @@ from typing import Any
 Case = dict[str, Any]
 Result = dict[str, Any]
 
-STUDIES = ("order", "symplecticity", "momentum", "energy", "work-precision")
+STUDIES = ("order", "symplecticity", "momentum", "energy", "work-precision", "stability")
 VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
 NONE = "—"
 
@@ -146,6 +146,7 @@ def wanted(study: str, case: Mapping[str, Any]) -> str:
         "symplecticity": _wanted_limit,
         "momentum": _wanted_limit,
         "energy": _wanted_slope,
+        "stability": _wanted_stability,
         "work-precision": lambda e: f"sinks, or ≤ {scientific(e.get('limit'))}",
     }
     return writers.get(study, _pairs)(expected) if expected else NONE
@@ -166,6 +167,14 @@ def _wanted_limit(expected: dict[str, Any]) -> str:
     return _pairs(expected)
 
 
+def _wanted_stability(expected: dict[str, Any]) -> str:
+    if "bounded_up_to" in expected:
+        return f"bounded up to hω = {expected['bounded_up_to']:g}"
+    if "bounded" in expected:
+        return "no bounded run"
+    return "off the unit circle" if expected.get("off_circle") else "as runs say, and symplectic"
+
+
 def _wanted_slope(expected: dict[str, Any]) -> str:
     limit = expected.get("slope_limit")
     return _pairs(expected) if number(limit) is None else f"|slope| ≤ {scientific(limit)}"
@@ -181,6 +190,7 @@ def got(study: str, case: Mapping[str, Any]) -> str:
         "symplecticity": _got_defects,
         "momentum": lambda m: _pairs(m.get("drift") or {}),
         "energy": _got_energy,
+        "stability": _got_stability,
         "work-precision": lambda m: f"best {scientific(m.get('best'))}",
     }
     return writers.get(study, _pairs)(measured)
@@ -190,6 +200,31 @@ def _got_defects(measured: dict[str, Any]) -> str:
     names = {"pullback": "pullback", "poisson": "Poisson"}
     said = [f"{names[k]} {scientific(measured[k])}" for k in names if measured.get(k) is not None]
     return ", ".join(said) or NONE
+
+
+def _got_stability(measured: dict[str, Any]) -> str:
+    if "classes" not in measured:
+        off, end = number(measured.get("off_circle")), number(measured.get("stable_to"))
+        if off is not None:
+            return f"leaves the unit circle at hω = {off:g}"
+        return "stable at every hω up to 1000" if end is None else f"stable to hω = {end:.6f}"
+    said = [", ".join(f"{count} {name}" for name, count in measured["classes"].items())]
+    ends = [e for e in map(number, (measured.get("limits") or {}).values()) if e is not None]
+    if ends:
+        low, high = min(ends), max(ends)
+        span = f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
+        said.append(f"bounded up to hω = {span}")
+    for name, words in (("exchange", "exchange wrong by"), ("adiabatic", "invariant moves by")):
+        pairs = (measured.get(name) or {}).items()
+        if pairs:
+            at = "hω" if name == "exchange" else "ω"
+            said.append(f"{words} " + ", ".join(f"{_share(v)} ({at} = {k})" for k, v in pairs))
+    return "; ".join(said)
+
+
+def _share(value: Any) -> str:
+    found = number(value)
+    return "failed" if found is None else f"{100 * found:.2g} %"
 
 
 def _got_energy(measured: dict[str, Any]) -> str:

@@ -182,6 +182,7 @@ SMALL = {
     "momentum": ["lagrange-top", "--steps", "500"],
     "energy": ["kepler", "--steps", "2000"],
     "work-precision": ["pendulum", "--steps", "50"],
+    "stability": ["harmonic", "--steps", "50"],
 }
 ALONE = {"work-precision": ["--peer", "none"]}  # what makes a study one case
 
@@ -224,6 +225,7 @@ def test_each_study_as_a_table_and_as_json(capsys, tmp_path, study):
             "symplecticity": {"pullback", "poisson"},
             "momentum": {"drift"},
             "energy": {"band", "slope", "slope_interval"},
+            "stability": {"stable_to", "intervals", "resonances", "off_circle", "runs"},
             "work-precision": {"x", "y", "best", "cost", "ratio", "cut", "setup"},
         }[study]
     )

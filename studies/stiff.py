@@ -1,0 +1,79 @@
+"""Families of ever stiffer problems: a scene, what makes it stiff, and its fastest frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from integrators import Scheme
+
+
+@dataclass(frozen=True)
+class Family:
+    """Variants of a scene along one stiffness.
+
+    `values(s)` are what `Scheme.at` takes; `frequency(s)` is the fastest frequency ω there, so that
+    steps are compared as hω. `adiabatic` names a declared quantity that a fast motion keeps nearly.
+    """
+
+    scene: str
+    label: str
+    stiffness: tuple[Fraction, ...]
+    values: Callable[[Fraction], dict[str, Any]]
+    frequency: Callable[[Fraction], float]
+    adiabatic: str | None = None
+
+    def scheme(self, derived: Scheme, stiffness: Fraction) -> Scheme:
+        """The scheme of that variant, from the one that was derived at the scene's own values."""
+        return derived.at(**self.values(stiffness))
+
+
+def _numbers(*values: Any) -> tuple[Fraction, ...]:
+    return tuple(Fraction(v) for v in values)
+
+
+def _fpu(omega: Fraction) -> dict[str, Any]:
+    return {"parameters": {"omega": omega}, "x0": [1, 0, 0, 1 / omega, 0, 0]}
+
+
+def _spring(stiffness: Fraction) -> dict[str, Any]:
+    return {"parameters": {"stiffness": stiffness}}
+
+
+def _kepler(eccentricity: Fraction) -> dict[str, Any]:
+    """From the pericentre; the speed there is rounded, so e is what it says to 1e-16."""
+    speed = Fraction(math.sqrt((1 + eccentricity) / (1 - eccentricity)))
+    return {"x0": [1 - eccentricity, 0], "v0": [0, speed]}
+
+
+def _body(ratio: Fraction) -> dict[str, Any]:
+    """Moments 1, r and r + 1/2: a rod, with the spin as in the scene."""
+    return {"parameters": {"inertia": [1, ratio, ratio + Fraction(1, 2)]}}
+
+
+def _top(spin: Fraction) -> dict[str, Any]:
+    return {"v0": ["0.1", "0.2", spin]}
+
+
+def _particle(field: Fraction) -> dict[str, Any]:
+    return {"parameters": {"field": field}}
+
+
+FAMILIES = {
+    family.scene: family
+    for family in (
+        Family("fpu", "ω", _numbers(50, 100, 200, 500, 1000, 10**4), _fpu, float,
+               "oscillatory energy"),
+        Family("spring-pendulum", "k", _numbers(*(10**k for k in range(2, 9))), _spring,
+               lambda k: math.sqrt(k)),
+        Family("kepler", "e", _numbers("0.6", "0.9", "0.97", "0.99", "0.997", "0.999"), _kepler,
+               lambda e: math.sqrt((1 + e) / (1 - e) ** 3)),
+        Family("rigid-body", "I₂/I₁", _numbers(2, *(10**k for k in range(1, 9))), _body,
+               lambda r: 1.0),
+        Family("lagrange-top", "spin", _numbers(1, 3, 10, 30, 100, 300, 1000), _top, float),
+        Family("charged-particle", "B", _numbers(*(10**k for k in range(0, 7))), _particle, float),
+    )
+}  # fmt: skip
