@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from integrators import Discretisation, Scene
 
 #: the studies, in the order of the report
-NAMES = ("order", "symplecticity", "momentum", "energy", "work-precision", "stability")
+NAMES = ("order", "symplecticity", "momentum", "energy", "work-precision", "stability", "extremes")
 
 __all__ = ["NAMES", "check", "get", "show"]
 

@@ -18,7 +18,7 @@ from integrators.scene import Scene
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: what a study may say of a case beside `measured` and `rows`
-DETAILS = ("kind", "periods", "duration", "floor", "crossovers", "label")
+DETAILS = ("kind", "periods", "duration", "floor", "crossovers", "label", "extreme")
 Progress = Callable[[str, float], None]
 
 
@@ -36,6 +36,7 @@ class Choice:
     axes: tuple[str | None, str | None] = (None, None)  # of work-precision; None: the usual ones
     periods: int | None = None  # of the long race; None: the scene's own duration
     thorough: bool = False
+    extremes: tuple[str, ...] = ()  # of the study of that name; all if empty
 
     def pairs(self) -> Iterator[tuple[Scene, Discretisation]]:
         """Every scene with every rule, of the retractions asked for."""

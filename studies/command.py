@@ -77,6 +77,7 @@ def _parser() -> argparse.ArgumentParser:
         "momentum": "momentum maps and Casimirs over 10⁶ steps",
         "energy": "energy band and secular slope over 10⁶ steps",
         "work-precision": "error against run time, beside other people's integrators",
+        "extremes": "what happens at the edge of each scene, and how it is noticed",
         "stability": "linear intervals, and maps of stiff scenes over step and stiffness",
     }
     for name in NAMES:
@@ -92,6 +93,11 @@ def _parser() -> argparse.ArgumentParser:
             )
         if name == "work-precision":
             _race_options(study)
+        if name == "extremes":
+            study.add_argument(
+                "--extreme", action="append", default=[], metavar="NAME", dest="extremes",
+                help='only this one, such as "e = 0.99"',
+            )  # fmt: skip
         if name in ("work-precision", "stability"):
             study.add_argument("--thorough", action="store_true", help="as long as it takes")
         study.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
@@ -150,6 +156,7 @@ def _choice(options: argparse.Namespace) -> Any:
         axes=axes,
         periods=None if periods is None else _count(periods, "--periods"),
         thorough=getattr(options, "thorough", False),
+        extremes=_extremes(getattr(options, "extremes", [])),
         scenes=tuple(scenes.get(name) for name in options.scenes),
         rules=tuple(discretisations.get(name) for name in options.rules),
         retractions=tuple(options.retraction),
@@ -161,6 +168,17 @@ def _choice(options: argparse.Namespace) -> Any:
 
 def _jobs(options: argparse.Namespace) -> int | None:
     return None if options.jobs is None else _count(options.jobs, "--jobs")
+
+
+def _extremes(names: list[str]) -> tuple[str, ...]:
+    if names:
+        from .extremes import EXTREMES
+
+        known = {extreme.name for several in EXTREMES.values() for extreme in several}
+        for name in names:
+            if name not in known:
+                raise BadInput(f'there is no extreme "{name}": there are {", ".join(known)}.')
+    return tuple(names)
 
 
 def _race_choice(options: argparse.Namespace) -> tuple[tuple[str, ...], Any]:
@@ -313,7 +331,8 @@ def _as_typed(options: argparse.Namespace) -> str:
     for flag, values in (("--rule", options.rules), ("--retraction", options.retraction),
                          ("--digits", options.digits),
                          ("--control", getattr(options, "control", [])),
-                         ("--peer", getattr(options, "peers", []))):  # fmt: skip
+                         ("--peer", getattr(options, "peers", [])),
+                         ("--extreme", getattr(options, "extremes", []))):  # fmt: skip
         parts += [word for value in values for word in (flag, value)]
     for name in ("x", "y", "periods"):
         if getattr(options, name, None):

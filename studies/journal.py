@@ -59,7 +59,7 @@ def _key(study: str, choice: Choice) -> str:
                for p in sorted((root / name).rglob("*.py"))]  # fmt: skip
     asked = [[s.name for s in choice.scenes], [r.name for r in choice.rules], choice.controls,
              choice.retractions, choice.digits, choice.steps, choice.peers, choice.axes,
-             choice.periods, choice.thorough]  # fmt: skip
+             choice.periods, choice.thorough, choice.extremes]  # fmt: skip
     digest = hashlib.sha256(f"{study} {asked}".encode())
     for path in sources:
         digest.update(path.read_bytes())

@@ -22,6 +22,7 @@ from studies.rendering.wording import (
     is_control,
     mapping,
     number,
+    outcome,
     plus_minus,
     rows,
     scientific,
@@ -124,6 +125,11 @@ _MEASURED: dict[str, list[Column]] = {
     "symplecticity": [("Pullback", _measured("pullback")), ("Poisson", _measured("poisson"))],
     "momentum": [("Worst drift", _drifts), ("Random walk", _walk)],
     "energy": [("Band", _measured("band")), ("Slope", _fitted("slope", "slope_interval"))],
+    "extremes": [
+        ("Extreme", lambda case: str(case.get("extreme") or NONE)),
+        ("hω = 1/10", lambda case: outcome(mapping(mapping(case, "measured"), "fine"))),
+        ("hω = 5", lambda case: outcome(mapping(mapping(case, "measured"), "coarse"))),
+    ],
     "stability": [
         ("Part", lambda case: str(case.get("kind") or NONE)),
         ("Got", lambda case: got("stability", case)),

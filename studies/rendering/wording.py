@@ -9,7 +9,15 @@ from typing import Any
 Case = dict[str, Any]
 Result = dict[str, Any]
 
-STUDIES = ("order", "symplecticity", "momentum", "energy", "work-precision", "stability")
+STUDIES = (
+    "order",
+    "symplecticity",
+    "momentum",
+    "energy",
+    "work-precision",
+    "stability",
+    "extremes",
+)
 VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
 NONE = "—"
 
@@ -146,6 +154,7 @@ def wanted(study: str, case: Mapping[str, Any]) -> str:
         "symplecticity": _wanted_limit,
         "momentum": _wanted_limit,
         "energy": _wanted_slope,
+        "extremes": lambda e: "nothing silent",
         "stability": _wanted_stability,
         "work-precision": lambda e: f"sinks, or ≤ {scientific(e.get('limit'))}",
     }
@@ -190,6 +199,7 @@ def got(study: str, case: Mapping[str, Any]) -> str:
         "symplecticity": _got_defects,
         "momentum": lambda m: _pairs(m.get("drift") or {}),
         "energy": _got_energy,
+        "extremes": lambda m: "; ".join(f"{k}: {outcome(m[k])}" for k in m),
         "stability": _got_stability,
         "work-precision": lambda m: f"best {scientific(m.get('best'))}",
     }
@@ -220,6 +230,16 @@ def _got_stability(measured: dict[str, Any]) -> str:
             at = "hω" if name == "exchange" else "ω"
             said.append(f"{words} " + ", ".join(f"{_share(v)} ({at} = {k})" for k, v in pairs))
     return "; ".join(said)
+
+
+def outcome(found: Mapping[str, Any]) -> str:
+    """What became of a run at an extreme, and how it was noticed."""
+    said = str(found.get("outcome") or NONE)
+    if number(found.get("error")) is not None:
+        said += f", error {scientific(found['error'])}"
+    if found.get("noticed") and not found.get("message"):
+        said += f" ({found['noticed']})"
+    return f"{said}: {found['message']}" if found.get("message") else said
 
 
 def _share(value: Any) -> str:

@@ -183,6 +183,7 @@ SMALL = {
     "energy": ["kepler", "--steps", "2000"],
     "work-precision": ["pendulum", "--steps", "50"],
     "stability": ["harmonic", "--steps", "50"],
+    "extremes": ["fpu", "--steps", "50"],
 }
 ALONE = {"work-precision": ["--peer", "none"]}  # what makes a study one case
 
@@ -225,6 +226,7 @@ def test_each_study_as_a_table_and_as_json(capsys, tmp_path, study):
             "symplecticity": {"pullback", "poisson"},
             "momentum": {"drift"},
             "energy": {"band", "slope", "slope_interval"},
+            "extremes": {"fine", "coarse"},
             "stability": {"stable_to", "intervals", "resonances", "off_circle", "runs"},
             "work-precision": {"x", "y", "best", "cost", "ratio", "cut", "setup"},
         }[study]
@@ -331,6 +333,7 @@ BAD = [
     ("work-precision pendulum --y speed", '--y is "speed": choose error, error-x'),
     ("work-precision pendulum --periods -1", "--periods is '-1'"),
     ("work-precision pendulum --digits 50", "double precision"),
+    ("extremes kepler --extreme nowhere", 'there is no extreme "nowhere": there are'),
     ("report nowhere", 'there is no scene "nowhere"'),
     ("report kepler --steps 0", "--steps is '0'"),
 ]  # fmt: skip

@@ -1,0 +1,240 @@
+"""Extremes: what happens at the edge of each scene, how it is noticed, what the message says."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from integrators import BadInput, Scheme, StepFailure
+from integrators.continuous import energy
+from integrators.scene import Scene
+
+from .case import Case, Choice, Progress, Verdict, silent
+from .runs import relative_drifts, with_terms
+from .stiff import FAMILIES
+
+NAME = "extremes"
+DIGITS = (16,)
+STEPS = 256
+FINE, COARSE = Fraction(1, 10), Fraction(5)  # hω where the step resolves the motion, and where not
+WRONG = 1e-2  # a relative error that has to be noticed
+TRUSTED = 10  # times the difference to smaller steps: as much may the error be
+REFINED = (1, 3, 16)  # an error that aliasing hides from one of these steps shows in another
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """A variant of a scene at its edge: a name, what `Scheme.at` takes, the fastest frequency."""
+
+    name: str
+    values: dict[str, Any]
+    frequency: float
+
+
+def _upright(tilt: str) -> list[Fraction]:
+    """A point of the unit sphere, exactly, about `tilt` from the pole."""
+    t = Fraction(tilt) / 2
+    return [2 * t / (1 + t * t), Fraction(0), (1 - t * t) / (1 + t * t)]
+
+
+def _kepler_scale(power: int) -> dict[str, Any]:
+    """All lengths times 10^power at the same times: the strength goes with the cube."""
+    size = Fraction(10) ** power
+    return {"x0": [Fraction(2, 5) * size, 0], "v0": [0, 2 * size],
+            "parameters": {"strength": size**3}}  # fmt: skip
+
+
+def _stiffest(scene: str, words: str) -> Extreme:
+    family = FAMILIES[scene]
+    value = family.stiffness[-1]
+    return Extreme(f"{words} {float(value):g}", family.values(value), family.frequency(value))
+
+
+PERICENTRE = FAMILIES["kepler"]
+EXTREMES: dict[str, tuple[Extreme, ...]] = {
+    "pendulum": (
+        *(Extreme(f"mass 1e{p}", {"parameters": {"mass": Fraction(10) ** p}}, 1.0)
+          for p in (100, -100)),
+        *(Extreme(f"length 1e{p}", {"parameters": {"length": Fraction(10) ** p,
+                                                   "gravity": Fraction(10) ** p}}, 1.0)
+          for p in (100, -100)),
+        Extreme("upright at rest, 1e-12 away", {"x0": ["3.141592653588793"]}, 1.0),
+    ),
+    "kepler": (
+        *(Extreme(f"e = {e}", PERICENTRE.values(Fraction(e)), PERICENTRE.frequency(Fraction(e)))
+          for e in ("0.9", "0.99", "0.999")),
+        Extreme("lengths 1e100", _kepler_scale(100), 5.0),
+        Extreme("lengths 1e-100", _kepler_scale(-100), 5.0),
+        Extreme("fall into the centre", {"v0": [0, 0]}, 5.0),
+    ),
+    "charged-particle": (_stiffest("charged-particle", "field"),),
+    "fpu": (_stiffest("fpu", "ω ="),),
+    "spring-pendulum": (_stiffest("spring-pendulum", "k ="),),
+    "rigid-body": (
+        *(Extreme(f"{d} beside the separatrix", {"v0": [d, 1, 0]}, 1.0) for d in ("1e-8", "1e-12")),
+        _stiffest("rigid-body", "I₂/I₁ ="),
+        *(Extreme(f"inertia 1e{p}", {"parameters": {
+            "inertia": [Fraction(k) * Fraction(10) ** p for k in (1, 2, 3)]}}, 1.0)
+          for p in (100, -100)),
+    ),
+    "lagrange-top": (
+        Extreme("sleeping", {"x0": _upright("1e-6"), "v0": [0, 0, 10]}, 10.0),
+        Extreme("falling", {"x0": _upright("1e-6"), "v0": [0, 0, 1]}, 2.0),
+        _stiffest("lagrange-top", "spin"),
+    ),
+}  # fmt: skip
+NEEDS = f"it needs one of the scenes {', '.join(EXTREMES)}."
+
+
+@dataclass(frozen=True)
+class ExtremeCase(Case):
+    """One extreme of a scene by one rule."""
+
+    extreme: Extreme = field(kw_only=True)
+
+    @property
+    def command(self) -> str:
+        """What reproduces this case."""
+        return f"{super().command} --extreme {shlex.quote(self.extreme.name)}"
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every extreme of every scene by every rule."""
+    if choice.digits and 16 not in choice.digits:
+        return []
+    return [
+        ExtremeCase(NAME, scene, rule, 16, choice.steps, extreme=extreme)
+        for scene, rule in choice.pairs()
+        for extreme in EXTREMES.get(scene.name, ())
+        if not choice.extremes or extreme.name in choice.extremes
+    ]
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Two rows, where the step resolves the motion and where it does not: {z, step, steps, outcome,
+    error, estimate, energy, noticed, message}.
+
+    error: ‖(x, μ) − (x̂, μ̂)‖ over ‖(x̂, μ̂)‖ at the end, if there is a certified reference;
+    estimate: the largest such difference to a third and a sixteenth of the step; noticed: what
+    tells that a run is not right. measured: the rows by name, fine and coarse.
+    """
+    assert isinstance(case, ExtremeCase)
+    progress(f"{case.scene.name} {case.label}: {case.extreme.name}", 0.0)
+    rows = [one_extreme(case.scheme, case.extreme, z, case.steps or STEPS) for z in (FINE, COARSE)]
+    shown = ("outcome", "error", "estimate", "energy", "noticed", "message")
+    measured = {
+        name: {key: row[key] for key in shown}
+        for name, row in zip(("fine", "coarse"), rows, strict=True)
+    }
+    return {"rows": rows, "measured": measured, "extreme": case.extreme.name}
+
+
+def one_extreme(derived: Scheme, extreme: Extreme, z: Fraction, steps: int) -> dict[str, Any]:
+    """Run it with this step and with smaller ones, and hold it against the truth."""
+    step = Fraction(float(z) / extreme.frequency)
+    row: dict[str, Any] = {"z": float(z), "step": float(step),
+                           "steps": steps, "error": None, "estimate": None, "energy": None,
+                           "noticed": "", "message": ""}  # fmt: skip
+    try:
+        scheme = derived.at(**extreme.values)
+        ends = []
+        for parts in REFINED:
+            run = scheme.flow(step / parts).trajectory(steps * parts, every=parts)
+            ends.append(np.concatenate([run.x[-1], run.mu[-1]]))
+            if parts == 1:
+                row["energy"] = _energy_error(scheme, run)
+    except (StepFailure, BadInput) as failure:
+        stopped = isinstance(failure, StepFailure)
+        return row | {"outcome": "stopped" if stopped else "refused", "noticed": "message",
+                      "message": str(failure)}  # fmt: skip
+    scale = max(map(_size, ends))
+    gaps = [_size(ends[0] - end) for end in ends[1:]]
+    row["estimate"] = max(gaps) / scale if scale else 0.0
+    truth = _truth(scheme.scene, steps * step)
+    if truth is not None:
+        row["error"] = _size(ends[0] - truth) / _size(truth)
+    return row | _told(row)
+
+
+def _told(row: dict[str, Any]) -> dict[str, Any]:
+    """The outcome of a run that returned: right to what smaller steps say, or noticed, or not.
+
+    Not finite numbers never come this far.
+    """
+    estimate, error, lost = row["estimate"], row["error"], row["energy"]
+    signs = {"smaller steps": estimate > WRONG, "energy": lost is None or lost > WRONG}
+    if error is None:
+        return {"outcome": "no reference",
+                "noticed": ", ".join(sign for sign, shown in signs.items() if shown)}  # fmt: skip
+    if error <= WRONG and error <= max(TRUSTED * estimate, 1e-9):
+        return {"outcome": "right", "noticed": ""}
+    if TRUSTED * estimate >= min(error, 1.0):
+        return {"outcome": "wrong, noticed", "noticed": "smaller steps"}
+    if signs["energy"]:
+        return {"outcome": "wrong, noticed", "noticed": "energy"}
+    return {"outcome": "wrong, silent", "noticed": "nothing"}
+
+
+def _size(vector: np.ndarray) -> float:
+    """‖v‖₂ without over- or underflow."""
+    largest = float(np.abs(vector).max(initial=0.0))
+    return largest * float(np.linalg.norm(vector / largest)) if largest else 0.0
+
+
+def _energy_error(scheme: Scheme, run: Any) -> float | None:
+    with np.errstate(all="ignore"):
+        worst = float(relative_drifts(with_terms(scheme, energy(scheme.s), 16)(run), 16).max())
+    return worst if math.isfinite(worst) else None
+
+
+def _truth(scene: Scene, end: Fraction) -> np.ndarray | None:
+    return _truth_of(scene.name, _Values(scene), end)
+
+
+class _Values:
+    """A scene as the key of a memory: variants of the same name differ in their numbers."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.numbers = str((scene.parameters, scene.x0, scene.v0))
+
+    def __hash__(self) -> int:
+        return hash(self.numbers)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Values) and self.numbers == other.numbers
+
+
+@lru_cache(maxsize=256)
+def _truth_of(name: str, values: _Values, end: Fraction) -> np.ndarray | None:
+    """The certified (x, μ) at the end, None where the reference has none."""
+    from reference import ReferenceFailure, solution
+
+    try:
+        found = solution(values.scene, end, digits=20)
+    except ReferenceFailure:
+        return None
+    if found.certain_digits < 12:
+        return None
+    return np.array([float(v) for v in (*found.x, *found.mu)])
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Nothing fails silently."""
+    expected = {"silent": 0}
+    for row in measurement["rows"]:
+        if row["outcome"] != "wrong, silent":
+            continue
+        return Verdict(
+            "fail",
+            f"at hω = {row['z']:g} is wrong by {row['error']:.2g}, and neither "
+            f"smaller steps ({row['estimate']:.2g}) nor the energy tell.",
+            expected,
+        )
+    return Verdict("pass", "", expected)
