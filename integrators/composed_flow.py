@@ -99,7 +99,7 @@ class ComposedFlow(Flow):
 
     @cached_property
     def _kernels(self) -> dict[str, Any]:
-        return load_composed(tuple(self.schemes), self.numbers)
+        return load_composed(tuple(s.origin for s in self.schemes), self.numbers)
 
     @cached_property
     def _c(self) -> Any:

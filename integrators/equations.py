@@ -92,6 +92,10 @@ class Scheme:
         if len(self.s.parameter_values) != len(other.s.parameter_values):
             raise BadInput(f"{self.scene.name}: a parameter has another shape than before.")
         check_start(other, other.scene)
+        for part in ("base", "adjoint"):  # schemes themselves, if they were asked for
+            known = other.__dict__.pop(part, None)
+            if known is not None and known is not self:
+                other.__dict__[part] = known.at(**values)
         return other
 
     # -- the theory's objects, written out in (x, u; h) ----------------------------------------

@@ -7,7 +7,17 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from integrators import BadInput, Scene, Scheme, imex, midpoint, pair, scenes, trapezoidal
+from integrators import (
+    BadInput,
+    Scene,
+    Scheme,
+    discretisations,
+    imex,
+    midpoint,
+    pair,
+    scenes,
+    trapezoidal,
+)
 from integrators.errors import CannotMeasure
 from integrators.identities import first_violation
 from studies.case import Choice
@@ -89,6 +99,18 @@ def test_a_scheme_at_other_values_is_the_scheme_derived_there():
     assert moved.flow("1/20").poisson_defect(x, mu) < 1e-15
     energies = [f.scheme.s.parameter_values for f in (derived, moved.flow("1/20"))]
     assert energies[0] == energies[1] == [2]
+
+
+@pytest.mark.parametrize("rule", ["suzuki:rectangle", "gauss-2"])
+def test_compositions_and_stages_move_too(rule):
+    rule = discretisations.get(rule)
+    values = {"parameters": {"gravity": 3}, "x0": ["1/2"]}
+    scheme = Scheme(scenes.get("pendulum"), rule)
+    scheme.flow("1/10").trajectory(3)
+    run = scheme.at(**values).flow("1/10").trajectory(20)
+    derived = Scheme(scenes.get("pendulum").with_values(**values), rule)
+    other = derived.flow("1/10").trajectory(20)
+    assert np.array_equal(run.x, other.x) and np.array_equal(run.mu, other.mu)
 
 
 def test_what_was_derived_cannot_change():
