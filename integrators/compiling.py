@@ -103,9 +103,12 @@ def _key(scheme: Scheme, what: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
-def kernel_file(scheme: Scheme) -> Path:
-    """The scheme's module in the cache, derived and written if it is not there."""
-    return _module_file([scheme], "entry", lambda: KernelBuilder(scheme).build())
+def kernel_file(scheme: Scheme, without: frozenset[str] = frozenset()) -> Path:
+    """The scheme's module in the cache, derived and written if it is not there.
+
+    without: savings that are not made (`kernels.SAVINGS`).
+    """
+    return _module_file([scheme], "entry", lambda: KernelBuilder(scheme, without).build(), without)
 
 
 def composed_file(schemes: tuple[Scheme, ...]) -> Path:
@@ -115,8 +118,14 @@ def composed_file(schemes: tuple[Scheme, ...]) -> Path:
     return _module_file(list(schemes), "composed entry", lambda: composed_text(list(schemes)))
 
 
-def _module_file(schemes: list[Scheme], entry: str, build: Callable[[], str]) -> Path:
-    key = _key(schemes[0], "kernels" if entry == "entry" else entry)
+def _module_file(
+    schemes: list[Scheme],
+    entry: str,
+    build: Callable[[], str],
+    without: frozenset[str] = frozenset(),
+) -> Path:
+    what = " without ".join(["kernels", *sorted(without)]) if entry == "entry" else entry
+    key = _key(schemes[0], what)
     if len(schemes) > 1:
         key = hashlib.sha256("".join(_key(s, entry) for s in schemes).encode()).hexdigest()[:24]
     # the rule's name is left out: on a group every simple rule gives the same kernels
@@ -162,9 +171,11 @@ def compiled_module(path: Path) -> ModuleType:
 
 
 @lru_cache(maxsize=512)
-def load_kernels(scheme: Scheme, numbers: Any) -> dict[str, Any]:
+def load_kernels(
+    scheme: Scheme, numbers: Any, without: frozenset[str] = frozenset()
+) -> dict[str, Any]:
     """The functions and constants of a scheme's module in the arithmetic `numbers`."""
-    return _load(kernel_file(scheme), numbers)
+    return _load(kernel_file(scheme, without), numbers)
 
 
 @lru_cache(maxsize=512)

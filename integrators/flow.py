@@ -58,6 +58,9 @@ class Flow:
     precision; more gives mpmath numbers. Raises `BadInput` for a step of 0 or a non-finite one.
     """
 
+    #: savings that the kernels do not make (`kernels.SAVINGS`), so that they can be measured
+    without: frozenset[str] = frozenset()
+
     def __init__(self, scheme: Scheme, step: Any, digits: int = 16) -> None:
         self.scheme, self.digits = scheme, digits
         self.step = exact_rational(step, "step")
@@ -191,7 +194,7 @@ class Flow:
 
     @cached_property
     def _kernels(self) -> dict[str, Any]:
-        return load_kernels(self.scheme.origin, self.numbers)
+        return load_kernels(self.scheme.origin, self.numbers, self.without)
 
     @cached_property
     def geometry(self) -> LocalGeometry:

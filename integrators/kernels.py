@@ -20,8 +20,15 @@ from .equations import Scheme
 from .evaluation import evaluate_matrix
 from .identities import is_zero, random_point
 from .outlining import Outliner
-from .printing import Coefficients, function_text
+from .printing import Coefficients, Parameters, function_text
 from .vectors import vector_text
+
+#: what a kernel leaves out where it can
+SAVINGS = {
+    "direct": "no Newton iteration where the equations of a step are affine in u",
+    "coefficients": "what depends on the step and the parameters alone is computed once a flow",
+    "carried": "costly functions of x at the end of a step are handed on to the next",
+}
 
 
 @dataclass(frozen=True)
@@ -38,11 +45,15 @@ class KernelTexts:
 
 
 class KernelBuilder:
-    """Derives the kernels' expressions from a scheme and writes their text."""
+    """Derives the kernels' expressions from a scheme and writes their text.
 
-    def __init__(self, scheme: Scheme) -> None:
-        self.scheme = scheme
-        self.coefficients = Coefficients(scheme.s.q)
+    without: names of SAVINGS that are not made, so that they can be measured.
+    """
+
+    def __init__(self, scheme: Scheme, without: frozenset[str] = frozenset()) -> None:
+        self.scheme, self.without = scheme, without
+        plain = "coefficients" in without
+        self.coefficients = Parameters(scheme.s.q) if plain else Coefficients(scheme.s.q)
         self.x, self.u, self.w, self.mu = scheme.x, scheme.u, scheme.w, scheme.s.mu
         self.end = scheme.s.y
         self.outliner = Outliner(self._hoist)
@@ -65,6 +76,8 @@ class KernelBuilder:
 
         Decided by comparing ∂E/∂w at two random w of the same x, h and parameters.
         """
+        if "direct" in self.without:
+            return False
         letters = {*self.w, *(z for a in self.scheme.chain.atoms for z in a.z)}
         if not set().union(*(e.free_symbols for e in self.jacobian)) & letters:
             return True
@@ -103,6 +116,8 @@ class KernelBuilder:
     @cached_property
     def carried(self) -> list[tuple[Any, Any]]:
         """Costly functions of x in F⁻ that F⁺ needs at the end point: [(at x, at y)]."""
+        if "carried" in self.without:
+            return []
         scheme = self.scheme
         to_end = dict(zip(self.x, self.end, strict=True))
         constants = set(scheme.s.q) - {scheme.h}  # the next step may be of another size

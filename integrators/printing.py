@@ -97,6 +97,21 @@ class Together(list[Any]):
         raise NotImplementedError
 
 
+class Parameters(Coefficients):
+    """The step and the parameters themselves as c[i], for kernels that compute all else anew."""
+
+    def __init__(self, q: Sequence[Any]) -> None:
+        from sympy import Symbol
+
+        super().__init__(())
+        self.values = list(q)
+        self._names = {p: Symbol(f"c{i}", real=True) for i, p in enumerate(q)}
+
+    def hoist(self, e: Any) -> Any:
+        """`e` with each parameter replaced by its name in the kernel."""
+        return e.xreplace(self._names)
+
+
 def statements(
     outputs: Sequence[Any], letter: str = "t"
 ) -> tuple[list[tuple[str, str]], list[str]]:

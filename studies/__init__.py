@@ -15,7 +15,16 @@ if TYPE_CHECKING:
     from integrators import Discretisation, Scene
 
 #: the studies, in the order of the report
-NAMES = ("order", "symplecticity", "momentum", "energy", "work-precision", "stability", "extremes")
+NAMES = (
+    "order",
+    "symplecticity",
+    "momentum",
+    "energy",
+    "work-precision",
+    "stability",
+    "extremes",
+    "savings",
+)
 
 __all__ = ["NAMES", "check", "get", "show"]
 

@@ -78,6 +78,7 @@ def _parser() -> argparse.ArgumentParser:
         "energy": "energy band and secular slope over 10⁶ steps",
         "work-precision": "error against run time, beside other people's integrators",
         "extremes": "what happens at the edge of each scene, and how it is noticed",
+        "savings": "what leaving out work that a scene does not need is worth",
         "stability": "linear intervals, and maps of stiff scenes over step and stiffness",
     }
     for name in NAMES:
@@ -98,7 +99,7 @@ def _parser() -> argparse.ArgumentParser:
                 "--extreme", action="append", default=[], metavar="NAME", dest="extremes",
                 help='only this one, such as "e = 0.99"',
             )  # fmt: skip
-        if name in ("work-precision", "stability"):
+        if name in ("work-precision", "stability", "savings"):
             study.add_argument("--thorough", action="store_true", help="as long as it takes")
         study.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
         study.set_defaults(action=_study, study=name)

@@ -13,13 +13,13 @@ SKY, ORANGE = "#56b4e9", "#e69f00"
 WORDS = {BLUE: "#005c8f", VERMILLION: "#a84a00", GREEN: "#00694d", PURPLE: "#98467a"}
 WORDS |= {SKY: "#1b6a96", ORANGE: "#855c00", INK: "#1a1a1a", MUTED: "#606060"}
 _FIXED = {"rectangle": (VERMILLION, "s"), "midpoint": (BLUE, "o"), "trapezoidal": (GREEN, "^")}
-# other people's integrators: dashed, the same in every figure
-_PEERS: dict[str, tuple[str, str]] = {
-    "DOP853": (PURPLE, "d"),
-    "Radau": (ORANGE, "v"),
-    "LSODA": (SKY, "p"),
+# other people's integrators: grey and dashed, so that colours are the rules' own
+_PEERS = {
+    "DOP853": (MUTED, "d"),
+    "Radau": (MUTED, "v"),
+    "LSODA": (MUTED, "p"),
     "heyoka": (INK, "*"),
-    "diffrax": (MUTED, "h"),
+    "diffrax": (INK, "h"),
 }
 _OTHERS = [(PURPLE, "D"), (ORANGE, "v"), (SKY, "P"), (INK, "X"), (BLUE, "<"), (GREEN, ">")]
 

@@ -114,6 +114,11 @@ def _best(case: Case) -> str:
     return f"{words} (cut: {measured['cut']})" if measured.get("cut") else words
 
 
+def _variants(case: Case, key: str, written: Callable[[Any], str]) -> str:
+    """A column's entries: the kernel as it is, then without each saving."""
+    return " | ".join(written(row[key]) for row in rows(case)) or NONE
+
+
 def _setup(case: Case) -> str:
     """Seconds to derive and compile, apart from every run."""
     seconds = number(mapping(case, "measured").get("setup"))
@@ -125,6 +130,14 @@ _MEASURED: dict[str, list[Column]] = {
     "symplecticity": [("Pullback", _measured("pullback")), ("Poisson", _measured("poisson"))],
     "momentum": [("Worst drift", _drifts), ("Random walk", _walk)],
     "energy": [("Band", _measured("band")), ("Slope", _fitted("slope", "slope_interval"))],
+    "savings": [
+        ("Saving not made", lambda case: _variants(case, "variant", str)),
+        ("Operations a step", lambda case: _variants(case, "operations", "{:.1f}".format)),
+        ("Newton", lambda case: _variants(case, "corrections", "{:.2f}".format)),
+        ("Bytes kept", lambda case: _variants(case, "bytes", str)),
+        ("Time a step", lambda case: _variants(case, "seconds", duration)),
+        ("Times as long", lambda case: _variants(case, "times", "{:.2f}×".format)),
+    ],
     "extremes": [
         ("Extreme", lambda case: str(case.get("extreme") or NONE)),
         ("hω = 1/10", lambda case: outcome(mapping(mapping(case, "measured"), "fine"))),

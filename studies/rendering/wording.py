@@ -17,6 +17,7 @@ STUDIES = (
     "work-precision",
     "stability",
     "extremes",
+    "savings",
 )
 VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
 NONE = "—"
@@ -155,6 +156,7 @@ def wanted(study: str, case: Mapping[str, Any]) -> str:
         "momentum": _wanted_limit,
         "energy": _wanted_slope,
         "extremes": lambda e: "nothing silent",
+        "savings": lambda e: f"the same results to {scientific(e.get('limit'))}",
         "stability": _wanted_stability,
         "work-precision": lambda e: f"sinks, or ≤ {scientific(e.get('limit'))}",
     }
@@ -199,6 +201,7 @@ def got(study: str, case: Mapping[str, Any]) -> str:
         "symplecticity": _got_defects,
         "momentum": lambda m: _pairs(m.get("drift") or {}),
         "energy": _got_energy,
+        "savings": _got_savings,
         "extremes": lambda m: "; ".join(f"{k}: {outcome(m[k])}" for k in m),
         "stability": _got_stability,
         "work-precision": lambda m: f"best {scientific(m.get('best'))}",
@@ -230,6 +233,10 @@ def _got_stability(measured: dict[str, Any]) -> str:
             at = "hω" if name == "exchange" else "ω"
             said.append(f"{words} " + ", ".join(f"{_share(v)} ({at} = {k})" for k, v in pairs))
     return "; ".join(said)
+
+
+def _got_savings(measured: dict[str, Any]) -> str:
+    return "; ".join(f"{name} {ratio:.3g}×" for name, ratio in measured["times"].items()) or NONE
 
 
 def outcome(found: Mapping[str, Any]) -> str:

@@ -175,7 +175,7 @@ def test_a_run_that_stops_in_the_middle_writes_what_it_has(capsys, tmp_path):
 
 # -- studies --------------------------------------------------------------------------------------
 
-TIMED = ("work-precision",)  # no two runs of these give the same numbers
+TIMED = ("work-precision", "savings")  # no two runs of these give the same numbers
 SMALL = {
     "order": ["pendulum", "--steps", "100"],
     "symplecticity": ["heavy-top", "--steps", "24"],
@@ -184,6 +184,7 @@ SMALL = {
     "work-precision": ["pendulum", "--steps", "50"],
     "stability": ["harmonic", "--steps", "50"],
     "extremes": ["fpu", "--steps", "50"],
+    "savings": ["pendulum", "--steps", "50"],
 }
 ALONE = {"work-precision": ["--peer", "none"]}  # what makes a study one case
 
@@ -227,6 +228,7 @@ def test_each_study_as_a_table_and_as_json(capsys, tmp_path, study):
             "momentum": {"drift"},
             "energy": {"band", "slope", "slope_interval"},
             "extremes": {"fine", "coarse"},
+            "savings": {"times"},
             "stability": {"stable_to", "intervals", "resonances", "off_circle", "runs"},
             "work-precision": {"x", "y", "best", "cost", "ratio", "cut", "setup"},
         }[study]

@@ -67,7 +67,7 @@ def test_every_study_is_on_the_page_with_the_command_of_every_case(made):
     assert [r["study"] for r in made.results] == list(APPLY)
     cases = [c for r in made.results for c in r["cases"]]
     ours = [c for c in cases if c.get("kind") != "peer"]
-    assert len(ours) == 14  # the pendulum declares no symmetry, the heavy top has no extremes
+    assert len(ours) == 16  # the pendulum declares no symmetry, the heavy top has no extremes
     for case in cases:
         failing = (case["scene"], case["command"].split()[1]) == ("heavy-top", "energy")
         assert case["verdict"] == ("fail" if failing else "pass"), case["reason"]

@@ -1,0 +1,140 @@
+"""What leaving out work that a scene does not need is worth: each saving taken back by itself."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from integrators import Scheme
+from integrators.compiling import kernel_file
+from integrators.composition import Composition
+from integrators.errors import CannotMeasure
+from integrators.flow import Flow
+from integrators.groupoids.lie_group import LieGroup
+from integrators.kernels import SAVINGS
+
+from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
+from .racing import race
+
+NAME = "savings"
+NEEDS = "it needs a Lagrangian, and double precision."
+DIGITS = (16,)
+ALONE = True  # it takes times
+SHOWN = ("pendulum", "kepler", "rigid-body", "heavy-top")  # where no scene is chosen
+STEPS, COMPARED = 20_000, 200
+BUDGET = 0.5  # seconds of timing a case
+SAME = 1e-10  # relative: round-off over COMPARED steps, far from what a wrong kernel makes
+AS_IT_IS, BASE = "none", "no base"
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A flow that lacks one saving."""
+
+    name: str
+    flow: Flow
+    base: int = 0  # entries of x that only this variant has
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every scene by every rule of one step; a few scenes where none is chosen (or --thorough)."""
+    found = plain_cases(NAME, choice, DIGITS) if 16 in (choice.digits or DIGITS) else []
+    every = choice.scenes or choice.thorough
+    return [c for c in found if c.digits == 16 and (every or c.scene.name in SHOWN)
+            and c.scene.lagrangian is not None and not isinstance(c.rule, Composition)]  # fmt: skip
+
+
+def variants(case: Case) -> list[Variant]:
+    """The flow as it is, and without each saving that it makes."""
+    scheme, step = case.scheme, case.scene.step
+    plain = scheme.flow(step)
+    shape = plain._kernels["SHAPE"]
+    made = {"direct": shape["affine"], "carried": shape["carried"] > 0, "coefficients": True}
+    found = [Variant(AS_IT_IS, plain)]
+    for name in SAVINGS:
+        if made[name]:
+            flow = scheme.flow(step)
+            flow.without = frozenset([name])
+            found.append(Variant(name, flow))
+    if isinstance(case.scene.groupoid, LieGroup):
+        whole = scheme_of(_with_attitude(case), case.rule)
+        found.append(Variant(BASE, whole.flow(step), len(whole.x)))
+    return found
+
+
+_attitudes: dict[int, Any] = {}
+
+
+def _with_attitude(case: Case) -> Any:
+    return _attitudes.setdefault(id(case.scene), case.scene.with_attitude())
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {variant, operations, corrections, bytes, seconds, seconds_low, seconds_high, samples,
+    outliers, times, difference}: work and time of one step, kept bytes of one state with its
+    coefficients, time relative to the kernel as it is, largest relative difference of μ.
+    """
+    several = variants(case)
+    rows: list[dict[str, Any]] = []
+    wanted = several[0].flow.trajectory(COMPARED).mu
+    runs: list[Callable[[], object]] = []
+    for variant in several:
+        progress(f"{case.scene.name} {case.label}: {variant.name}", 0.3)
+        run = variant.flow.trajectory(COMPARED)
+        difference = np.abs(run.mu - wanted).max() / np.abs(wanted).max()
+        solve, update = operations(variant.flow.scheme, variant.flow.without)
+        corrections = variant.flow.trajectory(STEPS, STEPS).newton_mean
+        rows.append({
+            "variant": variant.name, "operations": solve * corrections + update,
+            "corrections": corrections, "bytes": kept_bytes(variant.flow),
+            "difference": float(difference),
+        })  # fmt: skip
+        runs.append(partial(variant.flow.trajectory, STEPS, STEPS))
+    progress(f"{case.scene.name} {case.label}: timing", 0.6)
+    timings = race(runs, BUDGET)
+    for row, timing in zip(rows, timings, strict=True):
+        row |= {"seconds": timing.median / STEPS, "seconds_low": timing.low / STEPS,
+                "seconds_high": timing.high / STEPS, "samples": timing.samples,
+                "outliers": timing.outliers,
+                "times": timing.median / timings[0].median}  # fmt: skip
+    return {"rows": rows, "measured": {"times": {r["variant"]: r["times"] for r in rows[1:]}}}
+
+
+def operations(scheme: Scheme, without: frozenset[str] = frozenset()) -> tuple[int, int]:
+    """(of one correction, of one update): arithmetic operations and functions in the kernel."""
+    text = kernel_file(scheme.origin, without).read_text(encoding="utf-8")
+    counts = {}
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef) and node.name in ("direct", "correct", "update"):
+            counts[node.name] = sum(isinstance(n, ast.BinOp | ast.Call) for n in ast.walk(node))
+    if "update" not in counts:
+        raise CannotMeasure("the kernel's operations cannot be counted.")
+    return counts.get("direct", counts.get("correct", 0)), counts["update"]
+
+
+def kept_bytes(flow: Flow) -> int:
+    """Of a state between two steps (with compensations and Newton's memory), and coefficients."""
+    from integrators.vectors import state_length
+
+    shape = flow._kernels["SHAPE"]
+    lengths = (shape["dim_x"], shape["dim_u"], shape["solved"], shape["carried"])
+    return 8 * (state_length(*lengths, shape["affine"]) + len(flow._c))
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Savings change the work and not the result."""
+    expected = {"limit": SAME}
+    for row in measurement["rows"]:
+        if not row["difference"] <= SAME:
+            return Verdict(
+                "fail",
+                f"without the saving {row['variant']!r} the momenta differ by "
+                f"{row['difference']:.2g}.",
+                expected,
+            )
+    return Verdict("pass", "", expected)
