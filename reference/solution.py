@@ -21,18 +21,25 @@ from .result import Solution
 _known: dict[tuple[Any, ...], dict[Fraction, Solution]] = {}
 
 
-def solution(scene: Any, t: Any, digits: int = 50, attitude: bool = False) -> Solution:
+def solution(
+    scene: Any, t: Any, digits: int = 50, attitude: bool = False, proof: bool = True
+) -> Solution:
     """The reference of a scene (or of the scene of that name) at time t.
 
     t is an int, Fraction, float (its exact binary value) or decimal string; negative t runs
-    backwards. ``certain_digits`` is ``digits`` unless the result could not be certified. Raises
+    backwards. ``certain_digits`` is ``digits`` unless the result could not be certified; without
+    ``proof`` it rests on two integrations that agree, which on stiff motions is far cheaper. Raises
     `ReferenceFailure` for bad questions, singular motions, and damaged or stale tables.
     """
-    return solutions(scene, [t], digits, attitude)[0]
+    return solutions(scene, [t], digits, attitude, proof)[0]
 
 
 def solutions(
-    scene: Any, times: Iterable[Any], digits: int = 50, attitude: bool = False
+    scene: Any,
+    times: Iterable[Any],
+    digits: int = 50,
+    attitude: bool = False,
+    proof: bool = True,
 ) -> list[Solution]:
     """The references at several times, computed in one sweep and kept for later calls."""
     if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
@@ -44,15 +51,15 @@ def solutions(
             f"scene {problem.scene.name} lives on a {problem.scene.groupoid.kind} groupoid, which "
             "has no attitude; ask with attitude=False"
         )
-    found = _known.setdefault((problem.scene.name, problem.key, attitude, digits), {})
+    found = _known.setdefault((problem.scene.name, problem.key, attitude, digits, proof), {})
     missing = sorted(set(exact_times) - set(found))
     if missing:
-        found.update(_answers(problem, missing, digits, attitude))
+        found.update(_answers(problem, missing, digits, attitude, proof))
     return [found[t] for t in exact_times]
 
 
 def _answers(
-    problem: Problem, times: list[Fraction], digits: int, attitude: bool
+    problem: Problem, times: list[Fraction], digits: int, attitude: bool, proof: bool
 ) -> dict[Fraction, Solution]:
     """From the frozen table, from the user's cache, and the rest computed."""
     name, key = problem.scene.name, problem.key
@@ -64,9 +71,9 @@ def _answers(
             found |= {t: row for t, row in rows.items() if row}
     missing = sorted(set(times) - set(found))
     if missing:
-        solved, dear = problem.solve(missing, digits, attitude)
+        solved, dear = problem.solve(missing, digits, attitude, proof)
         found |= solved
-        if dear:
+        if dear and proof:
             cache.keep(name, key, solved.values())
     return found
 

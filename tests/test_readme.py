@@ -57,14 +57,15 @@ def test_the_groupoid_of_the_readme_satisfies_the_axioms(namespace):
 
 
 def test_the_lines_of_the_command_parse():
-    from studies.command import _choice, _parser
+    from studies.command import _parser
+    from studies.options import choice_of
 
     lines = commands("discmech")
     assert len(lines) >= 7
     for words in lines:
         options = _parser().parse_args(words[1:])
         if hasattr(options, "scenes"):
-            _choice(options)  # names, digits and steps are known
+            choice_of(options)  # names, digits and steps are known
 
 
 def test_the_cheap_lines_of_the_command_run(tmp_path, monkeypatch, capsys):

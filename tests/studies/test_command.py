@@ -13,7 +13,8 @@ import pytest
 
 from integrators import Scheme, discretisations, midpoint, scenes
 from studies import NAMES
-from studies.command import _choice, _parser, main
+from studies.command import _parser, main
+from studies.options import choice_of
 
 LIGHT = "import sys; from studies.command import main; code = main(sys.argv[1:]); "
 
@@ -250,11 +251,11 @@ def test_controls_by_name(capsys):
 
 
 def test_the_command_of_a_result_names_its_controls():
-    from studies.command import _as_typed
+    from studies.options import as_typed
 
     words = ["symplecticity", "heavy-top", "--control", "damped residual"]
-    again = _parser().parse_args(shlex.split(_as_typed(_parser().parse_args(words)))[1:])
-    assert _choice(again).controls == ("damped residual",)
+    again = _parser().parse_args(shlex.split(as_typed(_parser().parse_args(words)))[1:])
+    assert choice_of(again).controls == ("damped residual",)
 
 
 def test_a_retraction_is_exchanged_and_the_command_says_so():
@@ -262,18 +263,18 @@ def test_a_retraction_is_exchanged_and_the_command_says_so():
 
     words = ["order", "heavy-top", "pendulum", "--rule", "midpoint", "--digits", "16"]
     both = ["--retraction", "exponential", "--retraction", "cayley"]
-    cases = plain_cases("order", _choice(_parser().parse_args([*words, *both])), (16,))
+    cases = plain_cases("order", choice_of(_parser().parse_args([*words, *both])), (16,))
     assert [c.scene.groupoid.retraction for c in cases] == ["exponential", "cayley", None]
     for case in cases:
-        again = _choice(_parser().parse_args(shlex.split(case.command)[1:]))
+        again = choice_of(_parser().parse_args(shlex.split(case.command)[1:]))
         ((scene, _),) = again.pairs()
         assert scene.groupoid.name == case.scene.groupoid.name
 
 
 def test_no_scene_is_every_scene_and_a_retraction_leaves_pairs_in():
-    everything = _choice(_parser().parse_args(["order"]))
+    everything = choice_of(_parser().parse_args(["order"]))
     assert {s.name for s, _ in everything.pairs()} == set(scenes.names())
-    cayley = _choice(_parser().parse_args(["order", "--retraction", "cayley"]))
+    cayley = choice_of(_parser().parse_args(["order", "--retraction", "cayley"]))
     assert {s.name for s, _ in cayley.pairs()} == set(scenes.names())
 
 

@@ -11,7 +11,8 @@ from everything import named
 from integrators import scenes
 from studies import NAMES, check, get
 from studies.case import VERDICTS, Case, Choice, worst
-from studies.command import _choice, _parser
+from studies.command import _parser
+from studies.options import choice_of
 from studies.rendering.tables import plain
 from tests.studies.measuring import BUILT_IN, PAIRWISE, result
 
@@ -239,7 +240,7 @@ def test_the_command_of_a_case_reproduces_that_case_and_no_other(study, steps):
         assert words[0] == "discmech"
         options = _parser().parse_args(words[1:])
         assert options.study == study
-        again = get(study).cases(_choice(options))
+        again = get(study).cases(choice_of(options))
         if study == "work-precision":  # timed within its race, so that is what runs again
             assert told(case) in [told(c) for c in again]
             assert {c.command for c in again} == {case.command}

@@ -1,0 +1,162 @@
+"""What a study is asked on the command line: scenes, rules, precisions, and what is its own."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from typing import TYPE_CHECKING, Any
+
+from integrators import BadInput, discretisations, retractions, scenes
+
+if TYPE_CHECKING:
+    from .case import Choice
+
+RULE_HELP = "e.g. midpoint, gauss-3, lobatto-4, kahan-li-8:midpoint; all: discmech list"
+
+
+def add_choices(parser: argparse.ArgumentParser) -> None:
+    """Declare what every study is asked."""
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="default: all that apply")
+    parser.add_argument(
+        "--rule", action="append", default=[], metavar="R", dest="rules", help=RULE_HELP
+    )
+    parser.add_argument("--retraction", action="append", default=[], metavar="NAME")
+    parser.add_argument(
+        "--digits",
+        action="append",
+        default=[],
+        metavar="D",
+        help="16 is double precision; may be repeated",
+    )
+    parser.add_argument("--steps", metavar="N")
+    parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
+
+
+def add_study(parser: argparse.ArgumentParser, name: str) -> None:
+    """Declare what the study of that name is asked."""
+    add_choices(parser)
+    if name in ("symplecticity", "stability"):
+        parser.add_argument(
+            "--control",
+            action="append",
+            default=[],
+            metavar="NAME",
+            help="only this control (a method that must be caught)",
+        )
+    if name == "work-precision":
+        _add_race(parser)
+    if name == "extremes":
+        parser.add_argument(
+            "--extreme", action="append", default=[], metavar="NAME", dest="extremes",
+            help='only this one, such as "e = 0.99"',
+        )  # fmt: skip
+    if name in ("work-precision", "stability", "savings"):
+        parser.add_argument("--thorough", action="store_true", help="as long as it takes")
+
+
+def _add_race(parser: argparse.ArgumentParser) -> None:
+    """What work-precision asks beside scenes and rules; the names are looked up when it runs."""
+    parser.add_argument(
+        "--peer", action="append", default=[], metavar="P", dest="peers",
+        help="DOP853, Radau, LSODA, heyoka, diffrax or none (default: those installed)",
+    )  # fmt: skip
+    parser.add_argument("--x", metavar="WORK", help="seconds, steps, evaluations, iterations")
+    parser.add_argument("--y", metavar="ERROR", help="error, error-x, energy-max, ...")
+    parser.add_argument("--periods", metavar="P", help="run over P characteristic periods")
+
+
+def choice_of(options: argparse.Namespace) -> Choice:
+    """The choice in objects; raises `BadInput` for unknown names and numbers out of range."""
+    from . import controls
+    from .case import Choice
+
+    for name in options.retraction:
+        retractions.get(name)
+    asked = getattr(options, "control", [])
+    for name in asked:
+        if name not in controls.NAMES:
+            raise BadInput(f'there is no control "{name}": there are {", ".join(controls.NAMES)}.')
+    peers, axes = _race_choice(options)
+    periods = getattr(options, "periods", None)
+    return Choice(
+        peers=peers,
+        axes=axes,
+        periods=None if periods is None else count(periods, "--periods"),
+        thorough=getattr(options, "thorough", False),
+        extremes=_extremes(getattr(options, "extremes", [])),
+        scenes=tuple(scenes.get(name) for name in options.scenes),
+        rules=tuple(discretisations.get(name) for name in options.rules),
+        retractions=tuple(options.retraction),
+        digits=tuple(digits_in(d) for d in options.digits),
+        steps=None if options.steps is None else count(options.steps, "--steps"),
+        controls=tuple(asked),
+    )
+
+
+def jobs(options: argparse.Namespace) -> int | None:
+    """Processes side by side, None: one a core."""
+    return None if options.jobs is None else count(options.jobs, "--jobs")
+
+
+def _extremes(names: list[str]) -> tuple[str, ...]:
+    if names:
+        from .extremes import EXTREMES
+
+        known = {extreme.name for several in EXTREMES.values() for extreme in several}
+        for name in names:
+            if name not in known:
+                raise BadInput(f'there is no extreme "{name}": there are {", ".join(known)}.')
+    return tuple(names)
+
+
+def _race_choice(options: argparse.Namespace) -> tuple[tuple[str, ...], Any]:
+    """Peers and axes, each known."""
+    asked = getattr(options, "x", None), getattr(options, "y", None)
+    peers = tuple(getattr(options, "peers", ()))
+    if peers:
+        from .peers import chosen
+
+        chosen(peers)
+    if any(asked):
+        from .accuracy import METRICS
+        from .contest import WORK
+
+        for flag, name, known in zip(("--x", "--y"), asked, (WORK, METRICS), strict=True):
+            if name is not None and name not in known:
+                raise BadInput(f'{flag} is "{name}": choose {", ".join(known)}.')
+    return peers, asked
+
+
+def count(text: str, what: str) -> int:
+    """A whole number from 1."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value < 1:
+        raise BadInput(f"{what} is {text!r}: give a whole number from 1.")
+    return value
+
+
+def digits_in(text: str) -> int:
+    """A precision."""
+    value = count(text, "--digits")
+    if not 16 <= value <= 10_000:
+        raise BadInput(f"--digits is {value}: give 16 (double precision) up to 10000.")
+    return value
+
+
+def as_typed(options: argparse.Namespace) -> str:
+    """The words that ask the same again."""
+    parts = ["discmech", options.study, *options.scenes]
+    for flag, values in (("--rule", options.rules), ("--retraction", options.retraction),
+                         ("--digits", options.digits),
+                         ("--control", getattr(options, "control", [])),
+                         ("--peer", getattr(options, "peers", [])),
+                         ("--extreme", getattr(options, "extremes", []))):  # fmt: skip
+        parts += [word for value in values for word in (flag, value)]
+    for name in ("x", "y", "periods"):
+        if getattr(options, name, None):
+            parts += [f"--{name}", getattr(options, name)]
+    parts += ["--thorough"] if getattr(options, "thorough", False) else []
+    return shlex.join([*parts, *(["--steps", options.steps] if options.steps else [])])
