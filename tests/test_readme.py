@@ -102,5 +102,5 @@ def test_every_link_and_folder_is_there():
 def test_the_table_of_studies_is_complete():
     from studies import NAMES
 
-    table = re.findall(r"^\| ([a-z]+) \|", TEXT, re.M)
+    table = re.findall(r"^\| ([a-z-]+) \|", TEXT, re.M)
     assert [name for name in table if name in NAMES] == list(NAMES)

@@ -42,6 +42,9 @@ class Lagrangian:
     def __call__(self, x, u):
         return self.s.scene.lagrangian(x, u, self.parameters)
 
+    def fast(self, x):
+        return self.s.scene.fast(x, self.parameters)
+
 
 def number(expression):
     return sympy.sympify(expression).evalf(DIGITS)
@@ -233,7 +236,7 @@ def momentum_by_hand(of):
     return lambda u: [inertia[i] * u[i] for i in range(3)]
 
 
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", [r for s, r in SCHEMES if s == "rigid-body"])
 def test_free_body_is_the_paper_mended(rule):
     of = scheme("rigid-body", rule)
     mu = momentum_by_hand(of)
@@ -313,15 +316,16 @@ def test_order_of_the_built_in_rules(scene):
         assert scheme(scene, rule).order == wanted
 
 
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("scene", SKEW)
+@pytest.mark.parametrize(("scene", "rule"), [pair for pair in SCHEMES if pair[0] in SKEW])
 def test_no_second_order_in_a_chart_that_is_not_odd(scene, rule):
     """Where ι = −u fails at second order, u is a velocity to first order only."""
     assert scheme(scene, rule).order == 1
 
 
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("scene", [*SKEW, "moving-mass", "heavy-top-by-hand"])
+@pytest.mark.parametrize(
+    ("scene", "rule"),
+    [pair for pair in SCHEMES if pair[0] in (*SKEW, "moving-mass", "heavy-top-by-hand")],
+)
 def test_orders_as_measured(scene, rule):
     """The end of a unit of time at two steps, against a fine one of the same rule."""
     coarse, half, fine = (

@@ -184,7 +184,7 @@ SMALL = {
     "energy": ["kepler", "--steps", "2000"],
     "work-precision": ["pendulum", "--steps", "50"],
     "stability": ["harmonic", "--steps", "50"],
-    "extremes": ["fpu", "--steps", "50"],
+    "extremes": ["charged-particle", "--steps", "50"],
     "savings": ["pendulum", "--steps", "50"],
 }
 ALONE = {"work-precision": ["--peer", "none"]}  # what makes a study one case

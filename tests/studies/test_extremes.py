@@ -41,7 +41,11 @@ def test_sizes_of_extreme_vectors():
     assert _size(np.zeros(2)) == 0
 
 
-@pytest.mark.parametrize("name", EXTREMES)
+OFTEN = ("pendulum", "kepler", "charged-particle")  # the others wait for the slow tests
+EVERY = [pytest.param(n, marks=() if n in OFTEN else pytest.mark.slow) for n in EXTREMES]
+
+
+@pytest.mark.parametrize("name", EVERY)
 def test_nothing_is_silent(name):
     """And with a step that resolves the motion a rule of second order is right or says so."""
     choice = Choice(scenes=(scenes.get(name),), rules=(midpoint, trapezoidal))

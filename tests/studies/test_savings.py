@@ -28,6 +28,7 @@ def test_every_saving_of_the_pendulum_by_stormer_verlet():
         assert rows[name]["difference"] < 1e-12
 
 
+@pytest.mark.slow
 def test_a_group_with_its_base():
     found, rows = measured("rigid-body", midpoint)
     assert found["verdict"] == "pass" and set(rows) == {"none", "coefficients", "no base"}

@@ -196,7 +196,11 @@ def test_imex_blows_up_at_ten_fast_radians_and_a_frequency_of_fifty():
     assert cell["class"] == "blown up" and 0 < cell["time"] <= 4000
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+OFTEN = ("fpu", "kepler", "rigid-body")
+EVERY = [pytest.param(n, marks=() if n in OFTEN else pytest.mark.slow) for n in FAMILIES]
+
+
+@pytest.mark.parametrize("name", EVERY)
 def test_every_family_has_variants_that_run(name):
     family, scheme = FAMILIES[name], scheme_of(scenes.get(name), midpoint)
     assert family.scene == name and list(family.stiffness) == sorted(family.stiffness)

@@ -192,7 +192,12 @@ def test_results_are_the_same_when_measured_again():
 
 def test_what_check_returns_is_what_the_design_says():
     for study in NAMES:
-        name = {"stability": "harmonic", "extremes": "fpu"}.get(study, "heavy-top")
+        name = {
+            "stability": "harmonic",
+            "extremes": "charged-particle",
+            "work-precision": "pendulum",
+            "savings": "pendulum",
+        }.get(study, "heavy-top")
         found = check(study, [name], ["trapezoidal"], [16], steps=16)
         if study == "work-precision":  # its peers have cases of their own
             found["cases"] = found["cases"][:1]
