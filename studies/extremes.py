@@ -16,8 +16,8 @@ from integrators.continuous import energy
 from integrators.scene import Scene
 
 from .case import Case, Choice, Progress, Verdict, silent
+from .edges import EXTREMES, Extreme
 from .runs import relative_drifts, with_terms
-from .stiff import FAMILIES
 
 NAME = "extremes"
 DIGITS = (16,)
@@ -25,70 +25,10 @@ STEPS = 256
 FINE, COARSE = Fraction(1, 10), Fraction(5)  # hω where the step resolves the motion, and where not
 WRONG = 1e-2  # a relative error that has to be noticed
 TRUSTED = 10  # times the difference to smaller steps: as much may the error be
+State = tuple[np.ndarray, np.ndarray]  # (x, μ)
 REFINED = (1, 3, 16)  # an error that aliasing hides from one of these steps shows in another
 
 
-@dataclass(frozen=True)
-class Extreme:
-    """A variant of a scene at its edge: a name, what `Scheme.at` takes, the fastest frequency."""
-
-    name: str
-    values: dict[str, Any]
-    frequency: float
-
-
-def _upright(tilt: str) -> list[Fraction]:
-    """A point of the unit sphere, exactly, about `tilt` from the pole."""
-    t = Fraction(tilt) / 2
-    return [2 * t / (1 + t * t), Fraction(0), (1 - t * t) / (1 + t * t)]
-
-
-def _kepler_scale(power: int) -> dict[str, Any]:
-    """All lengths times 10^power at the same times: the strength goes with the cube."""
-    size = Fraction(10) ** power
-    return {"x0": [Fraction(2, 5) * size, 0], "v0": [0, 2 * size],
-            "parameters": {"strength": size**3}}  # fmt: skip
-
-
-def _stiffest(scene: str, words: str) -> Extreme:
-    family = FAMILIES[scene]
-    value = family.stiffness[-1]
-    return Extreme(f"{words} {float(value):g}", family.values(value), family.frequency(value))
-
-
-PERICENTRE = FAMILIES["kepler"]
-EXTREMES: dict[str, tuple[Extreme, ...]] = {
-    "pendulum": (
-        *(Extreme(f"mass 1e{p}", {"parameters": {"mass": Fraction(10) ** p}}, 1.0)
-          for p in (100, -100)),
-        *(Extreme(f"length 1e{p}", {"parameters": {"length": Fraction(10) ** p,
-                                                   "gravity": Fraction(10) ** p}}, 1.0)
-          for p in (100, -100)),
-        Extreme("upright at rest, 1e-12 away", {"x0": ["3.141592653588793"]}, 1.0),
-    ),
-    "kepler": (
-        *(Extreme(f"e = {e}", PERICENTRE.values(Fraction(e)), PERICENTRE.frequency(Fraction(e)))
-          for e in ("0.9", "0.99", "0.999")),
-        Extreme("lengths 1e100", _kepler_scale(100), 5.0),
-        Extreme("lengths 1e-100", _kepler_scale(-100), 5.0),
-        Extreme("fall into the centre", {"v0": [0, 0]}, 5.0),
-    ),
-    "charged-particle": (_stiffest("charged-particle", "field"),),
-    "fpu": (_stiffest("fpu", "ω ="),),
-    "spring-pendulum": (_stiffest("spring-pendulum", "k ="),),
-    "rigid-body": (
-        *(Extreme(f"{d} beside the separatrix", {"v0": [d, 1, 0]}, 1.0) for d in ("1e-8", "1e-12")),
-        _stiffest("rigid-body", "I₂/I₁ ="),
-        *(Extreme(f"inertia 1e{p}", {"parameters": {
-            "inertia": [Fraction(k) * Fraction(10) ** p for k in (1, 2, 3)]}}, 1.0)
-          for p in (100, -100)),
-    ),
-    "lagrange-top": (
-        Extreme("sleeping", {"x0": _upright("1e-6"), "v0": [0, 0, 10]}, 10.0),
-        Extreme("falling", {"x0": _upright("1e-6"), "v0": [0, 0, 1]}, 2.0),
-        _stiffest("lagrange-top", "spin"),
-    ),
-}  # fmt: skip
 NEEDS = f"it needs one of the scenes {', '.join(EXTREMES)}."
 
 
@@ -120,7 +60,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Two rows, where the step resolves the motion and where it does not: {z, step, steps, outcome,
     error, estimate, energy, noticed, message}.
 
-    error: ‖(x, μ) − (x̂, μ̂)‖ over ‖(x̂, μ̂)‖ at the end, if there is a certified reference;
+    error: the larger of ‖x − x̂‖ and ‖μ − μ̂‖ at the end, each over the largest it is in any of
+    these runs and the reference, if there is a certified reference;
     estimate: the largest such difference to a third and a sixteenth of the step; noticed: what
     tells that a run is not right. measured: the rows by name, fine and coarse.
     """
@@ -146,19 +87,19 @@ def one_extreme(derived: Scheme, extreme: Extreme, z: Fraction, steps: int) -> d
         ends = []
         for parts in REFINED:
             run = scheme.flow(step / parts).trajectory(steps * parts, every=parts)
-            ends.append(np.concatenate([run.x[-1], run.mu[-1]]))
+            ends.append((run.x[-1], run.mu[-1]))
             if parts == 1:
                 row["energy"] = _energy_error(scheme, run)
     except (StepFailure, BadInput) as failure:
         stopped = isinstance(failure, StepFailure)
         return row | {"outcome": "stopped" if stopped else "refused", "noticed": "message",
                       "message": str(failure)}  # fmt: skip
-    scale = max(map(_size, ends))
-    gaps = [_size(ends[0] - end) for end in ends[1:]]
-    row["estimate"] = max(gaps) / scale if scale else 0.0
     truth = _truth(scheme.scene, steps * step)
+    known = ends if truth is None else [*ends, truth]
+    sizes = [max(map(_size, block)) or 1.0 for block in zip(*known, strict=True)]
+    row["estimate"] = max(_gap(ends[0], end, sizes) for end in ends[1:])
     if truth is not None:
-        row["error"] = _size(ends[0] - truth) / _size(truth)
+        row["error"] = _gap(ends[0], truth, sizes)
     return row | _told(row)
 
 
@@ -181,6 +122,11 @@ def _told(row: dict[str, Any]) -> dict[str, Any]:
     return {"outcome": "wrong, silent", "noticed": "nothing"}
 
 
+def _gap(one: State, other: State, sizes: list[float]) -> float:
+    """The larger relative difference of the two blocks."""
+    return max(_size(a - b) / size for a, b, size in zip(one, other, sizes, strict=True))
+
+
 def _size(vector: np.ndarray) -> float:
     """‖v‖₂ without over- or underflow."""
     largest = float(np.abs(vector).max(initial=0.0))
@@ -193,7 +139,7 @@ def _energy_error(scheme: Scheme, run: Any) -> float | None:
     return worst if math.isfinite(worst) else None
 
 
-def _truth(scene: Scene, end: Fraction) -> np.ndarray | None:
+def _truth(scene: Scene, end: Fraction) -> State | None:
     return _truth_of(scene.name, _Values(scene), end)
 
 
@@ -212,7 +158,7 @@ class _Values:
 
 
 @lru_cache(maxsize=256)
-def _truth_of(name: str, values: _Values, end: Fraction) -> np.ndarray | None:
+def _truth_of(name: str, values: _Values, end: Fraction) -> State | None:
     """The certified (x, μ) at the end, None where the reference has none."""
     from reference import ReferenceFailure, solution
 
@@ -222,7 +168,7 @@ def _truth_of(name: str, values: _Values, end: Fraction) -> np.ndarray | None:
         return None
     if found.certain_digits < 12:
         return None
-    return np.array([float(v) for v in (*found.x, *found.mu)])
+    return np.array([*map(float, found.x)]), np.array([*map(float, found.mu)])
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

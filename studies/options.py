@@ -58,7 +58,8 @@ def _add_race(parser: argparse.ArgumentParser) -> None:
     """What work-precision asks beside scenes and rules; the names are looked up when it runs."""
     parser.add_argument(
         "--peer", action="append", default=[], metavar="P", dest="peers",
-        help="DOP853, Radau, LSODA, heyoka, diffrax or none (default: those installed)",
+        help="DOP853, Radau, LSODA, heyoka, diffrax, diffrax-symplectic or none (default: those "
+        "installed)",
     )  # fmt: skip
     parser.add_argument("--x", metavar="WORK", help="seconds, steps, evaluations, iterations")
     parser.add_argument("--y", metavar="ERROR", help="error, error-x, energy-max, ...")
@@ -100,7 +101,7 @@ def jobs(options: argparse.Namespace) -> int | None:
 
 def _extremes(names: list[str]) -> tuple[str, ...]:
     if names:
-        from .extremes import EXTREMES
+        from .edges import EXTREMES
 
         known = {extreme.name for several in EXTREMES.values() for extreme in several}
         for name in names:

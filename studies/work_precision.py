@@ -30,10 +30,10 @@ class Race:
     def __init__(
         self, scene: Scene, rules: list[Discretisation], choice: Choice, periods: int | None
     ) -> None:
-        from .peers import chosen
+        from .peers import chosen, on
 
         self.scene, self.rules, self.choice, self.periods = scene, rules, choice, periods
-        self.peers, _ = chosen(choice.peers)
+        self.peers = on(scene, chosen(choice.peers)[0])
         self.progress: Progress = silent
 
     @property
@@ -119,10 +119,13 @@ def chart_of(scene: Scene) -> tuple[str, str | None]:
 
 
 def notes(choice: Choice) -> list[str]:
-    """What is to be said of the whole study: which peers are absent."""
-    from .peers import chosen
+    """What is to be said of the whole study: which peers are absent, and where."""
+    from .peers import SPLIT, chosen
 
-    return chosen(choice.peers)[1]
+    present, absent = chosen(choice.peers)
+    return absent + [
+        f"{name} takes part where L = T(v) − V(x)." for name in present if name in SPLIT
+    ]
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

@@ -7,10 +7,13 @@ comparison studies imports them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from importlib.util import find_spec
 from typing import Any
 
 from integrators import BadInput
+from integrators.scene import Scene
+from integrators.symbols import SceneSymbols
 
 from ..contestants import Contestant, Problem
 
@@ -21,7 +24,9 @@ PEERS = {
     "LSODA": ("scipys", "scipy"),
     "heyoka": ("heyokas", "heyoka"),
     "diffrax": ("diffraxes", "diffrax"),
+    "diffrax-symplectic": ("diffraxes", "diffrax"),
 }
+SPLIT = ("diffrax-symplectic",)  # those that need ẋ = f(μ), μ̇ = g(x)
 NONE = "none"
 
 
@@ -43,6 +48,20 @@ def chosen(names: Sequence[str]) -> tuple[list[str], list[str]]:
         f"{name} did not take part: it is not installed (pip install 'discmech[peers]')."
         for name in absent
     ]
+
+
+def on(scene: Scene, names: Sequence[str]) -> list[str]:
+    """Those of the peers that can be used on a scene."""
+    return [name for name in names if name not in SPLIT or _splits(scene)]
+
+
+@lru_cache(maxsize=64)
+def _splits(scene: Scene) -> bool:
+    """Whether L = T(v) − V(x) on a pair groupoid."""
+    if scene.groupoid.kind != "pair":
+        return False
+    s = SceneSymbols(scene)
+    return all(s.lagrangian.diff(v).diff(x) == 0 for v in s.u for x in s.x)
 
 
 def peer(name: str, problem: Problem, equations: Any) -> Contestant:

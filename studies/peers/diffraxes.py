@@ -1,7 +1,12 @@
-"""diffrax: Runge–Kutta methods compiled by JAX, in double precision (Kidger 2021)."""
+"""diffrax: Runge–Kutta methods compiled by JAX, in double precision (Kidger 2021).
+
+Its adaptive method is Dopri8 with the PID controller; its symplectic one is the semi-implicit Euler
+method with constant steps, for equations ẋ = f(μ), μ̇ = g(x).
+"""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -17,75 +22,142 @@ MOST_STEPS = 2**22
 
 
 def contestant(name: str, problem: Problem, equations: Any) -> DiffraxContestant:
-    """Dopri8 with its PID step size controller."""
-    return DiffraxContestant(name, problem, equations)
+    """The method of that name in `studies.peers.PEERS`."""
+    kind = SymplecticContestant if name.endswith("symplectic") else DiffraxContestant
+    return kind(name, problem, equations)
 
 
 class DiffraxContestant:
-    """diffeqsolve under jit, the tolerance an argument; the settings are tolerances."""
+    """diffeqsolve under jit, the setting an argument; the settings are tolerances."""
 
     kind = "peer"
 
     def __init__(self, name: str, problem: Problem, equations: Any) -> None:
         import jax
-        import sympy
 
         jax.config.update("jax_enable_x64", True)
         import diffrax
         import jax.numpy as jnp
 
         self.name, self.problem = name, problem
-        self.start = jnp.asarray(problem.start)
-        function = sympy.lambdify([equations.states], list(equations.field), "jax", cse=True)
-        term = diffrax.ODETerm(lambda t, z, args: jnp.stack([*map(jnp.asarray, function(z))]))
-        end = float(problem.duration)
+        self.start = self._state(jnp.asarray(problem.start))
+        self.terms = self._terms(equations)
 
-        def solve(tolerance: Any, start: Any, times: Any = None) -> Any:
+        def solve(setting: Any, start: Any, times: Any = None) -> Any:
             saved = diffrax.SaveAt(t1=True) if times is None else diffrax.SaveAt(ts=times)
             found = diffrax.diffeqsolve(
-                term, diffrax.Dopri8(), 0.0, end, None, start, saveat=saved, throw=False,
-                stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=tolerance),
-                max_steps=MOST_STEPS,
+                self.terms, y0=start, t0=0.0, t1=float(problem.duration), saveat=saved,
+                max_steps=MOST_STEPS, throw=False, **self._method(setting),
             )  # fmt: skip
-            return found.ys, found.stats["num_steps"], found.result == diffrax.RESULTS.successful
+            done = found.result == diffrax.RESULTS.successful
+            return found.ys, found.stats["num_steps"], done
 
         self.solve = jax.jit(solve)
         begun = time.perf_counter()
-        self.solve(1e-3, self.start)[0].block_until_ready()
+        jax.block_until_ready(self.solve(next(self.ladder()), self.start))
         self.setup = time.perf_counter() - begun
 
-    def ladder(self) -> Iterator[float]:
+    def _state(self, start: Any) -> Any:
+        """(x, μ) in the shape that the method takes."""
+        return start
+
+    def _terms(self, equations: Any) -> Any:
+        import diffrax
+
+        function = _compiled([equations.states], equations.field)
+        return diffrax.ODETerm(lambda t, z, args: function(z))
+
+    def _method(self, tolerance: Any) -> dict[str, Any]:
+        """The solver and its steps."""
+        import diffrax
+
+        controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
+        return {"solver": diffrax.Dopri8(), "dt0": None, "stepsize_controller": controller}
+
+    def ladder(self) -> Iterator[Any]:
         """Tolerances from 1e-3 on."""
         return iter(TOLERANCES)
 
-    def told(self, setting: float) -> dict[str, Any]:
+    def told(self, setting: Any) -> dict[str, Any]:
         """Its tolerance."""
         return {"setting": f"rtol {setting:.0e}", "tolerance": setting}
 
-    def prepare(self, setting: float) -> DiffraxRun:
+    def prepare(self, setting: Any) -> DiffraxRun:
         """The compiled call."""
         return DiffraxRun(self, setting)
+
+
+class SymplecticContestant(DiffraxContestant):
+    """SemiImplicitEuler: x by the old μ, then μ by the new x; the settings are numbers of steps."""
+
+    def _state(self, start: Any) -> Any:
+        n = len(self.problem.scheme.x)
+        return start[:n], start[n:]
+
+    def _terms(self, equations: Any) -> Any:
+        import diffrax
+
+        n = len(self.problem.scheme.x)
+        x, mu = equations.states[:n], equations.states[n:]
+        speed, force = _compiled([mu], equations.field[:n]), _compiled([x], equations.field[n:])
+        return (
+            diffrax.ODETerm(lambda t, mu, args: speed(mu)),
+            diffrax.ODETerm(lambda t, x, args: force(x)),
+        )
+
+    def _method(self, steps: Any) -> dict[str, Any]:
+        import diffrax
+
+        return {"solver": diffrax.SemiImplicitEuler(), "dt0": float(self.problem.duration) / steps}
+
+    def ladder(self) -> Iterator[int]:
+        """The steps of the scene, doubled on and on while diffrax allows as many."""
+        first = max(1, math.floor(self.problem.duration / self.problem.scene.step))
+        return (first * 2**k for k in range(40) if first * 2**k <= MOST_STEPS)
+
+    def told(self, setting: Any) -> dict[str, Any]:
+        """Its steps and step size."""
+        return {"setting": f"{setting} steps", "step": float(self.problem.duration / setting)}
 
 
 class DiffraxRun:
     """One compiled solve; JAX answers at once, so the result is waited for."""
 
-    def __init__(self, contestant: DiffraxContestant, tolerance: float) -> None:
-        self.contestant, self.tolerance = contestant, tolerance
+    def __init__(self, contestant: DiffraxContestant, setting: Any) -> None:
+        self.contestant, self.setting = contestant, setting
 
     def __call__(self) -> Any:
-        return self.contestant.solve(self.tolerance, self.contestant.start)[0].block_until_ready()
+        import jax
+
+        contestant = self.contestant
+        return jax.block_until_ready(contestant.solve(self.setting, contestant.start)[0])
 
     def states(self) -> States:
         """On a grid, by its own dense output; the end is that of the timed run."""
         contestant, problem = self.contestant, self.contestant.problem
-        last, steps, fine = contestant.solve(self.tolerance, contestant.start)
+        last, steps, fine = contestant.solve(self.setting, contestant.start)
         if not bool(fine):
             raise CannotMeasure(f"diffrax: no end within {MOST_STEPS} steps")
         parts = max(1, problem.checkpoints)
         inside = max(1, MOST_ROWS // 16 // parts)
         grid = np.linspace(0.0, float(problem.duration), parts * inside + 1)
-        path = np.array(contestant.solve(self.tolerance, contestant.start, grid)[0])
-        path[-1] = np.array(last)[-1]
+        path = _joined(contestant.solve(self.setting, contestant.start, grid)[0])
+        path[-1] = _joined(last)[-1]
         checkpoints = path[inside::inside] if problem.checkpoints else path[:0]
         return States(checkpoints, path, int(steps), None, None)
+
+
+def _joined(states: Any) -> np.ndarray:
+    """Rows (x, μ), whole or in its two parts."""
+    return np.hstack(
+        [np.array(part) for part in (states if isinstance(states, tuple) else [states])]
+    )
+
+
+def _compiled(arguments: list[Any], entries: Any) -> Any:
+    """A function of one array for JAX."""
+    import jax.numpy as jnp
+    import sympy
+
+    function = sympy.lambdify(arguments, list(entries), "jax", cse=True)
+    return lambda z: jnp.stack([*map(jnp.asarray, function(z))])

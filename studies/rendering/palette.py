@@ -20,6 +20,7 @@ _PEERS = {
     "LSODA": (MUTED, "p"),
     "heyoka": (INK, "*"),
     "diffrax": (INK, "h"),
+    "diffrax-symplectic": (MUTED, "H"),
 }
 _OTHERS = [(PURPLE, "D"), (ORANGE, "v"), (SKY, "P"), (INK, "X"), (BLUE, "<"), (GREEN, ">")]
 

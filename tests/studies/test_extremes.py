@@ -9,9 +9,10 @@ import pytest
 from sympy import Rational
 
 from integrators import discretisation, midpoint, scenes, trapezoidal
-from studies import extremes, get
+from studies import get
 from studies.case import Choice, scheme_of
-from studies.extremes import EXTREMES, FINE, WRONG, _size, _told, one_extreme
+from studies.edges import EXTREMES, Extreme
+from studies.extremes import FINE, WRONG, _size, _told, one_extreme
 from studies.running import run_study
 from studies.stiff import FAMILIES
 
@@ -71,10 +72,10 @@ def test_a_step_for_the_slow_motion_alone_is_silently_wrong_on_a_rod():
     √(ξ·Iξ/I₁); a tenth of the visible motion is then wrong by half, and half that step agrees."""
     family = FAMILIES["rigid-body"]
     ratio = Fraction(10**8)
-    slow = extremes.Extreme("rod", family.values(ratio), 1.0)
+    slow = Extreme("rod", family.values(ratio), 1.0)
     scheme = scheme_of(scenes.get("rigid-body"), midpoint)
     assert one_extreme(scheme, slow, FINE, 256)["error"] > 0.1
-    right = extremes.Extreme("rod", family.values(ratio), family.frequency(ratio))
+    right = Extreme("rod", family.values(ratio), family.frequency(ratio))
     assert one_extreme(scheme, right, FINE, 256)["outcome"] == "right"
 
 

@@ -254,6 +254,9 @@ def test_an_absent_peer_is_one_sentence(monkeypatch):
     monkeypatch.setattr(peers, "find_spec", lambda name: None if name == "heyoka" else object())
     present, absent = peers.chosen([])
     assert "heyoka" not in present and "DOP853" in present
+    assert peers.on(scenes.get("kepler"), present) == present
+    for name in ("rigid-body", "charged-particle", "double-pendulum"):
+        assert peers.on(scenes.get(name), present) == [p for p in present if p not in peers.SPLIT]
     assert absent == ["heyoka did not take part: it is not installed "
                       "(pip install 'discmech[peers]')."]  # fmt: skip
     with pytest.raises(BadInput, match="heyoka is not installed"):
@@ -271,6 +274,24 @@ def test_an_extra_peer_solves_the_same_equations(name):
     equations = equations_of(problem.scheme)
     run = peers.peer(name, problem, equations).prepare(1e-9)
     assert Yardstick(problem, equations).errors(run.states())["error"] < 1e-7
+
+
+def test_the_symplectic_extra_peer_is_symplectic_euler():
+    """Order 1, and an energy that does not drift: over 50 times the time it is off by no more."""
+    pytest.importorskip("diffrax")
+    scene = scenes.get("kepler")
+    ends = []
+    for duration in (scene.duration, 50 * scene.duration):
+        problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), duration, checkpoints=0)
+        equations = equations_of(problem.scheme)
+        yardstick = Yardstick(problem, equations)
+        euler = peers.peer("diffrax-symplectic", problem, equations)
+        first = next(euler.ladder())
+        ends.append([yardstick.errors(euler.prepare(n * first).states())["energy-max"]
+                     for n in (4, 8)])  # fmt: skip
+    for coarse, fine in ends:
+        assert math.log2(coarse / fine) == pytest.approx(1, abs=0.15)
+    assert ends[1][0] < 1.5 * ends[0][0]
 
 
 # -- the picture ----------------------------------------------------------------------------------
