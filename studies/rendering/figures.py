@@ -284,7 +284,7 @@ SPRINGS = (
     "Fermi–Pasta–Ulam chain. Left: how far the energies of the three stiff springs, as running "
     "means, are from their true exchange; a run may be stable and still hand the energy on at "
     "the wrong pace. Right: how far the springs' whole energy, an adiabatic invariant, moves "
-    "over long times at a step of ten fast radians."
+    "over long times at a step of ten fast radians; dashed: 15 %. imex keeps it from ω = 100 on."
 )
 
 Sketcher = Callable[[Sequence[Case], dict[str, Mark], Titles], list[Sketch]]

@@ -28,6 +28,7 @@ LOOKS: dict[str, tuple[str, float, str]] = {
     "Newton failed": (SKY, 0.9, "..."),
     "blown up": (VERMILLION, 0.9, ""),
 }
+KEPT = 0.15  # of an adiabatic invariant: as much may it change
 FAR = 4.0  # of hω in the linear pictures
 
 
@@ -197,12 +198,14 @@ def adiabatic(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
             if value is None
         ]
         log_axis(axes, "x", log_limits([*(w for w, _ in everything), *failed], 0.05), 4)
-        log_axis(axes, "y", log_limits((e for _, e in everything), 0.1), 4)
+        log_axis(axes, "y", log_limits([*(e for _, e in everything), 3 * KEPT], 0.1), 4)
+        axes.axhline(KEPT, color=INK, lw=0.7, ls=(0, (3, 2)))
         _marked(axes, curves, marks)
         for omega in failed:
             axes.plot([omega], [1.0], ls="", marker="|", ms=7, mew=1.4, color=VERMILLION,
                       transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
-            axes.annotate("blown up", (omega, 1.0), (4, -8), fontsize=6.6, color=MUTED,
+            words = figure_text(f"ω = {omega:g}: blown up")
+            axes.annotate(words, (omega, 1.0), (4, -7), fontsize=6.6, color=MUTED,
                           xycoords=axes.get_xaxis_transform(),
                           textcoords="offset points")  # fmt: skip
 
