@@ -227,10 +227,18 @@ AFFINE = {
     *((s, r) for s in ("harmonic", "charged-particle") for r in RULES),
     *(
         (s, r)
-        for s in ("pendulum", "kepler", "henon-heiles", "outer-solar-system")
+        for s in (
+            "pendulum",
+            "kepler",
+            "henon-heiles",
+            "outer-solar-system",
+            "fpu",
+            "spring-pendulum",
+        )
         for r in ("rectangle", "trapezoidal")
     ),
     ("framed-plane", "rectangle"),
+    ("fpu", "imex"),
 }
 
 
