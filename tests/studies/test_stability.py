@@ -22,7 +22,7 @@ from studies.linear_stability import (
     unstable_intervals,
 )
 from studies.nonlinear_stability import CLASSES, limits, one_run, resonant, stability_map
-from studies.rendering import plot_stability
+from studies.rendering import plot_maps
 from studies.running import run_case, run_study
 from studies.stiff import FAMILIES
 from tests.studies.measuring import case
@@ -171,7 +171,7 @@ def test_the_limit_is_where_the_first_run_is_not_bounded():
 
 
 def test_every_class_has_a_look_and_a_criterion():
-    assert set(plot_stability.LOOKS) == set(CLASSES)
+    assert set(plot_maps.LOOKS) == set(CLASSES)
 
 
 # -- maps -----------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import pytest
 
 from integrators import BadInput, discretisation, scenes
 from integrators.discretisations import BUILT_IN
-from studies import contest, get, peers, racing
+from studies import contest, get, peers, racing, standings
 from studies.accuracy import METRICS, UNIT, Yardstick
 from studies.case import Choice, scheme_of
 from studies.contestants import Problem, RuleContestant
@@ -95,11 +95,11 @@ def test_nothing_to_time():
 
 def test_costs_lie_on_the_line_between_runs():
     rows = [{"seconds": 10.0**k, "error": 10.0 ** (-2 * k)} for k in range(5)]
-    found = contest.cost(rows, ("seconds", "error"))
+    found = standings.cost(rows, ("seconds", "error"))
     assert found == {"1e-04": pytest.approx(100.0), "1e-08": pytest.approx(1e4), "1e-12": None}
     rows = [{"seconds": 3.0, "error": 1e-9}]
-    assert contest.cost(rows, ("seconds", "error")) == {"1e-04": 3.0, "1e-08": 3.0, "1e-12": None}
-    assert set(contest.cost([], ("seconds", "error")).values()) == {None}
+    assert standings.cost(rows, ("seconds", "error")) == {"1e-04": 3.0, "1e-08": 3.0, "1e-12": None}
+    assert set(standings.cost([], ("seconds", "error")).values()) == {None}
 
 
 # -- truth ----------------------------------------------------------------------------------------

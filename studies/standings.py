@@ -1,0 +1,96 @@
+"""What a race tells: the cost of each accuracy, ratios to the best peer, where leaders change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from .contestants import Contestant, Run
+
+REACHED = (1e-4, 1e-8, 1e-12)  # accuracies whose cost is told
+
+
+@dataclass
+class Climb:
+    """A contestant's runs up to where the budget or round-off ended them."""
+
+    contestant: Contestant
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    runs: list[tuple[dict[str, Any], Run]] = field(default_factory=list)  # rows that can be timed
+    cut: str = ""
+
+
+def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict[str, Any]:
+    """{rows, measured, kind, setup}: what each accuracy costs, beside the best peer's cost."""
+    costs = cost(each.rows, axes)
+    others = [cost(c.rows, axes) for c in climbs if c.contestant.kind == "peer"]
+    ratio = {}
+    for accuracy, value in costs.items():
+        best = min((c for o in others if (c := o[accuracy]) is not None), default=None)
+        ratio[accuracy] = value / best if value is not None and best else None
+    errors = [row[axes[1]] for row in each.rows if row[axes[1]] is not None]
+    return {
+        "rows": each.rows,
+        "kind": each.contestant.kind,
+        "measured": {
+            "x": axes[0],
+            "y": axes[1],
+            "best": min(errors, default=None),
+            "cost": costs,
+            "ratio": ratio,
+            "cut": each.cut,
+            "setup": getattr(each.contestant, "setup", None),
+        },
+    }
+
+
+def crossovers(climbs: Sequence[Climb], axes: tuple[str, str]) -> list[dict[str, Any]]:
+    """Where the fastest rule and the fastest peer change places: [{error, work, tighter}].
+
+    `tighter` is the kind that is faster at tighter accuracies. Only accuracies count that both
+    kinds reach, so what one of them cannot reach at all is no crossover.
+    """
+    grid = [10.0 ** (-k / 8) for k in range(8 * 15)]
+    best: dict[str, list[float]] = {}
+    for kind in ("rule", "peer"):
+        curves = [cost(c.rows, axes, grid) for c in climbs if c.contestant.kind == kind]
+        best[kind] = [
+            min((v for curve in curves if (v := curve[accuracy]) is not None), default=math.inf)
+            for accuracy in map(_key, grid)
+        ]
+    found, before = [], None
+    for error, rule, other in zip(grid, best["rule"], best["peer"], strict=True):
+        if math.isinf(rule) or math.isinf(other):
+            continue
+        faster = "rule" if rule < other else "peer"
+        if before not in (None, faster):
+            found.append({"error": error, "work": max(rule, other), "tighter": faster})
+        before = faster
+    return found
+
+
+def _key(accuracy: float) -> str:
+    return f"{accuracy:.0e}" if accuracy in REACHED else f"{accuracy:.3e}"
+
+
+def cost(
+    rows: Sequence[dict[str, Any]], axes: tuple[str, str], accuracies: Sequence[float] = REACHED
+) -> dict[str, float | None]:
+    """Per accuracy the least work that reaches it, interpolated in log–log; None if none does."""
+    points = sorted(
+        (row[axes[0]], max(row[axes[1]], 1e-300))
+        for row in rows
+        if row[axes[0]] and row[axes[1]] is not None
+    )
+    found: dict[str, float | None] = {}
+    for accuracy in accuracies:
+        at = next((i for i, (_, error) in enumerate(points) if error <= accuracy), None)
+        value = None if at is None else points[at][0]
+        if at:  # between the run before, which is not as accurate, and this one
+            (w0, e0), (w1, e1) = points[at - 1], points[at]
+            part = math.log(e0 / accuracy) / math.log(e0 / e1)
+            value = w0 * (w1 / w0) ** part
+        found[_key(accuracy)] = value
+    return found
