@@ -8,6 +8,7 @@ from .errors import BadInput
 from .evaluation import evaluate_matrix
 from .exact import exact, to_sympy
 from .identities import null_direction, random_point
+from .symbols import line_of
 
 if TYPE_CHECKING:
     from .equations import Scheme
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 def check_letters(scheme: Scheme) -> None:
     """Raise `BadInput` if L_d holds unknown symbols, not u, or not every stage."""
-    s, of = scheme.s, f"{scheme.scene.name} with {scheme.rule.name}"
+    s, of = scheme.s, _named(scheme)
     L_d = scheme.discrete_lagrangian_at_points
     known = {*s.x, *s.u, *s.stages, *s.q, *(z for a in scheme.chain.given for z in a.z)}
     unknown = L_d.free_symbols - known
@@ -43,6 +44,12 @@ def check_letters(scheme: Scheme) -> None:
             )
 
 
+def _named(scheme: Scheme) -> str:
+    """The scene with the rule, and where a rule of the user's is."""
+    place = line_of(scheme.rule.formula)
+    return f"{scheme.scene.name} with {scheme.rule.name}" + (f" ({place})" if place else "")
+
+
 def check_regular(scheme: Scheme) -> None:
     """Raise `BadInput` if ∂E/∂w (FL, without stages) is singular at two random points."""
     s = scheme.s
@@ -58,7 +65,7 @@ def check_regular(scheme: Scheme) -> None:
     shown = ", ".join(f"{float(e):.3g}" for e in direction)
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
     raise BadInput(
-        f"{scheme.scene.name} with {scheme.rule.name}: FL is singular everywhere, in the direction "
+        f"{_named(scheme)}: FL is singular everywhere, in the direction "
         f"({shown}) of {of_what} needs its kinetic energy."
     )
 

@@ -61,7 +61,7 @@ class Scheme:
             arguments += [s.stage_columns] if rule.stages else []
             given = s.call(rule.formula, f"rule {rule.name}", *arguments)
         #: L_d with the points (and velocities) as atoms
-        self.discrete_lagrangian_at_points = s.scalar(given, f"rule {rule.name}")
+        self.discrete_lagrangian_at_points = given
         self.chain = ChainRule(self._seen.atoms, s)
         self.points: tuple[Atom, ...] = tuple(a for a in self.chain.given if a.kind == "point")
         #: what a step solves for: u, then the stages

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import traceback
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,10 +16,25 @@ from .scene import Scene
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(r"h|mu|(x|u|v|w|y|d|s|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
+_OURS = Path(__file__).resolve().parent
 
 
 def _rows(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else ()
+
+
+def line_of(function: Any, error: BaseException | None = None) -> str:
+    """my_rule.py, line 7: where a function of the user's is, or where in its file an error arose.
+
+    Nothing of functions that are ours.
+    """
+    code = getattr(function, "__code__", None)
+    if code is None or Path(code.co_filename).is_relative_to(_OURS):
+        return ""
+    line = code.co_firstlineno
+    for frame in traceback.extract_tb(error.__traceback__ if error else None):
+        line = (frame.lineno or line) if frame.filename == code.co_filename else line
+    return f"{Path(code.co_filename).name}, line {line}"
 
 
 class SceneSymbols:
@@ -108,32 +125,45 @@ class SceneSymbols:
         return flatten(tuple(self.scene.parameters.values()))
 
     def call(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
-        """Run a function of the user's; what it raises is turned into one clear sentence."""
+        """The scalar that a function of the user's gives for symbols.
+
+        What it raises, and what is no scalar, is turned into one clear sentence with the line.
+        """
         try:
             value = function(*arguments)
-        except BadInput:
-            raise
+        except BadInput as error:
+            place = line_of(function, error)
+            if not place or place in str(error):
+                raise
+            raise type(error)(f"{place}: {error}") from error
         except AttributeError as error:
             known = ", ".join(vars(self.parameters)) or "none"
             raise BadInput(
-                f"{self.scene.name}: {what} asks for what is not there ({error}); "
+                f"{self._at(function, what, error)} asks for what is not there ({error}); "
                 f"the parameters are: {known}."
             ) from error
         except Exception as error:
             raise BadInput(
-                f"{self.scene.name}: {what} could not be evaluated with symbols "
+                f"{self._at(function, what, error)} could not be evaluated with symbols "
                 f"({type(error).__name__}: {error}); write it with sympy functions."
             ) from error
-        return value
+        return self.scalar(value, what, function)
 
-    def scalar(self, value: Any, what: str) -> Any:
-        """A sympy scalar of an expression or a 1×1 matrix, floats made exact."""
+    def _at(self, function: Any, what: str, error: BaseException | None = None) -> str:
+        place = line_of(function, error)
+        return f"{self.scene.name}: {what}" + (f" ({place})" if place else "")
+
+    def scalar(self, value: Any, what: str, function: Any = None) -> Any:
+        """A sympy scalar of an expression or a 1×1 matrix, floats made exact.
+
+        Raises `BadInput` for anything else, naming the function that gave it.
+        """
         from sympy import Expr, SympifyError, sympify
 
         if hasattr(value, "shape"):
             if tuple(value.shape) != (1, 1):
                 raise BadInput(
-                    f"{self.scene.name}: {what} is a matrix {value.shape}, not a number."
+                    f"{self._at(function, what)} is a matrix {value.shape}, not a number."
                 )
             value = value[0, 0]
         try:
@@ -141,8 +171,10 @@ class SceneSymbols:
             if not isinstance(expression, Expr):
                 raise TypeError
         except (SympifyError, TypeError, ValueError):
+            forgot = "; does it return what it computes?" if value is None else "."
             raise BadInput(
-                f"{self.scene.name}: {what} is {value!r}, not an expression in its arguments."
+                f"{self._at(function, what)} is {value!r}, not an expression in its "
+                f"arguments{forgot}"
             ) from None
         return floats_exact(expression)
 
@@ -158,8 +190,7 @@ class SceneSymbols:
                 f"{self.scene.name} names no fast part of its potential: give Scene(fast=...), or "
                 "use another rule."
             )
-        value = self.call(self.scene.fast, "its fast potential", x, self.parameters)
-        return self.scalar(value, "its fast potential")
+        return self.call(self.scene.fast, "its fast potential", x, self.parameters)
 
     def lagrangian_at(self, x: Any, v: Any) -> Any:
         """l at any columns x and v."""
@@ -167,5 +198,4 @@ class SceneSymbols:
             raise CannotMeasure(
                 f"{self.scene.name} has only a discrete Lagrangian, so this cannot be asked."
             )
-        value = self.call(self.scene.lagrangian, "its Lagrangian", x, v, self.parameters)
-        return self.scalar(value, "its Lagrangian")
+        return self.call(self.scene.lagrangian, "its Lagrangian", x, v, self.parameters)

@@ -50,15 +50,13 @@ def check(
     Returns the result as the command line writes it: {"study", "verdict", "cases": [...]}. Raises
     `BadInput` for unknown names and for scenes that the study does not apply to.
     """
-    from integrators import discretisations
-    from integrators import scenes as known
-
+    from . import lookup
     from .case import Choice
     from .running import run_study
 
     chosen = Choice(
-        scenes=tuple(known.get(s) if isinstance(s, str) else s for s in scenes),
-        rules=tuple(discretisations.get(r) if isinstance(r, str) else r for r in rules),
+        scenes=tuple(lookup.scene(s) if isinstance(s, str) else s for s in scenes),
+        rules=tuple(lookup.rule(r) if isinstance(r, str) else r for r in rules),
         digits=tuple(digits),
         steps=steps,
     )

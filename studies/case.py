@@ -7,6 +7,7 @@ measured is marked with the reason; the others go on.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, field, replace
 from functools import lru_cache
@@ -16,9 +17,11 @@ from integrators import BadInput, Scheme, discretisations, retractions, scenes
 from integrators.discretisations import Discretisation
 from integrators.scene import Scene
 
+from . import lookup
+
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: what a study may say of a case beside `measured` and `rows`
-DETAILS = ("kind", "periods", "duration", "floor", "crossovers", "label", "extreme")
+DETAILS = ("kind", "periods", "duration", "floor", "crossovers", "label", "extreme", "unusable")
 Progress = Callable[[str, float], None]
 
 
@@ -56,8 +59,8 @@ class Choice:
         try:
             words = replace(
                 self,
-                scenes=tuple(s.name for s in self.scenes),  # type: ignore[misc]
-                rules=tuple(r.name for r in self.rules),  # type: ignore[misc]
+                scenes=tuple(map(lookup.word_for, self.scenes)),  # type: ignore[arg-type]
+                rules=tuple(map(lookup.word_for, self.rules)),  # type: ignore[arg-type]
             )
             again = Choice.of_names(astuple(words))
         except BadInput:
@@ -70,8 +73,8 @@ class Choice:
         chosen = cls(*words)
         return replace(
             chosen,
-            scenes=tuple(scenes.get(name) for name in chosen.scenes),  # type: ignore[arg-type]
-            rules=tuple(discretisations.get(name) for name in chosen.rules),  # type: ignore[arg-type]
+            scenes=lookup.scenes_of(chosen.scenes),  # type: ignore[arg-type]
+            rules=lookup.rules(chosen.rules),  # type: ignore[arg-type]
         )
 
 
@@ -112,9 +115,9 @@ class Case:
     @property
     def command(self) -> str:
         """What reproduces this case."""
-        parts = ["discmech", self.study, self.scene.name]
+        parts = ["discmech", self.study, shlex.quote(lookup.word_for(self.scene))]
         if self.control is None:
-            parts += ["--rule", self.rule.name]
+            parts += ["--rule", shlex.quote(lookup.word_for(self.rule))]
         else:
             parts += ["--control", f'"{self.control}"']
         if self.scene.groupoid.retraction in retractions.BUILT_IN:

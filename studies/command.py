@@ -13,12 +13,11 @@ from pathlib import Path
 
 from integrators import BadInput, StepFailure, discretisations, scenes
 
-from . import NAMES, references, single_run
+from . import NAMES, references, single_run, verifying
 from .options import add_choices, add_study, as_typed, choice_of, jobs
-from .output import console, progress_shown, writable, write
+from .output import EXIT, console, progress_shown, writable, write
 
-PASS, FAIL, BAD_INPUT, INCONCLUSIVE, INTERRUPTED = 0, 1, 2, 3, 130
-EXIT = {"pass": PASS, "fail": FAIL, "inconclusive": INCONCLUSIVE}
+PASS, FAIL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 
 
@@ -72,6 +71,7 @@ def _parser() -> argparse.ArgumentParser:
         study.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
         study.set_defaults(action=_study, study=name)
 
+    verifying.add_to(commands)
     references.add_to(commands)
     report = commands.add_parser("report", help="all studies on one page with its figures")
     add_choices(report)

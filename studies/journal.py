@@ -11,6 +11,7 @@ from integrators.compiling import cache_folder
 from integrators.exact import flatten
 
 from .case import Case, Choice
+from .lookup import stamp
 
 
 class Journal:
@@ -57,7 +58,7 @@ def _key(study: str, choice: Choice) -> str:
     root = Path(__file__).resolve().parent.parent
     sources = [p for name in ("integrators", "reference", "studies")
                for p in sorted((root / name).rglob("*.py"))]  # fmt: skip
-    asked = [[s.name for s in choice.scenes], [r.name for r in choice.rules], choice.controls,
+    asked = [[*map(stamp, choice.scenes)], [*map(stamp, choice.rules)], choice.controls,
              choice.retractions, choice.digits, choice.steps, choice.peers, choice.axes,
              choice.periods, choice.thorough, choice.extremes]  # fmt: skip
     digest = hashlib.sha256(f"{study} {asked}".encode())

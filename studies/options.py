@@ -6,17 +6,19 @@ import argparse
 import shlex
 from typing import TYPE_CHECKING, Any
 
-from integrators import BadInput, discretisations, retractions, scenes
+from integrators import BadInput, retractions
+
+from . import lookup
 
 if TYPE_CHECKING:
     from .case import Choice
 
-RULE_HELP = "e.g. midpoint, gauss-3, lobatto-4, kahan-li-8:midpoint; all: discmech list"
+RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE.py:NAME"
 
 
 def add_choices(parser: argparse.ArgumentParser) -> None:
     """Declare what every study is asked."""
-    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="default: all that apply")
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="a name or FILE.py:NAME; default: all that apply")
     parser.add_argument(
         "--rule", action="append", default=[], metavar="R", dest="rules", help=RULE_HELP
     )
@@ -85,8 +87,8 @@ def choice_of(options: argparse.Namespace) -> Choice:
         periods=None if periods is None else count(periods, "--periods"),
         thorough=getattr(options, "thorough", False),
         extremes=_extremes(getattr(options, "extremes", [])),
-        scenes=tuple(scenes.get(name) for name in options.scenes),
-        rules=tuple(discretisations.get(name) for name in options.rules),
+        scenes=lookup.scenes_of(options.scenes),
+        rules=lookup.rules(options.rules),
         retractions=tuple(options.retraction),
         digits=tuple(digits_in(d) for d in options.digits),
         steps=None if options.steps is None else count(options.steps, "--steps"),

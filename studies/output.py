@@ -11,6 +11,9 @@ from typing import Any
 
 from integrators import BadInput
 
+#: exit codes; bad input has 2
+EXIT = {"pass": 0, "fail": 1, "inconclusive": 3}
+
 
 def write(file: str, text: str) -> None:
     """To standard output (-), or beside the file and then renamed."""
@@ -63,6 +66,9 @@ def progress_shown() -> Iterator[Any]:
         TimeElapsedColumn(),
         TextColumn("{task.description}"),
     ]
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    # what is printed meanwhile goes above the bar, unless it is for a file or another program
+    shared = sys.stdout.isatty()
+    screen = Console(stderr=True)
+    with Progress(*columns, console=screen, transient=True, redirect_stdout=shared) as bar:
         task = bar.add_task("", total=1.0)
         yield lambda label, fraction: bar.update(task, description=label, completed=fraction)

@@ -11,6 +11,7 @@ from typing import Any
 
 from integrators import BadInput, scenes
 
+from . import lookup
 from .output import console, progress_shown, writable, write
 
 PASS, FAIL, INCONCLUSIVE = 0, 1, 3
@@ -70,7 +71,7 @@ def _one(options: argparse.Namespace) -> int:
     """One scene at one time."""
     from reference import progress_to, solution
 
-    scene = scenes.get(options.scene)
+    scene = lookup.scene(options.scene)
     try:
         digits = int(options.digits)
     except ValueError:

@@ -25,6 +25,11 @@ from .record import record
 SCHEMA = 1
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
 Place = tuple[int, int]  # study, case
+Told = Callable[[str, dict[str, Any]], None]
+
+
+def unheard(study: str, result: dict[str, Any]) -> None:
+    """Nobody wants to hear of single cases."""
 
 
 def run_study(
@@ -43,14 +48,15 @@ def run_studies(
     keep: bool = False,
     jobs: int | None = 1,
     also: Callable[[Scheme], Any] | None = None,
+    told: Told = unheard,
 ) -> tuple[list[dict[str, Any]], list[Any]]:
     """(results of the studies, what `also` says of each scheme in the order of the choice).
 
     A study's verdict is the worst of its cases'. With `keep`, finished cases are written down as
     they come, and a run that was interrupted goes on where it stopped. `jobs` processes work side
     by side (None: one a core) on scenes and rules known by name; studies that say ALONE, since
-    they take times, run by themselves afterwards. Raises `BadInput` if a study applies to nothing
-    that was chosen.
+    they take times, run by themselves afterwards. `told` hears of each case as it is finished.
+    Raises `BadInput` if a study applies to nothing that was chosen, or can use nothing of it.
     """
     plan = Plan(studies, choice)
     for study, cases in zip(plan.studies, plan.cases, strict=True):
@@ -76,6 +82,7 @@ def run_studies(
             journal = journals[place[0]]
             if journal:
                 journal.add(plan.case(place), result)
+            told(studies[place[0]].NAME, result)
 
     def within(label: str, fraction: float) -> None:
         progress(label, min(1.0, (len(found) + fraction) / total))
@@ -84,13 +91,15 @@ def run_studies(
     extras: dict[int, Any] = {}
     for task, results, extra in _done(plan, tasks, jobs, also, within):
         done(task.places, results)
-        if task.pair is not None and also:
+        if task.pair is not None and extra is not None:
             extras[task.pair] = extra
         if task.places:
             within(f"{plan.case(task.places[-1]).scene.name} {task.label}", 0.0)
     for place, case in plan.places():
         if place not in found:  # a study that wants the machine for itself
             done([place], [run_case(studies[place[0]], case, within)])
+    if found and all(result.get("unusable") for result in found.values()):
+        raise BadInput(next(iter(found.values()))["reason"])
     results = []
     for i, study in enumerate(studies):
         cases = [found[i, k] for k in range(len(plan.cases[i]))]
@@ -193,7 +202,10 @@ def _work(
         return results, None
     from .case import scheme_of
 
-    return results, also(scheme_of(*plan.pairs[task.pair]))
+    try:
+        return results, also(scheme_of(*plan.pairs[task.pair]))
+    except BadInput:  # the cases say so
+        return results, None
 
 
 def _in_worker(
@@ -225,7 +237,10 @@ def _cores() -> int:
 
 
 def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """One case's result; a step that fails marks the case and is not raised."""
+    """One case's result; a step that fails marks the case and is not raised.
+
+    So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
+    """
     begun = time.perf_counter()
     measurement: dict[str, Any] = {"measured": {}, "rows": []}
     from reference import ReferenceFailure
@@ -237,6 +252,9 @@ def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict
         verdict = Verdict("fail", str(failure))
     except (CannotMeasure, ReferenceFailure) as failure:
         verdict = Verdict("inconclusive", str(failure))
+    except BadInput as error:
+        measurement["unusable"] = True
+        verdict = Verdict("inconclusive", str(error))
     return {
         "scene": case.scene.name,
         "rule": case.label,

@@ -8,8 +8,9 @@ import re
 import time
 from typing import Any
 
-from integrators import StepFailure, discretisations, retractions, scenes
+from integrators import StepFailure, retractions
 
+from . import lookup
 from .options import RULE_HELP, count, digits_in
 from .output import progress_shown, write
 
@@ -37,7 +38,7 @@ def run_scene(options: argparse.Namespace) -> int:
     from integrators import Scheme
     from integrators.exact import exact_rational
 
-    scene, rule = scenes.get(options.scene), discretisations.get(options.rule)
+    scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
     if options.retraction:
         scene = scene.with_retraction(retractions.get(options.retraction))
     step = exact_rational(scene.step if options.step is None else options.step, "--step")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -11,6 +12,7 @@ from integrators.discretisations import Discretisation
 from integrators.scene import Scene
 
 from .case import Case, Choice, Progress, Verdict, silent
+from .lookup import word_for
 
 NAME = "work-precision"
 NEEDS = "it needs a Lagrangian that is quadratic in the velocity, and double precision."
@@ -46,8 +48,8 @@ class Race:
     def command(self) -> str:
         """The words that make this race alone."""
         choice = self.choice
-        words = ["discmech", NAME, self.scene.name]
-        words += [w for rule in choice.rules for w in ("--rule", rule.name)]
+        words = ["discmech", NAME, shlex.quote(word_for(self.scene))]
+        words += [w for r in choice.rules for w in ("--rule", shlex.quote(word_for(r)))]
         words += [w for name in choice.peers for w in ("--peer", name)]
         chart = self.scene.groupoid.retraction
         words += ["--retraction", chart] if chart in retractions.BUILT_IN else []

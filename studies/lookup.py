@@ -1,0 +1,122 @@
+"""Rules and scenes by the words of a command: names, FILE.py:NAME, or FILE.py for all in a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from integrators import BadInput, Discretisation, Scene, discretisations, scenes
+from integrators.composition import METHODS, Composition, compose
+
+from .userfile import UserFile, load, loaded
+
+_Thing = TypeVar("_Thing", Discretisation, Scene)
+
+
+def rules(words: Sequence[str]) -> tuple[Discretisation, ...]:
+    """The rules that words such as these name, each once:
+
+    midpoint, gauss-3, kahan-li-8:midpoint, my.py:two_thirds, triple-jump:my.py:two_thirds, my.py.
+    Raises `BadInput` for names that nothing has and for two rules of one name.
+    """
+    found = dict.fromkeys(rule for word in words for rule in _rules(word))
+    return _told_apart(found, "rules")
+
+
+def scenes_of(words: Sequence[str]) -> tuple[Scene, ...]:
+    """The scenes that words such as pendulum, my.py:my-scene, my.py name; like `rules`."""
+    found = dict.fromkeys(scene for word in words for scene in _scenes(word))
+    return _told_apart(found, "scenes")
+
+
+def rule(word: str) -> Discretisation:
+    """The one rule of that name; raises `BadInput` if a file has several."""
+    return _only(rules([word]), word, "rules")
+
+
+def scene(word: str) -> Scene:
+    """The one scene of that name; raises `BadInput` if a file has several."""
+    return _only(scenes_of([word]), word, "scenes")
+
+
+def word_for(thing: Discretisation | Scene) -> str:
+    """The word that `rule` or `scene` finds it by: with its file, if it comes from one."""
+    file = file_of(thing)
+    if file is not None:
+        return f"{file.path}:{thing.name}"
+    if isinstance(thing, Composition):
+        return f"{thing.method.name}:{word_for(thing.base)}"
+    return thing.name
+
+
+def stamp(thing: Discretisation | Scene) -> str:
+    """The word with what tells the text of its file from any other."""
+    base = thing.base if isinstance(thing, Composition) and file_of(thing) is None else thing
+    file = file_of(base)
+    return word_for(thing) if file is None else f"{word_for(thing)} {file.digest}"
+
+
+def file_of(thing: Discretisation | Scene) -> UserFile | None:
+    """The file that defines it, if one that was loaded does; a scene in any chart."""
+    for file in reversed(loaded()):
+        if isinstance(thing, Discretisation):
+            if file.rules.get(thing.name) == thing:
+                return file
+        elif (held := file.scenes.get(thing.name)) is not None and (
+            (held.lagrangian, held.discrete_lagrangian)
+            == (thing.lagrangian, thing.discrete_lagrangian)
+        ):
+            return file
+    return None
+
+
+def _rules(word: str) -> tuple[Discretisation, ...]:
+    method, colon, base = word.partition(":")
+    if colon and method in METHODS:
+        return tuple(compose(rule, method) for rule in _rules(base))
+    file, name = _in_file(word)
+    if file is None:
+        return (discretisations.get(word),)
+    return _of(file, file.rules, name, "rule")
+
+
+def _scenes(word: str) -> tuple[Scene, ...]:
+    file, name = _in_file(word)
+    return (scenes.get(word),) if file is None else _of(file, file.scenes, name, "scene")
+
+
+def _in_file(word: str) -> tuple[UserFile | None, str]:
+    """(the file, the name in it) of FILE.py:NAME or FILE.py; no file for any other word."""
+    path, found, name = word.partition(".py:")
+    if found:
+        return load(f"{path}.py"), name
+    return (load(word), "") if word.endswith(".py") else (None, word)
+
+
+def _of(file: UserFile, held: Mapping[str, _Thing], name: str, kind: str) -> tuple[_Thing, ...]:
+    if not held:
+        raise BadInput(f"{file.path} defines no {kind}.")
+    if not name:
+        return tuple(held.values())
+    asked = name if name in held else name.replace("_", "-")
+    if asked not in held:
+        near = get_close_matches(asked, held, 1)
+        hint = f"did you mean {near[0]}?" if near else f"there is {', '.join(held)}."
+        raise BadInput(f'{file.path} has no {kind} "{name}": {hint}')
+    return (held[asked],)
+
+
+def _told_apart(found: Mapping[Any, None], kind: str) -> tuple[Any, ...]:
+    names = [thing.name for thing in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise BadInput(f"two {kind} are called {name}: give one of them another name.")
+    return tuple(found)
+
+
+def _only(found: Sequence[_Thing], word: str, kind: str) -> _Thing:
+    if len(found) > 1:
+        names = ", ".join(thing.name for thing in found)
+        raise BadInput(f"{word} has several {kind} ({names}): say {word}:{found[0].name}.")
+    return found[0]

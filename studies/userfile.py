@@ -1,0 +1,117 @@
+"""A file of the user's: the rules and scenes that it defines, and errors with their line."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import sys
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from integrators import BadInput, Discretisation, Scene, discretisations, scenes
+
+
+@dataclass(frozen=True)
+class UserFile:
+    """What a file defines at its top level, by the names that rules and scenes have.
+
+    `path` is as it was first given, `digest` tells its text (and that of neighbours which it
+    imports) from any other.
+    """
+
+    path: str
+    digest: str
+    rules: dict[str, Discretisation]
+    scenes: dict[str, Scene]
+
+
+_loaded: dict[tuple[Path, bytes], UserFile] = {}
+
+
+def loaded() -> tuple[UserFile, ...]:
+    """The files that this process has run."""
+    return tuple(_loaded.values())
+
+
+def load(path: str) -> UserFile:
+    """Run the file and collect its rules and scenes; a text that was run is not run again.
+
+    A file that imports those of discmech does not define them. Raises `BadInput`, with the line,
+    if the file cannot be read or run, defines neither, or gives one name to two things.
+    """
+    file = Path(path).absolute()
+    try:
+        source = file.read_bytes()
+    except OSError as error:
+        raise BadInput(
+            f"{path} cannot be read ({error.strerror}); give a Python file with rules or scenes."
+        ) from None
+    if (file, source) not in _loaded:
+        digest, module = _run(path, file, source)
+        rules, own = _collect(path, module)
+        _loaded[file, source] = UserFile(path, digest, rules, own)
+    return _loaded[file, source]
+
+
+def _collect(
+    path: str, module: ModuleType
+) -> tuple[dict[str, Discretisation], dict[str, Scene]]:
+    rules: dict[str, Discretisation] = {}
+    own: dict[str, Scene] = {}
+    for thing in list(vars(module).values()):
+        known: Any = None
+        names: dict[str, Any]
+        if isinstance(thing, Discretisation):
+            known, names = discretisations.BUILT_IN.get(thing.name), rules
+        elif isinstance(thing, Scene):
+            known, names = scenes.get(thing.name) if thing.name in scenes.NAMES else None, own
+        else:
+            continue
+        if thing is known:
+            continue
+        if known is not None or names.get(thing.name, thing) is not thing:
+            whose = "discmech's own" if known is not None else "given twice in this file"
+            raise BadInput(f"{path}: the name {thing.name} is {whose}; choose another name.")
+        names[thing.name] = thing
+    if not rules and not own:
+        raise BadInput(
+            f"{path} defines no rule and no scene: decorate a function with @discretisation() or "
+            "make a Scene(...) at the top level."
+        )
+    return rules, own
+
+
+def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
+    """Run the source; what it prints goes to standard error. Returns (digest, module)."""
+    digest = hashlib.sha256(source)
+    module = ModuleType(f"discmech_user_{file.stem}_{digest.hexdigest()[:8]}")
+    module.__file__ = str(file)
+    before = set(sys.modules)
+    sys.modules[module.__name__] = module
+    sys.path.insert(0, str(file.parent))  # its neighbours may be imported
+    try:
+        with contextlib.redirect_stdout(sys.stderr):
+            exec(compile(source, str(file), "exec"), vars(module))
+    except SyntaxError as error:
+        where = path if error.filename in (None, str(file)) else error.filename
+        raise BadInput(f"{where}, line {error.lineno}: {error.msg}; mend the line.") from None
+    except (Exception, SystemExit) as error:
+        what = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
+        line = _line_in(file, error)
+        raise BadInput(f"{path}{f', line {line}' if line else ''}: {what}") from None
+    finally:
+        sys.path.remove(str(file.parent))
+    for name in sorted(set(sys.modules) - before):
+        neighbour = getattr(sys.modules[name], "__file__", None)
+        if neighbour and Path(neighbour).parent == file.parent and neighbour != str(file):
+            digest.update(Path(neighbour).read_bytes())
+    return digest.hexdigest(), module
+
+
+def _line_in(file: Path, error: BaseException) -> int | None:
+    """The last line of the file that was being run when the error came."""
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
+    return lines[-1] if lines else None
