@@ -166,13 +166,15 @@ class Flow:
         """
         with self.numbers.working():
             x, mu = self._vectors(x, mu)
-            u = self._solve(x, mu, u0)
-            here = self._arrow(x, u)
-            after_mu = [p / self._h for p in here["plus"]]
-            m = self.geometry.dual_step(here, self._h)
-            before = self.geometry.poisson_tensor(x, mu, bracket_sign)
-            after = self.geometry.poisson_tensor(here["target"], after_mu, bracket_sign)
-            return self._number(relative_defect(m @ before @ m.T, after, m))
+            here = self._arrow(x, self._solve(x, mu, u0))
+            return self._poisson(here, x, mu, bracket_sign)
+
+    def _poisson(self, here: Any, x: Any, mu: Any, bracket_sign: int = 1) -> Any:
+        after_mu = [p / self._h for p in here["plus"]]
+        m = self.geometry.dual_step(here, self._h)
+        before = self.geometry.poisson_tensor(x, mu, bracket_sign)
+        after = self.geometry.poisson_tensor(here["target"], after_mu, bracket_sign)
+        return self._number(relative_defect(m @ before @ m.T, after, m))
 
     def tangent(self, x: Any, u: Any) -> np.ndarray:
         """TΨ at (x, u), (n+m)×(n+m)."""

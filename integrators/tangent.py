@@ -200,23 +200,24 @@ def _local_text(scheme: Scheme) -> str:
     if len(s.stages):
         parts += [scheme.total(minus, s.stages), scheme.total(plus, s.stages)]
         parts += [scheme.total(scheme.stages_at_points, c) for c in (s.x, s.u, s.stages)]
-    return _text(scheme, "local", {"x": s.x, "u": s.u, "s": s.stages}, parts)
+    return text_of(scheme, "local", {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
 def _stages_text(scheme: Scheme) -> str:
     s, equations = scheme.s, scheme.stages_at_points
     parts = [equations, scheme.total(equations, s.stages)]
-    return _text(scheme, "stages", {"x": s.x, "u": s.u, "s": s.stages}, parts)
+    return text_of(scheme, "stages", {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
 def _natural_text(scheme: Scheme) -> str:
     s, groupoid = scheme.s, scheme.scene.groupoid
     structure = [c / s.h for c in groupoid.structure_functions(s.x, s.h)]
     parts = [groupoid.rho(s.x, s.h) / s.h, [entry for c in structure for entry in c]]
-    return _text(scheme, "natural", {"x": s.x}, parts)
+    return text_of(scheme, "natural", {"x": s.x}, parts)
 
 
-def _text(scheme: Scheme, name: str, vectors: dict[str, Any], parts: Any) -> str:
+def text_of(scheme: Scheme, name: str, vectors: dict[str, Any], parts: Any) -> str:
+    """Text of a function name(vectors..., q) of a scheme that gives parts, for `run_text`."""
     from sympy import Symbol
 
     numbered = {q: Symbol(f"q{i}", real=True) for i, q in enumerate(scheme.s.q)}

@@ -21,7 +21,17 @@ from . import lookup
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: what a study may say of a case beside `measured` and `rows`
-DETAILS = ("kind", "periods", "duration", "floor", "crossovers", "label", "extreme", "unusable")
+DETAILS = (
+    "kind",
+    "periods",
+    "duration",
+    "floor",
+    "crossovers",
+    "label",
+    "extreme",
+    "unusable",
+    "diagnosis",
+)
 Progress = Callable[[str, float], None]
 
 

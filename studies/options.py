@@ -18,7 +18,9 @@ RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE
 
 def add_choices(parser: argparse.ArgumentParser) -> None:
     """Declare what every study is asked."""
-    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="a name or FILE.py:NAME; default: all that apply")
+    parser.add_argument(
+        "scenes", nargs="*", metavar="SCENE", help="a name or FILE.py:NAME; default: all that apply"
+    )
     parser.add_argument(
         "--rule", action="append", default=[], metavar="R", dest="rules", help=RULE_HELP
     )

@@ -19,6 +19,8 @@ RUNGS, MOST_RUNGS = {True: 9, False: 4}, {True: 16, False: 7}  # in double preci
 
 #: rules of higher order meet round-off after two or three halvings: 50 digits judge them
 HIGHEST_IN_DOUBLE = 4
+#: errors that no longer sink above this are no ordinary round-off
+STUCK = 1e-11
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -151,3 +153,16 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         f"order {order:.3f} is {side} the expected {expected['order']} by more than {tolerance}.",
         expected,
     )
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """The cause of an order below the expected one, or of errors that stop sinking too early."""
+    order, wanted = measurement["measured"]["order"], case.scheme.order
+    errors = [r["error"] for r in measurement["rows"] if r["error"] is not None]
+    if wanted is None or len(errors) < 2 or (order is not None and order > wanted):
+        return None
+    if order is None and not errors[-1] > max(errors[-2] / 1.5, STUCK):
+        return None
+    from .diagnosis import of_order
+
+    return of_order(case, measurement)

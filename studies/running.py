@@ -236,6 +236,19 @@ def _cores() -> int:
         return os.cpu_count() or 1
 
 
+def _diagnose(study: ModuleType, case: Case, measurement: dict[str, Any], said: Verdict) -> None:
+    """Add the cause, where one can be told; the verdict stays what it is."""
+    from reference import ReferenceFailure
+
+    try:
+        found = study.diagnose(case, measurement)
+    except (StepFailure, BadInput, ReferenceFailure):
+        return
+    if found is not None:
+        measurement["diagnosis"] = found
+        said.reason = f"{said.reason} Cause: {found['cause']}: {found['sentence']}"
+
+
 def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict[str, Any]:
     """One case's result; a step that fails marks the case and is not raised.
 
@@ -248,6 +261,8 @@ def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict
     try:
         measurement = study.measure(case, progress)
         verdict = study.judge(case, measurement)
+        if verdict.verdict != "pass" and hasattr(study, "diagnose"):
+            _diagnose(study, case, measurement, verdict)
     except StepFailure as failure:
         verdict = Verdict("fail", str(failure))
     except (CannotMeasure, ReferenceFailure) as failure:

@@ -147,3 +147,15 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         f"round-off would leave at most {expected['limit']:.0e}.",
         expected,
     )
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """Whether the solver's residual or the structure is to blame for a defect."""
+    if case.control is not None or case.scheme.substeps:
+        return None
+    kind = max((k for k, v in measurement["measured"].items() if v is not None),
+               key=lambda k: _badness(measurement["measured"][k]))  # fmt: skip
+    row = max(measurement["rows"], key=lambda r: _badness(r[kind]))
+    from .solver_sweep import of_symplecticity
+
+    return of_symplecticity(case, kind, Fraction(row["step"]), limit(case.digits))

@@ -56,9 +56,7 @@ def load(path: str) -> UserFile:
     return _loaded[file, source]
 
 
-def _collect(
-    path: str, module: ModuleType
-) -> tuple[dict[str, Discretisation], dict[str, Scene]]:
+def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], dict[str, Scene]]:
     rules: dict[str, Discretisation] = {}
     own: dict[str, Scene] = {}
     for thing in list(vars(module).values()):

@@ -69,7 +69,7 @@ class Request:
 def verify(
     request: Request, progress: Progress = silent, told: Told = unheard, jobs: int | None = None
 ) -> dict[str, Any]:
-    """Run the studies; one result {"study": "verify", "verdict", "cases"}, each case with its study.
+    """Run the studies; one result {"study": "verify", "verdict", "cases"}: cases name theirs.
 
     Raises `BadInput` for wrong files and names, and for rules that no chosen scene can use.
     """

@@ -1,0 +1,205 @@
+"""Short pieces of the exact motion as arrows of the groupoid, and how a rule fails on them.
+
+Variational error analysis (Marsden, West, Acta Numerica 2001, theorem 2.3.1): the discrete
+Lagrangian is of order r, L_d = L_d^E + O(h^{r+1}), if and only if its Legendre transforms and its
+map on (x, μ) are. L_d^E(x, u; h) is the action ∫ l dt of the exact motion over the arrow (x, u).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from integrators import Scheme
+from integrators.arithmetic import arithmetic
+from integrators.compiling import run_text
+from integrators.flow import Flow
+from integrators.quadrature import rule as quadrature
+from integrators.tangent import text_of
+
+DIGITS, NODES = 50, 12
+HALVINGS = 4
+COARSEST = Fraction(1, 4)  # of the scene's step
+AFTER = 8  # steps from the start, where a motion may be at rest or otherwise special
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """The exact motion from t to t + h: x, μ at both ends, the arrow's u, the action ∫ l dt."""
+
+    x: list[Any]
+    u: list[Any]
+    mu: list[Any]
+    mu_after: list[Any]
+    action: Any
+
+
+def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
+    """`count` arrows of size `step` in succession, in the arithmetic of `DIGITS` digits.
+
+    u = w(1) of dw/dθ = L(x, w) ξ(t + θh), w(0) = 0: collocation at Gauss nodes, of order 24 at the
+    end, its equations solved by iteration (each gains a power of h).
+    """
+    from reference import solutions
+
+    numbers = arithmetic(DIGITS)
+    nodes, weights, inner = _collocation()
+    h = Fraction(step)
+    ends = solutions(scheme.scene, _times(scheme, h, range(count + 1)), DIGITS)
+    field, lagrangian = _functions(scheme)
+    found = []
+    with numbers.working():
+        q = scheme.s.q_values(h, numbers)
+        for k in range(count):
+            places = [k + c for c in nodes]
+            between = solutions(scheme.scene, _times(scheme, h, places), DIGITS)
+            x = _numbers(ends[k].x)
+            velocities = np.array([_numbers(s.v) for s in between], dtype=object)
+            m = velocities.shape[1]
+            w = 0 * velocities
+            for _ in range(DIGITS):
+                matrices = [np.array(field(x, list(w_j), q)).reshape(m, m) for w_j in w]
+                slopes = np.array([a @ v for a, v in zip(matrices, velocities, strict=True)])
+                new = inner @ slopes
+                change, w = abs(new - w).max(), new
+                if change < numbers.number(10) ** -DIGITS:
+                    break
+            values = [lagrangian(_numbers(s.x), list(v), q)[0]
+                      for s, v in zip(between, velocities, strict=True)]  # fmt: skip
+            action = numbers.number(h) * sum(b * v for b, v in zip(weights, values, strict=True))
+            mu, mu_after = _numbers(ends[k].mu), _numbers(ends[k + 1].mu)
+            found.append(Arrow(x, list(weights @ slopes), mu, mu_after, action))
+    return found
+
+
+@dataclass(frozen=True)
+class Truncation:
+    """How far a rule's L_d is from the exact one, at several step sizes.
+
+    steps: their sizes. lagrangian: |L_d − L_d^E|. legendre: the larger of ‖F⁻/h − μ‖, ‖F⁺/h − μ′‖
+    on exact arrows. residual: ‖F⁺(x, u) − F⁻(y, v)‖/h on two in succession. Relative to the action
+    of the kinetic size h‖μ‖‖u‖, and to ‖μ‖. The orders are those that each would give the method.
+    """
+
+    steps: list[float]
+    lagrangian: list[float]
+    legendre: list[float]
+    residual: list[float]
+
+    @property
+    def order(self) -> float:
+        """Of the Legendre transforms, and so of the method: errors O(h^r)."""
+        return slope(self.steps, self.legendre)
+
+    @property
+    def order_of_lagrangian(self) -> float:
+        """r of |L_d − L_d^E| = O(h^{r+1})."""
+        return slope(self.steps, self.lagrangian)
+
+    @property
+    def order_of_points(self) -> float:
+        """r of the residual O(h^{r+1}) of the discrete Euler–Lagrange equations.
+
+        It does not see a gauge term f(b(x, u)) − f(x), which moves the momenta alone.
+        """
+        return slope(self.steps, self.residual) - 1
+
+
+def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
+    """log of the ratio of the last two sizes over that of their steps; infinite for zeros."""
+    import math
+
+    if not sizes[-1] or not sizes[-2]:
+        return math.inf
+    return math.log(sizes[-2] / sizes[-1]) / math.log(steps[-2] / steps[-1])
+
+
+@lru_cache(maxsize=64)
+def truncation(scheme: Scheme) -> Truncation:
+    """Measured at `HALVINGS` steps from a quarter of the scene's, with 50 digits."""
+    steps = [scheme.scene.step * COARSEST / 2**k for k in range(HALVINGS)]
+    found: dict[str, list[float]] = {"lagrangian": [], "legendre": [], "residual": []}
+    _sweep(scheme, steps)
+    numbers = arithmetic(DIGITS)
+    for step in steps:
+        pair = arrows(scheme, step, 2)
+        flow = Flow(scheme.origin, step, DIGITS)
+        with numbers.working():
+            h = numbers.number(step)
+            maps = [flow._arrow(a.x, a.u) for a in pair]
+            mu, mu_after = (np.array(p, dtype=object) for p in (pair[0].mu, pair[0].mu_after))
+            size = max(_norm(mu), _norm(mu_after))
+            gaps = (maps[0]["minus"] / h - mu, maps[0]["plus"] / h - mu_after)
+            found["legendre"].append(float(max(map(_norm, gaps)) / size))
+            found["residual"].append(float(_norm(maps[0]["plus"] - maps[1]["minus"]) / h / size))
+            value = _discrete_lagrangian(scheme, pair[0], flow)
+            scale = h * size * (_norm(np.array(pair[0].u)) or 1)
+            found["lagrangian"].append(float(abs(value - pair[0].action) / scale))
+    return Truncation([float(s) for s in steps], **found)
+
+
+def _norm(vector: np.ndarray) -> Any:
+    return (vector @ vector) ** 0.5
+
+
+def _times(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[Fraction]:
+    return [AFTER * Fraction(scheme.scene.step) + place * h for place in places]
+
+
+def _sweep(scheme: Scheme, steps: Sequence[Fraction]) -> None:
+    """The references at all times in one go; they are kept."""
+    from reference import solutions
+
+    nodes = _collocation()[0]
+    places = [0, *nodes, 1, *(1 + c for c in nodes), 2]
+    solutions(scheme.scene, {t for h in steps for t in _times(scheme, h, places)}, DIGITS)
+
+
+@lru_cache(maxsize=1)
+def _collocation() -> tuple[list[Fraction], np.ndarray, np.ndarray]:
+    """Gauss nodes (rounded to fractions), weights, and a_ij = ∫₀^{c_i} ℓ_j of their polynomials."""
+    import mpmath
+
+    with mpmath.workdps(DIGITS + 30):
+        pairs = quadrature("gauss", NODES, DIGITS + 30)
+        exact = [Fraction(int(c * 10**60), 10**60) for c, _ in pairs]
+        c = [mpmath.mpf(f.numerator) / f.denominator for f in exact]
+        powers = mpmath.matrix([[node**k for k in range(NODES)] for node in c])
+        integrals = mpmath.matrix([[node ** (k + 1) / (k + 1) for k in range(NODES)] for node in c])
+        a = (integrals * mpmath.inverse(powers)).tolist()
+    numbers = arithmetic(DIGITS)
+    with numbers.working():
+        rows = np.array([_numbers(row) for row in a], dtype=object)
+        return exact, np.array(_numbers([b for _, b in pairs]), dtype=object), rows
+
+
+def _numbers(values: Sequence[Any]) -> list[Any]:
+    """mpf numbers in the arithmetic of `DIGITS`; it must be at work."""
+    number = arithmetic(DIGITS).number
+    return [number(v) for v in values]
+
+
+@lru_cache(maxsize=64)
+def _functions(scheme: Scheme) -> tuple[Any, Any]:
+    """L(x, w), row by row, and l(x, ξ) of (x, u, q), in the arithmetic of `DIGITS`."""
+    s, names = scheme.s, arithmetic(DIGITS).namespace()
+    arguments = {"x": s.x, "u": s.u}
+    texts = [text_of(scheme, "field", arguments, [scheme.L]),
+             text_of(scheme, "lagrangian", arguments, [[s.lagrangian]])]  # fmt: skip
+    field, lagrangian = (run_text(t, names)[n] for t, n in zip(texts, ("field", "lagrangian"),
+                                                               strict=True))  # fmt: skip
+    return field, lagrangian
+
+
+def _discrete_lagrangian(scheme: Scheme, arrow: Arrow, flow: Flow) -> Any:
+    """L_d at an arrow."""
+    s = scheme.s
+    text = text_of(scheme, "action", {"x": s.x, "u": s.u, "s": s.stages},
+                   [[scheme.discrete_lagrangian_at_points]])  # fmt: skip
+    function = run_text(text, flow.numbers.namespace())["action"]
+    return function(arrow.x, arrow.u, flow.geometry.stages(arrow.x, arrow.u), flow._q)[0]

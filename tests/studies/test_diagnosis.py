@@ -1,0 +1,220 @@
+"""One constructed case for each cause, and the cause that is named for it."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+import sympy
+
+import reference
+from integrators import Scene, Scheme, discretisation, exponential, lie_group, pair, scenes, so
+from integrators.compiling import _MARK, kernel_file, run_text
+from integrators.discretisations import midpoint, trapezoidal
+from integrators.flow import Flow
+from studies import get
+from studies.case import Case
+from studies.exact_path import truncation
+from studies.running import run_case
+
+
+@discretisation(order=2)
+def spoiled(L, G, x, u, h):
+    """Midpoint with a kinetic energy that is a little too large."""
+    return h * L(G.target(x, u, h / 2), u) + h**2 * u.dot(u) / 7
+
+
+@discretisation(order=2)
+def start_only(L, G, x, u, h):
+    """The rectangle rule, which claims what only its points have."""
+    return h * L(x, u)
+
+
+@discretisation(order=4)
+def constant(L, G, x, u, h):
+    """Exact where u is the velocity of the whole step."""
+    return h * L(x, u)
+
+
+def spherical(retraction=None):
+    """A free body with three equal moments of inertia, with its attitude: about an axis."""
+    groupoid = lie_group(so(3), retraction) if retraction else lie_group(so(3))
+    scene = Scene(
+        name="spherical-body", groupoid=groupoid, v0=["1", "1/2", "-1/3"], duration=10,
+        lagrangian=lambda x, v, p: v.dot(v) / 2, step="1/10",
+    )  # fmt: skip
+    return scene.with_attitude()
+
+
+@dataclass(frozen=True)
+class Broken(Case):
+    """A case whose flows have a fault that is put in."""
+
+    fault: Any = None
+
+    @property
+    def scheme(self) -> Scheme:
+        sound = super().scheme
+        broken = copy(sound)
+        fault = self.fault
+
+        def flow(step: Any, digits: int = 16) -> Flow:
+            made = Flow(sound, step, digits)
+            fault(made)
+            return made
+
+        broken.flow = flow  # type: ignore[method-assign]
+        return broken
+
+
+def loose(flow):
+    """Newton is content with a velocity that is off by a part in ten million."""
+    body = kernel_file(flow.scheme).read_text().split(_MARK, 1)[1]
+    names = run_text(body, flow.numbers.namespace())
+    sound = names["correct"]
+
+    def correct(x, w, mu, k, c):
+        dw, size = sound(x, w, mu, k, c)
+        return tuple(
+            d + (a + d) * flow.numbers.number("1e-7") for d, a in zip(dw, w, strict=True)
+        ), 0
+
+    names["correct"] = correct
+    flow.__dict__["_kernels"] = names
+
+
+def wrong_start(flow):
+    """The start has u = v0 instead of μ = ∂l/∂ξ(x0, v0)."""
+    scene = flow.scheme.scene
+    with flow.numbers.working():
+        x, v = flow._vectors(scene.x0, scene.v0)
+        flow.__dict__["_own_start"] = (x, flow._arrow(x, v)["minus"] / flow._h, v)
+
+
+def damped(flow):
+    """F⁺ is a little too small, consistently."""
+    sound = flow.geometry.at
+
+    def at(x, u):
+        here = sound(x, u)
+        return {k: v * (1 - flow.numbers.number("1e-6")) if k.startswith("plus") else v
+                for k, v in here.items()}  # fmt: skip
+
+    flow.geometry.at = at
+
+
+def cause(case):
+    found = run_case(get(case.study), case)
+    assert found["verdict"] != "pass"
+    assert found["diagnosis"]["cause"] in found["reason"]
+    return found["diagnosis"]
+
+
+def order(scene, rule, digits=30, fault=None, steps=None):
+    made = Case(
+        "order", scenes.get(scene) if isinstance(scene, str) else scene, rule, digits, steps
+    )
+    return made if fault is None else Broken(**vars(made), fault=fault)
+
+
+# -- orders -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scene", ["kepler", pytest.param("heavy-top", marks=pytest.mark.slow)])
+def test_a_wrong_discrete_lagrangian_is_told_with_its_own_order(scene):
+    found = cause(order(scene, spoiled))
+    assert found["cause"] == "discrete Lagrangian"
+    assert found["evidence"]["order_of_legendre"] == pytest.approx(1, abs=0.05)
+    assert found["evidence"]["order_of_points"] == pytest.approx(1, abs=0.05)
+
+
+@pytest.mark.parametrize("scene", ["kepler", pytest.param("heavy-top", marks=pytest.mark.slow)])
+def test_a_gauge_term_moves_the_momenta_alone(scene):
+    found = cause(order(scene, start_only))
+    assert found["cause"] == "gauge"
+    assert found["evidence"]["order_of_legendre"] == pytest.approx(1, abs=0.05)
+    assert found["evidence"]["order_of_points"] == pytest.approx(2, abs=0.1)
+
+
+def test_a_chart_in_which_the_rule_loses_its_order_is_told_beside_the_other():
+    found = cause(order(spherical(), constant))
+    assert found["cause"] == "retraction" and "--retraction exponential" in found["sentence"]
+    assert found["evidence"]["order_of_legendre"] == pytest.approx(2, abs=0.05)
+    assert truncation(Scheme(spherical(exponential), constant)).legendre[-1] < 1e-45
+
+
+def test_a_wrong_start_is_told_by_its_momentum():
+    found = cause(order("kepler", trapezoidal, fault=wrong_start))
+    assert found["cause"] == "starting momentum"
+    assert found["evidence"]["order_of_legendre"] == pytest.approx(2, abs=0.05)
+    assert found["evidence"]["start"] > 1e-6
+
+
+def test_newton_that_stops_too_early_is_told_by_what_it_leaves():
+    found = cause(order("kepler", midpoint, fault=loose))
+    assert found["cause"] == "Newton"
+    assert 1e-20 < found["evidence"]["residual_of_steps"] < 1e-3
+    assert found["evidence"]["noise"] < 1e-28
+
+
+def test_a_wrong_reference_is_told_by_a_witness(monkeypatch):
+    true = reference.solution
+
+    def wrong(scene, t, digits=50, attitude=False):
+        found = true(scene, t, digits, attitude)
+        return replace(found, x=[e * (1 + Fraction(1, 10**6)).__float__() for e in found.x])
+
+    monkeypatch.setattr("reference.solution", wrong)
+    found = cause(order("kepler", midpoint))
+    assert found["cause"] == "reference"
+    assert 1e-8 < found["evidence"]["reference_gap"] < 1e-5
+    assert found["evidence"]["witness_error"] < 1e-12
+
+
+def test_round_off_is_told_by_more_digits():
+    scene = Scene(
+        name="far-pendulum", groupoid=pair(1), parameters={"turns": 10**9}, x0=[1], v0=[0],
+        lagrangian=lambda x, v, p: v[0] ** 2 / 2 + sympy.cos(x[0] + p.turns), duration=10,
+        step="1/20",
+    )  # fmt: skip
+    found = cause(order(scene, midpoint, digits=16))
+    assert found["cause"] == "round-off"
+    assert found["evidence"]["order_at_50_digits"] == pytest.approx(2, abs=0.02)
+    assert found["evidence"]["noise"] > 1e-12
+
+
+def test_a_sound_rule_is_not_diagnosed():
+    assert "diagnosis" not in run_case(get("order"), order("kepler", midpoint))
+
+
+@pytest.mark.parametrize("name", ["pendulum", "rigid-body", "heavy-top", "wong"])
+@pytest.mark.slow
+def test_discrete_lagrangian_and_legendre_maps_have_one_order(name):
+    """Marsden, West, theorem 2.3.1; at the order that the scheme has."""
+    found = truncation(Scheme(scenes.get(name), midpoint))
+    assert found.order == pytest.approx(2, abs=0.03)
+    assert found.order_of_lagrangian == pytest.approx(2, abs=0.1)
+
+
+# -- symplecticity --------------------------------------------------------------------------------
+
+
+def symplecticity(scene, fault, digits=30):
+    return Broken("symplecticity", scenes.get(scene), midpoint, digits, 16, fault=fault)
+
+
+def test_a_residual_of_the_solver_is_told_from_structure():
+    found = cause(symplecticity("rotor-body", loose))
+    assert found["cause"] == "solver residual"
+    sizes = [defect for _, defect in found["evidence"]["swept"]]
+    assert sizes[0] > 1e3 * sizes[-1] and found["evidence"]["solved"] < 1e-25
+
+
+def test_structure_stays_however_well_steps_are_solved():
+    found = cause(symplecticity("rotor-body", damped))
+    assert found["cause"] == "structure"
+    sizes = [defect for _, defect in found["evidence"]["swept"]]
+    assert sizes[-1] > 1e-8 and found["evidence"]["solved"] > 1e-8
