@@ -139,6 +139,7 @@ def test_a_gauge_term_moves_the_momenta_alone(scene):
     assert found["evidence"]["order_of_points"] == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_chart_in_which_the_rule_loses_its_order_is_told_beside_the_other():
     found = cause(order(spherical(), constant))
     assert found["cause"] == "retraction" and "--retraction exponential" in found["sentence"]

@@ -1,0 +1,51 @@
+"""pytest plugin: fixtures that assert what a rule is worth, in any repository that has discmech.
+
+    def test_my_rule(assert_order, assert_symplectic):
+        assert_order("my_rule.py:two_thirds", "pendulum", 2)
+        assert_symplectic("my_rule.py:two_thirds", "heavy-top")
+
+A failure prints the verdict table and attaches the picture, which lies in the test's `tmp_path`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+Assertion = Callable[..., dict[str, Any]]
+
+
+def _fixture(name: str) -> Any:
+    """A fixture that hands out the assertion of that name."""
+
+    def given(tmp_path: Path) -> Assertion:
+        from . import assertions
+
+        return partial(getattr(assertions, name), pictures=tmp_path)
+
+    given.__doc__ = f"`studies.assertions.{name}`, its picture put into tmp_path."
+    return pytest.fixture(name=name)(given)
+
+
+order = _fixture("assert_order")
+converges = _fixture("assert_converges")
+symplectic = _fixture("assert_symplectic")
+momentum = _fixture("assert_momentum")
+reversible = _fixture("assert_reversible")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Attach picture and verdict of a failed assertion, so that reports (JUnit, JSON) have them."""
+    report = yield
+    error = call.excinfo.value if call.excinfo else None
+    picture = getattr(error, "picture", None)
+    if picture is not None and type(error).__module__ == f"{__package__}.assertions":
+        report.user_properties.append(("discmech picture", str(picture)))
+    return report

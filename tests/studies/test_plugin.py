@@ -1,0 +1,123 @@
+"""The assertions and the pytest plugin, in a repository that has nothing but discmech."""
+
+from __future__ import annotations
+
+import importlib
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from integrators import discretisation, scenes
+from studies import assertions
+from studies.assertions import (
+    Missed,
+    assert_converges,
+    assert_momentum,
+    assert_order,
+    assert_reversible,
+    assert_symplectic,
+)
+
+pytest_plugins = ["pytester"]
+
+RULE = """
+from integrators import discretisation
+
+@discretisation()
+def two_thirds(L, G, x, u, h):
+    return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
+"""
+
+
+@discretisation()
+def lopsided(L, G, x, u, h):
+    """The Lagrangian at a third of the step: order 1, and not self-adjoint."""
+    return h * L(G.target(x, u, h / 3), u)
+
+
+def ask(pytester, test, *words):
+    """Run a test file in an empty folder with the plugin, and with nothing of this repository."""
+    pytester.makepyfile(my_rule=RULE)
+    pytester.makepyfile(test)
+    return pytester.runpytest_subprocess("-p", "no:discmech", "-p", "studies.plugin", "-p",
+                                        "no:cacheprovider", *words, timeout=120)  # fmt: skip
+
+
+def test_the_fixtures_pass_for_a_sound_rule(pytester):
+    done = ask(pytester, """
+        from my_rule import two_thirds
+
+        def test_mine(assert_order, assert_symplectic, assert_reversible, assert_converges):
+            assert_order(two_thirds, "kepler", 2)
+            assert_order("my_rule.py:two_thirds", "kepler", 2)
+            assert_converges(two_thirds, "kepler")
+            assert_symplectic(two_thirds, "kepler", digits=50)
+            assert_reversible(two_thirds, "kepler", digits=50)
+
+        def test_momentum(assert_momentum):
+            assert_momentum(two_thirds, "kepler", digits=50)
+    """)  # fmt: skip
+    done.assert_outcomes(passed=2)
+
+
+def test_a_failure_prints_the_table_and_attaches_the_picture(pytester):
+    done = ask(pytester, """
+        from my_rule import two_thirds
+
+        def test_mine(assert_order):
+            assert_order(two_thirds, "kepler", 4)
+    """, "--junitxml=found.xml")  # fmt: skip
+    done.assert_outcomes(failed=1)
+    shown = done.stdout.str()
+    assert "two-thirds" in shown and "4 ± 0.01" in shown and "order 2.000 is below" in shown
+    assert "Cause: discrete Lagrangian" in shown
+    assert "studies/assertions.py" not in shown  # the traceback is the user's own
+    line = next(line for line in shown.splitlines() if "picture: " in line)
+    picture = Path(line.split("picture: ")[1].strip())
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert str(picture) in (pytester.path / "found.xml").read_text()
+
+
+def test_the_entry_point_is_the_plugin():
+    declared = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
+    assert declared["project"]["entry-points"]["pytest11"] == {"discmech": "studies.plugin"}
+    plugin = importlib.import_module("studies.plugin")
+    assert plugin.pytest_runtest_makereport
+    for name in ("order", "converges", "symplectic", "momentum", "reversible"):
+        assert getattr(plugin, name) and getattr(assertions, f"assert_{name}").__doc__
+
+
+def test_the_order_asked_for_is_judged_from_both_sides():
+    assert assert_order(lopsided, "kepler", 1)["measured"]["order"] == pytest.approx(1, abs=0.01)
+    with pytest.raises(Missed, match="asked was 1"):
+        assert_order("rectangle", "rigid-body", 1)  # there it has order 2
+    assert_order("rectangle", "rigid-body")  # which is derived
+
+
+def test_what_is_not_self_adjoint_is_not_reversible():
+    with pytest.raises(Missed, match="not the inverse"):
+        assert_reversible(lopsided, "kepler", digits=30)
+    assert_reversible("triple-jump:midpoint", "kepler", digits=30)
+
+
+def test_a_momentum_that_drifts_is_missed():
+    scene = scenes.get("kepler")
+    drifting = scene.with_values(lagrangian=lambda x, v, p: scene.lagrangian(x, v, p) + x[0] / 100)
+    with pytest.raises(Missed, match="angular momentum drifts") as caught:
+        assert_momentum("midpoint", drifting, digits=30)
+    assert caught.value.picture is not None and caught.value.picture.is_file()
+
+
+def test_what_does_not_converge_is_missed(monkeypatch):
+    @discretisation()
+    def wrong(L, G, x, u, h):
+        return h * L(x, 2 * u)
+
+    with pytest.raises(Missed):
+        assert_converges(wrong, "kepler", digits=30)
+
+
+@pytest.mark.slow
+def test_symplectic_of_a_sound_rule_in_another_chart():
+    assert_symplectic("midpoint", "rigid-body", digits=30, retraction="exponential")
