@@ -89,12 +89,12 @@ def run_studies(
 
     tasks = plan.tasks(set(found))
     extras: dict[int, Any] = {}
-    for task, results, extra in _done(plan, tasks, jobs, also, within):
-        done(task.places, results)
-        if task.pair is not None and extra is not None:
-            extras[task.pair] = extra
-        if task.places:
-            within(f"{plan.case(task.places[-1]).scene.name} {task.label}", 0.0)
+    for places, results, extra in _done(plan, tasks, jobs, also, within):
+        done(places, results)
+        extras |= extra
+        if places:
+            case = plan.case(places[-1])
+            within(f"{case.scene.name} {case.label}", 0.0)
     for place, case in plan.places():
         if place not in found:  # a study that wants the machine for itself
             done([place], [run_case(studies[place[0]], case, within)])
@@ -124,7 +124,6 @@ def run_studies(
 class Task:
     """All that is to be done with one scheme: its cases, and its place among the chosen pairs."""
 
-    label: str
     places: tuple[Place, ...]
     pair: int | None
 
@@ -158,7 +157,7 @@ class Plan:
         for place, case in self.places():
             if place not in done and not getattr(self.studies[place[0]], "ALONE", False):
                 groups.setdefault((id(case.scene), case.rule.name), []).append(place)
-        return [Task(key[1], tuple(places), pairs.get(key)) for key, places in groups.items()]
+        return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
 
 
 def _done(
@@ -167,13 +166,15 @@ def _done(
     jobs: int | None,
     also: Callable[[Scheme], Any] | None,
     progress: Progress,
-) -> Iterator[tuple[Task, list[dict[str, Any]], Any]]:
-    """Each task with its results, as they are finished."""
+) -> Iterator[tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]]:
+    """Places with their results, as they are finished, and what `also` says, by pair."""
     workers = min(jobs or _cores(), len(tasks))
     spoken = plan.choice.by_name()
     if workers < 2 or spoken is None or sum(len(t.places) for t in tasks) < WORTH_WORKERS:
         for task in tasks:
-            yield task, *_work(plan, task, also, progress)
+            for i, k in task.places:
+                yield [(i, k)], [run_case(plan.studies[i], plan.cases[i][k], progress)], {}
+            yield (), [], _said(plan, task, also)
         return
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from concurrent.futures.process import BrokenProcessPool
@@ -184,7 +185,7 @@ def _done(
     try:
         waiting = {pool.submit(_in_worker, names, spoken, task, also): task for task in tasks}
         for future in as_completed(waiting):
-            yield waiting[future], *future.result()
+            yield waiting[future].places, *future.result()
     except BrokenProcessPool:
         raise BadInput(
             "a process that was measuring was killed (too little memory?); the same command goes "
@@ -194,18 +195,16 @@ def _done(
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _work(
-    plan: Plan, task: Task, also: Callable[[Scheme], Any] | None, progress: Progress = silent
-) -> tuple[list[dict[str, Any]], Any]:
-    results = [run_case(plan.studies[i], plan.cases[i][k], progress) for i, k in task.places]
+def _said(plan: Plan, task: Task, also: Callable[[Scheme], Any] | None) -> dict[int, Any]:
+    """What `also` says of the task's scheme, by its place among the pairs."""
     if also is None or task.pair is None:
-        return results, None
+        return {}
     from .case import scheme_of
 
     try:
-        return results, also(scheme_of(*plan.pairs[task.pair]))
+        return {task.pair: also(scheme_of(*plan.pairs[task.pair]))}
     except BadInput:  # the cases say so
-        return results, None
+        return {}
 
 
 def _in_worker(
@@ -213,8 +212,10 @@ def _in_worker(
     spoken: tuple[Any, ...],
     task: Task,
     also: Callable[[Scheme], Any] | None,
-) -> tuple[list[dict[str, Any]], Any]:
-    return _work(_plan(names, spoken), task, also)
+) -> tuple[list[dict[str, Any]], dict[int, Any]]:
+    plan = _plan(names, spoken)
+    results = [run_case(plan.studies[i], plan.cases[i][k]) for i, k in task.places]
+    return results, _said(plan, task, also)
 
 
 @lru_cache(maxsize=1)

@@ -17,8 +17,9 @@ from .case import Choice, Progress, silent, worst
 from .record import record
 from .running import SCHEMA, Told, run_studies, unheard
 
-#: one of each kind: pair, pair × group, group of rotations, of rigid motions, action, connection
-SCENES = ("kepler", "rotor-body", "rigid-body", "wong", "heavy-top", "kirchhoff")
+#: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
+#: the quickest first, so that verdicts come soon, then those that take longest
+SCENES = ("kepler", "kirchhoff", "heavy-top", "wong", "rigid-body", "rotor-body")
 #: what a file with scenes and no rule is run with
 RULES = ("midpoint", "trapezoidal")
 
@@ -38,6 +39,7 @@ class Request:
     digits: tuple[int, ...] = ()
     steps: int | None = None
     every_scene: bool = False
+    peers: tuple[str, ...] = ("none",)  # of work-precision
 
     def rules(self) -> tuple[Discretisation, ...]:
         """The rules of the files, or of the words; for scenes alone two well-known ones."""
@@ -63,7 +65,9 @@ class Request:
         else:  # a file with scenes alone asks about these
             alone = own and rules == lookup.rules(RULES)
             chosen = own if alone else (*own, *map(scenes.get, SCENES))
-        return Choice(scenes=chosen, rules=rules, digits=self.digits, steps=self.steps)
+        return Choice(
+            scenes=chosen, rules=rules, digits=self.digits, steps=self.steps, peers=self.peers
+        )
 
 
 def verify(

@@ -52,21 +52,58 @@ def write_report(
             (new / "figures" / f"{plate.name}.svg").write_bytes(plate.drawing.svg)
             (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)
         files = {str(study["study"]): write_tables(study, new / "tables") for study in studies}
-        context = {
-            "command": command,
-            "headline": headline(studies),
-            "studies": [_view(study, drawn, files[str(study["study"])]) for study in studies],
-            "absent": [n for n in STUDIES if n not in {study["study"] for study in studies}],
-            "trouble": trouble(studies),
-            "library": "".join(library[key] for key in sorted(library)),
-            "equations": _schemes(equations, titles, new / "equations"),
-            "scenes": [_SCENE | dict(scene) for scene in scenes],
-            "record": machine(results),
-            "runs": runs(results),
-        }
-        text = environment().get_template("report.html.j2").render(context)
+        formulae = _schemes(equations, titles, new / "equations")
+        text = _page(results, studies, drawn, library, scenes, command, files, formulae)
         (new / "index.html").write_text(text, encoding="utf-8")
     return Path(folder) / "index.html"
+
+
+def lone_page(
+    results: Sequence[Result],
+    scenes: Sequence[Mapping[str, Any]],
+    command: str,
+    tables: Sequence[Mapping[str, Any]] = (),
+) -> str:
+    """The page of some results by itself: figures within it, no files beside it.
+
+    tables: what stands above the studies, each {"title", "about", "heads", "lines"}, a line a list
+    of cells.
+    """
+    from studies.rendering.figures import plates
+
+    titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
+    studies = merged(results)
+    library: dict[str, str] = {}
+    drawn = plates(studies, titles, library)
+    return _page(results, studies, drawn, library, scenes, command, tables=tables)
+
+
+def _page(
+    results: Sequence[Result],
+    studies: Sequence[Result],
+    drawn: Sequence[Plate],
+    library: Mapping[str, str],
+    scenes: Sequence[Mapping[str, Any]],
+    command: str,
+    files: Mapping[str, Sequence[str]] | None = None,
+    equations: Sequence[Mapping[str, Any]] = (),
+    tables: Sequence[Mapping[str, Any]] = (),
+) -> str:
+    beside = files or {}
+    context = {
+        "command": command,
+        "headline": headline(studies),
+        "studies": [_view(s, drawn, beside.get(str(s["study"]), ())) for s in studies],
+        "absent": [n for n in STUDIES if n not in {study["study"] for study in studies}],
+        "trouble": trouble(studies),
+        "library": "".join(library[key] for key in sorted(library)),
+        "tables": tables,
+        "equations": equations,
+        "scenes": [_SCENE | dict(scene) for scene in scenes],
+        "record": machine(results),
+        "runs": runs(results),
+    }
+    return environment().get_template("report.html.j2").render(context)
 
 
 def environment() -> Environment:

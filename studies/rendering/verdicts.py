@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from studies.rendering.wording import (
@@ -11,6 +11,7 @@ from studies.rendering.wording import (
     Case,
     Result,
     case_name,
+    duration,
     got,
     mapping,
     number,
@@ -25,37 +26,76 @@ if TYPE_CHECKING:
 
 MARKS = {"pass": "✓", "fail": "✗", "inconclusive": "?"}
 COLOURS = {"pass": "green", "fail": "bold red", "inconclusive": "yellow"}
+Cell = list[tuple[str, str, int]]
+EXTREME_PARTS = ("fine", "coarse")
+#: what `compare` holds side by side: heading and how a value is written
+COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
+    "order": ("Order", "{:.4f}".format),
+    "error": ("Error at one step", scientific),
+    "defect": ("Ω defect", scientific),
+    "drift": ("Momentum drift", scientific),
+    "band": ("Energy band", scientific),
+    "stable": ("Stable hω", "{:.3g}".format),
+    "seconds": ("Time to an error", duration),
+}
 
 
 def line(study: str, case: Case) -> str:
     """✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ± 0.05)."""
-    said = f"{MARKS[verdict(case)]} {study}: {case_name(case)}: {got(study, case)}"
+    figure = got(study, case)
+    if case.get("extreme"):
+        ends = (mapping(mapping(case, "measured"), part).get("outcome") for part in EXTREME_PARTS)
+        figure = f"{case['extreme']}: {', then '.join(map(str, ends))}"
+    said = f"{MARKS[verdict(case)]} {study}: {case_name(case)}: {figure}"
     expected = wanted(study, case)
     return said if expected == NONE else f"{said} (wanted {expected})"
 
 
 def table(result: Result) -> Table:
     """A row a scene and rule, a column a study, a line in it for each precision."""
-    from rich.table import Table
+    from rich.markup import escape
 
+    def shown(cell: Cell) -> str:
+        return "\n".join(
+            f"[{COLOURS[said]}]{MARKS[said]}[/] {escape(words)} [dim]({digits})[/dim]"
+            for said, words, digits in cell
+        )
+
+    heads, rows = _grid(result)
+    said = verdict(result)
+    lines = [[*names, *(shown(cell) or f"[dim]{NONE}[/dim]" for cell in cells)]
+             for names, cells in rows]  # fmt: skip
+    return _terminal(f"{result['study']}: {said}", heads, lines, COLOURS[said])
+
+
+def overview(result: Result) -> dict[str, Any]:
+    """The same as plain cells for the page."""
+    heads, rows = _grid(result)
+    lines = [
+        [*names, *(", ".join(f"{MARKS[v]} {words} ({digits})" for v, words, digits in cell) or NONE
+                   for cell in cells)]
+        for names, cells in rows
+    ]  # fmt: skip
+    about = "What each study says, with the number of digits in brackets."
+    return {"title": "Overview", "about": about, "heads": heads, "lines": lines}
+
+
+def _grid(result: Result) -> tuple[list[str], list[tuple[list[str], list[Cell]]]]:
+    """Headings, and per scene and rule their names and a cell a study."""
     cases = result["cases"]
     names = list(dict.fromkeys(str(case["study"]) for case in cases))
-    said = verdict(result)
-    found = Table(title=f"{result['study']}: {said}", title_style=COLOURS[said])
-    for head in ("Scene", "Rule", *names):
-        found.add_column(head, overflow="fold")
     lines: dict[tuple[str, str], list[Case]] = {}
     for case in cases:
         lines.setdefault((str(case.get("scene")), rule_name(case)), []).append(case)
-    for (scene, rule), own in lines.items():
-        found.add_row(scene, rule, *(_cell([c for c in own if c["study"] == n]) for n in names))
-    return found
+    rows = [
+        ([*key], [_cell([case for case in own if case["study"] == name]) for name in names])
+        for key, own in lines.items()
+    ]
+    return ["Scene", "Rule", *names], rows
 
 
-def _cell(cases: Sequence[Case]) -> str:
-    """The verdict and the figure of each precision; many cases of one precision are counted."""
-    from rich.markup import escape
-
+def _cell(cases: Sequence[Case]) -> Cell:
+    """Verdict, figure and digits of each precision; many cases of one precision are counted."""
     shown = []
     for digits in sorted({int(case.get("digits") or 16) for case in cases}):
         same = [case for case in cases if int(case.get("digits") or 16) == digits]
@@ -64,8 +104,72 @@ def _cell(cases: Sequence[Case]) -> str:
             words = short(str(same[0]["study"]), same[0])
         else:
             words = f"{sum(verdict(case) == 'pass' for case in same)} of {len(same)}"
-        shown.append(f"[{COLOURS[worst]}]{MARKS[worst]}[/] {escape(words)} [dim]({digits})[/dim]")
-    return "\n".join(shown) or f"[dim]{NONE}[/dim]"
+        shown.append((worst, words, digits))
+    return shown
+
+
+def comparison(result: Result) -> dict[str, Any]:
+    """A line a scene, precision and method; in brackets how many times the best one's."""
+    names = [n for n in COMPARED if any(line.get(n) is not None for line in result["comparison"])]
+
+    def shown(line: Mapping[str, Any], name: str) -> str:
+        value = number(line.get(name))
+        if value is None:
+            return NONE
+        words = COMPARED[name][1](value)
+        words += f" to {scientific(line['accuracy'])}" if name == "seconds" else ""
+        ratio = number(line["ratios"].get(name))
+        return words if ratio is None else f"{words} ({ratio:.3g}×)"
+
+    lines = sorted(result["comparison"], key=lambda line: str(line["digits"]))
+    scenes = list(dict.fromkeys(line["scene"] for line in lines))
+    lines.sort(key=lambda line: (scenes.index(line["scene"]), line["digits"]))
+    return {
+        "title": "Side by side",
+        "about": "Errors in (x, μ) at the smallest step that all methods ran and that round-off "
+        "does not touch; run time to the smallest error that all of them reach; in brackets, times "
+        "the best of the scene and precision.",
+        "heads": ["Scene", "Digits", "Rule", *(COMPARED[n][0] for n in names)],
+        "lines": [
+            [str(line["scene"]), str(line["digits"]), rule_name(line),
+             *(shown(line, n) for n in names)]
+            for line in lines
+        ],
+    }  # fmt: skip
+
+
+def side_by_side(result: Result) -> Table:
+    """The comparison for a terminal."""
+    from rich.markup import escape
+
+    found = comparison(result)
+    lines = [[escape(cell) for cell in line] for line in found["lines"]]
+    return _terminal(found["title"], found["heads"], lines)
+
+
+def _terminal(
+    title: str, heads: Sequence[str], lines: Sequence[Sequence[str]], style: str = ""
+) -> Table:
+    from rich.table import Table
+
+    found = Table(title=title, title_style=style)
+    for head in heads:
+        found.add_column(head, overflow="fold")
+    for line in lines:
+        found.add_row(*line)
+    return found
+
+
+def by_study(result: Result) -> list[Result]:
+    """The cases of each study as its result, for the page and its figures."""
+    found: dict[str, list[Case]] = {}
+    for case in result["cases"]:
+        found.setdefault(str(case["study"]), []).append(case)
+    return [
+        {**result, "study": study, "cases": cases, "notes": [],
+         "verdict": min(map(verdict, cases), key=VERDICTS.index)}
+        for study, cases in found.items()
+    ]  # fmt: skip
 
 
 def short(study: str, case: Case) -> str:
@@ -84,11 +188,19 @@ def _largest(values: dict[str, Any]) -> str:
     return scientific(max((v for v in map(number, values.values()) if v is not None), default=None))
 
 
+def _stable(measured: dict[str, Any]) -> str:
+    ends = list(map(number, mapping(measured, "limits").values())) or [measured.get("stable_to")]
+    found = [end for end in ends if end is not None]
+    return f"to hω = {min(found):.3g}" if found else "at no hω"
+
+
 _SHORT: dict[str, Callable[[dict[str, Any]], str]] = {
     "order": _order,
     "symplecticity": _largest,
     "momentum": lambda measured: _largest(mapping(measured, "drift")),
     "energy": lambda measured: f"band {scientific(measured.get('band'))}",
+    "stability": _stable,
+    "work-precision": lambda measured: f"best {scientific(measured.get('best'))}",
 }
 
 

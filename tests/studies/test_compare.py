@@ -1,0 +1,71 @@
+"""discmech compare: methods side by side, with ratios to the best."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from studies.command import main
+from studies.compare import comparison
+from tests.studies.test_userfile import RULE
+
+
+def case(study, rule, measured, rows=(), digits=16):
+    return {"study": study, "scene": "kepler", "rule": rule, "retraction": None, "digits": digits,
+            "control": False, "measured": measured, "rows": list(rows)}  # fmt: skip
+
+
+def ladder(*pairs):
+    return [{"step": step, "error": error} for step, error in pairs]
+
+
+def test_errors_are_compared_at_the_smallest_step_that_all_have():
+    found = comparison([
+        case("order", "a", {"order": 2.0}, ladder((0.2, 4e-4), (0.1, 1e-4), (0.05, 2.5e-5))),
+        case("order", "b", {"order": 2.0}, ladder((0.4, 4e-3), (0.2, 8e-4), (0.1, 2e-4))),
+        case("order", "c", {"order": None}, ladder((0.1, 1e-16), (0.2, None))),  # round-off, failed
+    ])  # fmt: skip
+    assert [line.get("step") for line in found] == [0.1, 0.1, None]
+    assert [line["ratios"].get("error") for line in found] == [1, 2, None]
+
+
+def test_times_are_compared_at_the_smallest_error_that_all_reach():
+    found = comparison([
+        case("work-precision", "a", {"cost": {"1e-04": 1.0, "1e-08": 3.0}}),
+        case("work-precision", "b", {"cost": {"1e-04": 0.5, "1e-08": None}}),
+        case("energy", "a", {"band": 1e-3}), case("energy", "b", {"band": 3e-3}),
+    ])  # fmt: skip
+    assert [(line["accuracy"], line["seconds"]) for line in found] == [(1e-4, 1.0), (1e-4, 0.5)]
+    assert found[0]["ratios"] == {"seconds": 2, "band": 1}
+    assert found[1]["ratios"] == {"seconds": 1, "band": pytest.approx(3)}
+
+
+def test_precisions_are_not_compared_with_each_other():
+    found = comparison([
+        case("order", "a", {"order": 2.0}, ladder((0.1, 1e-4))),
+        case("order", "a", {"order": 2.0}, ladder((0.01, 1e-6)), digits=50),
+    ])  # fmt: skip
+    assert [line["ratios"]["error"] for line in found] == [1, 1]
+
+
+def test_the_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(RULE)
+    words = ["compare", "mine.py", "midpoint", "trapezoidal", "--scene", "kepler", "--study",
+             "order", "--digits", "50", "--html", "found.html", "--json", "found.json"]  # fmt: skip
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert "Side by side" in shown and "compare: pass" in shown
+    found = json.loads((tmp_path / "found.json").read_text())
+    rules = [line["rule"] for line in found["comparison"]]
+    assert rules == ["two-thirds", "midpoint", "trapezoidal"]
+    errors = {line["rule"]: line["ratios"]["error"] for line in found["comparison"]}
+    assert min(errors.values()) == 1 and all(1 <= ratio < 3 for ratio in errors.values())
+    page = (tmp_path / "found.html").read_text()
+    assert "Side by side" in page and page.count("<svg") > 1
+
+
+def test_one_method_is_none_to_compare(capsys):
+    assert main(["compare", "midpoint"]) == 2
+    assert "at least two" in capsys.readouterr().err

@@ -1,0 +1,177 @@
+"""A user's file: what is found in it, by which words, and what is said of a wrong one."""
+
+from __future__ import annotations
+
+import pytest
+
+from integrators import BadInput, Scheme, discretisations, scenes
+from studies import lookup
+from studies.case import Case, Choice, in_chart
+from studies.journal import Journal
+from studies.userfile import load
+
+RULE = '''"""Mine."""
+from integrators import discretisation, midpoint
+from integrators.composition import compose
+
+
+@discretisation(order=2)
+def two_thirds(L, G, x, u, h):
+    return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
+'''
+SCENE = """import sympy
+from integrators import Scene, pair
+
+mine = Scene(
+    name="my-pendulum", groupoid=pair(1), x0=[2], v0=[0], duration=10, step="1/50",
+    lagrangian=lambda x, v, p: v[0] ** 2 / 2 + sympy.cos(x[0]),
+)
+"""
+
+
+@pytest.fixture
+def file(tmp_path, monkeypatch):
+    """Writes a file in an empty folder, which is made the current one, and returns its name."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(text, name="mine.py"):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        return name
+
+    return write
+
+
+def test_rules_and_scenes_of_a_file_are_found_and_those_of_others_are_not(file):
+    found = load(file(RULE + SCENE))
+    assert list(found.rules) == ["two-thirds"] and list(found.scenes) == ["my-pendulum"]
+
+
+def test_a_text_is_run_once_and_a_changed_one_anew(file):
+    first = load(file(RULE))
+    assert load("mine.py") is first
+    again = load(file(RULE.replace("order=2", "order=1")))
+    assert again.rules["two-thirds"].order == 1 and again.digest != first.digest
+
+
+def test_words_name_things_and_things_have_words(file):
+    name = file(RULE + SCENE)
+    rule = lookup.rule(f"{name}:two_thirds")
+    assert lookup.rule(f"{name}:two-thirds") is rule and lookup.rules([name]) == (rule,)
+    composed = lookup.rule(f"triple-jump:{name}:two_thirds")
+    for thing, word in (
+        (rule, "mine.py:two-thirds"),
+        (composed, "triple-jump:mine.py:two-thirds"),
+        (discretisations.get("kahan-li-8:midpoint"), "kahan-li-8:midpoint"),
+        (lookup.scene("mine.py:my-pendulum"), "mine.py:my-pendulum"),
+        (scenes.get("kepler"), "kepler"),
+    ):
+        assert lookup.word_for(thing) == word
+        found = lookup.rule(word) if hasattr(thing, "formula") else lookup.scene(word)
+        assert found == thing
+    assert lookup.rules([name, "midpoint", name])[1].name == "midpoint"
+
+
+def test_a_choice_and_a_case_of_a_file_can_be_said(file):
+    name = file(RULE + SCENE)
+    choice = Choice(scenes=lookup.scenes_of([name, "kepler"]), rules=lookup.rules([name]))
+    assert Choice.of_names(choice.by_name()) == choice
+    case = Case("order", choice.scenes[0], choice.rules[0], 16)
+    assert case.command == (
+        "discmech order mine.py:my-pendulum --rule mine.py:two-thirds --digits 16"
+    )
+    top = in_chart(scenes.get("heavy-top"), "exponential")
+    assert lookup.word_for(top) == "heavy-top"
+
+
+def test_an_interrupted_study_does_not_go_on_with_a_changed_file(file):
+    def path():
+        return Journal("order", Choice(rules=lookup.rules(["mine.py"]))).path
+
+    file(RULE)
+    before = path()
+    assert before == path()
+    file(RULE.replace("/ 3", "/ 4"))
+    assert path() != before
+
+
+def test_what_a_file_prints_does_not_go_to_standard_output(file, capsys):
+    load(file(RULE + "print('hello')\n"))
+    shown = capsys.readouterr()
+    assert shown.out == "" and "hello" in shown.err
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x = (", r"^mine.py, line 1: '\(' was never closed"),
+        (RULE + "x = y\n", r"^mine.py, line 9: NameError: name 'y' is not defined"),
+        (RULE + "import not_there\n", "^mine.py, line 9: ModuleNotFoundError"),
+        (RULE + "raise SystemExit(3)\n", "^mine.py, line 9: SystemExit: 3"),
+        (RULE.replace("order=2", "order=0"), "^mine.py, line 6: the order of a rule"),
+        (RULE.replace("u, h):", "u):"), "^mine.py, line 6: rule two-thirds: .* 4 arguments"),
+        ("x = 1\n", "^mine.py defines no rule and no scene"),
+        (RULE.replace("two_thirds", "midpoint"), "the name midpoint is discmech's own"),
+        (
+            RULE + RULE.replace("order=2", 'name="two-thirds"').replace("def two_", "def other_"),
+            "two-thirds is given twice",
+        ),
+        (SCENE.replace("x0=[2]", "x0=[2, 3]"), "^mine.py, line 4: my-pendulum: x0"),
+        ("\0", "^mine.py"),
+    ],
+)
+def test_a_wrong_file_is_said_with_its_line(file, text, message):
+    with pytest.raises(BadInput, match=message):
+        load(file(text))
+
+
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda: load("other.py"), "other.py cannot be read .*No such file"),
+        (lambda: lookup.rule("mine.py:two_thrids"), 'no rule "two_thrids": did you mean two-t'),
+        (lambda: lookup.scene("mine.py:a"), "mine.py defines no scene"),
+        (lambda: lookup.rule("two.py"), "several rules .*say two.py:a"),
+        (lambda: lookup.rules(["two.py:a", "three.py:a"]), "two rules are called a"),
+        (lambda: lookup.rule("midpont"), "did you mean midpoint"),
+    ],
+)
+def test_wrong_words_have_a_message(file, ask, message):
+    file(RULE)
+    file(RULE.replace("two_thirds", "a") + RULE.replace("two_thirds", "b"), "two.py")
+    file(RULE.replace("two_thirds", "a").replace("/ 3", "/ 5"), "three.py")
+    with pytest.raises(BadInput, match=message):
+        ask()
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("y = x[0] + nothing\n    return h * L(x, u)", r"mine.py, line 5\).*NameError.*nothing"),
+        ("return [h, h]", r"mine.py, line 3\) is \[h, h\], not an expression"),
+        ("h * L(x, u)", r"mine.py, line 3\) is None.*return"),
+        ("return h * u", r"mine.py, line 3\) is a matrix \(2, 1\)"),
+        ("return h * L(x)", r"mine.py, line 5\).*TypeError"),
+        ("return h * L.parameters.mass * L(x, u)", r"line 5\) asks for what is not there"),
+        ("return h * x[0]", r"mine.py, line 3\).*does not depend on u"),
+        ("return h * G.target(x, u, h)[7]", r"mine.py, line 5\).*IndexError"),
+        ("return h * (u[0] + x[0])", r"mine.py, line 3\): FL is singular"),
+    ],
+)
+def test_a_rule_that_fails_on_symbols_is_said_with_its_line(file, body, message):
+    text = "from integrators import discretisation\n\n@discretisation()\ndef mine(L, G, x, u, h):\n"
+    rule = lookup.rule(file(f"{text}    {body}\n"))
+    with pytest.raises(BadInput, match=message):
+        Scheme(scenes.get("kepler"), rule)
+
+
+def test_a_lagrangian_that_fails_is_said_with_its_line(file):
+    scene = lookup.scene(file(SCENE.replace("cos(x[0])", "cos(angle)").replace("sympy.", "")))
+    with pytest.raises(BadInput, match=r"my-pendulum: its Lagrangian \(mine.py, line 6\).*NameErr"):
+        Scheme(scene, discretisations.midpoint)
+
+
+def test_messages_of_our_own_rules_name_no_line():
+    scene = scenes.get("kepler").with_values(lagrangian=lambda x, v, p: v[0] ** 2 + v[7])
+    with pytest.raises(BadInput, match=r"test_userfile.py, line \d+") as caught:
+        Scheme(scene, discretisations.midpoint)
+    assert "discretisations.py" not in str(caught.value)

@@ -1,0 +1,162 @@
+"""discmech verify: what runs on what, verdicts as they come, table, JSON, page and exit code."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from integrators import BadInput, scenes
+from studies import verify as verifying
+from studies.command import main
+from studies.verify import SCENES, Request, studies, verify
+from tests.studies.test_userfile import RULE, SCENE
+
+QUICK = ("--study", "order", "--study", "symplecticity", "--digits", "50", "--jobs", "1")
+WRONG = RULE.replace("two_thirds", "a_third").replace("2 * h / 3), u) / 2", "h / 3), u) / 2")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty current folder with a good rule, a wrong one, and one with a scene."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in (("good", RULE), ("wrong", WRONG), ("both", RULE + SCENE), ("scene", SCENE)):
+        (tmp_path / f"{name}.py").write_text(text)
+    return tmp_path
+
+
+def ask(capsys, *words):
+    code = main(list(words))
+    shown = capsys.readouterr()
+    return code, shown.out, shown.err
+
+
+def test_the_six_scenes_cover_every_groupoid():
+    kinds = {(s.groupoid.kind, "connection" in s.groupoid.name) for s in map(scenes.get, SCENES)}
+    every = {(s.groupoid.kind, "connection" in s.groupoid.name) for s in scenes.all_scenes()}
+    assert kinds == every and len(SCENES) == 6
+    assert {"se(3)", "so(3)"} <= {scenes.get(n).groupoid.name[6:-1] for n in SCENES}
+
+
+def test_only_studies_that_take_no_times_run_unasked():
+    assert studies()[:4] == ("order", "symplecticity", "momentum", "energy")
+    assert "work-precision" not in studies() and "savings" not in studies()
+
+
+def test_a_scene_of_the_file_joins_in_and_one_alone_is_asked_about(folder):
+    def chosen(**request):
+        choice = Request(**request).choice()
+        return [s.name for s in choice.scenes], [r.name for r in choice.rules]
+
+    assert chosen(files=("good.py",)) == (list(SCENES), ["two-thirds"])
+    assert chosen(files=("both.py",)) == (["my-pendulum", *SCENES], ["two-thirds"])
+    assert chosen(files=("scene.py",)) == (["my-pendulum"], ["midpoint", "trapezoidal"])
+    assert chosen(files=("good.py",), scenes=("scene.py:my-pendulum",))[0] == ["my-pendulum"]
+    assert len(chosen(files=("both.py",), every_scene=True)[0]) == 1 + len(scenes.names())
+
+
+def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, capsys):
+    code, out, err = ask(capsys, "verify", "both.py", "--scene", "both.py:my-pendulum",
+                         "--scene", "kepler", *QUICK, "--json", "found.json")  # fmt: skip
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert lines[0].startswith("✓ order: my-pendulum, two-thirds, 50 digits: 2.000")
+    assert "verify: pass" in out and "All 4 cases pass." in lines[-1]
+    found = json.loads((folder / "found.json").read_text())
+    assert found["study"] == "verify" and found["verdict"] == "pass"
+    assert {(c["study"], c["scene"]) for c in found["cases"]} == {
+        (study, scene)
+        for study in ("order", "symplecticity")
+        for scene in ("my-pendulum", "kepler")
+    }
+    assert found["cases"][0]["command"] == (
+        "discmech order both.py:my-pendulum --rule both.py:two-thirds --digits 50"
+    )
+    assert found["command"].startswith("discmech verify both.py --scene")
+
+
+def test_a_wrong_rule_fails_with_one_sentence_that_names_the_cause(folder, capsys):
+    code, out, _ = ask(capsys, "verify", "wrong.py", "--scene", "kepler", *QUICK)
+    assert code == 1 and "verify: fail" in out
+    told = out[out.index("verify: fail") :]
+    assert told.count("✗ order: kepler, a-third, 50 digits: order 1.0") == 1
+    assert "Cause: gauge" in told
+    assert "again: discmech order kepler --rule wrong.py:a-third --digits 50" in told
+    assert "✗ symplecticity" not in told  # every discrete Lagrangian gives a symplectic map
+
+
+def test_the_command_that_is_printed_runs_for_a_rule_of_one_s_own(folder, capsys):
+    code, out, _ = ask(
+        capsys, "order", "kepler", "--rule", "good.py:two-thirds", "--digits", "50", "--json", "-"
+    )
+    assert code == 0 and json.loads(out)["cases"][0]["rule"] == "two-thirds"
+    code, out, _ = ask(capsys, "run", "both.py:my-pendulum", "--rule", "both.py:two_thirds",
+                       "--steps", "3", "--digits", "20", "--json", "-")  # fmt: skip
+    assert code == 0 and json.loads(out)["scene"] == "my-pendulum"
+
+
+def test_json_on_standard_output_is_all_that_is_there(folder, capsys):
+    code, out, _ = ask(capsys, "verify", "good.py", "--scene", "kepler", "--study", "order",
+                       "--digits", "50", "--json", "-")  # fmt: skip
+    assert code == 0 and json.loads(out)["cases"]
+
+
+def test_the_page_stands_alone(folder, capsys):
+    words = ("verify", "wrong.py", "--scene", "kepler", *QUICK, "--html", "found.html")
+    assert ask(capsys, *words)[0] == 1
+    page = (folder / "found.html").read_text()
+    assert "Overview" in page and "Cause: gauge" in page and "<svg" in page
+    assert 'href="tables/' not in page and 'href="figures/' not in page
+    assert not [p for p in folder.iterdir() if p.name in ("figures", "tables", "equations")]
+
+
+def test_a_rule_that_some_scene_cannot_use_is_inconclusive_there(folder, capsys):
+    (folder / "base.py").write_text(
+        RULE.replace("return h", "return 0 * h * x[0] + h")  # a group has no x
+    )
+    words = ("verify", "base.py", "--scene", "kepler", "--scene", "rigid-body", "--study", "order",
+             "--digits", "50", "--jobs", "1")  # fmt: skip
+    code, out, _ = ask(capsys, *words)
+    assert code == 3 and "✓ order: kepler" in out
+    assert "? order: rigid-body, two-thirds, cayley, 50 digits: rigid-body: rule two-thirds" in out
+    assert "(base.py, line 8) could not be evaluated" in out
+    code, out, err = ask(capsys, *words[:2], *words[4:])  # nothing else: bad input
+    assert code == 2 and out.count("\n") <= 1 and "base.py, line 8" in err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["not_there.py"], "not_there.py cannot be read"),
+        (["midpont"], "did you mean midpoint"),
+        (["good.py", "--scene", "keplr"], "did you mean kepler"),
+        (["good.py", "--digits", "5"], "--digits is 5"),
+        (["good.py", "--html", "-"], "--html needs"),
+        (["good.py", "--json", "none/found.json"], "No such folder"),
+        (["good.py", "--study", "momentum", "--scene", "both.py:my-pendulum"], "no study applies"),
+    ],
+)
+def test_bad_input_has_a_sentence_and_exit_code_2(folder, capsys, words, message):
+    code, out, err = ask(capsys, "verify", *words)
+    assert code == 2 and out == "" and message in err and err.count("\n") == 1
+
+
+def test_verdicts_are_told_while_others_are_measured(folder, monkeypatch):
+    told = []
+    request = Request(files=("good.py",), scenes=("kepler",), digits=(50,), studies=("order",))
+    result = verify(request, told=lambda study, case: told.append((study, case["scene"])), jobs=1)
+    assert told == [("order", "kepler")] and result["verdict"] == "pass"
+    monkeypatch.setattr(verifying, "run_studies", lambda *a, **k: pytest.fail("it ran"))
+    with pytest.raises(BadInput, match="no study applies"):
+        verify(Request(files=("both.py",), scenes=("both.py:my-pendulum",), studies=("momentum",)))
+
+
+@pytest.mark.slow
+def test_the_whole_command_in_processes_of_its_own(folder):
+    done = subprocess.run([sys.executable, "-m", "studies.command", "verify", "both.py"],
+                          capture_output=True, text=True, timeout=600)  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    for scene in ("my-pendulum", *SCENES):
+        assert f"✓ order: {scene}, two-thirds" in done.stdout
