@@ -167,14 +167,15 @@ def _done(
     also: Callable[[Scheme], Any] | None,
     progress: Progress,
 ) -> Iterator[tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]]:
-    """Places with their results, as they are finished, and what `also` says, by pair."""
+    """Places with their results, as they are finished, and what `also` says, by pair.
+
+    Where others work too, this process does the first task, so that verdicts come soon and one by
+    one; the others' come scheme by scheme.
+    """
     workers = min(jobs or _cores(), len(tasks))
     spoken = plan.choice.by_name()
     if workers < 2 or spoken is None or sum(len(t.places) for t in tasks) < WORTH_WORKERS:
-        for task in tasks:
-            for i, k in task.places:
-                yield [(i, k)], [run_case(plan.studies[i], plan.cases[i][k], progress)], {}
-            yield (), [], _said(plan, task, also)
+        yield from _in_turn(plan, tasks, also, progress)
         return
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from concurrent.futures.process import BrokenProcessPool
@@ -183,7 +184,8 @@ def _done(
     names = tuple(study.NAME for study in plan.studies)
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _ignore_interrupts)
     try:
-        waiting = {pool.submit(_in_worker, names, spoken, task, also): task for task in tasks}
+        waiting = {pool.submit(_in_worker, names, spoken, task, also): task for task in tasks[1:]}
+        yield from _in_turn(plan, tasks[:1], also, progress)
         for future in as_completed(waiting):
             yield waiting[future].places, *future.result()
     except BrokenProcessPool:
@@ -193,6 +195,16 @@ def _done(
         ) from None
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _in_turn(
+    plan: Plan, tasks: list[Task], also: Callable[[Scheme], Any] | None, progress: Progress
+) -> Iterator[tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]]:
+    """The same in this process, case by case."""
+    for task in tasks:
+        for i, k in task.places:
+            yield [(i, k)], [run_case(plan.studies[i], plan.cases[i][k], progress)], {}
+        yield (), [], _said(plan, task, also)
 
 
 def _said(plan: Plan, task: Task, also: Callable[[Scheme], Any] | None) -> dict[int, Any]:

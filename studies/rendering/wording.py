@@ -167,7 +167,10 @@ def _wanted_order(expected: dict[str, Any]) -> str:
     if number(expected.get("order")) is None:
         return "only measured"
     tolerance = number(expected.get("tolerance"))
-    return f"{expected['order']:g}" + (f" ± {tolerance:g}" if tolerance is not None else "")
+    said = f"{expected['order']:g}" + (f" ± {tolerance:g}" if tolerance is not None else "")
+    declared = number(expected.get("declared"))
+    lopsided = "" if declared is None else f" (declared {declared:g}; in this chart ι(u) ≠ −u)"
+    return said + lopsided
 
 
 def _wanted_limit(expected: dict[str, Any]) -> str:

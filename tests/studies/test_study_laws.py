@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import shlex
+from functools import cache
 
 import pytest
 from everything import named
 
 from integrators import scenes
 from studies import NAMES, check, get
+from studies.assertions import assert_momentum, assert_order, assert_symplectic
 from studies.case import VERDICTS, Case, Choice, worst
 from studies.command import _parser
 from studies.options import choice_of
@@ -19,6 +21,9 @@ from tests.studies.measuring import BUILT_IN, PAIRWISE, result
 with_quantities = [
     (s, r) for s, r in BUILT_IN if any(q.to_roundoff for q in scenes.get(s).symmetries)
 ]
+order_holds, symplectic_holds, momentum_holds = map(
+    cache, (assert_order, assert_symplectic, assert_momentum)
+)
 DECLARED = {"rectangle": 1, "midpoint": 2, "trapezoidal": 2, "imex": 2}
 
 
@@ -37,9 +42,9 @@ def passes(found):
 
 
 def has_its_order(scene, rule, digits, tolerance):
-    found = result("order", scene, rule, digits)
-    passes(found)
-    measured, wanted = found["measured"], expected_order(scene, rule)
+    wanted = expected_order(scene, rule)
+    found = order_holds(rule, scene, wanted, digits=digits)
+    measured = found["measured"]
     assert found["expected"] == {"order": wanted, "tolerance": tolerance}
     assert abs(measured["order"] - wanted) <= tolerance
     low, high = measured["interval"]
@@ -73,8 +78,7 @@ def test_order_at_50_digits_everywhere(scene, rule):
 
 
 def is_symplectic(scene, rule, digits, limit, steps):
-    found = result("symplecticity", scene, rule, digits, steps)
-    passes(found)
+    found = symplectic_holds(rule, scene, digits=digits, steps=steps)
     assert found["expected"]["limit"] == pytest.approx(limit)
     for kind in ("pullback", "poisson"):
         assert found["measured"][kind] == max(row[kind] for row in found["rows"]) <= limit
@@ -112,8 +116,7 @@ def test_symplectic_as_the_report_asks(scene, rule, digits):
 
 
 def keeps_its_momenta(scene, rule, digits, limit, steps):
-    found = result("momentum", scene, rule, digits, steps)
-    passes(found)
+    found = momentum_holds(rule, scene, digits=digits, steps=steps)
     names = [q.name for q in scenes.get(scene).symmetries if q.to_roundoff]
     assert sorted(found["measured"]["drift"]) == sorted(names) and names
     assert max(found["measured"]["drift"].values()) <= limit
