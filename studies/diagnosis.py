@@ -48,7 +48,10 @@ def of_order(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         "order_of_points": found.order_of_points,
     }
     if found.order < wanted - NEAR:
-        return _of_rule(scheme, wanted, found, evidence)
+        told = _of_rule(scheme, wanted, found, evidence)
+        if case.scheme.substeps:
+            told["sentence"] = f"in the rule {scheme.rule.name}: {told['sentence']}"
+        return told
     return _of_runs(case, measurement, wanted, found, evidence)
 
 
