@@ -47,7 +47,7 @@ def check_letters(scheme: Scheme) -> None:
 def _named(scheme: Scheme) -> str:
     """The scene with the rule, and where a rule of the user's is."""
     place = line_of(scheme.rule.formula)
-    return f"{scheme.scene.name} with {scheme.rule.name}" + (f" ({place})" if place else "")
+    return (f"{place}: " if place else "") + f"{scheme.scene.name} with {scheme.rule.name}"
 
 
 def check_regular(scheme: Scheme) -> None:

@@ -151,7 +151,7 @@ class SceneSymbols:
 
     def _at(self, function: Any, what: str, error: BaseException | None = None) -> str:
         place = line_of(function, error)
-        return f"{self.scene.name}: {what}" + (f" ({place})" if place else "")
+        return (f"{place}: " if place else "") + f"{self.scene.name}: {what}"
 
     def scalar(self, value: Any, what: str, function: Any = None) -> Any:
         """A sympy scalar of an expression or a 1×1 matrix, floats made exact.
