@@ -157,6 +157,8 @@ class Plan:
         for place, case in self.places():
             if place not in done and not getattr(self.studies[place[0]], "ALONE", False):
                 groups.setdefault((id(case.scene), case.rule.name), []).append(place)
+        for places in groups.values():  # what needs no compiling first: verdicts come soon
+            places.sort(key=lambda place: self.case(place).digits == 16)
         return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
 
 
