@@ -56,8 +56,11 @@ class Equations:
             ("f", list(self._field), f"{size}"),
             ("df", list(jacobian), f"({size}, {size})"),
         ):
-            text = function_text(f"{name}_parts", {"z": self.states}, [entries])
-            fill = [f"    out.flat[{i}] = parts[{i}]" for i, e in enumerate(entries) if e != 0]
+            filled = [i for i, e in enumerate(entries) if e != 0]  # a zero costs time to compile
+            text = function_text(
+                f"{name}_parts", {"z": self.states}, [[entries[i] for i in filled]]
+            )
+            fill = [f"    out.flat[{i}] = parts[{k}]" for k, i in enumerate(filled)]
             parts += [
                 f"@inner\n{text}",
                 f"@outer\ndef {name}(t, z):\n    parts = {name}_parts(z)\n"
