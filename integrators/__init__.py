@@ -21,6 +21,7 @@ from .errors import BadInput, DiscmechError, StepFailure
 from .groupoid import Groupoid
 from .groupoids import LocalGroupoid, action, lie_group, pair, product
 from .momentum import Conserved
+from .on_group import on_group
 from .retractions import cayley, exponential
 from .scene import Scene
 
@@ -42,6 +43,7 @@ __all__ = [
     "imex",
     "lie_group",
     "midpoint",
+    "on_group",
     "pair",
     "product",
     "rectangle",

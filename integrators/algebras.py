@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
+from math import prod
 from typing import Any
 
 from .errors import BadInput
@@ -20,10 +21,13 @@ class MatrixAlgebra:
 
     Coordinates ξ ∈ Rᵐ stand for the matrix ξ^γ e_γ. Matrices are nested tuples, so that building
     an algebra loads nothing; what needs symbolic mathematics is derived when first asked for.
+    `cover`: elements B of the group, e first, such that every g has det(e + g B⁻¹) ≠ 0 for one of
+    them: their translates of the Cayley chart hold the whole group (paper, section 4.3).
     """
 
     name: str
     basis: tuple[Nested, ...]
+    cover: tuple[Nested, ...] = ()
 
     def __post_init__(self) -> None:
         sizes = {(len(e), len(row)) for e in self.basis for row in e}
@@ -42,6 +46,11 @@ class MatrixAlgebra:
     def size(self) -> int:
         """N, the number of rows of a basis matrix."""
         return len(self.basis[0])
+
+    @property
+    def translates(self) -> tuple[Nested, ...]:
+        """The cover, or e alone where none is known."""
+        return self.cover or (_signature((1,) * self.size),)
 
     def hat(self, xi: Sequence[Any]) -> Any:
         """The N×N sympy matrix ξ^γ e_γ of the coordinates ξ (length m)."""
@@ -191,6 +200,25 @@ def _elementary(n: int, entries: dict[tuple[int, int], Any]) -> Nested:
     return tuple(tuple(entries.get((i, j), 0) for j in range(n)) for i in range(n))
 
 
+def _signature(signs: Sequence[int]) -> Nested:
+    """The diagonal matrix of these signs."""
+    return _elementary(len(signs), {(i, i): sign for i, sign in enumerate(signs)})
+
+
+def _signatures(n: int, fixed: int = 0) -> tuple[Nested, ...]:
+    """The 2ⁿ⁻¹ diagonal matrices of signs with determinant 1, e first; then `fixed` ones.
+
+    Some translate of SO(n) has det(e + g B⁻¹) ≥ 2, for the mean of det(B + g) over them is 2.
+    """
+    signs = [s for s in product((1, -1), repeat=n) if prod(s) == 1]
+    return tuple(_signature((*s, *(1,) * fixed)) for s in signs)
+
+
+def _plus_minus(n: int) -> tuple[Nested, ...]:
+    """{e, −e}: det(e + g) + det(e − g) = 4 on SL(2) and SU(2)."""
+    return _signature((1,) * n), _signature((-1,) * n)
+
+
 def _sized(name: str, n: Any, least: int) -> None:
     if type(n) is not int or n < least:
         raise BadInput(f"{name}({n!r}): the size is a whole number from {least}.")
@@ -201,7 +229,9 @@ def so(n: int) -> MatrixAlgebra:
     _sized("so", n, 2)
     pairs = [(1, 2), (2, 0), (0, 1)] if n == 3 else list(combinations(range(n), 2))
     return MatrixAlgebra(
-        f"so({n})", tuple(_elementary(n, {(i, j): -1, (j, i): 1}) for i, j in pairs)
+        f"so({n})",
+        tuple(_elementary(n, {(i, j): -1, (j, i): 1}) for i, j in pairs),
+        _signatures(n),
     )
 
 
@@ -210,7 +240,7 @@ def se(n: int) -> MatrixAlgebra:
     _sized("se", n, 2)
     rotations = [tuple((*row, 0) for row in e) + ((0,) * (n + 1),) for e in so(n).basis]
     translations = [_elementary(n + 1, {(i, n): 1}) for i in range(n)]
-    return MatrixAlgebra(f"se({n})", (*rotations, *translations))
+    return MatrixAlgebra(f"se({n})", (*rotations, *translations), _signatures(n, fixed=1))
 
 
 def sl(n: int) -> MatrixAlgebra:
@@ -218,7 +248,7 @@ def sl(n: int) -> MatrixAlgebra:
     _sized("sl", n, 2)
     diagonal = [_elementary(n, {(i, i): 1, (i + 1, i + 1): -1}) for i in range(n - 1)]
     others = [_elementary(n, {(i, j): 1}) for i in range(n) for j in range(n) if i != j]
-    return MatrixAlgebra(f"sl({n})", (*diagonal, *others))
+    return MatrixAlgebra(f"sl({n})", (*diagonal, *others), _plus_minus(n) if n == 2 else ())
 
 
 def sp(n: int) -> MatrixAlgebra:
@@ -232,7 +262,8 @@ def sp(n: int) -> MatrixAlgebra:
     upper = [(i, j) for i in range(k) for j in range(i, k)]
     basis += [{(i, k + j): 1, (j, k + i): 1} for i, j in upper]
     basis += [{(k + i, j): 1, (k + j, i): 1} for i, j in upper]
-    return MatrixAlgebra(f"sp({n})", tuple(_elementary(n, e) for e in basis))
+    cover = _plus_minus(n) if n == 2 else ()
+    return MatrixAlgebra(f"sp({n})", tuple(_elementary(n, e) for e in basis), cover)
 
 
 def su(n: int) -> MatrixAlgebra:
@@ -243,4 +274,5 @@ def su(n: int) -> MatrixAlgebra:
         basis.append({(i, j): -0.5j, (j, i): -0.5j})
         basis.append({(i, j): -0.5, (j, i): 0.5})
     basis += [{(i, i): -0.5j, (i + 1, i + 1): 0.5j} for i in range(n - 1)]
-    return MatrixAlgebra(f"su({n})", tuple(_elementary(n, e) for e in basis))
+    cover = _plus_minus(n) if n == 2 else ()
+    return MatrixAlgebra(f"su({n})", tuple(_elementary(n, e) for e in basis), cover)

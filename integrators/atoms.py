@@ -9,6 +9,7 @@ function of few letters, and whatever is derived from it goes through the chain 
     chart      W = hw(u, s), or dw(u, s)          slopes in x, u, s
     velocity   ξ = L(x, W; 1)⁻¹ dw                slopes in x, W, dw
     value      L(z, ξ) at such a node             slopes in z, ξ
+    element    g = τ(hu) B (`integrators.on_group`)   slopes in u
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class Atom:
     ∂z/∂base · ρ(base) = ∂z/∂W · turn, for e→(b) = 0 at the arrow (base, W).
     """
 
-    kind: Literal["point", "chart", "velocity", "value", "gradient", "sum", "name"]
+    kind: Literal["element", "point", "chart", "velocity", "value", "gradient", "sum", "name"]
     z: Any
     value: Any
     slopes: list[tuple[Any, Any]] = field(default_factory=list)

@@ -89,16 +89,18 @@ def _generator() -> str:
 @lru_cache(maxsize=512)
 def _key(scheme: Scheme, what: str) -> str:
     """Digest of all that the kernels depend on: L_d, the points, the groupoid's maps, q."""
-    groupoid, s = scheme.scene.groupoid, scheme.s
+    s = scheme.s
     parts = [
         scheme.discrete_lagrangian_at_points,
         scheme.rho,
         scheme.L,
         scheme.R,
-        groupoid.increment(s.x, s.u, s.h),
+        scheme.increment_at_points,
         s.q,
         [(a.kind, a.z, a.value) for a in scheme.chain.given],
     ]
+    if scheme.element is not None:
+        parts.append(scheme.branch_at_points)
     text = "\n".join([what, _generator(), *map(str, parts)])
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 

@@ -6,8 +6,8 @@ of a scheme, so that the compiler sees one unit: state stays in registers, and a
 same text run by Python on gmpy2 numbers is the driver of high precision.
 
 Names that the generated module supplies: `correct` or `direct`, `update`, and on vectors (tuples)
-`plus`, `accumulate_*`, `norm`, `distance`, `predict`, `load_*`, `save_*`; constants EPS (unit
-round-off), ROOT_EPS, HUGE and DECAY, and the status codes below.
+`plus`, `accumulate_*`, `norm`, `distance`, `predict`, `load_*`, `save_*`, `watch`; constants EPS
+(unit round-off), ROOT_EPS, HUGE and DECAY, and the status codes below.
 """
 
 # ruff: noqa: F821
@@ -21,9 +21,11 @@ def advance(state, coefficients, index, stop, last, every, xs, us, mus, counts, 
 
     `state` holds x, μ, their compensations, the carried functions of x and the solver's memory; it
     is read at the start and written at the end, so a run in pieces is the run in one.
-    totals: [Newton corrections, most in a step, last size] is brought up to date.
+    totals: [Newton corrections, most in a step, last size], then what `watch` keeps, is brought up
+    to date.
     """
     c = load_c(coefficients)
+    guard = load_guard(totals)
     x, mu, ex, emu, k, memo = load_state(state)
     status, most, total, size = OK, totals[1], totals[0], totals[2]
     row = (index + every - 1) // every
@@ -34,6 +36,8 @@ def advance(state, coefficients, index, stop, last, every, xs, us, mus, counts, 
         total += count
         if count > most:
             most = count
+        if status == OK:
+            guard, status = watch(x, w, guard, c)
         if status != OK:
             break
         if wait == 0:
@@ -52,6 +56,7 @@ def advance(state, coefficients, index, stop, last, every, xs, us, mus, counts, 
         index += 1
     save_state(state, x, mu, ex, emu, k, memo)
     totals[0], totals[1], totals[2] = total, most, size
+    save_guard(totals, guard)
     return index, status
 
 

@@ -25,6 +25,7 @@ from .composition import Composition, Substep, adjoint
 from .discretisations import Discretisation
 from .errors import BadInput
 from .groupoid import check_axioms
+from .on_group import Element, OnGroup
 from .scene import Scene
 from .symbols import SceneSymbols
 from .tables import opaque
@@ -51,7 +52,13 @@ class Scheme:
         self.s = s = SceneSymbols(scene, rule.stages)
         self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
         self._seen = GroupoidForRule(scene.groupoid, s)
-        if scene.discrete_lagrangian is not None:
+        #: the group element, where L_d is a function of it
+        self.element: Any = None
+        if isinstance(scene.discrete_lagrangian, OnGroup):
+            self.element = g = Element(scene.discrete_lagrangian, scene.groupoid, s)
+            self._seen.atoms.append(g.atom)
+            given = self.of_element(g.given.formula, "its discrete Lagrangian")
+        elif scene.discrete_lagrangian is not None:
             given = s.call(
                 scene.discrete_lagrangian, "its discrete Lagrangian", s.x, s.u, s.h, s.parameters
             )
@@ -110,9 +117,37 @@ class Scheme:
         """ρ(x), n×m."""
         return self.scene.groupoid.rho(self.x, self.h)
 
+    def of_element(self, function: Any, what: str) -> Any:
+        """function(x, g, h, p) as an expression in x and the letters of g."""
+        s = self.s
+        value = s.call(function, what, s.x, self.element.g, s.h, s.parameters)
+        return s.scalar(value, what).expand()
+
+    @cached_property
+    def branch_at_points(self) -> Any:
+        """The number that tells solutions on the group apart (`on_group.OnGroup`)."""
+        given = self.element.given
+        return self.of_element(given.branch or given.formula, "its branch")
+
+    @cached_property
+    def target_at_points(self) -> Any:
+        """y = b(x, u; h), n×1; x·g where L_d is given on the group."""
+        if self.element is not None:
+            return self.element.target(self.x)
+        return self.scene.groupoid.target(self.x, self.u, self.h)
+
+    @cached_property
+    def increment_at_points(self) -> Any:
+        """y − x with the difference cancelled, n×1."""
+        if self.element is not None:
+            return self.element.increment(self.x)
+        return self.scene.groupoid.increment(self.x, self.u, self.h)
+
     @cached_property
     def L(self) -> Any:
-        """L(x, u), m×m: columns are the left-invariant fields."""
+        """L(x, u), m×m: columns are the left-invariant fields (at τ(hu) B, by a translate B)."""
+        if self.element is not None:
+            return self.element.left
         return self.scene.groupoid.L(self.x, self.u, self.h)
 
     @cached_property
@@ -142,7 +177,7 @@ class Scheme:
         With stages also in s and r, those of this step and the next.
         """
         s = self.s
-        end = self.scene.groupoid.target(self.x, self.u, self.h)
+        end = self.written_out(self.target_at_points)
         after = [*self.v, *end, *s.vector("r", len(s.stages))]
         pairs = zip([*self.u, *self.x, *s.stages], after, strict=True)
         return self.legendre_plus - self.legendre_minus.subs(list(pairs), simultaneous=True)
@@ -212,6 +247,8 @@ class Scheme:
         if isinstance(self.rule, Composition):
             of_base = self.base.order
             return None if of_base is None else max(of_base, self.rule.method.order)
+        if self.element is not None:
+            return self.element.given.order
         order, groupoid = self.rule.order, self.scene.groupoid
         every_chart = groupoid.symmetric_chart or self._seen.gave_velocities
         if order is not None and order > 1 and not every_chart:
@@ -220,12 +257,20 @@ class Scheme:
             return order
         return order + 1 if groupoid._inversion is not None and self.self_adjoint else order
 
-    def flow(self, step: Any, digits: int = 16) -> Flow:
-        """The flow at one step size; digits = 16 is compiled double precision, more is mpmath."""
+    def flow(self, step: Any, digits: int = 16, on_edge: str = "refuse") -> Flow:
+        """The flow at one step size; digits = 16 is compiled double precision, more is mpmath.
+
+        on_edge: "refuse", "bisect" or "shrink" where a step reaches the edge of its chart; a
+        composition has no other way than to refuse.
+        """
         from .composed_flow import ComposedFlow
         from .flow import Flow
 
-        return (ComposedFlow if self.substeps else Flow)(self, step, digits)
+        if not self.substeps:
+            return Flow(self, step, digits, on_edge)
+        if on_edge != "refuse":
+            raise BadInput(f'{self.rule.name} is a composition: on_edge is "refuse" only.')
+        return ComposedFlow(self, step, digits)
 
     # -- with the points as atoms: small expressions, for the kernels -----------------------------
 
@@ -242,7 +287,7 @@ class Scheme:
             result += point.moved[0].T * d_z
         for point, part in d.turned:
             result -= part if point.base == self.x else 0 * part
-        return result
+        return self._cancelled(result)
 
     @cached_property
     def plus_at_points(self) -> Any:
@@ -253,7 +298,7 @@ class Scheme:
             result += point.moved[1].T * d_z
         for point, part in d.turned:
             result += part if point.base == self.y else 0 * part
-        return result
+        return self._cancelled(result)
 
     @cached_property
     def gain_at_points(self) -> Any:
@@ -267,7 +312,20 @@ class Scheme:
             result += (left - right).T * d_z
         for _, part in d.turned:
             result += part
-        return result
+        return self._cancelled(result)
+
+    def _cancelled(self, column: Any) -> Any:
+        """Polynomials in the letters of g written out, so that h/h and x·g − x·g cancel."""
+        if self.element is None:
+            return column
+        letters = list(self.element.g)
+        return column.applyfunc(lambda e: e.expand().collect(letters))
+
+    @cached_property
+    def minus_along_right(self) -> Any:
+        """e→_γ(F⁻) at a fixed x in column γ, m×m: ∂F⁻/∂u · R, where L_d is given on the group."""
+        minus, element = self.minus_at_points, self.element
+        return self._cancelled(minus.jacobian(list(element.g)) * element.fields[0])
 
     @cached_property
     def stages_at_points(self) -> Any:

@@ -10,17 +10,21 @@ from typing import Any
 
 import numpy as np
 
+from . import edges
 from .arithmetic import arithmetic
+from .charts import GroupChart, distance_and_margin
 from .checks import check_start
 from .compiling import load_kernels
 from .continuous import initial_momentum
+from .edges import Refuse, policy
 from .equations import Scheme
 from .errors import BadInput, StepFailure
 from .exact import exact_rational
+from .machine import Machine, Run
 from .tangent import LocalGeometry, StagesNotFound, newton, relative_defect
-from .vectors import state_length
 
 _CAUSES = {
+    **edges.CAUSES,
     1: "Newton did not converge",
     2: "FL is singular or the numbers are no longer finite",
 }
@@ -33,6 +37,9 @@ class Trajectory:
     t (r,), x (r, n), u (r, m), mu (r, m): row k holds x_k, μ_k = F⁻/h in the natural basis, and the
     u that leaves x_k. iterations (r,): Newton corrections of that row's step. newton_mean and
     newton_max: over all steps, kept or not; newton_residual: size of the last correction.
+    margin: the smallest of all steps in the chart of a group (`charts.Position`; 1 where there is
+    no edge). edges: how often the edge was met and mended; translates (r,): the number of the
+    element B of the cover with g = τ(hu) B, 0 for e.
     """
 
     t: np.ndarray
@@ -45,8 +52,13 @@ class Trajectory:
     newton_residual: float
     steps: int
     step: Fraction
+    margin: float
+    edges: int
+    translates: np.ndarray
 
 
+#: x, μ, and a guess of the first solution: (number of its translate, u)
+Start = tuple[np.ndarray, np.ndarray, tuple[int, np.ndarray]]
 TINIEST = Fraction(1, 10**100)  # steps whose squares and inverses are far from over- and underflow
 
 
@@ -55,14 +67,18 @@ class Flow:
 
     step: a non-zero number (exact: a float is its binary value; "0.1" is one tenth); a negative
     step runs Φ₋ₕ, which is the inverse only of a self-adjoint rule. digits = 16 is compiled double
-    precision; more gives mpmath numbers. Raises `BadInput` for a step of 0 or a non-finite one.
+    precision; more gives mpmath numbers. on_edge: what is done where a step reaches the edge of its
+    chart, "refuse", "bisect" or "shrink" (`integrators.edges`). Raises `BadInput` for a step of 0
+    or a non-finite one.
     """
 
     #: savings that the kernels do not make (`kernels.SAVINGS`), so that they can be measured
     without: frozenset[str] = frozenset()
 
-    def __init__(self, scheme: Scheme, step: Any, digits: int = 16) -> None:
-        self.scheme, self.digits = scheme, digits
+    def __init__(
+        self, scheme: Scheme, step: Any, digits: int = 16, on_edge: str = "refuse"
+    ) -> None:
+        self.scheme, self.digits, self.on_edge = scheme, digits, on_edge
         self.step = exact_rational(step, "step")
         if self.step == 0:
             raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
@@ -83,11 +99,13 @@ class Flow:
         x0: Any = None,
         mu0: Any = None,
         u0: Any = None,
+        element0: Any = None,
         progress: Callable[[int], None] | None = None,
     ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), keeping each every-th row.
 
         Memory grows with the rows kept, not with the steps. u0 is only the first guess of Newton.
+        Where L_d is given on the group, element0 (N×N) may be the first step g instead: μ0 = F⁻/h.
         `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)
         if a step cannot be solved, `BadInput` for wrong shapes or counts.
         """
@@ -96,7 +114,16 @@ class Flow:
         if not _is_whole(every) or every < 1:
             raise BadInput(f"every is {every!r}: give a whole number from 1.")
         with self.numbers.working():
-            return self._run(int(steps), int(every), *self._start(x0, mu0, u0), progress)
+            return self._run(int(steps), int(every), *self._start(x0, mu0, u0, element0), progress)
+
+    def elements(self, run: Trajectory) -> np.ndarray:
+        """The group elements g = τ(hu) B of a run's rows, (r, N, N)."""
+        with self.numbers.working():
+            chart = self.edge.chart or GroupChart(self.scheme.scene.groupoid, self.numbers)
+            rows = zip(run.u, run.translates, strict=True)
+            number = self.numbers.number
+            found = [chart.element(self._h * np.array([number(e) for e in u]), B) for u, B in rows]
+            return self.numbers.public(np.array(found))
 
     def evolve(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
         """Ψ: the (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
@@ -199,9 +226,42 @@ class Flow:
         return load_kernels(self.scheme.origin, self.numbers, self.without)
 
     @cached_property
+    def machine(self) -> Machine:
+        """The compiled kernels at this step, and what they work on."""
+        return Machine(self)
+
+    @cached_property
+    def edge(self) -> Refuse:
+        """What is done where a step reaches the edge of its chart."""
+        return policy(self, self.on_edge)
+
+    @cached_property
     def geometry(self) -> LocalGeometry:
         """The scheme's maps and derivatives as numbers at this step."""
         return LocalGeometry(self.scheme, self.numbers, self._q)
+
+    def _geometry(self, translate: int) -> LocalGeometry:
+        """The same in the chart of another translate."""
+        if translate == 0:
+            return self.geometry
+        q = self.machine.q_of(self.edge.chart.translates[translate])
+        return LocalGeometry(self.scheme, self.numbers, q)
+
+    def _element(self, g: Any) -> np.ndarray:
+        """An N×N matrix that lies in the group, to a thousand round-offs."""
+        chart, scene = GroupChart(self.scheme.scene.groupoid, self.numbers), self.scheme.scene
+        try:
+            g = chart.array(g)
+            J = chart.best(g)
+            off = np.max(abs(chart.element(chart.coordinates(g, J), J) - g))
+        except (TypeError, ValueError, IndexError, ZeroDivisionError):
+            off = None
+        if off is None or not off <= 2**20 * self.numbers.eps * (1 + np.max(abs(g))):
+            raise BadInput(
+                f"{scene.name}: element0 is no element of {scene.groupoid.name}; give an "
+                f"{chart.size}×{chart.size} matrix of that group."
+            )
+        return g
 
     @cached_property
     def _c(self) -> Any:
@@ -243,17 +303,19 @@ class Flow:
             )
         return out
 
-    def _start(self, x0: Any, mu0: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _start(self, x0: Any, mu0: Any, u0: Any, element0: Any = None) -> Start:
+        if element0 is not None:
+            return self._start_at(element0, x0)
         if x0 is None and mu0 is None and u0 is None:
             return self._own_start
         return self._start_from(x0, mu0, u0)
 
     @cached_property
-    def _own_start(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _own_start(self) -> Start:
         """The scene's start, rounded once for all runs of this flow."""
         return self._start_from(None, None, None)
 
-    def _start_from(self, x0: Any, mu0: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _start_from(self, x0: Any, mu0: Any, u0: Any) -> Start:
         scene = self.scheme.scene
         guess = scene.v0 if u0 is None else u0
         if mu0 is None:
@@ -263,52 +325,53 @@ class Flow:
             mu0 = initial_momentum(self.scheme, scene, self.numbers)
         x, guess = self._vectors(scene.x0 if x0 is None else x0, guess)
         _, mu = self._vectors(scene.x0, mu0)
-        return x, mu, guess
+        return x, mu, (0, guess)
+
+    def _start_at(self, element: Any, x0: Any) -> Start:
+        """(x, F⁻(x, g)/h, where g lies) of a first step g."""
+        scheme = self.scheme
+        if scheme.element is None:
+            raise BadInput(
+                f"{scheme.scene.name}: element0 is the first step of a discrete Lagrangian given "
+                "on the group; give mu0 (and u0) instead."
+            )
+        g, (x, _) = self._element(element), self._vectors(x0 or scheme.scene.x0, scheme.scene.v0)
+        translate, u = self.edge.place(g)
+        return x, self._geometry(translate).at(x, u)["minus"] / self._h, (translate, u)
 
     def _run(
-        self, steps: int, every: int, x: Any, mu: Any, guess: Any, progress: Any
+        self, steps: int, every: int, x: Any, mu: Any, start: tuple[int, Any], progress: Any
     ) -> Trajectory:
-        n, m, dtype = len(x), len(mu), self.numbers.dtype
-        zero = self.numbers.number(0)
+        machine, edge = self.machine, self.edge
+        translate, guess = start
         lead = self._lead(x, mu, guess)
-        rows = steps // every + 1
-        try:
-            xs, us, mus = (np.zeros((rows, length), dtype=dtype) for length in (n, m, m))
-            counts = np.zeros(rows, dtype=np.int64)
-        except (MemoryError, ValueError):  # ValueError: more than an array can be told to hold
-            raise BadInput(
-                f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
-            ) from None
-        totals = np.zeros(3) if dtype is np.float64 else [0, 0, zero]
-        index, chunk = 0, 2**19 if dtype is np.float64 else 64
+        if translate:
+            lead = machine.lead(x, mu, edge.coefficients(translate), guess)
+        run = machine.buffers(lead, steps, every)
+        run.translate = translate
+        edge.begin(run)
+        chunk = 2**19 if self.numbers.dtype is np.float64 else 64
         while True:
-            stop = min(steps, index + chunk)
-            index, status = self._kernels["advance"](
-                *lead, index, stop, steps, every, xs, us, mus, counts, totals
-            )
+            status = machine.advance(run, min(steps, run.index + chunk))
+            ended = run.index == steps
+            if status in edge.handles:
+                status = edge.mend(run, status)
             if progress is not None:
-                progress(index)
-            if status or index == steps:
+                progress(run.index)
+            if status or ended:
                 break
-        kept = rows if not status else -(-index // every)
-        run = self._trajectory(index, every, kept, (xs, us, mus), counts, totals)
+        kept = steps // every + 1 if not status else -(-run.index // every)
+        found = self._trajectory(run, kept)
         if status:
-            where = {"x": lead[0][:n], "mu": lead[0][n : n + m], **self._last_solution(lead)}
+            x, mu = machine.point(run.state)
+            where = {"x": x, "mu": mu, **self._last_solution(run.lead)}
             where = {name: self.numbers.public(value) for name, value in where.items()}
-            raise self._failure(index, where, _CAUSES[int(status)], run)
-        return run
+            raise self._failure(run.index, where, _CAUSES[int(status)], found)
+        return found
 
     def _lead(self, x: Any, mu: Any, guess: Any) -> tuple[Any, ...]:
         """What `advance` takes first: the state, which begins with x and μ, and coefficients."""
-        n, m, shape = len(x), len(mu), self._kernels["SHAPE"]
-        kept, solved, affine = shape["carried"], shape["solved"], shape["affine"]
-        state = self.numbers.zeros(state_length(n, m, solved, kept, affine))
-        state[:n], state[n : n + m] = x, mu
-        at = 2 * (n + m)
-        state[at : at + kept] = self._kernels["carry"](x, self._c)
-        if not affine:
-            self._remember(state[at + kept :], guess, solved)
-        return state, self._c
+        return self.machine.lead(x, mu, self._c, guess)
 
     def _remember(self, memory: Any, guess: Any, solved: int) -> None:
         """Fill the solver's memory: the guess five times, with stages of 0 (a straight path)."""
@@ -322,36 +385,30 @@ class Flow:
         at = 2 * (n + m) + shape["carried"]
         return {} if shape["affine"] else {"u": lead[0][at : at + m]}
 
-    def _trajectory(
-        self,
-        steps: int,
-        every: int,
-        kept: int,
-        rows: tuple[Any, Any, Any],
-        counts: Any,
-        totals: Any,
-    ) -> Trajectory:
-        xs, us, mus = rows
-        numbers = self.numbers
-        index = np.arange(kept, dtype=np.int64) * every
-        public = numbers.public
+    def _trajectory(self, run: Run, kept: int) -> Trajectory:
+        index, public = np.arange(kept, dtype=np.int64) * run.every, self.numbers.public
+        totals, farthest = run.totals, [float(self._h * e) for e in run.totals[7:]]
+        place = distance_and_margin(self.scheme.scene.groupoid, farthest)
         return Trajectory(
-            t=public(numbers.multiples(self.step, index)),
-            x=public(xs[:kept]),
-            u=public(us[:kept]),
-            mu=public(mus[:kept]),
-            iterations=counts[:kept],
-            newton_mean=float(totals[0]) / (steps + 1),
+            t=public(self.numbers.multiples(self.step, index)),
+            x=public(run.xs[:kept]),
+            u=public(run.us[:kept]),
+            mu=public(run.mus[:kept]),
+            iterations=run.counts[:kept],
+            newton_mean=float(totals[0]) / (run.index + 1),
             newton_max=int(totals[1]),
             newton_residual=float(totals[2]),
-            steps=steps,
+            steps=run.index,
             step=self.step,
+            margin=1.0 if place is None else place[1],
+            translates=run.translates[:kept],
+            edges=run.changes,
         )
 
     def _solve(self, x: Any, mu: Any, guess: Any = None) -> np.ndarray:
         """The u with F⁻(x, u) = hμ."""
         guess = self._vectors(x, self.scheme.scene.v0 if guess is None else guess)[1]
-        run = self._run(0, 1, x, mu, guess, None)
+        run = self._run(0, 1, x, mu, (0, guess), None)
         return np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
 
     def _evolve(self, here: dict[str, Any], u: Any) -> tuple[np.ndarray, np.ndarray]:

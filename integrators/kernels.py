@@ -22,6 +22,7 @@ from .identities import is_zero, random_point
 from .outlining import Outliner
 from .printing import Coefficients, Parameters, function_text
 from .vectors import vector_text
+from .watching import watch_text
 
 #: what a kernel leaves out where it can
 SAVINGS = {
@@ -61,6 +62,8 @@ class KernelBuilder:
     @cached_property
     def jacobian(self) -> Any:
         """∂(E/h)/∂w, square, through the points: ∂(F⁻/h)/∂u without stages."""
+        if self.scheme.element is not None:  # along e→: ∂F⁻/∂u · R
+            return self._over_h(self.scheme.minus_along_right)
         return self._over_h(self.scheme.slope_at_points)
 
     def _over_h(self, matrix: Any) -> Any:
@@ -154,6 +157,7 @@ class KernelBuilder:
 
     def build(self) -> str:
         """The text of the whole module, decorators (`kernel`, `entry`, …) left to its host."""
+        watch = watch_text(self)  # before the texts, for it asks for coefficients too
         texts = self.texts
         return "\n\n".join(
             [
@@ -162,6 +166,7 @@ class KernelBuilder:
                 *texts.solving,
                 texts.vectors,
                 *texts.elimination,
+                *watch,
                 *solver_text(self.affine),
                 f"@entry\n{inspect.getsource(driver.advance)}",
                 texts.carry,
@@ -197,8 +202,13 @@ class KernelBuilder:
     # -- the kernels ----------------------------------------------------------------------------
 
     def _arguments(self) -> dict[str, Any]:
-        c = [f"c{i}" for i in range(len(self.coefficients.values))]
+        c = self.coefficient_names
         return {"x": self.x, "w": self.w, "mu": self.mu, "k": self._k, "c": c}
+
+    @property
+    def coefficient_names(self) -> list[str]:
+        """The coefficients that have been asked for so far."""
+        return [f"c{i}" for i in range(len(self.coefficients.values))]
 
     @cached_property
     def _k(self) -> list[Any]:
@@ -234,6 +244,8 @@ class KernelBuilder:
         before = [*points, *entries]
         if not self.affine:
             before = [*self._define_xi, *before]
+        if scheme.element is not None:
+            dw = self._along_group(dw, before)
         names = self._with_k(dw)
         results: list[Any] = [names]
         if not self.affine:
@@ -244,6 +256,17 @@ class KernelBuilder:
         name = "direct" if self.affine else "correct"
         return function_text(name, arguments, results, before)
 
+    def _along_group(self, c: Any, before: list[Any]) -> Any:
+        """dw with τ(h(w + dw)) = τ(hc) τ(hw): the correction c of g, followed in the group.
+
+        Newton in the chart alone goes astray near its edge (Moser–Veselov, rotations spread over
+        the group, from the last step: it finds 55 of 100 steps; followed in the group 99).
+        """
+        letters = self.scheme.s.vector("c_of_g", len(c))
+        before.append((list(letters), self._with_k(c)))
+        product = self.scheme.scene.groupoid.product(self.x, letters, self.w, self.scheme.h)
+        return product - self.w
+
     def _update(self) -> str:
         """`update`: what x and μ grow by, less what the sums before lost (ex, emu), and the new k.
 
@@ -252,14 +275,14 @@ class KernelBuilder:
         """
         scheme = self.scheme
         gain = self._over_h(scheme.gain_at_points)
-        increment = scheme.scene.groupoid.increment(self.x, self.u, scheme.h)
+        increment = scheme.increment_at_points
         dx = [self._hoist(e) for e in increment]
         d_symbols = scheme.s.vector("d", len(self.x))
         at_end = [b for _, b in self.carried]
         before = self._define_xi
         if len(self.x):
             before.append((list(d_symbols), dx))
-        inner = self._points(gain, known=self.end)  # it is known from the increment
+        inner = self._points(gain, increment, known=self.end)  # it is known from the increment
         used = [*gain, *at_end, *(e for _, values in inner for e in values)]
         if any(set(self.end) & e.free_symbols for e in used):
             before.append((list(self.end), list(self.x + d_symbols)))

@@ -13,6 +13,7 @@ from .errors import BadInput
 from .exact import exact_nested, exact_rational, exact_vector
 from .groupoid import Groupoid
 from .momentum import Conserved
+from .on_group import OnGroup
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +24,9 @@ class Scene:
     with one attribute a parameter (a list parameter is a column, a list of lists a matrix).
     fast(x, p): the part of the potential that makes the stiff motion, for rules that treat it apart
     (`imex`); it is a part of what `lagrangian` subtracts, so naming it changes nothing else.
-    discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such.
+    discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such; or
+    on_group(formula(x, g, h, p)) for one of the group element g, then with lagrangian= too if there
+    is a continuous system that it approximates.
     Numbers are exact (`integrators.exact`). `duration` is the time the studies run to, `step` a
     step size that resolves the motion at second order (default: duration/1000).
 
@@ -57,7 +60,10 @@ class Scene:
                 f"{self.name}: groupoid is {self.groupoid!r}; give pair(n), lie_group(...), "
                 "action(...), product(...) or a LocalGroupoid."
             )
-        if (self.lagrangian is None) == (self.discrete_lagrangian is None):
+        two = self.lagrangian is not None and self.discrete_lagrangian is not None
+        if (self.lagrangian is None and self.discrete_lagrangian is None) or (
+            two and not isinstance(self.discrete_lagrangian, OnGroup)
+        ):
             raise BadInput(f"{self.name}: give either lagrangian= or discrete_lagrangian=.")
         if not isinstance(self.parameters, Mapping):
             raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")

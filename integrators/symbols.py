@@ -12,6 +12,7 @@ from typing import Any
 
 from .errors import BadInput, CannotMeasure
 from .exact import flatten, floats_exact
+from .on_group import translate_letters
 from .scene import Scene
 
 #: names that coordinates, coefficients and intermediate results have
@@ -56,6 +57,8 @@ class SceneSymbols:
         self.parameter_list: list[Any] = []
         for name, value in scene.parameters.items():
             setattr(self.parameters, name, self._parameter(name, value))
+        #: (B, B⁻¹) of the translate in use, where L_d is given on the group
+        self.translate = translate_letters(scene)
 
     @staticmethod
     def vector(letter: str, length: int) -> Any:
@@ -88,8 +91,14 @@ class SceneSymbols:
 
     @property
     def q(self) -> list[Any]:
-        """What a kernel's `prepare` takes: the step, the parameters, the rule's constants."""
-        return [self.h, *self.parameter_list, *self.constants]
+        """What a kernel's `prepare` takes: h, the parameters, the rule's constants, B and B⁻¹."""
+        translate = [e for matrix in self.translate for e in matrix]
+        return [self.h, *self.parameter_list, *self.constants, *translate]
+
+    @property
+    def identity_translate(self) -> list[int]:
+        """The values of the translate's letters for B = e."""
+        return [int(i == j) for b in self.translate for i in range(b.rows) for j in range(b.cols)]
 
     @property
     def stage_columns(self) -> list[Any]:
@@ -100,7 +109,8 @@ class SceneSymbols:
     def q_values(self, step: Any, numbers: Any) -> list[Any]:
         """The values of `q` at a step, as numbers of an arithmetic."""
         constants = [c(numbers.digits + 20) for c in self.constants.values()]
-        return [numbers.number(v) for v in (step, *self.parameter_values, *constants)]
+        values = (step, *self.parameter_values, *constants, *self.identity_translate)
+        return [numbers.number(v) for v in values]
 
     def constant(self, value: Callable[[int], Any]) -> Any:
         """A letter for a number that `value(digits)` computes to any number of digits."""

@@ -176,6 +176,10 @@ class LocalGeometry:
     def _stages(self) -> Any:
         return _generated(self.scheme.origin, self.numbers, "stages")
 
+    def branch(self, x: Any, u: Any) -> Any:
+        """The number of the branch at (x, u), where L_d is given on the group."""
+        return _generated(self.scheme, self.numbers, "branch")(list(x), list(u), self.q)[0]
+
     @cached_property
     def _natural(self) -> Any:
         return _generated(self.scheme.origin, self.numbers, "natural")
@@ -184,7 +188,12 @@ class LocalGeometry:
 @lru_cache(maxsize=512)
 def _generated(scheme: Scheme, numbers: Any, what: str) -> Any:
     """`local`, `stages` or `natural` of a scheme in an arithmetic, derived once, kept on disk."""
-    build = {"local": _local_text, "stages": _stages_text, "natural": _natural_text}[what]
+    build = {
+        "local": _local_text,
+        "stages": _stages_text,
+        "natural": _natural_text,
+        "branch": _branch_text,
+    }[what]
     text = cached_text(scheme, what, lambda: build(scheme))
     return run_text(text, numbers.namespace())[what]
 
@@ -192,8 +201,10 @@ def _generated(scheme: Scheme, numbers: Any, what: str) -> Any:
 def _local_text(scheme: Scheme) -> str:
     s = scheme.s
     minus, plus = scheme.minus_at_points, scheme.plus_at_points
-    target = scheme.scene.groupoid.target(s.x, s.u, s.h)
-    of_target = (target.jacobian(s.x), target.jacobian(s.u)) if len(scheme.x) else ([], [])
+    target = scheme.target_at_points
+    of_target = (
+        (scheme.total(target, s.x), scheme.total(target, s.u)) if len(scheme.x) else ([], [])
+    )
     parts = [target, scheme.rho, scheme.L, scheme.R, minus, plus, *of_target]
     parts += [scheme.total(minus, s.x), scheme.total(minus, s.u)]
     parts += [scheme.total(plus, s.x), scheme.total(plus, s.u)]
@@ -207,6 +218,11 @@ def _stages_text(scheme: Scheme) -> str:
     s, equations = scheme.s, scheme.stages_at_points
     parts = [equations, scheme.total(equations, s.stages)]
     return text_of(scheme, "stages", {"x": s.x, "u": s.u, "s": s.stages}, parts)
+
+
+def _branch_text(scheme: Scheme) -> str:
+    vectors = {"x": scheme.s.x, "u": scheme.s.u}
+    return _text(scheme, "branch", vectors, [[scheme.branch_at_points]])
 
 
 def _natural_text(scheme: Scheme) -> str:

@@ -12,7 +12,7 @@ from ..scene import Scene
 NAMES = (
     "harmonic", "pendulum", "double-pendulum", "kepler", "henon-heiles", "charged-particle",
     "fpu", "spring-pendulum", "outer-solar-system",
-    "rigid-body", "rigid-body-so4", "kirchhoff", "sl2",
+    "rigid-body", "rigid-body-so4", "kirchhoff", "sl2", "moser-veselov",
     "heavy-top", "lagrange-top", "kovalevskaya-top", "spherical-pendulum",
     "reduced-kepler", "rotor-body", "wong",
 )  # fmt: skip

@@ -1,0 +1,82 @@
+"""Steps far from the identities: bisections of SO(3) by a signature cover (paper, section 4.3)."""
+
+import numpy as np
+import pytest
+
+from integrators import BadInput, Scheme, StepFailure, rectangle, scenes
+from integrators.algebras import se, sl, so, sp, su
+
+MOSER_VESELOV = scenes.get("moser-veselov")
+
+
+def rotation(angle, axis):
+    """The rotation by an angle about an axis (Rodrigues)."""
+    k = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    K = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+@pytest.fixture(scope="module")
+def attitude_flow():
+    return Scheme(MOSER_VESELOV.with_attitude(), rectangle).flow(1, on_edge="bisect")
+
+
+#: a rotation by a rounded g is one to round-off only; where g is the same at every step (a steady
+#: rotation) these errors have one sign and add up
+ROUND_OFF = 2.0**-53
+
+
+def drift(run):
+    """The largest change of the spatial momentum Aμ."""
+    momentum = np.einsum("rij,rj->ri", run.x.reshape(-1, 3, 3), run.mu)
+    return np.max(abs(momentum - momentum[0]))
+
+
+@pytest.mark.parametrize("turn", (0.1, 0.3, 0.4, 0.49, 0.7, 0.9))
+def test_momentum_is_kept_at_any_rotation_a_step(attitude_flow, turn):
+    run = attitude_flow.trajectory(
+        20000, every=100, element0=rotation(2 * np.pi * turn, [1, 0.4, 0.2])
+    )
+    assert drift(run) < 20000 * ROUND_OFF
+    assert run.margin > 0
+
+
+def test_many_large_steps_change_charts_and_keep_the_momentum(attitude_flow):
+    run = attitude_flow.trajectory(20000, every=100, element0=rotation(2.7, [1, 2, -2]))
+    assert run.edges > 0 and set(run.translates) - {0}
+    assert drift(run) < 20000 * ROUND_OFF
+
+
+def det(a):
+    return abs(np.linalg.det(a))
+
+
+@pytest.mark.parametrize("algebra", (so(2), so(3), so(4), so(5), se(2), se(3), sl(2), sp(2), su(2)))
+def test_some_translate_of_the_cover_holds_every_element(algebra):
+    """det(e + g B⁻¹) ≥ 2 for some B, at random products of exponentials."""
+    from scipy.linalg import expm
+
+    generator = np.random.default_rng(3)
+    basis = np.array(algebra.basis, dtype=complex)
+    cover = [np.array(B, dtype=complex) for B in algebra.cover]
+    assert np.array_equal(cover[0], np.eye(algebra.size))
+    for _ in range(200):
+        g = expm(np.tensordot(generator.normal(0, 3, algebra.dim), basis, 1))
+        best = max(det(np.eye(algebra.size) + g @ np.linalg.inv(B)) for B in cover)
+        assert best > 2 - 1e-9 * np.linalg.norm(g) ** 2
+
+
+def test_other_algebras_state_no_cover():
+    assert not sl(3).cover and not sp(4).cover
+
+
+def test_what_cannot_be_done_is_said():
+    flow = Scheme(MOSER_VESELOV, rectangle).flow(1, on_edge="bisect")
+    with pytest.raises(BadInput, match="is no element of group"):
+        flow.trajectory(1, element0=np.diag([1, 1, -1]))
+    with pytest.raises(BadInput, match="on_edge is 'jump'"):
+        Scheme(MOSER_VESELOV, rectangle).flow(1, on_edge="jump").trajectory(1)
+    with pytest.raises(BadInput, match="given on the group"):
+        Scheme(scenes.get("rigid-body"), rectangle).flow(1, on_edge="bisect").trajectory(1)
+    with pytest.raises(StepFailure):  # |hμ| beyond every gΛ − Λgᵀ
+        flow.trajectory(1, mu0=[5, 5, 5])

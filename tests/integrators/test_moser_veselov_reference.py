@@ -1,0 +1,50 @@
+"""Moser–Veselov against its independent factorisation, at rotations spread over the group."""
+
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from integrators import Scheme, rectangle, scenes
+from reference.moser_veselov import step
+
+MASS = ("1.75", "1.25", "0.75")
+
+
+@pytest.fixture(scope="module")
+def scheme():
+    return Scheme(scenes.get("moser-veselov"), rectangle)
+
+
+def spectrum_gap(g):
+    """How near gΛ's eigenvalues come to their negatives' ones: 0 where FL is singular."""
+    values = np.linalg.eigvals(g @ np.diag([float(e) for e in MASS]))
+    return np.min(abs(np.add.outer(values, values)))
+
+
+def test_each_step_is_the_factorisations(scheme):
+    flow = scheme.flow(1, on_edge="bisect")
+    steps = 0
+    for g in Rotation.random(30, random_state=4).as_matrix():
+        run = flow.trajectory(30, element0=g)
+        found = flow.elements(run)
+        bound = 1e-13 / min(1, spectrum_gap(g)) ** 2  # what a singular FL makes of round-off
+        for a, b in pairwise(found):
+            steps += 1
+            assert np.max(abs(step(a, [float(e) for e in MASS]) - b)) < bound
+    assert steps == 900
+
+
+def test_fifty_digits_agree_with_the_factorisation_in_mpmath(scheme):
+    flow = scheme.flow(1, digits=50, on_edge="bisect")
+    with mpmath.workdps(60):
+        a = mpmath.matrix([[0, 1, -2], [-1, 0, mpmath.mpf("1.5")], [2, mpmath.mpf("-1.5"), 0]])
+        g = (mpmath.eye(3) - a) ** -1 * (mpmath.eye(3) + a)  # a rotation by 139 degrees
+        run = flow.trajectory(10, element0=g.tolist())
+        found = flow.elements(run)
+        for here, after in pairwise(found):
+            wanted = step(here.tolist(), list(map(mpmath.mpf, MASS)), 50)
+            gap = np.max(abs(np.array(wanted.tolist()) - after))
+            assert gap < mpmath.mpf(10) ** -45
