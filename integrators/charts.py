@@ -34,6 +34,18 @@ def chart_extent(groupoid: Any, u: Any, h: Any) -> Any:
     return (eye(groupoid.algebra.size) - a).det(method="berkowitz").expand()
 
 
+def chart_reach(groupoid: Any) -> int:
+    """The extent at which a chart is left: twice what a cover leaves at most.
+
+    Some translate has det(e + g B⁻¹) ≥ 2 (4 on SE(n), whose last diagonal entry is always 1), and
+    det(e − ξ/2) det(e + τ(ξ)) = 2ᴺ. Twice, so that a trajectory near the limit does not change
+    charts at every step. For other retractions a rotation by half a turn.
+    """
+    if groupoid.retraction_name == "cayley" and hasattr(groupoid, "algebra"):
+        return int(2**groupoid.algebra.size)
+    return 10
+
+
 @dataclass(frozen=True)
 class Position:
     """Where an arrow lies in its chart.

@@ -35,7 +35,9 @@ class Discretisation:
     splits: bool = False  # it treats the scene's fast potential L.fast(x) apart
 
     def applies(self, scene: Any) -> bool:
-        """Whether the scene has what the rule needs."""
+        """Whether the scene has what the rule needs; `own` is for those that give L_d alone."""
+        if (scene.discrete_lagrangian is not None) != (self.formula is own.formula):
+            return False
         return scene.fast is not None or not self.splits
 
     def __call__(self, L: Any, G: Any, x: Any, u: Any, h: Any, *s: Any) -> Any:
@@ -116,6 +118,13 @@ def imex(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
     return h * slow / 2 - h * L.fast(G.target(x, u, h / 2))
 
 
+def _given(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
+    raise BadInput("the rule own stands for the discrete Lagrangian that a scene gives itself.")
+
+
+#: no rule: the discrete Lagrangian that a scene gives itself (`Scene.discrete_lagrangian`)
+own = Discretisation("own", _given, source="the scene's")
+
 BUILT_IN = {rule.name: rule for rule in (rectangle, midpoint, trapezoidal, imex)}
 
 
@@ -134,15 +143,15 @@ def names() -> tuple[str, ...]:
 
 
 def get(name: str) -> Discretisation:
-    """The rule of that name: built in, gauss-N, lobatto-N, or a composition such as
+    """The rule of that name: built in, gauss-N, lobatto-N, own, or a composition such as
     kahan-li-8:midpoint.
 
     Raises `BadInput` naming the nearest one.
     """
     from difflib import get_close_matches
 
-    if name in BUILT_IN:
-        return BUILT_IN[name]
+    if name in BUILT_IN or name == own.name:
+        return BUILT_IN.get(name, own)
     if ":" in name:
         from .composition import compose
 

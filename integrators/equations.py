@@ -22,7 +22,7 @@ from .atoms import Atom, GroupoidForRule, LagrangianForRule
 from .chain import Adjoints, ChainRule
 from .checks import check_letters, check_regular, check_start
 from .composition import Composition, Substep, adjoint
-from .discretisations import Discretisation
+from .discretisations import Discretisation, own
 from .errors import BadInput
 from .groupoid import check_axioms
 from .on_group import Element, OnGroup
@@ -48,6 +48,8 @@ class Scheme:
         if not isinstance(rule, Discretisation):
             raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
         check_axioms(scene.groupoid)
+        if scene.discrete_lagrangian is not None and not isinstance(rule, Composition):
+            rule = own  # no rule has a say where L_d is given
         self.scene, self.rule = scene, rule
         self.s = s = SceneSymbols(scene, rule.stages)
         self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
@@ -145,10 +147,13 @@ class Scheme:
 
     @cached_property
     def L(self) -> Any:
-        """L(x, u), m×m: columns are the left-invariant fields (at τ(hu) B, by a translate B)."""
-        if self.element is not None:
-            return self.element.left
+        """L(x, u), m×m: columns are the left-invariant fields."""
         return self.scene.groupoid.L(self.x, self.u, self.h)
+
+    @cached_property
+    def L_at_translate(self) -> Any:
+        """L(x, u) at τ(hu) B, where L_d is given on the group (`Element.left`), m×m."""
+        return self.L if self.element is None else self.element.left
 
     @cached_property
     def R(self) -> Any:
@@ -351,5 +356,8 @@ class Scheme:
         return Matrix.hstack(*parts)
 
     def written_out(self, expression: Any) -> Any:
-        """The expression (or matrix) with every atom replaced by its value in (x, u, s; h)."""
-        return self.chain.written_out(expression)
+        """The expression (or matrix) with every atom replaced by its value in (x, u, s; h).
+
+        Where L_d is given on the group, g = τ(hu), the translate by B = e.
+        """
+        return self.chain.written_out(expression).xreplace(self.s.identity_translate)

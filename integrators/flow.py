@@ -152,7 +152,10 @@ class Flow:
                     ]
                 )
                 gap = wanted - np.concatenate([here["target"], here["plus"]])
-                return np.asarray(self.numbers.solve(matrix, gap))
+                found = np.asarray(self.numbers.solve(matrix, gap))
+                if self.scheme.element is not None:
+                    found[n:] = self._along_group(here["R"], found[n:], point[n:])
+                return found
 
             found = newton(change, point, 0, self.numbers.eps)
             if found is not None:
@@ -262,6 +265,12 @@ class Flow:
                 f"{chart.size}×{chart.size} matrix of that group."
             )
         return g
+
+    def _along_group(self, R: np.ndarray, du: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """The change of u that follows R⁻¹du in the group (as in `kernels`), m."""
+        chart, h = GroupChart(self.scheme.scene.groupoid, self.numbers), self._h
+        along = chart.element(h * self.numbers.solve(R, du))
+        return np.asarray(chart.coordinates(along @ chart.element(h * u)) / h - u)
 
     @cached_property
     def _c(self) -> Any:

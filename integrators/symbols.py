@@ -96,9 +96,14 @@ class SceneSymbols:
         return [self.h, *self.parameter_list, *self.constants, *translate]
 
     @property
-    def identity_translate(self) -> list[int]:
+    def identity_translate(self) -> dict[Any, Any]:
         """The values of the translate's letters for B = e."""
-        return [int(i == j) for b in self.translate for i in range(b.rows) for j in range(b.cols)]
+        from sympy import Integer
+
+        return {
+            b[i, j]: Integer(i == j)
+            for b in self.translate for i in range(b.rows) for j in range(b.cols)
+        }  # fmt: skip
 
     @property
     def stage_columns(self) -> list[Any]:
@@ -109,7 +114,8 @@ class SceneSymbols:
     def q_values(self, step: Any, numbers: Any) -> list[Any]:
         """The values of `q` at a step, as numbers of an arithmetic."""
         constants = [c(numbers.digits + 20) for c in self.constants.values()]
-        values = (step, *self.parameter_values, *constants, *self.identity_translate)
+        e = [int(entry) for entry in self.identity_translate.values()]
+        values = (step, *self.parameter_values, *constants, *e)
         return [numbers.number(v) for v in values]
 
     def constant(self, value: Callable[[int], Any]) -> Any:

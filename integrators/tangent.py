@@ -205,7 +205,7 @@ def _local_text(scheme: Scheme) -> str:
     of_target = (
         (scheme.total(target, s.x), scheme.total(target, s.u)) if len(scheme.x) else ([], [])
     )
-    parts = [target, scheme.rho, scheme.L, scheme.R, minus, plus, *of_target]
+    parts = [target, scheme.rho, scheme.L_at_translate, scheme.R, minus, plus, *of_target]
     parts += [scheme.total(minus, s.x), scheme.total(minus, s.u)]
     parts += [scheme.total(plus, s.x), scheme.total(plus, s.u)]
     if len(s.stages):

@@ -52,11 +52,18 @@ class Choice:
     extremes: tuple[str, ...] = ()  # of the study of that name; all if empty
 
     def pairs(self) -> Iterator[tuple[Scene, Discretisation]]:
-        """Every scene with every rule, of the retractions asked for."""
-        rules = self.rules or tuple(discretisations.BUILT_IN.values())
+        """Every scene with every rule, of the retractions asked for.
+
+        A scene that gives its discrete Lagrangian itself takes that (`discretisations.own`): always
+        if it was asked for by name, else unless rules were chosen.
+        """
+        rules = self.rules or (*discretisations.BUILT_IN.values(), discretisations.own)
         for scene in self.scenes or scenes.all_scenes():
             for chart in self._charts(scene):
-                yield from ((chart, rule) for rule in rules if rule.applies(chart))
+                apply = [rule for rule in rules if rule.applies(chart)]
+                if not apply and self.scenes and scene.discrete_lagrangian is not None:
+                    apply = [discretisations.own]
+                yield from ((chart, rule) for rule in apply)
 
     def _charts(self, scene: Scene) -> list[Scene]:
         """The scene in each retraction asked for, or as it is; one that uses none comes once."""

@@ -33,6 +33,7 @@ from integrators import (
     su,
     trapezoidal,
 )
+from integrators.discretisations import own
 
 # -- algebras -------------------------------------------------------------------------------------
 
@@ -342,7 +343,7 @@ OWN_SCENES = {
 
 BUILT_IN = {s.name: s for s in scenes.all_scenes()}
 SCENES = {**BUILT_IN, **OWN_SCENES}
-RULES = {r.name: r for r in (rectangle, midpoint, trapezoidal, imex)}
+RULES = {r.name: r for r in (rectangle, midpoint, trapezoidal, imex, own)}
 
 
 @discretisation()
@@ -359,10 +360,13 @@ SCHEMES = tuple((s, r) for s in SCENES for r in RULES if RULES[r].applies(SCENES
 BUILT_IN_SCHEMES = tuple((s, r) for s, r in SCHEMES if s in BUILT_IN)
 
 
+#: rules that serve every Lagrangian
+PLAIN = ("rectangle", "midpoint", "trapezoidal")
 #: scenes that meet every rule in every run; the others take turns, and meet all in the slow tests
 ALWAYS = {"harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "moving-mass",
           "heavy-top-by-hand", "affine-on-line", "framed-plane"}  # fmt: skip
-TURN = dict(zip(SCENES, cycle(r for r in RULES if not RULES[r].splits), strict=False))
+TURN = dict(zip(SCENES, cycle(PLAIN), strict=False))
+TURN |= {s: own.name for s in SCENES if SCENES[s].discrete_lagrangian}
 
 
 def named(schemes):

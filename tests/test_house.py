@@ -78,6 +78,7 @@ def test_scenes_are_data(path):
         "groupoid",
         "groupoids",
         "momentum",
+        "on_group",
         "retractions",
         "scene",
         "scenes",

@@ -9,7 +9,7 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from everything import RULES, SCENES, SCHEMES, exact_start, flow, named, scheme
+from everything import PLAIN, SCENES, SCHEMES, exact_start, flow, named, scheme
 
 #: (digits, limit of a defect, limit of an error relative to the state)
 PRECISIONS = ((16, 1e-13, 1e-11), (50, 1e-45, 1e-44))
@@ -176,7 +176,8 @@ def test_rows_are_steps_of_evolve_and_solve_the_equations(scene, rule, sign):
             assert distance(f.evolve(run.x[k], run.u[k]), (run.x[k + 1], run.u[k + 1])) < 1e-44
             assert distance(f.dual_step(run.x[k], run.mu[k]), (run.x[k + 1], run.mu[k + 1])) < 1e-44
             assert distance([f.inverse_legendre(run.x[k], run.mu[k])], [run.u[k]]) < 1e-44
-        values = dict(zip(of.s.q, [f.step, *of.s.parameter_values], strict=True))
+        letters = [of.h, *of.s.parameter_list]
+        values = dict(zip(letters, [f.step, *of.s.parameter_values], strict=True))
         values = {s: _sympy(v) for s, v in values.items()}
         for symbols, row in ((of.x, run.x[1]), (of.u, run.u[1]), (of.v, run.u[2])):
             values.update({s: _sympy(v) for s, v in zip(symbols, row, strict=True)})
@@ -224,7 +225,7 @@ def test_the_start_has_the_momentum_of_the_lagrangian(scene, rule):
 
 
 AFFINE = {
-    *((s, r) for s in ("harmonic", "charged-particle") for r in RULES),
+    *((s, r) for s in ("harmonic", "charged-particle") for r in PLAIN),
     *(
         (s, r)
         for s in (

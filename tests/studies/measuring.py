@@ -16,7 +16,7 @@ from studies.running import run_case
 BUILT_IN = [
     (s, r)
     for s in scenes.names()
-    for r, rule in discretisations.BUILT_IN.items()
+    for r, rule in {**discretisations.BUILT_IN, "own": discretisations.own}.items()
     if rule.applies(scenes.get(s))
 ]
 #: each scene with one rule, the rules in turn: every rule meets every kind of groupoid

@@ -24,7 +24,7 @@ with_quantities = [
 order_holds, symplectic_holds, momentum_holds = map(
     cache, (assert_order, assert_symplectic, assert_momentum)
 )
-DECLARED = {"rectangle": 1, "midpoint": 2, "trapezoidal": 2, "imex": 2}
+DECLARED = {"rectangle": 1, "midpoint": 2, "trapezoidal": 2, "imex": 2, "own": 2}
 
 
 def expected_order(scene, rule):
