@@ -396,7 +396,8 @@ class Flow:
 
     def _trajectory(self, run: Run, kept: int) -> Trajectory:
         index, public = np.arange(kept, dtype=np.int64) * run.every, self.numbers.public
-        totals, farthest = run.totals, [float(self._h * e) for e in run.totals[7:]]
+        totals, m = run.totals, len(self.scheme.u)
+        farthest = [float(self._h * e) for e in totals[7 : 7 + m]]
         place = distance_and_margin(self.scheme.scene.groupoid, farthest)
         return Trajectory(
             t=public(self.numbers.multiples(self.step, index)),
