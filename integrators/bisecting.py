@@ -59,7 +59,7 @@ class Bisect(Refuse):
 
     def branch(self, x: Any, u: Any, translate: int) -> Any:
         """The number of the branch at g = τ(hu) B."""
-        return self.flow._geometry(translate).branch(x, u)
+        return self.flow.geometry_in(translate).branch(x, u)
 
     def coefficients(self, translate: int) -> Any:
         """The kernels' coefficients in the chart of a translate."""

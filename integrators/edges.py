@@ -70,7 +70,7 @@ class Refuse:
 class Shrink(Refuse):
     """Steps beyond the reach are taken in halves; the rest keep their size."""
 
-    handles = (EDGE,)
+    handles = (1, 2, EDGE)  # 1, 2: not solved at all
 
     @property
     def reach(self) -> Any:
@@ -80,14 +80,16 @@ class Shrink(Refuse):
     def mend(self, run: Run, status: int) -> int:
         machine, full = self.flow.machine, run.c
         run.changes += 1
-        start = run.state.copy()
+        start, farthest = run.state.copy(), run.totals[3]
         for level in range(1, MOST_HALVINGS + 1):
             run.c = machine.coefficients(halvings=level)
             machine.recarry(run.state, run.c)
             status = self._substeps(run, 2**level)
-            if status != EDGE:
+            if status == OK:
                 break
             run.state[:] = start
+        if run.totals[3] != farthest:  # of a substep: what u is in a whole one
+            run.totals[7:] = [u / 2**level for u in run.totals[7:]]
         run.c = full
         machine.recarry(run.state, run.c)
         return status

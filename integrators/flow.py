@@ -243,7 +243,7 @@ class Flow:
         """The scheme's maps and derivatives as numbers at this step."""
         return LocalGeometry(self.scheme, self.numbers, self._q)
 
-    def _geometry(self, translate: int) -> LocalGeometry:
+    def geometry_in(self, translate: int) -> LocalGeometry:
         """The same in the chart of another translate."""
         if translate == 0:
             return self.geometry
@@ -346,7 +346,7 @@ class Flow:
             )
         g, (x, _) = self._element(element), self._vectors(x0 or scheme.scene.x0, scheme.scene.v0)
         translate, u = self.edge.place(g)
-        return x, self._geometry(translate).at(x, u)["minus"] / self._h, (translate, u)
+        return x, self.geometry_in(translate).at(x, u)["minus"] / self._h, (translate, u)
 
     def _run(
         self, steps: int, every: int, x: Any, mu: Any, start: tuple[int, Any], progress: Any

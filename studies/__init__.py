@@ -22,6 +22,7 @@ NAMES = (
     "energy",
     "work-precision",
     "stability",
+    "charts",
     "extremes",
     "savings",
 )

@@ -22,16 +22,9 @@ from . import lookup
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: what a study may say of a case beside `measured` and `rows`
 DETAILS = (
-    "kind",
-    "periods",
-    "duration",
-    "floor",
-    "crossovers",
-    "label",
-    "extreme",
-    "unusable",
+    "kind", "periods", "duration", "floor", "crossovers", "label", "extreme", "slice", "unusable",
     "diagnosis",
-)
+)  # fmt: skip
 Progress = Callable[[str, float], None]
 
 
@@ -163,10 +156,12 @@ def worst(verdicts: Iterable[str]) -> str:
     return min(verdicts, key=VERDICTS.index, default="inconclusive")
 
 
-def plain_cases(study: str, choice: Choice, default_digits: Sequence[int]) -> list[Case]:
+def plain_cases(
+    study: str, choice: Choice, default_digits: Sequence[int], thorough: bool = False
+) -> list[Case]:
     """Every chosen scene by every chosen rule at every precision."""
     return [
-        Case(study, scene, rule, digits, choice.steps)
+        Case(study, scene, rule, digits, choice.steps, thorough=thorough)
         for digits in choice.digits or default_digits
         for scene, rule in choice.pairs()
     ]

@@ -61,6 +61,7 @@ def _parser() -> argparse.ArgumentParser:
         "momentum": "momentum maps and Casimirs over 10⁶ steps",
         "energy": "energy band and secular slope over 10⁶ steps",
         "work-precision": "error against run time, beside other people's integrators",
+        "charts": "steps of every size on a group, beside the method bound to one chart",
         "extremes": "what happens at the edge of each scene, and how it is noticed",
         "savings": "what leaving out work that a scene does not need is worth",
         "stability": "linear intervals, and maps of stiff scenes over step and stiffness",

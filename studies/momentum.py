@@ -51,7 +51,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             scheme = _scheme(case, attitude)
             run = long_run(case, scheme, steps, progress)
             for q in whole:
-                rows_of = with_terms(scheme, _formula(scheme, q), case.digits)
+                rows_of = with_terms(scheme, formula_of(scheme, q), case.digits)
                 series[q.name] = relative_drifts(rows_of(run), case.digits)
     for q in kept:
         if q.stretch is not None:
@@ -75,7 +75,7 @@ def _scheme(case: Case, attitude: bool) -> Scheme:
     return scheme_of(_with_attitude(case.scene) if attitude else case.scene, case.rule)
 
 
-def _formula(scheme: Scheme, q: Conserved) -> Any:
+def formula_of(scheme: Scheme, q: Conserved) -> Any:
     """The quantity in the scheme's symbols; an attitude is handed on as a matrix."""
     x: Any = scheme.x
     if q.attitude:
@@ -89,7 +89,7 @@ def _over_stretches(case: Case, q: Conserved, steps: int, progress: Progress) ->
     assert q.stretch is not None
     scheme = _scheme(case, q.attitude)
     flow = scheme.flow(case.scene.step, case.digits)
-    rows_of = with_terms(scheme, _formula(scheme, q), case.digits)
+    rows_of = with_terms(scheme, formula_of(scheme, q), case.digits)
     total = min(steps, MOST_STRETCHES * q.stretch)
     drifts, mu, u = [], None, None
     for done in range(0, total, q.stretch):

@@ -54,7 +54,7 @@ def add_study(parser: argparse.ArgumentParser, name: str) -> None:
             "--extreme", action="append", default=[], metavar="NAME", dest="extremes",
             help='only this one, such as "e = 0.99"',
         )  # fmt: skip
-    if name in ("work-precision", "stability", "savings"):
+    if name in ("work-precision", "stability", "charts", "savings"):
         parser.add_argument("--thorough", action="store_true", help="as long as it takes")
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from studies.rendering import (
+    plot_charts,
     plot_drift,
     plot_maps,
     plot_order,
@@ -15,6 +16,7 @@ from studies.rendering import (
 )
 from studies.rendering.canvas import Drawing, Panel, Sheet, render
 from studies.rendering.captions import (
+    CHARTS,
     CONTROLS,
     CONVERGENCE,
     DEFECTS,
@@ -225,6 +227,15 @@ def _stability(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) ->
     ]  # fmt: skip
 
 
+def _charts(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    panels = [
+        panel
+        for case in cases
+        for panel in plot_charts.panels(titles.get(str(case["scene"]), str(case["scene"])), case)
+    ]
+    return [Sketch("charts", "Steps of every size", CHARTS, panels, plot_charts.SHEET)]
+
+
 def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
     """A wider margin where names of rules carry their retraction."""
     more = 0.24 if any(case.get("retraction") == "exponential" for case in cases) else 0.0
@@ -243,4 +254,5 @@ SKETCHERS: dict[str, Sketcher] = {
     "energy": _energy,
     "work-precision": _work,
     "stability": _stability,
+    "charts": _charts,
 }

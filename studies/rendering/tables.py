@@ -125,6 +125,12 @@ def _setup(case: Case) -> str:
     return NONE if seconds is None else duration(seconds)
 
 
+def _translates(case: Case) -> str:
+    """How many steps lay in the chart of each translate, e first."""
+    counts = mapping(mapping(case, "measured"), "translates")
+    return ", ".join(str(count) for count in counts.values()) or NONE
+
+
 _MEASURED: dict[str, list[Column]] = {
     "order": [("Order", _fitted("order", "interval")), ("Points", _points)],
     "symplecticity": [("Pullback", _measured("pullback")), ("Poisson", _measured("poisson"))],
@@ -137,6 +143,19 @@ _MEASURED: dict[str, list[Column]] = {
         ("Bytes kept", lambda case: _variants(case, "bytes", str)),
         ("Time a step", lambda case: _variants(case, "seconds", duration)),
         ("Times as long", lambda case: _variants(case, "times", "{:.2f}×".format)),
+    ],
+    "charts": [
+        ("Starts", lambda case: str(mapping(case, "measured").get("starts", NONE))),
+        ("Steps", lambda case: str(mapping(case, "measured").get("steps", NONE))),
+        ("Changes of chart", lambda case: str(mapping(case, "measured").get("changes", NONE))),
+        ("Steps by translate", _translates),
+        ("Least margin", _measured("margin")),
+        ("Residual", _measured("residual")),
+        ("Pullback", _measured("pullback")),
+        ("Poisson", _measured("poisson")),
+        ("Momentum", _measured("momentum")),
+        ("Factorisation", _measured("factorisation")),
+        ("Newton, most", lambda case: str(mapping(case, "measured").get("newton_max", NONE))),
     ],
     "extremes": [
         ("Extreme", lambda case: str(case.get("extreme") or NONE)),

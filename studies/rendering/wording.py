@@ -16,6 +16,7 @@ STUDIES = (
     "energy",
     "work-precision",
     "stability",
+    "charts",
     "extremes",
     "savings",
 )
@@ -155,6 +156,7 @@ def wanted(study: str, case: Mapping[str, Any]) -> str:
         "symplecticity": _wanted_limit,
         "momentum": _wanted_limit,
         "energy": _wanted_slope,
+        "charts": lambda e: "right, or a clear error",
         "extremes": lambda e: "nothing silent",
         "savings": lambda e: f"the same results to {scientific(e.get('limit'))}",
         "stability": _wanted_stability,
@@ -205,6 +207,7 @@ def got(study: str, case: Mapping[str, Any]) -> str:
         "momentum": lambda m: _pairs(m.get("drift") or {}),
         "energy": _got_energy,
         "savings": _got_savings,
+        "charts": _got_charts,
         "extremes": lambda m: "; ".join(f"{k}: {outcome(m[k])}" for k in m),
         "stability": _got_stability,
         "work-precision": lambda m: f"best {scientific(m.get('best'))}",
@@ -236,6 +239,14 @@ def _got_stability(measured: dict[str, Any]) -> str:
             at = "hω" if name == "exchange" else "ω"
             said.append(f"{words} " + ", ".join(f"{_share(v)} ({at} = {k})" for k, v in pairs))
     return "; ".join(said)
+
+
+def _got_charts(measured: dict[str, Any]) -> str:
+    said = [f"{measured['steps']} steps", f"{measured['changes']} changes of chart"]
+    said += [f"{measured['stopped']} stopped"] if measured["stopped"] else []
+    names = ("residual", "pullback", "poisson", "momentum")
+    said += [f"{k} {scientific(measured[k])}" for k in names if measured.get(k) is not None]
+    return ", ".join(said)
 
 
 def _got_savings(measured: dict[str, Any]) -> str:

@@ -148,8 +148,8 @@ def spoiled() -> list[dict[str, Any]]:
     found[1]["cases"][-1]["verdict"] = "fail"
     found[2]["cases"] = [case("momentum", "kepler", "midpoint", 16, verdict="fail", reason="<b>")]
     found[3] |= {"cases": [], "verdict": "inconclusive"}
-    found.append({"study": "charts", "verdict": "pass", "command": "discmech charts", "cases": [
-        case("charts", "so(3)", "two & a_half", 16, measured={"cover": 4, "gap": [0.5, math.inf]})
+    found.append({"study": "twist", "verdict": "pass", "command": "discmech twist", "cases": [
+        case("twist", "so(3)", "two & a_half", 16, measured={"cover": 4, "gap": [0.5, math.inf]})
     ]})  # fmt: skip
     return found
 

@@ -106,9 +106,9 @@ def test_whatever_went_wrong_is_said_first(tmp_path: Path) -> None:
     assert text.index("✗</span> missed") < text.index("cases pass</summary>")
     assert "&lt;b&gt;" in text and "two &amp; a_half" in text and "nan" not in text.lower().split()
     assert not Reader(text).open
-    strict = json.loads((tmp_path / "tables/charts.json").read_text(), parse_constant=pytest.fail)
+    strict = json.loads((tmp_path / "tables/twist.json").read_text(), parse_constant=pytest.fail)
     assert strict["cases"][0]["measured"]["gap"] == [0.5, None]
-    assert r"two \& a\_half" in (tmp_path / "tables/charts.tex").read_text()
+    assert r"two \& a\_half" in (tmp_path / "tables/twist.tex").read_text()
 
 
 def test_nothing_at_all_is_a_page_too(tmp_path: Path) -> None:
