@@ -1,4 +1,4 @@
-"""The paper's misprints, sections 2 and 3: what is printed, what is meant, what depends on it.
+"""The paper's misprints, sections 2 to 4: what is printed, what is meant, what depends on it.
 
 Search for `[misprint: tag]` to find where the corrected formula is used or tested.
 """
@@ -95,5 +95,12 @@ MISPRINTS = (
         r"$+hmgd(Z_{k+1}e_2-Y_{k+1}e_3)$ and so on, in all three components",
         r"$-hmgd(Z_{k+1}e_2-Y_{k+1}e_3)$ and so on",
         r"$\partial L_c/\partial\Gamma=-mgd e$; as printed gravity pulls upwards",
+    ),
+    Misprint(
+        "implicit2",
+        r"$\rho \partial_{\bar x}\partial_{\bar u}(L_d\circ R_{\Upsilon_0})-\dots"
+        r"-L^\nu_\mu \partial_{\bar u^\nu}\partial_{\bar u^\gamma}(L_d\circ R_{\Upsilon_0})$",
+        r"$L_d\circ L_{\Sigma_0}$ throughout, and $R^\nu_\mu$ in the last term",
+        r"it is the derivative of (39) along $\bar v$, which stands in $L_d\circ L_{\Sigma_0}$",
     ),
 )

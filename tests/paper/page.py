@@ -12,8 +12,8 @@ INTRODUCTION = """\
 # The paper, equation by equation
 
 J. C. Marrero, D. Martín de Diego, E. Martínez, *The local description of discrete mechanics*,
-sections 2 and 3. Written by `make paper` from the table in `tests/paper/`, which pytest runs: what
-is said to hold here is asserted there. Section 4 (bisections) is still to come.
+sections 2 to 4. Written by `make paper` from the table in `tests/paper/`, which pytest runs: what
+is said to hold here is asserted there.
 
 {displays} displayed formulas and {text} statements of the text: {checked} checked ({symbolic}
 symbolically, {numeric} at 40 digits), {definitions} definitions; {misprints} misprints.

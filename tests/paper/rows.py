@@ -36,6 +36,8 @@ class Row:
     misprints: tuple[str, ...] = ()
     #: ingredients that may be anything in this identity: a wrong one is not seen
     free: tuple[str, ...] = ()
+    #: second derivatives of compositions: the fast suite takes the witnesses alone
+    dear: bool = False
 
     @property
     def section(self) -> str:
@@ -52,12 +54,12 @@ def definition(place: str, says: str, *misprints: str) -> None:
 
 
 def checked(
-    place: str, says: str, how: str, *misprints: str, free: Iterable[str] = ()
+    place: str, says: str, how: str, *misprints: str, free: Iterable[str] = (), dear: bool = False
 ) -> Callable[[Callable[..., Iterable[Claim]]], Callable[..., Iterable[Claim]]]:
     """Decorator: the check of a row, a generator of claims (of a sample, unless symbolic)."""
 
     def add(check: Callable[..., Iterable[Claim]]) -> Callable[..., Iterable[Claim]]:
-        ROWS.append(Row(place, says, how, check, misprints, tuple(free)))
+        ROWS.append(Row(place, says, how, check, misprints, tuple(free), dear))
         return check
 
     return add

@@ -1,4 +1,4 @@
-"""The table: all displays of sections 2 and 3 in the paper's order, and the rows on them."""
+"""The table: all displays of sections 2 to 4 in the paper's order, and the rows on them."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ for _name in (
     "section_3_so3",
     "section_3_action",
     "section_3_heavy_top",
+    "section_4_bisections",
+    "section_4_evolution",
 ):
     import_module(f"{__package__}.{_name}")
 
@@ -47,6 +49,10 @@ SECTIONS = {
     "3.6.1": "Pair or banal groupoid",
     "3.6.2": "Lie groups",
     "3.7": "Transformation or action Lie groupoid",
+    "4": "Bisections and discrete Euler–Lagrange evolution operators",
+    "4.1": "Bisections of a Lie groupoid",
+    "4.2": "General discrete Euler–Lagrange evolution operators",
+    "4.3": "Application",
 }
 
 
@@ -75,7 +81,7 @@ _MARK = re.compile(
 
 
 def displays_of(tex: str) -> tuple[Display, ...]:
-    """The displays of sections 2 and 3 of the paper's TeX source, for comparison with DISPLAYS."""
+    """The displays of sections 2 to 4 of the paper's TeX source, for comparison with DISPLAYS."""
     tex = re.sub(r"(?<!\\)%.*", "", tex)
     levels, printed, position = [0, 0, 0], 0, 0
     found: list[Display] = []
@@ -96,7 +102,7 @@ def displays_of(tex: str) -> tuple[Display, ...]:
             number = "–".join(str(printed + k + 1) for k in range(lines))
             printed += lines
         section = ".".join(str(k) for k in levels if k)
-        if levels[0] in (2, 3):
+        if levels[0] in (2, 3, 4):
             count = sum(d.place.startswith(section + "-") for d in found) + 1
             form = f"{mark['env']}{mark['star']}" if mark["env"] else mark.group()
             digest = hashlib.sha256("".join(body.split()).encode()).hexdigest()[:8]
