@@ -1,0 +1,84 @@
+"""The study charts: what it shows of moser-veselov, and that it fails what is wrong."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from integrators import scenes
+from studies import charts, get
+from studies.case import Choice
+from studies.rendering.figures import plates
+from studies.running import run_case
+
+
+def the_case(**more):
+    (case,) = charts.cases(Choice(scenes=(scenes.get("moser-veselov"),), **more))
+    return case
+
+
+@pytest.fixture(scope="module")
+def found():
+    return run_case(get("charts"), the_case(steps=12))
+
+
+def test_every_start_goes_through_and_all_translates_are_used(found):
+    assert found["verdict"] == "pass", found["reason"]
+    measured = found["measured"]
+    assert measured["starts"] == len(charts.TURNS) * charts.AXES == len(found["rows"])
+    assert set(measured["translates"]) == set("0123") and measured["changes"] > 0
+    assert measured["stopped"] == 0
+    assert {row["turn"] for row in found["rows"]} >= {0.01, 0.5, 0.99}
+    assert all(0 < row["margin"] <= 1 for row in found["rows"])
+
+
+def test_the_chart_bound_method_aliases(found):
+    """τ(hΩ) by Cayley turns by less than half a turn, and its method by less than that."""
+    for row in found["rows"]:
+        bound = math.atan(math.pi * row["turn"]) / math.pi
+        assert row["chart_turn"] <= bound + 1e-12
+    last = [row["chart_turn"] for row in found["rows"] if row["turn"] == 0.99]
+    assert max(last) < 0.3
+
+
+def test_the_angle_of_a_rotation():
+    for turn in (0.01, 0.3, 0.5, 0.7):
+        g = charts.rotation(2 * np.pi * turn * charts.axis_of(2))
+        assert charts.turn_of(g) == pytest.approx(min(turn, 1 - turn), abs=1e-9)
+        assert np.allclose(g @ g.T, np.eye(3), atol=1e-15)
+
+
+def test_the_singular_set_crosses_the_picture(found):
+    det = np.array([[np.nan if e is None else e for e in row] for row in found["slice"]["det"]])
+    assert np.nanmin(det) < 0 < np.nanmax(det)
+
+
+@pytest.mark.parametrize("name", ["residual", "poisson", "factorisation", "momentum"])
+def test_a_wrong_number_fails(found, name):
+    rows = [dict(row) for row in found["rows"]]
+    rows[5][name] = 1e-9
+    verdict = charts.judge(the_case(), {"rows": rows, "measured": found["measured"]})
+    assert verdict.verdict == "fail" and name in verdict.reason
+
+
+def test_a_run_that_stops_far_from_the_singular_set_fails(found):
+    rows = [dict(row) for row in found["rows"]]
+    rows[5] |= {"outcome": "stopped", "cause": "Newton did not converge"}
+    verdict = charts.judge(the_case(), {"rows": rows, "measured": found["measured"]})
+    assert verdict.verdict == "fail" and "it stopped" in verdict.reason
+
+
+def test_it_is_drawn(found):
+    result = {"study": "charts", "command": "discmech charts", "cases": [found]}
+    (plate,) = plates([result], {}, {})
+    assert len(plate.drawing.panels) == 4 and plate.drawing.svg
+
+
+@pytest.mark.slow
+def test_a_million_steps():
+    case = the_case(thorough=True)
+    found = run_case(get("charts"), case)
+    assert found["verdict"] == "pass", found["reason"]
+    assert found["measured"]["steps"] >= 10**6
