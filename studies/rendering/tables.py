@@ -145,17 +145,9 @@ _MEASURED: dict[str, list[Column]] = {
         ("Times as long", lambda case: _variants(case, "times", "{:.2f}×".format)),
     ],
     "charts": [
-        ("Starts", lambda case: str(mapping(case, "measured").get("starts", NONE))),
-        ("Steps", lambda case: str(mapping(case, "measured").get("steps", NONE))),
-        ("Changes of chart", lambda case: str(mapping(case, "measured").get("changes", NONE))),
         ("Steps by translate", _translates),
         ("Least margin", _measured("margin")),
-        ("Residual", _measured("residual")),
-        ("Pullback", _measured("pullback")),
-        ("Poisson", _measured("poisson")),
-        ("Momentum", _measured("momentum")),
-        ("Factorisation", _measured("factorisation")),
-        ("Newton, most", lambda case: str(mapping(case, "measured").get("newton_max", NONE))),
+        ("Got", lambda case: got("charts", case)),
     ],
     "extremes": [
         ("Extreme", lambda case: str(case.get("extreme") or NONE)),
