@@ -162,7 +162,10 @@ class MatrixAlgebra:
 
     @cached_property
     def real(self) -> MatrixAlgebra:
-        """The algebra itself if its matrices are real, else with a + ib ↦ [[a, −b], [b, a]]."""
+        """The algebra itself if its matrices are real, else with a + ib ↦ [[a, −b], [b, a]].
+
+        The cover, which is real, goes with it.
+        """
         if not self._complex:
             return self
         from sympy import im, re
@@ -171,7 +174,12 @@ class MatrixAlgebra:
         for e in self._matrices:
             a, b = e.applyfunc(re), e.applyfunc(im)
             basis.append(a.row_join(-b).col_join(b.row_join(a)))
-        return MatrixAlgebra(self.name, tuple(tuple(map(tuple, e.tolist())) for e in basis))
+        twice = [_elementary(2 * n, {(i, j): B[i % n][j % n] for i in range(2 * n)
+                                     for j in range(2 * n) if i // n == j // n})
+                 for n in (self.size,) for B in self.cover]  # fmt: skip
+        return MatrixAlgebra(
+            self.name, tuple(tuple(map(tuple, e.tolist())) for e in basis), tuple(twice)
+        )
 
     @cached_property
     def adjoint(self) -> tuple[Nested, ...]:

@@ -43,9 +43,23 @@ class Refuse:
         return self.flow.machine.coefficients()
 
     def place(self, g: Any) -> tuple[int, Any]:
-        """(translate, u) of an element; here there is only e."""
-        chart = GroupChart(self.flow.scheme.scene.groupoid, self.flow.numbers)
-        return 0, chart.coordinates(g) / self.flow._h
+        """(translate, u) of an element; here there is only e.
+
+        Raises `BadInput` if g has no coordinates, or too few digits of them.
+        """
+        scene, numbers = self.flow.scheme.scene, self.flow.numbers
+        chart = GroupChart(scene.groupoid, numbers)
+        try:
+            xi = chart.coordinates(g)
+            off = abs(chart.element(xi) - g).max()
+        except ZeroDivisionError:
+            off = None
+        if off is None or not off <= 2**20 * numbers.eps * (1 + abs(g).max()):
+            raise BadInput(
+                f"{scene.name}: element0 lies at the edge of its chart, where det(e + g) = 0; "
+                'take flow(step, on_edge="bisect").'
+            )
+        return 0, xi / self.flow._h
 
     @property
     def reach(self) -> Any:

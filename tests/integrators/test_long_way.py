@@ -1,0 +1,121 @@
+"""Long runs far from the identities: back to the start, 50 digits, and shrunk steps."""
+
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from integrators import Scene, Scheme, action, rectangle, scenes, so
+from integrators.on_group import on_group
+from reference.moser_veselov import step
+
+MASS = ("1.75", "1.25", "0.75")
+
+
+@pytest.fixture(scope="module")
+def scheme():
+    return Scheme(scenes.get("moser-veselov"), rectangle)
+
+
+def there_and_back(scheme, g, steps, digits):
+    """(change of the first step g after `steps` steps and as many back, changes of chart).
+
+    The step −h goes back, for L_d is self-adjoint; it begins with the inverse of the last g.
+    """
+    forth, back = (scheme.flow(sign, digits, on_edge="bisect") for sign in (1, -1))
+    run = forth.trajectory(steps, every=steps, element0=g)
+    start, end = forth.elements(run)
+    again = back.trajectory(steps, every=steps, element0=end.T)
+    assert again.steps == run.steps == steps
+    return np.max(abs(back.elements(again)[-1].T - start)), run.edges + again.edges
+
+
+@pytest.mark.parametrize("steps", (500, pytest.param(10**4, marks=pytest.mark.slow)))
+def test_forward_and_back_in_double_precision(scheme, steps):
+    edges = 0
+    for g in Rotation.random(4, random_state=11).as_matrix():
+        gap, met = there_and_back(scheme, g, steps, 16)
+        assert gap < 1e-6
+        edges += met
+    assert edges > 0
+
+
+def cayley(a, b, c):
+    """A rotation with rational entries, to the working precision."""
+    A = mpmath.matrix([[0, -c, b], [c, 0, -a], [-b, a, 0]])
+    return ((mpmath.eye(3) - A) ** -1 * (mpmath.eye(3) + A)).tolist()
+
+
+@pytest.mark.parametrize("steps", (20, pytest.param(10**4, marks=pytest.mark.slow)))
+def test_forward_and_back_at_fifty_digits(scheme, steps):
+    with mpmath.workdps(70):
+        g = np.array(cayley(2, mpmath.mpf("-1.5"), 1), dtype=object)
+        gap, _ = there_and_back(scheme, g.tolist(), steps, 50)
+        assert gap < mpmath.mpf(10) ** -38
+
+
+@pytest.mark.slow
+def test_a_thousand_steps_at_fifty_digits_are_the_factorisations(scheme):
+    flow = scheme.flow(1, digits=50, on_edge="bisect")
+    with mpmath.workdps(70):
+        mass = list(map(mpmath.mpf, MASS))
+        run = flow.trajectory(1000, element0=cayley(2, mpmath.mpf("-1.5"), 1))
+        found = flow.elements(run)
+        wanted = mpmath.matrix(found[0].tolist())
+        worst = mpmath.mpf(0)
+        for here, after in pairwise(found):
+            wanted = step(here.tolist(), mass, 60)
+            worst = max(worst, np.max(abs(np.array(wanted.tolist()) - after)))
+        assert worst < mpmath.mpf(10) ** -40
+
+
+def test_shrunk_steps_are_those_of_the_smaller_step():
+    """At h = 80 every step of the free body is beyond the reach, and half of it is not."""
+    body = Scheme(scenes.get("rigid-body"), rectangle)
+    run = body.flow(80, on_edge="shrink").trajectory(20)
+    halves = body.flow(40).trajectory(40, every=2)
+    assert run.edges == 21
+    assert np.max(abs(run.mu - halves.mu)) < 1e-12
+    assert run.margin == pytest.approx(halves.margin, rel=1e-6)
+    near = body.flow(1, on_edge="shrink").trajectory(20)
+    assert near.edges == 0
+    assert np.array_equal(near.mu, body.flow(1).trajectory(20).mu)
+
+
+def heavy_top_on_group():
+    """tr(Λ(e − g))/h with the weight at both ends of the step: a heavy top at any rotation."""
+
+    def formula(x, g, h, p):
+        kinetic = sum((sum(p.inertia) / 2 - p.inertia[i]) * (1 - g[i, i]) for i in range(3)) / h
+        y = g.T * x  # x·g of a row x, as a column
+        return kinetic - h * p.weight * (x + y).dot(p.center) / 2
+
+    return Scene(
+        "heavy-top-on-group",
+        action(so(3)),
+        parameters={"inertia": [2, "5/2", 3], "weight": "1/50", "center": ["2/3", "1/3", "2/3"]},
+        discrete_lagrangian=on_group(formula),
+        x0=["2/7", "3/7", "6/7"],
+        v0=["0.3", "0.2", "0.4"],
+    )
+
+
+def test_a_heavy_top_turns_by_any_angle_a_step():
+    from integrators.arrows import arrow, defects, residual
+
+    flow = Scheme(heavy_top_on_group(), rectangle).flow(1, on_edge="bisect")
+    translates = set()
+    for turn in (0.1, 0.3, 0.4, 0.45):
+        g = Rotation.from_rotvec(2 * np.pi * turn * np.array([0.6, 0.48, 0.64])).as_matrix()
+        run = flow.trajectory(40, element0=g)
+        assert np.max(abs((run.x**2).sum(axis=1) - 1)) < 1e-13
+        vertical = (run.x * run.mu).sum(axis=1)  # μ·Γ, the momentum about the vertical
+        assert np.max(abs(vertical - vertical[0])) < 1e-12
+        translates |= set(run.translates.tolist())
+        for k in range(0, 40, 5):
+            here, there = arrow(flow, run, k), arrow(flow, run, k + 1)
+            assert residual(flow, here, there) < 1e-13
+            assert max(defects(flow, here, there)) < 1e-13
+    assert len(translates) > 1
