@@ -98,6 +98,7 @@ def _key(scheme: Scheme, what: str) -> str:
         scheme.increment_at_points,
         s.q,
         [(a.kind, a.z, a.value) for a in scheme.chain.given],
+        scheme.mark,
     ]
     if scheme.element is not None:
         parts.append(scheme.branch_at_points)
@@ -189,8 +190,12 @@ def load_composed(schemes: tuple[Scheme, ...], numbers: Any) -> dict[str, Any]:
 def _load(path: Path, numbers: Any) -> dict[str, Any]:
     if not isinstance(numbers, Multiple):
         return vars(compiled_module(path))
-    body = path.read_text(encoding="utf-8").split(_MARK, 1)[1]
-    return run_text(body, numbers.namespace())
+    return run_text(kernel_body(path), numbers.namespace())
+
+
+def kernel_body(path: Path) -> str:
+    """The text of a generated module without what numba needs, for `run_text`."""
+    return path.read_text(encoding="utf-8").split(_MARK, 1)[1]
 
 
 def run_text(text: str, namespace: dict[str, Any]) -> dict[str, Any]:

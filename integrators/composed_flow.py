@@ -11,7 +11,6 @@ import numpy as np
 from .compiling import load_composed
 from .errors import CannotMeasure
 from .flow import Flow
-from .tangent import newton, relative_defect
 
 if TYPE_CHECKING:
     from .equations import Scheme
@@ -39,35 +38,17 @@ class ComposedFlow(Flow):
                 made[key] = Flow(of_kind[substep.adjoint], size, digits)
             self.parts.append(made[key])
 
-    def poisson_defect(self, x: Any, mu: Any, *, u0: Any = None, bracket_sign: int = 1) -> Any:
-        """As `Flow.poisson_defect`, M being the product of the substeps' derivatives."""
-        with self.numbers.working():
-            x, mu = self._vectors(x, mu)
-            guess = self._guess if u0 is None else self._vectors(x, u0)[1]
-            first, total = self.parts[0].geometry, None
-            before = first.poisson_tensor(x, mu, bracket_sign)
-            for part in self.parts:
-                guess = self._arrow_of(part, x, mu, guess)
-                here = part._arrow(x, guess)
-                m = part.geometry.dual_step(here, part._h)
-                total = m if total is None else m @ total
-                x, mu = here["target"], here["plus"] / part._h
-            after = first.poisson_tensor(x, mu, bracket_sign)
-            assert total is not None
-            return self._number(relative_defect(total @ before @ total.T, after, total))
-
-    def _arrow_of(self, part: Flow, x: Any, mu: Any, guess: Any) -> np.ndarray:
-        """The u with F⁻(x, u) = hμ of one substep, by Newton from the guess."""
-
-        def change(u: np.ndarray) -> np.ndarray:
-            here = part.geometry.at(x, u)
-            return np.asarray(self.numbers.solve(here["minus_u"], part._h * mu - here["minus"]))
-
-        found = newton(change, guess, 0, self.numbers.eps)
-        if found is None:
-            where = {"x": self.numbers.public(x), "mu": self.numbers.public(mu)}
-            raise self._failure(0, where, "a substep was not found", None)
-        return found
+    def _legendre_step(self, x: Any, mu: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The substeps' maps one after another, and the product of their derivatives."""
+        guess, total = self._guess(u0), None
+        for part in self.parts:
+            guess = part._arrow_of(x, mu, guess)
+            here = part._arrow(x, guess)
+            m = part.geometry.dual_step(here, part._h)
+            total = m if total is None else m @ total
+            x, mu = here["target"], here["plus"] / part._h
+        assert total is not None
+        return x, mu, total
 
     def evolve(self, x: Any, u: Any) -> NoReturn:
         """Not defined for compositions: raises `CannotMeasure`."""
@@ -92,10 +73,6 @@ class ComposedFlow(Flow):
         )
 
     # -- inner ----------------------------------------------------------------------------------
-
-    @property
-    def _guess(self) -> np.ndarray:
-        return self._vectors(self.scheme.scene.x0, self.scheme.scene.v0)[1]
 
     @cached_property
     def _kernels(self) -> dict[str, Any]:

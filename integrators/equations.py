@@ -51,6 +51,9 @@ class Scheme:
         if scene.discrete_lagrangian is not None and not isinstance(rule, Composition):
             rule = own  # no rule has a say where L_d is given
         self.scene, self.rule = scene, rule
+        #: what the kernels depend on beside L_d and the groupoid: nothing, as long as nobody
+        #: changes what is derived (`studies.power` does, to see whether that is noticed)
+        self.mark = ""
         self.s = s = SceneSymbols(scene, rule.stages)
         self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
         self._seen = GroupoidForRule(scene.groupoid, s)

@@ -21,7 +21,7 @@ from .equations import Scheme
 from .errors import BadInput, StepFailure
 from .exact import exact_rational
 from .machine import Machine, Run
-from .tangent import LocalGeometry, StagesNotFound, newton, relative_defect
+from .tangent import LocalGeometry, StagesNotFound, frobenius, newton, relative_defect
 
 _CAUSES = {
     **edges.CAUSES,
@@ -196,8 +196,7 @@ class Flow:
         """
         with self.numbers.working():
             x, mu = self._vectors(x, mu)
-            here = self._arrow(x, self._solve(x, mu, u0))
-            return self._poisson(here, x, mu, bracket_sign)
+            return self._poisson(self._legendre_arrow(x, mu, u0), x, mu, bracket_sign)
 
     def _poisson(self, here: Any, x: Any, mu: Any, bracket_sign: int = 1) -> Any:
         after_mu = [p / self._h for p in here["plus"]]
@@ -205,6 +204,23 @@ class Flow:
         before = self.geometry.poisson_tensor(x, mu, bracket_sign)
         after = self.geometry.poisson_tensor(here["target"], after_mu, bracket_sign)
         return self._number(relative_defect(m @ before @ m.T, after, m))
+
+    def step_defect(self, x: Any, mu: Any, after_x: Any, after_mu: Any, *, u0: Any = None) -> Any:
+        """How far a step (x, μ) ↦ (after_x, after_mu) is from the discrete equations.
+
+        ‖(x′, μ′) − (after_x, after_mu)‖ / (‖M‖ ‖(x, μ)‖) where (x′, μ′) is computed by the Legendre
+        maps themselves and M is its derivative: no kernel has a part in it.
+        """
+        with self.numbers.working():
+            (x, mu), taken = self._vectors(x, mu), self._vectors(after_x, after_mu)
+            here = self._legendre_arrow(x, mu, u0)
+            wanted, m = (
+                (here["target"], here["plus"] / self._h),
+                self.geometry.dual_step(here, self._h),
+            )
+            gap = np.concatenate(wanted) - np.concatenate(taken)
+            size = frobenius(np.concatenate([x, mu])) + frobenius(np.concatenate(wanted))
+            return self._number(frobenius(gap) / (frobenius(m) * size) if size else frobenius(gap))
 
     def tangent(self, x: Any, u: Any) -> np.ndarray:
         """TΨ at (x, u), (n+m)×(n+m)."""
@@ -420,6 +436,27 @@ class Flow:
         guess = self._vectors(x, self.scheme.scene.v0 if guess is None else guess)[1]
         run = self._run(0, 1, x, mu, (0, guess), None)
         return np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
+
+    def _legendre_arrow(self, x: Any, mu: Any, u0: Any) -> dict[str, np.ndarray]:
+        """The maps and derivatives at the (x, u) with F⁻(x, u) = hμ, found without a kernel."""
+        return self._arrow(x, self._arrow_of(x, mu, self._guess(u0)))
+
+    def _guess(self, u0: Any) -> np.ndarray:
+        return self._vectors(self.scheme.scene.x0, self.scheme.scene.v0 if u0 is None else u0)[1]
+
+    def _arrow_of(self, x: Any, mu: Any, guess: Any) -> np.ndarray:
+        """The u with F⁻(x, u) = hμ, by Newton from the guess with the maps' own derivatives."""
+
+        def change(u: np.ndarray) -> np.ndarray:
+            here = self.geometry.at(x, u)
+            du = np.asarray(self.numbers.solve(here["minus_u"], self._h * mu - here["minus"]))
+            return du if self.scheme.element is None else self._along_group(here["R"], du, u)
+
+        found = newton(change, guess, 0, self.numbers.eps)
+        if found is None:
+            where = {"x": self.numbers.public(x), "mu": self.numbers.public(mu)}
+            raise self._failure(0, where, "the step was not found", None)
+        return found
 
     def _evolve(self, here: dict[str, Any], u: Any) -> tuple[np.ndarray, np.ndarray]:
         y = here["target"]

@@ -115,7 +115,11 @@ class Case:
     @property
     def scheme(self) -> Scheme:
         """The scene discretised by the rule."""
-        return scheme_of(self.scene, self.rule)
+        return self.scheme_on(self.scene)
+
+    def scheme_on(self, scene: Scene) -> Scheme:
+        """The rule on another form of the scene, such as the one with the attitude as base."""
+        return scheme_of(scene, self.rule)
 
     @property
     def label(self) -> str:

@@ -12,7 +12,7 @@ from integrators import Scheme
 from integrators.momentum import Conserved
 from integrators.scene import Scene
 
-from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
+from .case import Case, Choice, Progress, Verdict, plain_cases, silent
 from .runs import bins, interval, long_run, relative_drifts, with_terms
 
 NAME = "momentum"
@@ -72,7 +72,7 @@ def _worst(drift: np.ndarray, first: int, last: int) -> float | None:
 
 
 def _scheme(case: Case, attitude: bool) -> Scheme:
-    return scheme_of(_with_attitude(case.scene) if attitude else case.scene, case.rule)
+    return case.scheme_on(_with_attitude(case.scene) if attitude else case.scene)
 
 
 def formula_of(scheme: Scheme, q: Conserved) -> Any:

@@ -1,7 +1,9 @@
 """Symplecticity: the pullback of Ω under the prolongation of Ψ, and the Poisson form on the dual.
 
 Both are exact statements about one step, so they are tested at many points of trajectories, at the
-scene's step and at the largest stable one: at small steps even Runge–Kutta methods pass.
+scene's step and at the largest stable one: at small steps even Runge–Kutta methods pass. They are
+statements about the maps that L_d defines, so a third one belongs to them: the steps of the run are
+steps of these maps (the residual).
 """
 
 from __future__ import annotations
@@ -54,14 +56,14 @@ def limit(digits: int) -> float:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {step, index, time, pullback, poisson}; measured: the worst of each."""
+    """Rows {step, index, time, pullback, poisson, residual}; measured: the worst of each."""
     label = f"{case.scene.name} {case.label}"
     progress(f"{label}: largest stable step", 0.0)
     largest = _largest_stable_step(case)
     rows = _control_rows(case, largest) if case.control else _rows(case, largest)
     return {
         "rows": rows,
-        "measured": {kind: _worst(rows, kind) for kind in ("pullback", "poisson")},
+        "measured": {kind: _worst(rows, kind) for kind in ("pullback", "poisson", "residual")},
     }
 
 
@@ -72,12 +74,15 @@ def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
     rows = []
     for step in dict.fromkeys([Fraction(case.scene.step), largest]):
         flow = case.scheme.flow(step, case.digits)
-        run = flow.trajectory(steps, every=max(1, steps // count))
-        for i, (t, x, u, mu) in enumerate(zip(run.t, run.x, run.u, run.mu, strict=True)):
+        run = flow.trajectory(steps)
+        for i, k in enumerate(range(0, steps, max(1, steps // count))):
+            x, u, mu = run.x[k], run.u[k], run.mu[k]
+            taken = run.x[k + 1], run.mu[k + 1]
             rows.append({
-                "step": float(step), "index": i, "time": float(t),
+                "step": float(step), "index": i, "time": float(run.t[k]),
                 "pullback": None if composed else float(flow.pullback_defect(x, u)),
                 "poisson": float(flow.poisson_defect(x, mu, u0=u)),
+                "residual": float(flow.step_defect(x, mu, *taken, u0=u)),
             })  # fmt: skip
     return rows
 
@@ -90,7 +95,7 @@ def _control_rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
         flow = case.scheme.flow(largest / 2**k, case.digits)
         for i, (pullback, poisson) in enumerate(_control_defects(case, flow)):
             rows.append({"step": float(flow.step), "index": i, "time": float(flow.step * i),
-                         "pullback": pullback, "poisson": poisson})  # fmt: skip
+                         "pullback": pullback, "poisson": poisson, "residual": None})  # fmt: skip
     return rows
 
 

@@ -216,7 +216,7 @@ def got(study: str, case: Mapping[str, Any]) -> str:
 
 
 def _got_defects(measured: dict[str, Any]) -> str:
-    names = {"pullback": "pullback", "poisson": "Poisson"}
+    names = {"pullback": "pullback", "poisson": "Poisson", "residual": "residual"}
     said = [f"{names[k]} {scientific(measured[k])}" for k in names if measured.get(k) is not None]
     return ", ".join(said) or NONE
 

@@ -226,7 +226,7 @@ def test_each_study_as_a_table_and_as_json(capsys, tmp_path, study):
         set(case["measured"])
         == {
             "order": {"order", "interval", "points"},
-            "symplecticity": {"pullback", "poisson"},
+            "symplecticity": {"pullback", "poisson", "residual"},
             "momentum": {"drift"},
             "energy": {"band", "slope", "slope_interval"},
             "extremes": {"fine", "coarse"},

@@ -80,7 +80,7 @@ def test_order_at_50_digits_everywhere(scene, rule):
 def is_symplectic(scene, rule, digits, limit, steps):
     found = symplectic_holds(rule, scene, digits=digits, steps=steps)
     assert found["expected"]["limit"] == pytest.approx(limit)
-    for kind in ("pullback", "poisson"):
+    for kind in ("pullback", "poisson", "residual"):
         assert found["measured"][kind] == max(row[kind] for row in found["rows"]) <= limit
     tried = sorted({row["step"] for row in found["rows"]})
     assert float(scenes.get(scene).step) in tried

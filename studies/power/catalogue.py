@@ -1,0 +1,137 @@
+"""The faults that the bench is held against: systematic ones, and those that have a name.
+
+Systematic: every operator at every site of some scenes and rules, at seeded places. By name: the
+paper's misprints, solvers that stop early or lag behind, wrong coefficients.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from .faults import Fault
+
+SIMPLE = (
+    ("pendulum", "rectangle"), ("pendulum", "midpoint"), ("pendulum", "trapezoidal"),
+    ("kepler", "midpoint"), ("kepler", "trapezoidal"),
+    ("rigid-body", "midpoint"),
+    ("heavy-top", "rectangle"), ("heavy-top", "midpoint"), ("heavy-top", "trapezoidal"),
+)  # fmt: skip
+STAGED = (("pendulum", "gauss-2"), ("pendulum", "lobatto-3"), ("rigid-body", "gauss-2"))
+ALGEBRAIC = ("sign", "drop", "double", "factor 1.01", "times h", "over h", "power", "index")
+ASKED = ("sign", "half", "double", "factor 1.01", "index", "no h")
+GROUPOIDS = {
+    "pendulum": ("target", "product", "rho", "L", "R", "increment", "inversion"),
+    "rigid-body": ("product", "L", "R", "structure_functions", "inversion"),
+    "heavy-top": ("target", "product", "rho", "L", "R", "increment", "structure_functions"),
+}
+MATRIX = ("sign", "times h", "transposed", "rows", "index", "half")
+EQUATIONS = ("minus_at_points", "plus_at_points", "gain_at_points", "slope_at_points")
+
+
+def systematic() -> Iterator[Fault]:
+    """Candidates; those whose operator finds no place are none."""
+    for scene, rule in (*SIMPLE, *STAGED):
+        for operator in ALGEBRAIC:
+            yield Fault(scene, rule, "rule", operator)
+        for site in ("fraction", "path", "velocity", *(["rate"] * ((scene, rule) in STAGED))):
+            for operator in ASKED:
+                yield Fault(scene, rule, site, operator)
+    for scene, maps in GROUPOIDS.items():
+        for name in maps:
+            for operator in MATRIX:
+                yield Fault(scene, "midpoint", f"groupoid.{name}", operator)
+    for scene in ("rigid-body", "heavy-top"):
+        for name in ("displacement", "invariant_fields", "product"):
+            for operator in MATRIX:
+                yield Fault(scene, "trapezoidal", f"retraction.{name}", operator)
+    for scene, rule in (("pendulum", "midpoint"), ("kepler", "trapezoidal"),
+                        ("rigid-body", "midpoint"), ("heavy-top", "trapezoidal")):  # fmt: skip
+        for name in EQUATIONS:
+            for operator in ("sign", "drop", "factor 1.01", "times h", "index", "transposed"):
+                yield Fault(scene, rule, f"equation.{name}", operator)
+    for scene, rule in (("pendulum", "gauss-2"), ("rigid-body", "gauss-2")):
+        for operator in ("sign", "drop", "factor 1.01", "times h"):
+            yield Fault(scene, rule, "equation.stages_at_points", operator)
+
+
+# -- by name --------------------------------------------------------------------------------------
+
+
+def _text(old: str, new: str) -> Any:
+    """A change of the driver's text; None where it does not stand (a step without Newton)."""
+
+    def operator(text: str, generator: Any, h: Any) -> str | None:
+        return text.replace(old, new) if old in text else None
+
+    return operator
+
+
+SOLVER = {
+    "Newton stops at the root of round-off": ("EPS * (", "ROOT_EPS * ("),
+    "Newton stops after two corrections": ("ended = size <= noise or", "ended = count > 1 or"),
+    "one correction is always enough": ("8 * kappa * size * size <= EPS * scale", "size < HUGE"),
+    "the last u instead of this one": ("return w, (w, u1", "return u1, (w, u1"),
+    "damped residual": (
+        "mu, emu = accumulate_u(mu, dmu)",
+        "mu, emu = accumulate_u(mu, tuple(d - d / R(1000000) for d in dmu))",
+    ),
+    "stale functions of x": ("dx, dmu, k = update(", "dx, dmu, _ = update("),
+    "the momentum is updated twice": (
+        "mu, emu = accumulate_u(mu, dmu)",
+        "mu, emu = accumulate_u(accumulate_u(mu, dmu)[0], dmu)",
+    ),
+    "the velocity of the step before": ("= update(x, w, mu,", "= update(x, memo[1], mu,"),
+}
+
+
+def solvers() -> Iterator[Fault]:
+    """Faults of the driver, in a text that all schemes share."""
+    for scene, rule in (("pendulum", "midpoint"), ("pendulum", "trapezoidal"),
+                        ("rigid-body", "midpoint"), ("heavy-top", "trapezoidal")):  # fmt: skip
+        for words, (old, new) in SOLVER.items():
+            yield Fault(scene, rule, "solver", _text(old, new), words=words)
+
+
+def _coefficient(change: Any) -> Any:
+    def operator(halves: list[Any], generator: Any, h: Any) -> list[Any]:
+        changed = list(halves)
+        change(changed)
+        return changed
+
+    return operator
+
+
+def _negate(c: list[Any]) -> None:
+    c[0] = -c[0]
+
+
+def _exchange(c: list[Any]) -> None:
+    c[0], c[1] = c[1], c[0]
+
+
+def _digit(c: list[Any]) -> None:
+    """A wrong tenth digit, the middle making up for it."""
+    from mpmath import mpf
+
+    c[0] += mpf(10) ** -10
+    c[-1] -= 2 * mpf(10) ** -10
+
+
+def _forget(c: list[Any]) -> None:
+    c[0] = 0 * c[0]
+
+
+COEFFICIENTS = {
+    "a sign": _negate, "the first two exchanged": _exchange, "the tenth digit": _digit,
+    "the first is 0": _forget,
+}  # fmt: skip
+
+
+def coefficients() -> Iterator[Fault]:
+    """Wrong tables of compositions."""
+    for scene, rule in (("pendulum", "triple-jump:trapezoidal"), ("pendulum", "kahan-li-6:midpoint"),
+                        ("rigid-body", "suzuki:midpoint"),
+                        ("pendulum", "blanes-moan-4:rectangle")):  # fmt: skip
+        for words, change in COEFFICIENTS.items():
+            yield Fault(scene, rule, "coefficients", _coefficient(change), words=words)

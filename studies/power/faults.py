@@ -1,0 +1,98 @@
+"""Faults as data: where, what, a seed; and the case of a study that has one in its scheme.
+
+A fault names a scene, a rule, a site and an operator. What stands at the site is derived once,
+changed by the operator and put back (`studies.power.sites` says how, site by site).
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from integrators import Scheme, scenes
+from integrators.identities import first_violation
+from integrators.scene import Scene
+
+from ..case import Case
+from .operators import OPERATORS, Operator
+
+
+class NoPlace(LookupError):
+    """The operator finds nothing to change at the site."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One seeded fault: where it is, what is done, and the seed that chooses the place.
+
+    `operator` is a name of `OPERATORS`, or a function of one's own with the same arguments where
+    the slip needs `words`.
+    """
+
+    scene: str
+    rule: str
+    site: str
+    operator: str | Operator
+    seed: int = 0
+    words: str = ""
+
+    @property
+    def what(self) -> str:
+        """What is done, in a few words."""
+        return self.words or f"{self.operator} #{self.seed}"
+
+    @property
+    def name(self) -> str:
+        """How tables call it."""
+        return f"{self.scene} {self.rule}: {self.site}, {self.what}"
+
+    def changed(self, value: Any, h: Any) -> Any:
+        """A sympy matrix with the fault in it.
+
+        Raises `NoPlace` if the operator finds no place, or if what it makes is the same function.
+        """
+        new = self.operate(value, h)
+        if new == value or (
+            new.shape == value.shape and first_violation(new - value, _small(value)) is None
+        ):
+            raise NoPlace(f"{self.name}: nothing is changed.")
+        return new
+
+    def operate(self, value: Any, h: Any) -> Any:
+        """What the operator makes of anything; raises `NoPlace` if it finds no place."""
+        operator = OPERATORS[self.operator] if isinstance(self.operator, str) else self.operator
+        new = operator(value, random.Random(self.name), h)
+        if new is None:
+            raise NoPlace(f"{self.name}: there is no place for it.")
+        return new
+
+
+def _small(matrix: Any) -> list[Any]:
+    """Steps and velocities stay small where functions are compared, so charts are not left."""
+    letters = set().union(*(e.free_symbols for e in matrix))
+    return [s for s in letters if str(s) == "h" or str(s)[0] in "uvws"]
+
+
+@cache
+def scene_of(name: str) -> Scene:
+    """The scene without what is asked of its attitude, for which another scheme would be derived.
+
+    Momentum maps of the attitude follow from the update of μ, which the Casimirs see too.
+    """
+    scene = scenes.get(name)
+    return scene.with_values(symmetries=[q for q in scene.symmetries if not q.attitude])
+
+
+@dataclass(frozen=True)
+class FaultyCase(Case):
+    """A case of a study in whose scheme there is a fault."""
+
+    fault: Fault | None = None
+
+    def scheme_on(self, scene: Scene) -> Scheme:
+        from .sites import faulty_scheme
+
+        assert self.fault is not None and scene is self.scene
+        return faulty_scheme(self.fault)

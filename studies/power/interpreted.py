@@ -1,0 +1,60 @@
+"""Flows whose double precision runs uncompiled: the same text, where a scheme runs only once.
+
+Compiling costs some seconds a scheme, which several hundred schemes of a few thousand steps each
+would not win back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from integrators import Scheme
+from integrators.compiling import composed_file, kernel_body, kernel_file, run_text
+from integrators.composed_flow import ComposedFlow
+from integrators.flow import Flow
+
+Edit = Callable[[str], str]
+Form = tuple[str, Callable[[Any], Any]]
+
+
+def interpret(scheme: Scheme, edit: Edit | None = None, form: Form | None = None) -> Scheme:
+    """The scheme, whose flows run the text of their modules.
+
+    edit: a change of that text; form: the name of a tensor of `LocalGeometry`, and its change.
+    """
+
+    def flow(step: Any, digits: int = 16) -> Flow:
+        made = (_ComposedFlow if scheme.substeps else _Flow)(scheme, step, digits)
+        made.edit = edit
+        if form is not None:
+            name, change = form
+            given = getattr(made.geometry, name)
+            made.geometry.__dict__[name] = lambda *arguments: change(given(*arguments))
+        return made
+
+    scheme.__dict__["flow"] = flow
+    return scheme
+
+
+class _Flow(Flow):
+    edit: Edit | None = None
+
+    @cached_property
+    def _kernels(self) -> dict[str, Any]:
+        return _run(self, kernel_file(self.scheme))
+
+
+class _ComposedFlow(ComposedFlow):
+    edit: Edit | None = None
+
+    @cached_property
+    def _kernels(self) -> dict[str, Any]:
+        return _run(self, composed_file(tuple(s.origin for s in self.schemes)))
+
+
+def _run(flow: _Flow | _ComposedFlow, path: Path) -> dict[str, Any]:
+    text = kernel_body(path)
+    return run_text(flow.edit(text) if flow.edit else text, flow.numbers.namespace())

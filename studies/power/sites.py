@@ -1,0 +1,204 @@
+"""Where a fault can be, and how what stands there is changed.
+
+    rule                  L_d as the rule gives it, with the points as letters
+    fraction, path        θ, or the chart value w, where a rule asks for b(x, w; θh)
+    velocity, rate        ξ where it asks for L(x, ξ), dw/dθ where it asks for a velocity
+    groupoid.NAME         a map of the groupoid: target, product, rho, L, R, increment, …
+    retraction.NAME       a map of its retraction, in all that is derived from it
+    equation.NAME         what a scheme derives: minus_at_points (F⁻), gain_at_points (F⁺ − F⁻), …
+    coefficients          those of a composition
+    solver                the text of the step's driver
+    form.NAME             the forms that symplecticity is judged by: omega, poisson_tensor
+
+Whatever depends on the site is derived anew from what was put there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+from integrators import Scheme, discretisations
+from integrators.composition import Composition
+from integrators.discretisations import Discretisation
+
+from .faults import Fault, NoPlace, scene_of
+from .interpreted import interpret
+
+
+@lru_cache(maxsize=4)
+def faulty_scheme(fault: Fault) -> Scheme:
+    """The scheme with the fault in it.
+
+    Raises `NoPlace` where there is nothing to change, `BadInput` where the bench refuses what was
+    changed.
+    """
+    scene, rule = scene_of(fault.scene), discretisations.get(fault.rule)
+    site, _, name = fault.site.partition(".")
+    if site in ("rule", "fraction", "path", "velocity", "rate"):
+        rule = _in_rule(fault, rule, site)
+    elif site == "coefficients":
+        assert isinstance(rule, Composition)
+        rule = _in_composition(fault, rule)
+    elif site == "groupoid":
+        scene = replace(scene, groupoid=_in_groupoid(fault, scene.groupoid, name))
+    elif site == "retraction":
+        scene = replace(scene, groupoid=_in_retraction(fault, scene.groupoid, name))
+    scheme = Scheme(scene, rule)
+    scheme.mark = fault.name
+    if site == "equation":
+        changed = fault.changed(getattr(scheme, name), scheme.h)
+        for known in ("system_at_points", "slope_at_points"):  # they follow from F⁻
+            scheme.__dict__.pop(known, None)
+        scheme.__dict__[name] = changed
+    if site == "form":
+        return interpret(scheme, form=(name, lambda tensor: fault.operate(tensor, None)))
+    if site == "solver":
+        return interpret(scheme, edit=lambda text: fault.operate(text, None))
+    return interpret(scheme)
+
+
+# -- rules ----------------------------------------------------------------------------------------
+
+
+def _in_rule(fault: Fault, rule: Discretisation, site: str) -> Discretisation:
+    """The rule with a slip in its value, or in the first question of its kind that has a place."""
+
+    def formula(L: Any, G: Any, x: Any, u: Any, h: Any, *s: Any) -> Any:
+        from sympy import Matrix
+
+        if site == "rule":
+            return fault.changed(Matrix([rule.formula(L, G, x, u, h, *s)]), h)[0]
+        asked = _Asked(fault, site, L, G)
+        value = rule.formula(asked if site == "velocity" else L, asked, x, u, h, *s)
+        if not asked.done:
+            raise NoPlace(f"{fault.name}: the rule asks nothing of that kind.")
+        return value
+
+    return replace(rule, formula=formula)
+
+
+class _Asked:
+    """The groupoid and the Lagrangian as a rule sees them, with a slip in one question."""
+
+    def __init__(self, fault: Fault, site: str, L: Any, G: Any) -> None:
+        self.fault, self.site, self.seen_l, self.seen_g = fault, site, L, G
+        self.done = False
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.seen_l if self.site == "velocity" else self.seen_g, name)
+
+    def _slip(self, site: str, value: Any) -> Any:
+        if self.done or site != self.site:
+            return value
+        try:
+            value = self.fault.changed(value, self.seen_g.s.h)
+        except NoPlace:
+            return value
+        self.done = True
+        return value
+
+    def __call__(self, x: Any, xi: Any) -> Any:
+        return self.seen_l(x, self._slip("velocity", xi))
+
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        """b(x, u; h)."""
+        from sympy import Matrix
+
+        u, h = self._slip("path", u), self._slip("fraction", Matrix([h]))[0]
+        return self.seen_g.target(x, u, h)
+
+    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
+        """ξ of a curve."""
+        return self.seen_g.velocity(x, w, self._slip("rate", dw), h)
+
+
+def _in_composition(fault: Fault, rule: Composition) -> Composition:
+    def halves(digits: int) -> list[Any]:
+        import mpmath
+
+        with mpmath.workdps(digits + 10):
+            changed: list[Any] = fault.operate(rule.method.halves(digits), None)
+            return changed
+
+    return replace(rule, method=replace(rule.method, halves=halves))
+
+
+# -- groupoids ------------------------------------------------------------------------------------
+
+#: what each map is a function of, by the names of the groupoid's symbols
+MAPS = {
+    "target": "xuh", "product": "xuvh", "rho": "xh", "L": "xuh", "R": "xuh",
+    "increment": "xuh", "inverse_left": "xuh", "inversion": "xuh", "structure_functions": "xh",
+}  # fmt: skip
+#: of a retraction: functions of ξ, or of ξ and η
+RETRACTION_MAPS = {"displacement": 1, "invariant_fields": 1, "inverse_left_field": 1, "product": 2}
+
+
+def _in_groupoid(fault: Fault, given: Any, name: str) -> Any:
+    """A copy of the groupoid with a slip in one of its maps."""
+    groupoid = _fresh(given)
+    letters = given._symbols
+    arguments = [letters[a] for a in MAPS[name]]
+    changed = _changed(fault, getattr(given, name)(*arguments), letters["h"])
+
+    def map_(*values: Any) -> Any:
+        at = dict(zip(MAPS[name], values, strict=True))
+        return _each(changed, lambda part: given._at(part, **at))
+
+    groupoid.__dict__[name] = map_
+    if name == "inversion":
+        groupoid.__dict__["_inversion"] = changed
+    return groupoid
+
+
+def _in_retraction(fault: Fault, given: Any, name: str) -> Any:
+    """A copy of the groupoid whose retraction has a slip in one of its maps."""
+    from sympy import Matrix, symbols
+
+    groupoid, tau, algebra = _fresh(given), copy(given.tau), given.algebra
+    letters = [
+        Matrix(symbols(f"{letter}_:{algebra.dim}", real=True))
+        for letter in ("u", "v")[: RETRACTION_MAPS[name]]
+    ]
+    changed = _changed(fault, getattr(tau, name)(algebra, *letters), given._symbols["h"])
+
+    def map_(_: Any, *values: Any) -> Any:
+        pairs = [(s, e) for z, w in zip(letters, values, strict=True) for s, e in zip(z, w)]  # noqa: B905
+        return _each(changed, lambda part: part.xreplace(dict(pairs)))
+
+    object.__setattr__(tau, "name", f"{tau.name}, {fault.what}")  # nobody else's
+    object.__setattr__(tau, name, map_)
+    groupoid.tau = tau
+    return groupoid
+
+
+def _fresh(groupoid: Any) -> Any:
+    """A copy that has derived nothing yet."""
+    other = copy(groupoid)
+    for kind in type(groupoid).__mro__:
+        for name, member in vars(kind).items():
+            if isinstance(member, cached_property):
+                other.__dict__.pop(name, None)
+    return other
+
+
+def _changed(fault: Fault, given: Any, h: Any) -> Any:
+    """A matrix changed, or one of several: they stand below each other meanwhile."""
+    from sympy import Matrix
+
+    if not isinstance(given, (list, tuple)):
+        return fault.changed(given, h)
+    whole = fault.changed(Matrix.vstack(*given), h)
+    tops = [sum(m.rows for m in given[:i]) for i in range(len(given))]
+    parts = [whole[top : top + m.rows, :] for top, m in zip(tops, given, strict=True)]
+    return type(given)(parts)
+
+
+def _each(value: Any, function: Callable[[Any], Any]) -> Any:
+    return (
+        type(value)(map(function, value)) if isinstance(value, (list, tuple)) else function(value)
+    )
