@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from fractions import Fraction
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from integrators import StepFailure
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
-from .fitting import asymptotic_window
+from .fitting import BENT, asymptotic_window
 
 NAME = "order"
 NEEDS = "it needs a Lagrangian, from which the reference is computed."
@@ -64,8 +65,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     exact = solution(case.scene, duration, digits=max(30, case.digits + 5))
     rows: list[dict[str, Any]] = []
     for i in range(most):
-        # go on only while the asymptotic window has not been reached
-        if i >= rungs and _fit(case, rows, exact.certain_digits)["measured"]["points"]:
+        # go on only while the asymptotic window has not been reached, and may yet be
+        certain = exact.certain_digits
+        if i >= rungs and (
+            _fit(case, rows, certain)["measured"]["points"] or _departure(case, rows, certain)
+        ):
             break
         steps = first * 2**i
         progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
@@ -99,12 +103,50 @@ def _gap(got: Any, wanted: Any) -> tuple[Any, Any]:
     )
 
 
+def _floor(case: Case, certain: int) -> float:
+    """A run of N steps collects a few √N units of round-off; nothing below is the method's."""
+    floor = 32 * 2.0**-53 if case.digits == 16 else 10.0 ** (3 - case.digits)
+    return max(floor, 10.0 ** (2 - certain))
+
+
+NOWHERE = 1e-2  # relative error at the finest step of a run that does not converge
+AWAY = 0.1  # of a local order that is not the expected one
+
+
+def _departure(case: Case, rows: list[dict[str, Any]], certain: int) -> str:
+    """Why errors on no straight line cannot be those of the expected order; empty if they can.
+
+    Local orders of a method of order p come nearer to p at ever smaller steps. Three that miss it
+    and do not come nearer belong to another: so do errors that all the steps did not bring down.
+    """
+    order = case.scheme.order
+    bent = BENT * _floor(case, certain)
+    clear = [r for r in rows if r["error"] is not None and r["error"] > bent]
+    if order is None or len(clear) < 4:
+        return ""
+    finest = clear[-1]["error"]
+    halvings = math.log2(clear[0]["step"] / clear[-1]["step"])
+    overall = math.log2(clear[0]["error"] / finest) / halvings
+    if finest > NOWHERE and overall < order / 2:
+        return (
+            f"the runs do not converge: {halvings:.0f} halvings of the step leave an error of "
+            f"{finest:.2g}, where order {order} is expected."
+        )
+    local = [math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"])
+             for a, b in itertools.pairwise(clear[-4:])]  # fmt: skip
+    missed = [abs(p - order) for p in local]
+    if min(missed) > AWAY and missed[0] <= missed[1] <= missed[2]:
+        return (
+            f"the local order goes away from the expected {order}: "
+            f"{', '.join(f'{p:.2f}' for p in local)} at the finest steps."
+        )
+    return ""
+
+
 def _fit(case: Case, rows: list[dict[str, Any]], certain: int) -> dict[str, Any]:
     """Find the asymptotic window; say of every other point why it is left out."""
     errors = [math.nan if r["error"] is None else r["error"] for r in rows]
-    # a run of N steps collects a few √N units of round-off; nothing below that is the method's
-    floor = 32 * 2.0**-53 if case.digits == 16 else 10.0 ** (3 - case.digits)
-    floor = max(floor, 10.0 ** (2 - certain))
+    floor = _floor(case, certain)
     straight = 0.012 if case.digits == 16 else 0.005
     window = asymptotic_window([r["step"] for r in rows], errors, floor, straight)
     for i, row in enumerate(rows):
@@ -138,6 +180,9 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         failed = [r for r in measurement["rows"] if r["why_not"] == "failed"]
         if len(failed) == len(measurement["rows"]):
             return Verdict("fail", f"every run failed: {failed[0]['cause']}.", expected)
+        wrong = _departure(case, measurement["rows"], measurement["certain"])
+        if wrong:
+            return Verdict("fail", wrong, expected)
         return Verdict(
             "inconclusive",
             "fewer than four step sizes lie on a straight line above round-off; "

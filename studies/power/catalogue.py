@@ -25,6 +25,11 @@ GROUPOIDS = {
     "rigid-body": ("product", "L", "R", "structure_functions", "inversion"),
     "heavy-top": ("target", "product", "rho", "L", "R", "increment", "structure_functions"),
 }
+#: of a group the element is asked for by the attitude only
+RETRACTIONS = {
+    "rigid-body": ("invariant_fields", "product"),
+    "heavy-top": ("displacement", "invariant_fields", "product"),
+}
 MATRIX = ("sign", "times h", "transposed", "rows", "index", "half")
 EQUATIONS = ("minus_at_points", "plus_at_points", "gain_at_points", "slope_at_points")
 
@@ -41,8 +46,8 @@ def systematic() -> Iterator[Fault]:
         for name in maps:
             for operator in MATRIX:
                 yield Fault(scene, "midpoint", f"groupoid.{name}", operator)
-    for scene in ("rigid-body", "heavy-top"):
-        for name in ("displacement", "invariant_fields", "product"):
+    for scene, maps in RETRACTIONS.items():
+        for name in maps:
             for operator in MATRIX:
                 yield Fault(scene, "trapezoidal", f"retraction.{name}", operator)
     for scene, rule in (("pendulum", "midpoint"), ("kepler", "trapezoidal"),
@@ -130,8 +135,79 @@ COEFFICIENTS = {
 
 def coefficients() -> Iterator[Fault]:
     """Wrong tables of compositions."""
-    for scene, rule in (("pendulum", "triple-jump:trapezoidal"), ("pendulum", "kahan-li-6:midpoint"),
+    for scene, rule in (("pendulum", "triple-jump:trapezoidal"), 
+                        ("pendulum", "kahan-li-6:midpoint"),
                         ("rigid-body", "suzuki:midpoint"),
                         ("pendulum", "blanes-moan-4:rectangle")):  # fmt: skip
         for words, change in COEFFICIENTS.items():
             yield Fault(scene, rule, "coefficients", _coefficient(change), words=words)
+
+
+# -- the paper's misprints (PAPER.md) -------------------------------------------------------------
+
+
+def _entry(row: int, column: int, old: str, new: str) -> Any:
+    """One entry, a letter or power in it replaced: both are written as sympy reads them."""
+
+    def operator(matrix: Any, generator: Any, h: Any) -> Any:
+        from sympy import sympify
+
+        names = {str(s): s for s in matrix.free_symbols}
+        changed = matrix.copy()
+        swap = {sympify(old, names): sympify(new, names)}
+        changed[row, column] = matrix[row, column].expand().subs(swap)
+        return changed
+
+    return operator
+
+
+def _times_h(matrix: Any, generator: Any, h: Any) -> Any:
+    return matrix * h
+
+
+def _negated(value: Any, generator: Any, h: Any) -> Any:
+    return -value
+
+
+def _block_transposed(omega: Any, generator: Any, h: Any) -> Any:
+    """Ω of Wᵀ in place of W."""
+    m = len(omega) // 2
+    changed = omega.copy()
+    changed[:m, m:], changed[m:, :m] = omega[:m, m:].T, omega[m:, :m].T
+    return changed
+
+
+def _gravity(matrix: Any, generator: Any, h: Any) -> Any:
+    """The sign of whatever holds the weight."""
+    weight = {s: -s for s in matrix.free_symbols if str(s) == "weight"}
+    return matrix.xreplace(weight) if weight else None
+
+
+def misprints() -> Iterator[Fault]:
+    """The paper's misprints that change a formula, put where the bench uses that formula."""
+    top, body = ("heavy-top", "midpoint"), ("rigid-body", "midpoint")
+    yield Fault(*top, "form.omega", _negated, words="[omega-sign]")
+    yield Fault(*body, "form.omega", _negated, words="[omega-sign]")
+    for scheme in (top, body):
+        yield Fault(*scheme, "form.omega", _block_transposed, words="[FL-transposed]")
+    yield Fault(*top, "form.poisson_tensor", _negated, words="the bracket's sign")
+    for name in ("minus_at_points", "plus_at_points", "gain_at_points"):
+        yield Fault(*top, f"equation.{name}", _negated, words="[barred-signs]")
+    yield Fault(*top, "retraction.displacement", _times_u, words="[dtau-step]")
+    for name in ("L", "R"):
+        yield Fault(*body, f"groupoid.{name}", _entry(2, 2, "u_2**2", "u_2"), words="[so3-square]")
+    yield Fault(*top, "groupoid.rho", _times_h, words="[flow-step]")
+    yield Fault(*top, "groupoid.rho", _negated, words="[heavy-top-field]")
+    yield Fault(*top, "rule", _gravity, words="[heavy-top-torque]")
+    yield Fault(*top, "equation.gain_at_points", _gravity, words="[heavy-top-torque]")
+
+
+def _times_u(matrix: Any, generator: Any, h: Any) -> Any:
+    """τ(hξ) where τ(ξ) is meant: the step once too often, here a tenth."""
+    letters = [s for s in matrix.free_symbols if str(s).startswith("u_")]
+    return matrix.xreplace({s: s / 10 for s in letters})
+
+
+def everything() -> list[Fault]:
+    """All candidates."""
+    return [*systematic(), *solvers(), *coefficients(), *misprints()]

@@ -24,9 +24,29 @@ from typing import Any
 from integrators import Scheme, discretisations
 from integrators.composition import Composition
 from integrators.discretisations import Discretisation
+from integrators.identities import first_violation
 
 from .faults import Fault, NoPlace, scene_of
 from .interpreted import interpret
+
+IN_RULE = ("rule", "fraction", "path", "velocity", "rate")
+
+
+@lru_cache(maxsize=16)
+def _sound(scene: str, rule: str) -> Scheme:
+    return Scheme(scene_of(scene), discretisations.get(rule))
+
+
+def sound_scheme(fault: Fault) -> Scheme:
+    """The scheme without the fault."""
+    return _sound(fault.scene, fault.rule)
+
+
+def _differs(scheme: Scheme, other: Scheme) -> bool:
+    """Whether two schemes of a scene have different discrete Lagrangians."""
+    small = [*scheme.u, *scheme.s.stages, scheme.h]
+    difference = scheme.discrete_lagrangian - other.discrete_lagrangian
+    return first_violation([difference], small) is not None
 
 
 @lru_cache(maxsize=4)
@@ -38,7 +58,7 @@ def faulty_scheme(fault: Fault) -> Scheme:
     """
     scene, rule = scene_of(fault.scene), discretisations.get(fault.rule)
     site, _, name = fault.site.partition(".")
-    if site in ("rule", "fraction", "path", "velocity", "rate"):
+    if site in IN_RULE:
         rule = _in_rule(fault, rule, site)
     elif site == "coefficients":
         assert isinstance(rule, Composition)
@@ -49,6 +69,8 @@ def faulty_scheme(fault: Fault) -> Scheme:
         scene = replace(scene, groupoid=_in_retraction(fault, scene.groupoid, name))
     scheme = Scheme(scene, rule)
     scheme.mark = fault.name
+    if site in IN_RULE and not _differs(scheme, sound_scheme(fault)):
+        raise NoPlace(f"{fault.name}: the discrete Lagrangian is the same.")
     if site == "equation":
         changed = fault.changed(getattr(scheme, name), scheme.h)
         for known in ("system_at_points", "slope_at_points"):  # they follow from F⁻

@@ -133,7 +133,11 @@ def _translates(case: Case) -> str:
 
 _MEASURED: dict[str, list[Column]] = {
     "order": [("Order", _fitted("order", "interval")), ("Points", _points)],
-    "symplecticity": [("Pullback", _measured("pullback")), ("Poisson", _measured("poisson")), ("Residual", _measured("residual"))],
+    "symplecticity": [
+        ("Pullback", _measured("pullback")),
+        ("Poisson", _measured("poisson")),
+        ("Residual", _measured("residual")),
+    ],
     "momentum": [("Worst drift", _drifts), ("Random walk", _walk)],
     "energy": [("Band", _measured("band")), ("Slope", _fitted("slope", "slope_interval"))],
     "savings": [

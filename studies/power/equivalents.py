@@ -1,0 +1,79 @@
+"""Proofs that a changed object is as valid as the one before: nothing is left to be caught.
+
+An identity of analytic functions is decided at random rational points (`integrators.identities`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from integrators import Scheme
+from integrators.identities import first_violation
+
+from .faults import Fault
+from .sites import IN_RULE, faulty_scheme, sound_scheme
+
+
+def proof(fault: Fault) -> str:
+    """One sentence that says what was proved; empty if nothing could be."""
+    site, _, name = fault.site.partition(".")
+    if site == "form":
+        return _same_up_to_factor(fault, name)
+    scheme, sound = faulty_scheme(fault), sound_scheme(fault)
+    if site == "equation" and name == "slope_at_points":
+        return _same_equations(scheme, sound)
+    if site in IN_RULE:
+        return _same_order(scheme, sound)
+    return ""
+
+
+def _same_equations(scheme: Scheme, sound: Scheme) -> str:
+    """E, F⁺ − F⁻ and the target are those of the sound scheme: Newton's matrix alone is not."""
+    for name in ("system_at_points", "gain_at_points", "plus_at_points"):
+        one, other = (s.written_out(getattr(s, name)) for s in (scheme, sound))
+        if first_violation(one - other, [*scheme.w, scheme.h]) is not None:
+            return ""
+    return (
+        "the equations of a step and its update are the same, term by term: Newton's matrix only "
+        "decides how many corrections they take"
+    )
+
+
+def _same_order(scheme: Scheme, sound: Scheme) -> str:
+    """L_d′ − L_d = O(h^{p+1}): by the variational error theorem another rule of order p."""
+    order = sound.order
+    if order is None or order != scheme.order or len(scheme.s.stages):
+        return ""
+    h = scheme.h
+    difference = scheme.discrete_lagrangian - sound.discrete_lagrangian
+    for _ in range(order + 1):
+        if first_violation([difference.subs(h, 0)], scheme.u) is not None:
+            return ""
+        difference = difference.diff(h)
+    return (
+        f"L_d′ − L_d = O(h^{order + 1}): by the variational error theorem (Marsden, West, 2.3.1) "
+        f"it is another rule of order {order}, and none of a higher one was expected"
+    )
+
+
+def _same_up_to_factor(fault: Fault, name: str) -> str:
+    """The tensor is a constant times the one before: defects are of degree 0 in it."""
+    import numpy as np
+
+    flow = sound_scheme(fault).flow(sound_scheme(fault).scene.step, 50)
+    run = flow.trajectory(3)
+    factors = []
+    with flow.numbers.working():
+        for x, u, mu in zip(run.x, run.u, run.mu, strict=True):
+            x, u, mu = ([flow.numbers.number(e) for e in part] for part in (x, u, mu))
+            at: tuple[Any, ...] = (flow.geometry.at(x, u),) if name == "omega" else (x, mu)
+            given = getattr(flow.geometry, name)(*at)
+            new = fault.operate(given, None)
+            place = np.unravel_index(int(np.argmax(np.abs(given).astype(float))), given.shape)
+            factor = new[place] / given[place]
+            if any(e != 0 for e in (new - factor * given).ravel()):
+                return ""
+            factors.append(float(factor))
+    if len(set(factors)) != 1 or not factors[0]:
+        return ""
+    return f"the tensor is {factors[0]:g} times the one before, and defects are of degree 0 in it"
