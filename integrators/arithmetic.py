@@ -34,7 +34,7 @@ class Double:
         functions = {n: getattr(math, n) for n in FUNCTIONS.values() if n != "abs"}
         return {**functions, "sqrt": math.sqrt, "R": float, "PI": math.pi,
                 "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999,
-                "zeros": self.zeros, "solve": self.solve}  # fmt: skip
+                "zeros": self.zeros, "linear_solve": self.solve}  # fmt: skip
 
     def array_namespace(self) -> dict[str, Any]:
         """The same for whole columns of numbers at once: numpy's functions."""
@@ -104,7 +104,7 @@ class Multiple:
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
                     "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
                     "workspace": lambda length: [g.mpfr(0)] * length,
-                    "zeros": self.zeros, "solve": self.solve}  # fmt: skip
+                    "zeros": self.zeros, "linear_solve": self.solve}  # fmt: skip
 
     def number(self, value: Any, what: str = "value") -> Any:
         if isinstance(value, type(self._gmpy2.mpfr(0))):

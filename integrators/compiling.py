@@ -51,7 +51,7 @@ _ENTRY = """entry = njit(
 _MATRICES = """kernel = njit(fastmath=set(fast), forceinline=True, **inner)
 node = njit(fastmath=set(fast), **inner)
 from numpy import zeros as new_array
-from numpy.linalg import solve
+from numpy.linalg import solve as linear_solve
 @njit
 def zeros(*shape):
     return new_array(shape)

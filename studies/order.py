@@ -117,7 +117,8 @@ def _departure(case: Case, rows: list[dict[str, Any]], certain: int) -> str:
     """Why errors on no straight line cannot be those of the expected order; empty if they can.
 
     Local orders of a method of order p come nearer to p at ever smaller steps. Three that miss it
-    and do not come nearer belong to another: so do errors that all the steps did not bring down.
+    and go away, or agree with each other, belong to another; so do errors that all the steps did
+    not bring down.
     """
     order = case.scheme.order
     bent = BENT * _floor(case, certain)
@@ -135,10 +136,12 @@ def _departure(case: Case, rows: list[dict[str, Any]], certain: int) -> str:
     local = [math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"])
              for a, b in itertools.pairwise(clear[-4:])]  # fmt: skip
     missed = [abs(p - order) for p in local]
-    if min(missed) > AWAY and missed[0] <= missed[1] <= missed[2]:
+    away = missed[0] <= missed[1] <= missed[2]
+    settled = max(local) - min(local) < min(missed) / 4
+    if min(missed) > AWAY and (away or settled):
         return (
-            f"the local order goes away from the expected {order}: "
-            f"{', '.join(f'{p:.2f}' for p in local)} at the finest steps."
+            f"the local order {'goes away from' if away else 'settles beside'} the expected "
+            f"{order}: {', '.join(f'{p:.2f}' for p in local)} at the finest steps."
         )
     return ""
 

@@ -1,7 +1,7 @@
 """Functions of matrices as numbers: one text for machine code and for any precision.
 
 `matrix_function` is not called from here: its text goes into generated modules, behind names that
-the arithmetic supplies (zeros, solve, EPS).
+the arithmetic supplies (zeros, linear_solve, EPS).
 """
 
 # ruff: noqa: F821
@@ -39,5 +39,5 @@ def matrix_function(a, kind):
     if kind == 0:
         return phi
     if kind == 1:
-        return solve(phi, one)
+        return linear_solve(phi, one)
     return a @ phi

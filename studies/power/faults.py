@@ -75,14 +75,25 @@ def _small(matrix: Any) -> list[Any]:
     return [s for s in letters if str(s) == "h" or str(s)[0] in "uvws"]
 
 
+#: parameters in general position: of 1, a wrong power is none
+VALUES = {
+    "pendulum": {"mass": "3/2", "length": "4/5", "gravity": "6/5"},
+    "kepler": {"strength": "5/4"},
+    "rigid-body": {"inertia": ["3/2", 2, 3]},
+    "heavy-top": {"inertia": ["3/2", 2, 3], "weight": "5/4"},
+}
+
+
 @cache
 def scene_of(name: str) -> Scene:
-    """The scene without what is asked of its attitude, for which another scheme would be derived.
+    """The scene with parameters in general position, without what is asked of its attitude.
 
-    Momentum maps of the attitude follow from the update of μ, which the Casimirs see too.
+    For the attitude another scheme would be derived; its momentum maps follow from the update of
+    μ, which the Casimirs see too.
     """
     scene = scenes.get(name)
-    return scene.with_values(symmetries=[q for q in scene.symmetries if not q.attitude])
+    kept = [q for q in scene.symmetries if not q.attitude]
+    return scene.with_values(symmetries=kept, parameters=VALUES.get(name, {}))
 
 
 @dataclass(frozen=True)

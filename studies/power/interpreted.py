@@ -14,6 +14,7 @@ from typing import Any
 from integrators import Scheme
 from integrators.compiling import composed_file, kernel_body, kernel_file, run_text
 from integrators.composed_flow import ComposedFlow
+from integrators.driver import SINGULAR
 from integrators.flow import Flow
 
 Edit = Callable[[str], str]
@@ -57,4 +58,14 @@ class _ComposedFlow(ComposedFlow):
 
 def _run(flow: _Flow | _ComposedFlow, path: Path) -> dict[str, Any]:
     text = kernel_body(path)
-    return run_text(flow.edit(text) if flow.edit else text, flow.numbers.namespace())
+    names = run_text(flow.edit(text) if flow.edit else text, flow.numbers.namespace())
+    advance = names["advance"]
+
+    def guarded(*arguments: Any) -> Any:
+        """Python's functions raise where machine code and gmpy2 give what is no number."""
+        try:
+            return advance(*arguments)
+        except (ValueError, OverflowError, ZeroDivisionError):
+            return 0, SINGULAR
+
+    return {**names, "advance": guarded}

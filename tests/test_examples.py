@@ -1,0 +1,87 @@
+"""Every example runs, and shows what it says."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).resolve().parent.parent / "examples"
+
+
+def example(name):
+    spec = importlib.util.spec_from_file_location(f"example_{name}", FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def orders(result):
+    return {(c["scene"], c["rule"]): c["measured"]["order"] for c in result["cases"]}
+
+
+@pytest.mark.slow
+def test_theta_rule():
+    found = example("theta_rule").main()
+    assert found["verdict"] == "pass"
+    for (_, rule), order in orders(found).items():
+        assert order == pytest.approx(1 if rule == "theta-1-3" else 2, abs=0.01)
+
+
+def test_galerkin_rule():
+    found = example("galerkin_rule").main()
+    assert found["verdict"] == "pass"
+    assert list(orders(found).values()) == pytest.approx([4, 4], abs=0.01)
+
+
+def test_splitting():
+    found, run = example("splitting").main()
+    assert found["verdict"] == "pass"
+    assert abs(run.x).max() < 1.1
+
+
+@pytest.mark.slow
+def test_user_group():
+    """Its exponential has no closed form: the kernels call functions of matrices."""
+    found = example("user_group").main()
+    assert found["verdict"] == "pass"
+
+
+@pytest.mark.slow
+def test_user_action():
+    found, refusal = example("user_action").main()
+    assert found["verdict"] == "pass"
+    assert "not a groupoid" in refusal and "target of a product" in refusal
+
+
+def test_wrong_rule():
+    order, symplecticity, momentum = example("wrong_rule").main()
+    assert order["verdict"] == "fail" and "below the expected 2" in order["cases"][0]["reason"]
+    assert symplecticity["verdict"] == momentum["verdict"] == "pass"
+
+
+def test_against_scipy():
+    ours, theirs = example("against_scipy").main()
+    half = len(ours) // 2
+    assert ours[half:].max() < 1.01 * ours[:half].max()
+    half = len(theirs) // 2
+    assert theirs[half:].max() > 1.5 * theirs[:half].max()
+
+
+def test_two_thirds():
+    """README's twenty lines, word for word."""
+
+    def lines(text):
+        return [line for line in text.splitlines() if line]
+
+    shown = (FOLDER / "two_thirds.py").read_text(encoding="utf-8").split('"""\n', 1)[1]
+    readme = (FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    assert "\n".join(["```python", *lines(shown), "```"]) in "\n".join(lines(readme))
+
+
+def test_every_example_has_a_test():
+    names = {path.stem for path in FOLDER.glob("*.py")}
+    assert names == {n.removeprefix("test_") for n in globals() if n.startswith("test_")} - {
+        "every_example_has_a_test"
+    }
