@@ -16,6 +16,7 @@ from integrators import BadInput, StepFailure, discretisations, scenes
 from . import NAMES, references, single_run, verifying
 from .options import add_choices, add_study, as_typed, choice_of, jobs
 from .output import EXIT, console, progress_shown, writable, write
+from .power import command as power
 
 PASS, FAIL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
@@ -74,6 +75,7 @@ def _parser() -> argparse.ArgumentParser:
 
     verifying.add_to(commands)
     references.add_to(commands)
+    power.add_to(commands)
     report = commands.add_parser("report", help="all studies on one page with its figures")
     add_choices(report)
     report.add_argument("--folder", default="reports/build", help="default: reports/build")

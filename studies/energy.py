@@ -16,6 +16,7 @@ DIGITS = (16,)
 ROWS = 2000
 SHARE = 0.1  # of the band that a slope may explain
 LONGER = 8
+PARTS, STEADY = 8, 0.8  # a drift is a line through the means of so many parts of the run
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -53,8 +54,20 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             "slope": line.slope,
             "slope_interval": list(line.interval),
         },
+        "steady": _steadiness(times, errors),
         "duration": float(times[-1]),
     }
+
+
+def _steadiness(times: np.ndarray, errors: np.ndarray) -> float:
+    """The share of the variance of the parts' means that a line through them explains (R²).
+
+    Near 1 for a drift; a band that wanders, as in chaotic motion, follows no line.
+    """
+    means = np.array([(times[a:b].mean(), errors[a:b].mean()) for a, b in bins(len(times), PARTS)])
+    if np.ptp(means[:, 1]) == 0 or not np.isfinite(means).all():
+        return 1.0
+    return float(np.corrcoef(means.T)[0, 1] ** 2)
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
@@ -71,9 +84,11 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if abs(slope) <= expected["slope_limit"]:
         return Verdict("pass", "", expected)
     low, high = measurement["measured"]["slope_interval"]
-    if low <= 0 <= high:
+    if low <= 0 <= high or measurement.get("steady", 1.0) < STEADY:
         return Verdict(
-            "inconclusive", "the run is too short to tell a drift: take more --steps.", expected
+            "inconclusive",
+            "the run is too short to tell a drift from a wandering band: take more --steps.",
+            expected,
         )
     return Verdict(
         "fail",

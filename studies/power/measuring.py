@@ -2,55 +2,94 @@
 
 from __future__ import annotations
 
+import os
+import tempfile
 import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from typing import Any
 
 from integrators import BadInput, discretisations
 
 from .. import get
+from ..case import Case
 from ..running import run_case
+from .catalogue import everything
+from .equivalents import proof
 from .faults import Fault, FaultyCase, NoPlace, scene_of
 from .sites import faulty_scheme
+from .valid import ValidCase, random_rule
 
 #: (study, digits, steps): short runs, for schemes are run uncompiled
 STUDIES = (
-    ("order", 16, 12), ("order", 50, 16), ("symplecticity", 16, 48), ("symplecticity", 50, 8),
+    ("order", 16, 12), ("order", 50, 16), ("symplecticity", 16, 24), ("symplecticity", 50, 8),
     ("momentum", 16, 1000), ("momentum", 50, 20), ("energy", 16, 1500),
 )  # fmt: skip
+#: the scenes of the valid rules, in turn
+SCENES = ("pendulum", "rigid-body", "kepler", "pendulum", "rigid-body", "heavy-top")
+Result = dict[str, Any]
 
 
-def run(fault: Fault) -> dict[str, Any]:
-    """{"name", "site", "what", "found": {study: {"verdict", "reason", "seconds"}}}.
+def of_fault(index: int) -> Result | None:
+    """{"name", "site", "what", "found": {study: {"verdict", "reason", "seconds"}}, "caught",
+    "equivalent", "seconds"} of one candidate of the catalogue; None where there is no such fault.
 
     Studies have their digits in the name; where the bench refuses the object, the only one is
-    "refused". Raises `NoPlace` if there is no such fault.
+    "refused". `equivalent` is the proof, of those that nothing caught.
     """
+    fault = everything()[index]
     begun = time.process_time()
-    found: dict[str, Any] = {}
     try:
-        faulty_scheme(fault)
-    except BadInput as refusal:
-        if isinstance(refusal.__cause__, NoPlace):
-            raise refusal.__cause__ from None
-        found["refused"] = {"verdict": "fail", "reason": str(refusal)}
-    else:
         found = _studied(fault)
-    seconds = time.process_time() - begun
-    return {"name": fault.name, "site": fault.site, "what": fault.what, "found": found,
-            "seconds": seconds}  # fmt: skip
+        caught = [name for name, one in found.items() if one["verdict"] == "fail"]
+        said = "" if caught else proof(fault)
+    except NoPlace:
+        return None
+    return {
+        "name": fault.name, "site": fault.site, "what": fault.what, "found": found,
+        "caught": caught, "equivalent": said, "seconds": time.process_time() - begun,
+    }  # fmt: skip
 
 
 def _studied(fault: Fault) -> dict[str, Any]:
+    try:
+        scene = faulty_scheme(fault).scene
+    except BadInput as refusal:
+        return {"refused": {"verdict": "fail", "reason": str(refusal), "seconds": 0.0}}
+    rule = discretisations.get(fault.rule)
+
+    def case(study: str, digits: int, steps: int) -> Case:
+        return FaultyCase(study, scene, rule, digits, steps, fault=fault)
+
+    return _through_studies(case)
+
+
+def of_rule(seed: int) -> Result:
+    """The same of a valid rule drawn at random: whatever is in `caught` is a false alarm."""
+    begun = time.process_time()
+    scene, rule = scene_of(SCENES[seed // 6 % len(SCENES)]), random_rule(seed)
+
+    def case(study: str, digits: int, steps: int) -> Case:
+        return ValidCase(study, scene, rule, digits, steps)
+
+    found = _through_studies(case)
+    return {
+        "name": f"{scene.name} {rule.name}", "site": "valid rule", "what": rule.source,
+        "found": found, "caught": [n for n, one in found.items() if one["verdict"] == "fail"],
+        "equivalent": "", "seconds": time.process_time() - begun,
+    }  # fmt: skip
+
+
+def _through_studies(case_of: Callable[[str, int, int], Case]) -> dict[str, Any]:
     found = {}
-    scene, rule = scene_of(fault.scene), discretisations.get(fault.rule)
     for name, digits, steps in STUDIES:
-        study = get(name)
-        case = FaultyCase(name, scene, rule, digits, steps, fault=fault)
+        case = case_of(name, digits, steps)
         if name == "momentum" and not case.scene.symmetries:
             continue
         begun = time.process_time()
         try:
-            result = run_case(study, case)
+            result = run_case(get(name), case)
         except BadInput as refusal:
             result = {"verdict": "fail", "reason": f"refused: {refusal}"}
         found[f"{name} {digits}"] = {
@@ -60,6 +99,33 @@ def _studied(fault: Fault) -> dict[str, Any]:
     return found
 
 
-def caught(result: dict[str, Any]) -> list[str]:
-    """The studies that said no."""
-    return [name for name, one in result["found"].items() if one["verdict"] == "fail"]
+def measure(
+    faults: Sequence[int], rules: Sequence[int], jobs: int, progress: Callable[[str, float], None]
+) -> tuple[list[Result], list[Result]]:
+    """(results of the faults of these indices that exist, results of the rules of these seeds)."""
+    total, done = len(faults) + len(rules), 0
+    found: tuple[list[Result], list[Result]] = ([], [])
+    with _own_cache(), ProcessPoolExecutor(jobs, max_tasks_per_child=40) as pool:
+        for into, function, numbers in ((0, of_fault, faults), (1, of_rule, rules)):
+            results: Iterator[Result | None] = pool.map(function, numbers)
+            for result in results:
+                done += 1
+                if result is not None:
+                    found[into].append(result)
+                    progress(result["name"], done / total)
+    return found
+
+
+@contextmanager
+def _own_cache() -> Iterator[None]:
+    """Kernels of faulty schemes are kept nowhere."""
+    before = os.environ.get("DISCMECH_CACHE")
+    with tempfile.TemporaryDirectory(prefix="discmech-power-") as folder:
+        os.environ["DISCMECH_CACHE"] = folder
+        try:
+            yield
+        finally:
+            if before is None:
+                del os.environ["DISCMECH_CACHE"]
+            else:
+                os.environ["DISCMECH_CACHE"] = before
