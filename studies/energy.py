@@ -16,7 +16,7 @@ DIGITS = (16,)
 ROWS = 2000
 SHARE = 0.1  # of the band that a slope may explain
 LONGER = 8
-PARTS, STEADY = 8, 0.8  # a drift is a line through the means of so many parts of the run
+PARTS, STEADY = 8, 0.8  # a drift takes the means of so many parts of the run one way
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -54,20 +54,20 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             "slope": line.slope,
             "slope_interval": list(line.interval),
         },
-        "steady": _steadiness(times, errors),
+        "steady": _steadiness(errors),
         "duration": float(times[-1]),
     }
 
 
-def _steadiness(times: np.ndarray, errors: np.ndarray) -> float:
-    """The share of the variance of the parts' means that a line through them explains (R²).
+def _steadiness(errors: np.ndarray) -> float:
+    """How far the means of the parts go, over the way that they take: 1 if always the same way.
 
-    Near 1 for a drift; a band that wanders, as in chaotic motion, follows no line.
+    A drift goes one way, even where it slows down; a band that wanders, as in chaotic motion, goes
+    to and fro.
     """
-    means = np.array([(times[a:b].mean(), errors[a:b].mean()) for a, b in bins(len(times), PARTS)])
-    if np.ptp(means[:, 1]) == 0 or not np.isfinite(means).all():
-        return 1.0
-    return float(np.corrcoef(means.T)[0, 1] ** 2)
+    way = np.diff([errors[a:b].mean() for a, b in bins(len(errors), PARTS)])
+    taken = np.abs(way).sum()
+    return float(abs(way.sum()) / taken) if taken > 0 and np.isfinite(taken) else 1.0
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from tests.studies.measuring import result
 
 ORDERS = {
@@ -16,7 +17,7 @@ ORDERS = {
 @pytest.mark.parametrize("scene", ["pendulum", "rigid-body", "heavy-top"])
 @pytest.mark.parametrize(("rule", "order"), ORDERS.items())
 def test_orders_2_to_8_on_a_pair_groupoid_a_group_and_an_action(scene, rule, order):
-    found = result("order", scene, rule, 50, 16)
+    found = result("order", scene, rule, 50, 32)
     assert found["verdict"] == "pass", found["reason"]
     assert found["expected"]["order"] == order
     assert found["measured"]["order"] == pytest.approx(order, abs=0.05)
