@@ -21,7 +21,7 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Any
 
-from integrators import Scheme, discretisations
+from integrators import BadInput, Scheme, discretisations
 from integrators.composition import Composition
 from integrators.discretisations import Discretisation
 from integrators.identities import first_violation
@@ -67,7 +67,12 @@ def faulty_scheme(fault: Fault) -> Scheme:
         scene = replace(scene, groupoid=_in_groupoid(fault, scene.groupoid, name))
     elif site == "retraction":
         scene = replace(scene, groupoid=_in_retraction(fault, scene.groupoid, name))
-    scheme = Scheme(scene, rule)
+    try:
+        scheme = Scheme(scene, rule)
+    except BadInput as refusal:
+        if isinstance(refusal.__cause__, NoPlace):  # raised inside the rule's own function
+            raise refusal.__cause__ from None
+        raise
     scheme.mark = fault.name
     if site in IN_RULE and not _differs(scheme, sound_scheme(fault)):
         raise NoPlace(f"{fault.name}: the discrete Lagrangian is the same.")
