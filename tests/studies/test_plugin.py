@@ -96,7 +96,7 @@ def test_the_order_asked_for_is_judged_from_both_sides():
 
 
 def test_what_is_not_self_adjoint_is_not_reversible():
-    with pytest.raises(Missed, match="not the inverse"):
+    with pytest.raises(Missed, match=r"not the inverse"):
         assert_reversible(lopsided, "kepler", digits=30)
     assert_reversible("triple-jump:midpoint", "kepler", digits=30)
 

@@ -172,7 +172,7 @@ def test_a_rule_that_fails_on_symbols_is_said_with_its_line(file, body, message)
 
 def test_a_lagrangian_that_fails_is_said_with_its_line(file):
     scene = lookup.scene(file(SCENE.replace("cos(x[0])", "cos(angle)").replace("sympy.", "")))
-    with pytest.raises(BadInput, match="^mine.py, line 6: my-pendulum: its Lagrangian .*NameErr"):
+    with pytest.raises(BadInput, match=r"^mine.py, line 6: my-pendulum: its Lagrangian .*NameErr"):
         Scheme(scene, discretisations.midpoint)
 
 
