@@ -157,6 +157,38 @@ def bench_heavy_top_beside_scipy(benchmark):
     benchmark.pedantic(lambda: flow.trajectory(2000, 2000), rounds=5)
 
 
+def bench_staying_in_one_chart(benchmark):
+    """Bisections at hand that nobody needs: at most 5 % over the flow that refuses the edge."""
+    scheme = Scheme(scenes.get("moser-veselov"), trapezoidal)
+    with_bisections, without = (scheme.flow("0.1", on_edge=e) for e in ("bisect", "refuse"))
+    assert with_bisections.trajectory(STEPS, STEPS).edges == 0
+    interleaved(
+        benchmark,
+        lambda: with_bisections.trajectory(STEPS, STEPS),
+        {"refuse": lambda: without.trajectory(STEPS, STEPS)},
+    )
+
+
+def bench_watching_the_edge(benchmark, monkeypatch, tmp_path):
+    """The heavy top with and without the look at its chart's extent after every step."""
+    from integrators import compiling, kernels, watching
+
+    scheme = Scheme(scenes.get("heavy-top"), trapezoidal)
+    watched = scheme.flow("0.01")
+    watched.trajectory(10)
+    nothing = ["EDGE, STRAYED = 3, 4\n", watching._NOTHING]
+    monkeypatch.setattr(kernels, "watch_text", lambda builder: nothing)
+    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path))
+    compiling.load_kernels.cache_clear()
+    blind = scheme.flow("0.01")
+    assert np.allclose(blind.trajectory(100).mu, watched.trajectory(100).mu, rtol=0, atol=1e-13)
+    interleaved(
+        benchmark,
+        lambda: watched.trajectory(STEPS, STEPS),
+        {"unwatched": lambda: blind.trajectory(STEPS, STEPS)},
+    )
+
+
 def bench_fifty_digits(benchmark):
     """A thousand steps of the heavy top at 50 digits."""
     flow = Scheme(scenes.get("heavy-top"), trapezoidal).flow("0.01", 50)
