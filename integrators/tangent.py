@@ -222,7 +222,7 @@ def _stages_text(scheme: Scheme) -> str:
 
 def _branch_text(scheme: Scheme) -> str:
     vectors = {"x": scheme.s.x, "u": scheme.s.u}
-    return _text(scheme, "branch", vectors, [[scheme.branch_at_points]])
+    return text_of(scheme, "branch", vectors, [[scheme.branch_at_points]])
 
 
 def _natural_text(scheme: Scheme) -> str:
