@@ -23,5 +23,6 @@ mine = Scene(
 )
 run = Scheme(mine, two_thirds).flow(step=0.01).trajectory(steps=1000)  # .t .x .u .mu .iterations
 
-show(check("order", scenes=[mine, "rigid-body", "heavy-top"], rules=[two_thirds]))
-show(check("symplecticity", scenes=[mine, "heavy-top"], rules=[two_thirds]))
+if __name__ == "__main__":
+    show(check("order", scenes=[mine, "rigid-body", "heavy-top"], rules=[two_thirds]))
+    show(check("symplecticity", scenes=[mine, "heavy-top"], rules=[two_thirds]))

@@ -14,11 +14,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import Any
 
 from .discretisations import Discretisation
-from .errors import BadInput
+from .errors import BadInput, unknown
 
 
 @dataclass(frozen=True)
@@ -231,9 +230,7 @@ def compose(rule: Any, name: str) -> Any:
     if isinstance(rule, Scheme):
         return Scheme(rule.scene, compose(rule.rule, name))
     if name not in METHODS:
-        near = get_close_matches(str(name), METHODS, 1)
-        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(METHODS)}."
-        raise BadInput(f'there is no composition "{name}": {hint}')
+        raise unknown("composition", name, METHODS)
     if not isinstance(rule, Discretisation) or isinstance(rule, Composition):
         what = "a composition already" if isinstance(rule, Composition) else "no rule"
         raise BadInput(f"{getattr(rule, 'name', rule)!r} is {what}: compose a rule of one step.")

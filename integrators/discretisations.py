@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from .errors import BadInput
+from .errors import BadInput, unknown
 
 
 @dataclass(frozen=True)
@@ -148,8 +148,6 @@ def get(name: str) -> Discretisation:
 
     Raises `BadInput` naming the nearest one.
     """
-    from difflib import get_close_matches
-
     if name in BUILT_IN or name == own.name:
         return BUILT_IN.get(name, own)
     if ":" in name:
@@ -163,6 +161,4 @@ def get(name: str) -> Discretisation:
 
     if family in FAMILIES and nodes.isdecimal():
         return FAMILIES[family][0](int(nodes))
-    near = get_close_matches(name, names(), 1)
-    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(names())}."
-    raise BadInput(f'there is no rule "{name}": {hint}')
+    raise unknown("rule", name, names())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import Any
 
 
@@ -11,6 +13,20 @@ class DiscmechError(Exception):
 
 class BadInput(DiscmechError, ValueError):
     """The input cannot be used as it is: the message names it and says how to mend it."""
+
+
+def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
+    """That there is no such thing: with the nearest name, or with all where they fit a sentence."""
+    names = list(known)
+    near = get_close_matches(str(name), names, 1)
+    listed = ", ".join(names)
+    if near:
+        hint = f"did you mean {near[0]}?"
+    elif len(listed) <= 200:
+        hint = f"there are {listed}."
+    else:
+        hint = f"there are {', '.join(names[:3])} and {len(names) - 3} more: say discmech list."
+    return BadInput(f'there is no {kind} "{name}": {hint}')
 
 
 class CannotMeasure(BadInput):

@@ -25,7 +25,7 @@ def commands(first):
 @pytest.fixture(scope="module")
 def namespace():
     """The Python blocks run in one namespace, in order."""
-    found = {"__name__": "readme"}
+    found = {"__name__": "__main__"}
     for number, block in enumerate(blocks("python"), 1):
         exec(compile(block, f"README.md, block {number}", "exec"), found)
     return found
@@ -36,6 +36,11 @@ def test_the_python_blocks_run(namespace, capsys):
     run = namespace["run"]
     assert run.t[-1] == pytest.approx(10) and len(run.x) == 1001
     assert len(run.iterations) == 1001
+
+
+def test_the_first_block_is_the_example():
+    example = (ROOT / "examples" / "two_thirds.py").read_text(encoding="utf-8")
+    assert example.endswith(blocks("python")[0])
 
 
 def test_the_rule_of_the_readme_passes_what_it_claims(namespace):

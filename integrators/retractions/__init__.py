@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
-
-from ..errors import BadInput
+from ..errors import unknown
 from .cayley import Cayley, cayley
 from .exponential import Exponential, exponential
 from .retraction import Retraction
@@ -18,6 +16,4 @@ def get(name: str) -> Retraction:
     """The retraction of that name; raises `BadInput` naming the nearest ones."""
     if name in BUILT_IN:
         return BUILT_IN[name]
-    near = get_close_matches(name, BUILT_IN, 1)
-    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(BUILT_IN)}."
-    raise BadInput(f'there is no retraction "{name}": {hint}')
+    raise unknown("retraction", name, BUILT_IN)

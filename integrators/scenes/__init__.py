@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from importlib import import_module
 from typing import cast
 
-from ..errors import BadInput
+from ..errors import unknown
 from ..scene import Scene
 
 NAMES = (
@@ -26,9 +25,7 @@ def names() -> tuple[str, ...]:
 def get(name: str) -> Scene:
     """The scene of that name; raises `BadInput` with the nearest name."""
     if name not in NAMES:
-        near = get_close_matches(str(name), NAMES, 1)
-        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(NAMES)}."
-        raise BadInput(f'there is no scene "{name}": {hint}')
+        raise unknown("scene", name, NAMES)
     return cast(Scene, import_module(f".{name.replace('-', '_')}", __name__).scene)
 
 
