@@ -362,7 +362,14 @@ class Flow:
             )
         g, (x, _) = self._element(element), self._vectors(x0 or scheme.scene.x0, scheme.scene.v0)
         translate, u = self.edge.place(g)
-        return x, self.geometry_in(translate).at(x, u)["minus"] / self._h, (translate, u)
+        mu = self.geometry_in(translate).at(x, u)["minus"] / self._h
+        # where FL is singular at g, μ does not tell g apart, and the run would begin elsewhere
+        solved = self.machine.solve(x, mu, self.edge.coefficients(translate), u)
+        far = self.edge.root_eps * (1 + max(abs(u)))
+        if solved is None or not max(abs(solved[0] - u)) <= far:
+            where = {"x": self.numbers.public(x), "mu": self.numbers.public(mu)}
+            raise self._failure(0, where, "FL is singular at the first step element0", None)
+        return x, mu, (translate, u)
 
     def _run(
         self, steps: int, every: int, x: Any, mu: Any, start: tuple[int, Any], progress: Any
