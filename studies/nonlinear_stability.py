@@ -24,7 +24,7 @@ CLASSES = {
     "blown up": "the energy error exceeds the sum of the energy's terms at the start, or the "
     "numbers are no longer finite",
 }
-STEPS, THOROUGH = 20_000, 1_000_000
+STEPS, THOROUGH = 60_000, 1_000_000
 ROWS = 1000  # states kept of a run
 PER_DECADE = {False: 10, True: 40}  # steps hω tried, thorough or not
 LOWEST, HIGHEST = -1.0, 1.4  # decades of hω

@@ -189,11 +189,12 @@ def test_fpu_ends_where_the_linear_theory_says_for_trapezoidal_and_not_for_imex(
 
 
 def test_imex_blows_up_at_ten_fast_radians_and_a_frequency_of_fifty():
-    """Chaos and rounding decide the moment: T = 2869 or later, within the T = 4000 of the map."""
+    """Chaos and rounding decide the moment, T = 4500 to 10700 from nearby starts: within the
+    T = 12000 of the map."""
     scheme = FAMILIES["fpu"].scheme(scheme_of(scenes.get("fpu"), imex), Fraction(50))
     rows = [r for r in stability_map(FAMILIES["fpu"], scheme.origin) if r["stiffness"] == 50]
     (cell,) = [row for row in rows if row["z"] == pytest.approx(10)]
-    assert cell["class"] == "blown up" and 0 < cell["time"] <= 4000
+    assert cell["class"] == "blown up" and 0 < cell["time"] <= 12000
 
 
 OFTEN = ("fpu", "kepler", "rigid-body")
