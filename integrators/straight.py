@@ -81,9 +81,17 @@ class Text:
 
         Numba hands errors on through an argument of its own functions, which ours do not have.
         """
+        return self._shared and not self._calls_numba
+
+    @cached_property
+    def _calls_numba(self) -> bool:
         calls = (n for s in self.statements for n in ast.walk(s) if isinstance(n, ast.Call))
-        called = (self.function.__globals__.get(getattr(call.func, "id", "")) for call in calls)
-        return self._shared and not any(hasattr(f, "py_func") for f in called)
+        for call in calls:
+            called = self.function.__globals__.get(getattr(call.func, "id", ""))
+            text = getattr(called, "straight_text", None)
+            if hasattr(called, "py_func") or (text is not None and text._calls_numba):
+                return True
+        return False
 
     def result_type(self, types: Sequence[Any]) -> Any:
         """Numba's type of what is returned."""
@@ -170,13 +178,23 @@ class Writer:
         """What the function returns; tuples as Python's."""
         self.known = dict(zip(self.text.names, arguments, strict=True))
         for statement in self.text.statements:
-            if isinstance(statement, ast.Return):
-                return self.value(statement.value)
-            if isinstance(statement, ast.Assign):
-                self._assign(statement.targets[0], self.value(statement.value))
-            elif isinstance(statement, ast.Expr):
-                self.value(statement.value)
+            match statement:
+                case ast.Return(value=node):
+                    return self.value(node)
+                case ast.Assign(targets=[target], value=node):
+                    self._assign(target, self.value(node))
+                case ast.Expr(value=node):
+                    self.value(node)
+                case ast.Pass():
+                    pass
+                case _:
+                    raise self._unknown(statement)
         return None
+
+    def _unknown(self, node: Any) -> NotImplementedError:
+        return NotImplementedError(
+            f"{self.text.function.__name__}: no straight line: {ast.unparse(node)}"
+        )
 
     def _assign(self, target: Any, found: Any) -> None:
         if isinstance(target, ast.Tuple):
@@ -196,15 +214,15 @@ class Writer:
                 return self.known.get(node.id, self.text.function.__globals__.get(node.id))
             case ast.Tuple():
                 return tuple(self.value(e) for e in node.elts)
-            case ast.UnaryOp():
+            case ast.UnaryOp(op=ast.USub()):
                 return self._negative(self.value(node.operand))
             case ast.BinOp():
                 return self._binary(node.op, self.value(node.left), self.value(node.right))
             case ast.Subscript():
                 return self._entry(node)
-            case ast.Call(func=ast.Name(id=name)):
+            case ast.Call(func=ast.Name(id=name), keywords=[]):
                 return self._called(name, [self.value(a) for a in node.args])
-        raise NotImplementedError(ast.dump(node))
+        raise self._unknown(node)
 
     def _negative(self, found: Any) -> Any:
         if not isinstance(found, Value):
@@ -215,10 +233,25 @@ class Writer:
         name, exact = _OPERATORS[type(op)]
         if not isinstance(left, Value) and not isinstance(right, Value):
             return exact(left, right)
+        if not name and isinstance(right, int):
+            return self._power(left, right)
         if not name:
             return self._foreign(exact, [left, right])
         sides = (_float(self.builder, side) for side in (left, right))
         return self._number(getattr(self.builder, name)(*sides, flags=self.text.flags))
+
+    def _power(self, base: Any, exponent: int) -> Any:
+        """A whole power by squaring: numba's would want the error argument of its functions."""
+        one, times = ast.Constant(1.0), ast.Mult()
+        if exponent < 0:
+            return self._binary(ast.Div(), one.value, self._power(base, -exponent))
+        result: Any = None
+        while exponent:
+            if exponent & 1:
+                result = base if result is None else self._binary(times, result, base)
+            exponent >>= 1
+            base = self._binary(times, base, base) if exponent else base
+        return one.value if result is None else result
 
     def _number(self, value: Any) -> Value:
         from numba.core import types
@@ -236,6 +269,8 @@ class Writer:
         from numba.np import arrayobj
 
         held = self.known[node.value.id]
+        if held.type.layout != "C":
+            raise self._unknown(node)
         array = arrayobj.make_array(held.type)(self.context, self.builder, held.value)
         whole = ir.IntType(64)
         indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
@@ -279,7 +314,10 @@ class Writer:
         from llvmlite import ir
 
         kind, module = ir.DoubleType(), self.builder.module
-        count = len(text.statements[-1].value.elts)
+        returns = text.statements[-1]
+        if not isinstance(returns, ast.Return) or not isinstance(returns.value, ast.Tuple):
+            raise self._unknown(returns)  # a shared function returns a tuple of floats
+        count = len(returns.value.elts)
         name = f"discmech.{text.function.__module__}.{text.function.__name__}"
         made = module.globals.get(name)
         if made is None:

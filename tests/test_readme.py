@@ -69,7 +69,7 @@ def test_the_lines_of_the_command_parse():
     assert len(lines) >= 7
     for words in lines:
         options = _parser().parse_args(words[1:])
-        if hasattr(options, "scenes"):
+        if hasattr(options, "retraction") and hasattr(options, "scenes"):
             choice_of(options)  # names, digits and steps are known
 
 
