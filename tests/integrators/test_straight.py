@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from integrators.straight import Writer, straight
+from integrators.instructions import Writer
+from integrators.straight import straight
 
 R = float
 FAST = "contract", "arcp", "nsz", "reassoc"
