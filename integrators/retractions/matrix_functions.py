@@ -15,6 +15,8 @@ from functools import cached_property, lru_cache
 from itertools import combinations_with_replacement
 from typing import Any
 
+from ..exact import floats_exact
+from ..printing import code
 from ..tables import entry, register
 from . import matrix_numbers
 
@@ -51,14 +53,15 @@ class MatrixFunction:
         """Text of the function (ξ_1, …, ξ_m) ↦ all derivatives of that order, one after another."""
         m, size = len(self.basis), len(self.basis[0])
         xi = ", ".join(f"xi{k}" for k in range(m))
-        entries = [(k, i, j, e) for k, b in enumerate(self.basis)
+        entries = [(k, i, j, floats_exact(e)) for k, b in enumerate(self.basis)
                    for i, row in enumerate(b) for j, e in enumerate(row) if e]  # fmt: skip
-        blocks, at = 2**order, 0
-        lines = [
+        blocks, at, numbers = 2**order, 0, f"NUMBERS_{self.digest}"
+        lines = [  # the numbers outside the function: machine code has no integers of any size
+            f"{numbers} = ({''.join(f'R(1)*({code(e)}), ' for *_, e in entries)})",
             f"@aside\ndef matrix_{self.digest}_{order}({xi}):",
             f"    out = zeros({len(self.directions(order)) * size**2}, 1)",
             f"    b = zeros({m}, {size}, {size})",
-            *(f"    b[{k}, {i}, {j}] += R({e})" for k, i, j, e in entries),
+            *(f"    b[{k}, {i}, {j}] += {numbers}[{n}]" for n, (k, i, j, _) in enumerate(entries)),
             f"    own = zeros({size}, {size})",
             *(f"    own[{i}, {j}] += b[{k}, {i}, {j}]*xi{k}" for k, i, j, _ in entries),
         ]

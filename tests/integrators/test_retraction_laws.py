@@ -226,6 +226,21 @@ def test_the_logarithm_inverts_the_product(name, stratum):
         assert abs((ahead - back) / (2 * EPS) - here) <= Rational(1, 10**35)
 
 
+def test_structure_constants_that_are_no_doubles_are_exact():
+    """Thirds: a text R(1/3) is a double, in dexp and its inverse alike; so dexp is summed here."""
+    first, *others = sl(2).basis
+    algebra = MatrixAlgebra("thirds", (*others, tuple(tuple(3 * e for e in row) for row in first)))
+    assert Rational(1, 3) in {e for a in algebra.adjoint for row in a for e in row}
+    xi = Matrix([Rational(1, 7), Rational(-1, 5), Rational(1, 11)])
+    ad, term = algebra.ad(xi), eye(3)
+    dexp = term
+    for n in range(2, 50):
+        term = term * ad / n
+        dexp += term
+    inverse = MatrixFunction(DEXP_INVERSE, algebra.adjoint)(xi)
+    assert max(abs(evaluate_matrix(dexp * inverse - eye(3), 60))) < Rational(1, 10**58)
+
+
 # -- what does not fit ----------------------------------------------------------------------------
 
 
