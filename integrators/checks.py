@@ -51,23 +51,33 @@ def _named(scheme: Scheme) -> str:
 
 
 def check_regular(scheme: Scheme) -> None:
-    """Raise `BadInput` if ∂E/∂w (FL, without stages) is singular at two random points."""
+    """Raise `BadInput` if ∂E/∂w (FL, without stages) or ∂²l/∂ξ² is singular at two random points.
+
+    The second too: where it is singular, terms O(h²) of the potential can make FL regular, but
+    there is no system on the dual that the map approximates. A discrete Lagrangian that stands for
+    no continuous one is asked for FL only.
+    """
     s = scheme.s
+    of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
+    asked = {("FL", of_what): scheme.slope_at_points}
+    if scheme.scene.lagrangian is not None:
+        from .continuous import momentum
+
+        asked["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = momentum(s).jacobian(s.u)
     for seed in range(2):
         small = (*scheme.w, scheme.h)
         point = random_point([*s.x, *scheme.w, *s.q], small, seed) | s.constant_values(40)
         for p, value in zip(s.parameter_list, s.parameter_values, strict=True):
             point[p] = to_sympy(value)
-        found = scheme.slope_at_points.xreplace(scheme.chain.values(point))
-        direction = null_direction(evaluate_matrix(found, 30))
-        if direction is None:
-            return
-    shown = ", ".join(f"{float(e):.3g}" for e in direction)
-    of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
-    raise BadInput(
-        f"{_named(scheme)}: FL is singular everywhere, in the direction "
-        f"({shown}) of {of_what} needs its kinetic energy."
-    )
+        at = scheme.chain.values(point)
+        found = {a: null_direction(evaluate_matrix(m.xreplace(at), 30)) for a, m in asked.items()}
+        asked = {a: m for a, m in asked.items() if found[a] is not None}
+    for name, of_what in asked:
+        shown = ", ".join(f"{float(e):.3g}" for e in found[name, of_what])
+        raise BadInput(
+            f"{_named(scheme)}: {name} is singular everywhere, in the direction "
+            f"({shown}) of {of_what} needs its kinetic energy."
+        )
 
 
 def check_start(scheme: Scheme, scene: Scene) -> None:

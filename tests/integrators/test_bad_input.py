@@ -274,6 +274,25 @@ def test_a_coordinate_without_kinetic_energy(rule, digits):
     assert "bad with " + rule.name in str(caught.value)
 
 
+@pytest.mark.parametrize("rule", ["midpoint", "lobatto-2", "gauss-2"])
+def test_a_velocity_without_kinetic_energy_that_a_potential_hides(rule):
+    """FL is regular there by terms O(h²) of the potential, and no motion is approximated."""
+    scene = plane(lagrangian=lambda x, v, p: (v[0] + v[1]) ** 2 / 2 - x[0] ** 2)
+    with pytest.raises(
+        BadInput, match=r"bad with .* singular everywhere, in the direction \(-1, 1"
+    ):
+        Scheme(scene, rule_called(rule))
+
+
+def test_a_discrete_lagrangian_alone_is_asked_for_nothing_continuous():
+    def of_points(x, u, h, p):
+        return h * (u[0] + u[1]) ** 2 / 2 - h * (x[0] + h * u[0] / 2) ** 2
+
+    scene = plane(lagrangian=None, discrete_lagrangian=of_points)
+    run = Scheme(scene, midpoint).flow("1/10", 30).trajectory(3, mu0=[1, 1])
+    assert run.steps == 3
+
+
 @pytest.mark.parametrize(
     "digits",
     [16, 30],
