@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from .errors import BadInput
 from .evaluation import evaluate_matrix
 from .exact import exact, to_sympy
-from .identities import null_direction, random_point
+from .identities import null_direction, random_point, shown
 from .symbols import line_of
 
 if TYPE_CHECKING:
@@ -61,9 +61,9 @@ def check_regular(scheme: Scheme) -> None:
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
     asked = {("FL", of_what): scheme.slope_at_points}
     if scheme.scene.lagrangian is not None:
-        from .continuous import momentum
+        from .continuous import mass_matrix
 
-        asked["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = momentum(s).jacobian(s.u)
+        asked["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = mass_matrix(s)
     for seed in range(2):
         small = (*scheme.w, scheme.h)
         point = random_point([*s.x, *scheme.w, *s.q], small, seed) | s.constant_values(40)
@@ -73,10 +73,9 @@ def check_regular(scheme: Scheme) -> None:
         found = {a: null_direction(evaluate_matrix(m.xreplace(at), 30)) for a, m in asked.items()}
         asked = {a: m for a, m in asked.items() if found[a] is not None}
     for name, of_what in asked:
-        shown = ", ".join(f"{float(e):.3g}" for e in found[name, of_what])
         raise BadInput(
             f"{_named(scheme)}: {name} is singular everywhere, in the direction "
-            f"({shown}) of {of_what} needs its kinetic energy."
+            f"({shown(found[name, of_what])}) of {of_what} needs its kinetic energy."
         )
 
 

@@ -38,6 +38,11 @@ class ComposedFlow(Flow):
                 made[key] = Flow(of_kind[substep.adjoint], size, digits)
             self.parts.append(made[key])
 
+    @property
+    def first_substep(self) -> Flow:
+        """That of the first coefficient's size."""
+        return self.parts[0]
+
     def _legendre_step(self, x: Any, mu: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The substeps' maps one after another, and the product of their derivatives."""
         guess, total = self._guess(u0), None

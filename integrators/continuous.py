@@ -24,13 +24,18 @@ def momentum(s: SceneSymbols) -> Any:
     return Matrix(len(s.u), 1, [s.lagrangian.diff(v) for v in s.u])
 
 
+def mass_matrix(s: SceneSymbols) -> Any:
+    """∂²l/∂ξ² at (x, u), m×m."""
+    return momentum(s).jacobian(s.u)
+
+
 def velocity(s: SceneSymbols) -> Any:
     """ξ(x, μ), m×1, for a Lagrangian that is quadratic in the velocity.
 
     Raises `BadInput` if it is not, or if its mass matrix is singular.
     """
     mu = momentum(s)
-    mass = mu.jacobian(s.u).applyfunc(lambda e: e.simplify())
+    mass = mass_matrix(s).applyfunc(lambda e: e.simplify())
     if mass.free_symbols & set(s.u):
         raise CannotMeasure(
             f"{s.scene.name}: the Lagrangian is not quadratic in the velocity, so no closed form "

@@ -33,12 +33,16 @@ class CannotMeasure(BadInput):
     """What is asked does not exist for this scene (an energy without a Legendre inverse, say)."""
 
 
+SMALLER = "take a smaller step"
+ELSEWHERE = "no smaller step helps, begin elsewhere"
+
+
 class StepFailure(DiscmechError, RuntimeError):
     """A trajectory stopped before its last step; what was computed until then is kept.
 
     Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu and,
     for an implicit scheme, the u from which Newton started),
-    cause (str), trajectory (`integrators.flow.Trajectory` up to the failure, or None).
+    cause (str), trajectory (`integrators.flow.Trajectory` up to the failure, or None), mend (str).
     """
 
     def __init__(
@@ -50,14 +54,16 @@ class StepFailure(DiscmechError, RuntimeError):
         state: dict[str, Any],
         cause: str,
         trajectory: Any = None,
+        mend: str = SMALLER,
     ) -> None:
         self.scene, self.rule, self.step_index, self.time = scene, rule, step_index, time
         self.state, self.cause, self.trajectory = state, cause, trajectory
-        self._arguments = (scene, rule, step_index, time, state, cause, trajectory)
+        self.mend = mend
+        self._arguments = (scene, rule, step_index, time, state, cause, trajectory, mend)
         shown = ", ".join(f"{name} = {_brief(value)}" for name, value in state.items())
         super().__init__(
             f"{scene} with {rule}: {cause} at step {step_index}, t = {time:.6g} ({shown}); "
-            "take a smaller step, or look at the trajectory kept on this exception."
+            f"{mend}, or look at the trajectory kept on this exception."
         )
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -18,9 +18,10 @@ from .compiling import load_kernels
 from .continuous import initial_momentum
 from .edges import Refuse, policy
 from .equations import Scheme
-from .errors import BadInput, StepFailure
+from .errors import ELSEWHERE, SMALLER, BadInput, StepFailure
 from .exact import exact_rational
 from .machine import Machine, Run
+from .singular import singular_direction
 from .tangent import LocalGeometry, StagesNotFound, frobenius, newton, relative_defect
 
 _CAUSES = {
@@ -396,10 +397,20 @@ class Flow:
         found = self._trajectory(run, kept)
         if status:
             x, mu = machine.point(run.state)
-            where = {"x": x, "mu": mu, **self._last_solution(run.lead)}
+            last = self._last_solution(run.lead)
+            where = {"x": x, "mu": mu, **last}
             where = {name: self.numbers.public(value) for name, value in where.items()}
+            if status not in edges.CAUSES:
+                u = last.get("u", self._guess(None))  # where none is printed, FL is without u
+                if singular := singular_direction(self, x, u, run.translate):
+                    raise self._failure(run.index, where, singular, found, ELSEWHERE)
             raise self._failure(run.index, where, _CAUSES[int(status)], found)
         return found
+
+    @property
+    def first_substep(self) -> Flow:
+        """The flow that takes a step's first part: this one."""
+        return self
 
     def _lead(self, x: Any, mu: Any, guess: Any) -> tuple[Any, ...]:
         """What `advance` takes first: the state, which begins with x and μ, and coefficients."""
@@ -469,7 +480,9 @@ class Flow:
         y = here["target"]
         return y, self._solve(y, here["plus"] / self._h, u)
 
-    def _failure(self, index: int, state: Any, cause: str, trajectory: Any) -> StepFailure:
+    def _failure(
+        self, index: int, state: Any, cause: str, trajectory: Any, mend: str = SMALLER
+    ) -> StepFailure:
         scheme = self.scheme
         return StepFailure(
             scheme.scene.name,
@@ -479,6 +492,7 @@ class Flow:
             state,
             cause,
             trajectory,
+            mend,
         )
 
 

@@ -69,8 +69,13 @@ def first_violation(
     return None
 
 
-def null_direction(matrix: Any) -> Any:
-    """A column that a matrix of 30-digit numbers maps to zero, or None if it is regular.
+def shown(direction: Any) -> str:
+    """A direction as a sentence shows it."""
+    return ", ".join(f"{float(e):.3g}" for e in direction)
+
+
+def null_direction(matrix: Any, tolerance: float = 1e-20) -> Any:
+    """A column that a matrix of numbers (of 30 digits) maps to zero, or None if it is regular.
 
     Rows are scaled first and pivots normalised on the way, so that masses of any size count alike.
     """
@@ -79,7 +84,7 @@ def null_direction(matrix: Any) -> Any:
     scaled = matrix.copy()
     for i in range(matrix.rows):
         scaled[i, :] /= max((abs(e) for e in matrix[i, :]), default=0) or 1
-    reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) < 1e-20, normalize_last=False)
+    reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) <= tolerance, normalize_last=False)
     free = [j for j in range(matrix.cols) if j not in pivots]
     if not free:
         return None

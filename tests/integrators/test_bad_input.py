@@ -309,6 +309,31 @@ def test_a_failure_is_both_ours_and_a_runtime_error():
     assert isinstance(caught.value, DiscmechError)
     assert isinstance(caught.value, RuntimeError)
     assert "take a smaller step" in str(caught.value)
+    assert "direction" not in str(caught.value)  # FL is regular there
+
+
+@pytest.mark.parametrize(
+    ("lagrangian", "x0", "v0", "what", "direction"),
+    [
+        (lambda x, v, p: x[0] * v[0] ** 2 / 2, [0], [1], r"∂²l/∂ξ²", r"\(1\) of ξ"),
+        (lambda x, v, p: v[0] ** 4, [1], [0], "FL", r"\(1\) of u"),
+        (
+            lambda x, v, p: v.dot(v) / 2 + x[0] * v[0] * v[1],
+            [1, 0],
+            [1, 0],
+            "∂²l/∂ξ²",
+            r"\(-1, 1\) of ξ",
+        ),
+    ],
+    ids=["x v²", "v⁴", "two"],
+)
+@pytest.mark.parametrize("rule", ["trapezoidal", "triple-jump:trapezoidal"])
+def test_where_it_is_singular_the_direction_is_named(rule, lagrangian, x0, v0, what, direction):
+    scene = plain(groupoid=pair(len(x0)), lagrangian=lagrangian, x0=x0, v0=v0)
+    with pytest.raises(StepFailure, match=rf"{what} is singular .* {direction}") as caught:
+        Scheme(scene, rule_called(rule)).flow("1/10", 30).trajectory(3)
+    assert "smaller step helps, begin elsewhere" in str(caught.value)
+    assert "take a smaller" not in str(caught.value)
 
 
 def test_an_inverse_step_that_is_not_there():

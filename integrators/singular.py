@@ -1,0 +1,53 @@
+"""Where a step fails because the equations are singular at that point: in which direction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .continuous import mass_matrix
+from .evaluation import evaluate_matrix
+from .exact import exact, to_sympy
+from .identities import null_direction, shown
+
+if TYPE_CHECKING:
+    from .flow import Flow
+
+
+def singular_direction(flow: Flow, x: Any, u: Any, translate: int = 0) -> str | None:
+    """Which of FL and ∂²l/∂ξ² is singular to round-off at (x, u), and where to; None if neither.
+
+    The mass matrix too: u is only where Newton started, and where ∂²l/∂ξ²(x) is singular FL may be
+    so at the solution alone.
+    """
+    asked = ((_FL(flow, x, u, translate), "FL", "u"), (_mass(flow, x, u), "∂²l/∂ξ²", "ξ"))
+    for matrix, name, letter in asked:
+        if matrix is None or not all(e.is_real and e.is_finite for e in matrix):
+            continue
+        direction = null_direction(matrix, 2**10 * float(flow.numbers.eps))
+        if direction is not None:
+            return f"{name} is singular in the direction ({shown(direction)}) of {letter}"
+    return None
+
+
+def _FL(flow: Flow, x: Any, u: Any, translate: int) -> Any:
+    """∂F⁻/∂u, m×m, as sympy's Floats; None where it has no value."""
+    from sympy import Float, Matrix
+
+    try:
+        found = flow.first_substep.geometry_in(translate).at(x, u)["minus_u"]
+    except (ArithmeticError, ValueError):
+        return None
+    return Matrix(found.tolist()).applyfunc(lambda e: Float(str(e), flow.numbers.digits + 5))
+
+
+def _mass(flow: Flow, x: Any, u: Any) -> Any:
+    """∂²l/∂ξ², m×m; None where the scene has no Lagrangian or this has no value."""
+    s = flow.scheme.s
+    if flow.scheme.scene.lagrangian is None:
+        return None
+    at = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))
+    try:
+        at |= {v: to_sympy(exact(e, "x")) for v, e in zip([*s.x, *s.u], [*x, *u], strict=True)}
+        return evaluate_matrix(mass_matrix(s).xreplace(at), flow.numbers.digits)
+    except (ArithmeticError, ValueError):
+        return None
