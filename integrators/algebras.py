@@ -10,7 +10,7 @@ from math import prod
 from typing import Any
 
 from .errors import BadInput
-from .exact import floats_exact
+from .exact import exact_matrices, floats_exact
 
 Nested = tuple[tuple[Any, ...], ...]
 
@@ -19,10 +19,12 @@ Nested = tuple[tuple[Any, ...], ...]
 class MatrixAlgebra:
     """The span of `basis` (m linearly independent N×N matrices), closed under the commutator.
 
-    Coordinates ξ ∈ Rᵐ stand for the matrix ξ^γ e_γ. Matrices are nested tuples, so that building
-    an algebra loads nothing; what needs symbolic mathematics is derived when first asked for.
+    Coordinates ξ ∈ Rᵐ stand for the matrix ξ^γ e_γ. Matrices are given as rows, or as numpy's or
+    sympy's, and kept as nested tuples of exact numbers, so that building an algebra loads nothing;
+    what needs symbolic mathematics is derived when first asked for.
     `cover`: elements B of the group, e first, such that every g has det(e + g B⁻¹) ≠ 0 for one of
     them: their translates of the Cayley chart hold the whole group (paper, section 4.3).
+    Raises `BadInput` for what are no square matrices of numbers of one size.
     """
 
     name: str
@@ -30,8 +32,13 @@ class MatrixAlgebra:
     cover: tuple[Nested, ...] = ()
 
     def __post_init__(self) -> None:
-        sizes = {(len(e), len(row)) for e in self.basis for row in e}
-        if len(sizes) != 1 or len({n for pair in sizes for n in pair}) != 1:
+        for part in ("basis", "cover"):
+            given = exact_matrices(getattr(self, part), f"algebra {self.name}: {part}")
+            object.__setattr__(self, part, given)
+        if not self.basis:
+            raise BadInput(f"algebra {self.name}: the basis is empty; give at least one matrix.")
+        sizes = {(len(e), len(row)) for e in self.basis for row in e or ((),)}
+        if len(sizes) != 1 or any(rows != columns or not rows for rows, columns in sizes):
             raise BadInput(
                 f"algebra {self.name}: the basis needs square matrices of one size, "
                 f"but the shapes {sorted(sizes)} occur."
@@ -115,7 +122,7 @@ class MatrixAlgebra:
             if not self.contains(bracket):
                 raise BadInput(
                     f"algebra {self.name}: the commutator of basis matrices {m + 1} and {n + 1} "
-                    "is not a combination of the basis; add the missing matrices."
+                    f"is not a combination of the basis; add it: {bracket.tolist()}."
                 )
             for g, value in enumerate(self.coordinates(bracket)):
                 constants[g][m, n], constants[g][n, m] = value, -value

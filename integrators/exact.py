@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from decimal import Decimal
 from fractions import Fraction
-from numbers import Rational, Real
+from numbers import Complex, Rational, Real
 from typing import Any
 
 from .errors import BadInput
@@ -94,6 +94,44 @@ def exact_nested(value: Any, what: str) -> Any:
     if not isinstance(value, str) and isinstance(value, Iterable):
         return tuple(exact_nested(entry, f"{what}[{i}]") for i, entry in enumerate(value))
     return exact(value, what)
+
+
+def exact_matrices(values: Any, what: str) -> tuple[tuple[tuple[Any, ...], ...], ...]:
+    """Matrices as nested tuples of exact numbers: given as rows, or as numpy's or sympy's.
+
+    Entries may be complex. Raises `BadInput` for what is no list of matrices of numbers.
+    """
+    return tuple(
+        tuple(
+            tuple(_entry(e, f"{what}[{k}][{i}, {j}]") for j, e in enumerate(_list(row, at)))
+            for i, row in enumerate(_list(matrix, at))
+        )
+        for k, matrix in enumerate(_list(values, what))
+        for at in [f"{what}[{k}]"]
+    )
+
+
+def _list(values: Any, what: str) -> list[Any]:
+    values = values.tolist() if hasattr(values, "tolist") else values
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise BadInput(
+            f"{what} holds {values!r} where rows are needed: give a list of matrices, each a list "
+            "of rows, such as [[0, -1], [1, 0]]."
+        )
+    return list(values)
+
+
+def _entry(value: Any, what: str) -> Any:
+    """An exact number, whole ones as int; Python's complex numbers and sympy's stay."""
+    if isinstance(value, Complex) and not isinstance(value, Real) and value.imag:
+        for part in (value.real, value.imag):
+            exact(part, what)
+        return complex(value)
+    if getattr(value, "is_number", False) and value.is_finite and value.is_real is False:
+        return value
+    number = exact(value.real if isinstance(value, complex) else value, what)
+    whole = isinstance(number, Fraction) and number.denominator == 1
+    return number.numerator if whole else number
 
 
 def to_sympy(value: Any) -> Any:

@@ -39,6 +39,9 @@ class Groupoid(ABC):
     def name(self) -> str:
         """A short name for tables, such as action(so(3))."""
 
+    def __repr__(self) -> str:
+        return self.name
+
     @abstractmethod
     def target(self, x: Any, u: Any, h: Any) -> Any:
         """b(x, u; h), n×1 (paper, section 3.2)."""

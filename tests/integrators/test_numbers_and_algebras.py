@@ -280,8 +280,56 @@ def test_wrong_algebras_are_named():
     with pytest.raises(BadInput, match="twice: its basis matrices are linearly dependent"):
         dependent.structure_constants  # noqa: B018
     open_one = MatrixAlgebra("open", (((0, 1), (0, 0)), ((0, 0), (1, 0))))
-    with pytest.raises(BadInput, match="commutator of basis matrices 1 and 2 is not"):
+    with pytest.raises(
+        BadInput, match=r"matrices 1 and 2 is not .* add it: \[\[1, 0\], \[0, -1\]\]"
+    ):
         open_one.structure_constants  # noqa: B018
+
+
+ROTATION = (((0, -1), (1, 0)),)
+
+
+@pytest.mark.parametrize(
+    "basis",
+    [[[[0, -1], [1, 0]]], [np.array([[0.0, -1.0], [1.0, 0.0]])], np.array(ROTATION),
+     [sympy.Matrix(ROTATION[0])], ([(0j, "-1"), (Fraction(1), np.int64(0))],),
+     (list(row) for row in ROTATION)],
+    ids=["lists", "arrays", "one array", "sympy's", "mixed", "generator"],
+)  # fmt: skip
+def test_a_basis_may_be_given_as_any_matrices(basis):
+    algebra = MatrixAlgebra("plane", basis, cover=[np.eye(2)])
+    assert algebra.basis == ROTATION and algebra.cover == (((1, 0), (0, 1)),)
+    assert algebra == MatrixAlgebra("plane", ROTATION, algebra.cover) and hash(algebra)
+    assert repr(lie_group(algebra)) == "group(plane)"
+
+
+def test_a_basis_of_other_numbers_stays_exact():
+    root, third = sympy.sqrt(2), Fraction(1, 3)
+    ((first, second),) = MatrixAlgebra("odd", [[[0.5, third], [root, 1j]]]).basis
+    assert first == (Fraction(1, 2), third) and second == (root, 1j)
+    assert MatrixAlgebra("i", [[[sympy.I / 2]]]).basis == (((sympy.I / 2,),),)
+
+
+@pytest.mark.parametrize(
+    ("basis", "message"),
+    [
+        ([], "the basis is empty; give at least one"),
+        (None, "basis holds None where rows are needed"),
+        (ROTATION[0], r"basis\[0\] holds 0 where rows are needed"),
+        (["ab"], r"basis\[0\] holds 'ab' where rows"),
+        ([[[0, "a"], [1, 0]]], r'basis\[0\]\[0, 1\] is "a", which is no number'),
+        ([[[0, np.nan], [1, 0]]], r"\[0, 1\] is nan"),
+        ([[[sympy.Symbol("a")]]], r"is a of type Symbol: give a number"),
+        ([[[complex("inf+1j")]]], "is inf: give a finite"),
+        ([[]], "square matrices of one size"),
+        ([[[], []]], "square matrices of one size"),
+        ([np.eye(2), np.eye(3)], "square matrices of one size"),
+    ],
+    ids=str,
+)
+def test_what_is_no_basis_is_refused(basis, message):
+    with pytest.raises(BadInput, match="algebra odd: .*" + message):
+        MatrixAlgebra("odd", basis)
 
 
 def test_cayley_on_sl3_says_why():
