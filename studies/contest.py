@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -53,6 +54,8 @@ def hold_race(
     if periods is not None:
         duration = Fraction(periods * characteristic_period(problem, equations))
         problem = Problem(scene, scheme, duration.limit_denominator(64), checkpoints=0)
+    each = budget / (len(rules) + len(peers))
+    problem = replace(problem, patience=each)
     yardstick = Yardstick(problem, equations)
     entrants: list[Contestant] = [RuleContestant(problem, rule, first) for rule in rules]
     entrants += [peer(name, problem, equations) for name in peers]
@@ -60,7 +63,7 @@ def hold_race(
     for i, contestant in enumerate(entrants):
         progress(f"{scene.name}: {contestant.name}", i / len(entrants) / 2)
         metric = axes[1] if axes[1] in yardstick.floors else next(iter(yardstick.floors))
-        climbs.append(climb(contestant, yardstick, metric, budget / len(entrants)))
+        climbs.append(climb(contestant, yardstick, metric, each))
     progress(f"{scene.name}: timing", 0.5)
     timed = [pair for each in climbs for pair in each.runs]
     for (row, _), timing in zip(timed, race([run for _, run in timed], budget), strict=True):

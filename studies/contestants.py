@@ -27,12 +27,16 @@ MOST_ROWS = 2**14  # states kept of a run for its invariants
 
 @dataclass(frozen=True)
 class Problem:
-    """A scene from its start to `duration`, with `checkpoints` equal stretches."""
+    """A scene from its start to `duration`, with `checkpoints` equal stretches.
+
+    patience: seconds after which a run that comes to no end is given up.
+    """
 
     scene: Scene
     scheme: Scheme  # for its symbols and the equations of motion
     duration: Fraction
     checkpoints: int = CHECKPOINTS
+    patience: float = math.inf
 
     @property
     def times(self) -> list[Fraction]:

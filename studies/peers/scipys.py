@@ -66,25 +66,35 @@ class ScipyRun:
             self.options["jac"] = contestant.df
 
     def __call__(self) -> Any:
+        return self._solved(self.contestant.f)
+
+    def _solved(self, f: Any, **more: Any) -> Any:
         from scipy.integrate import solve_ivp
 
-        contestant = self.contestant
-        return solve_ivp(contestant.f, self.span, contestant.start, **self.options)
+        return solve_ivp(f, self.span, self.contestant.start, **self.options, **more)
+
+    def _watched(self) -> Any:
+        """The right-hand side with an end to the patience: what falls into a centre, since its
+        tolerance is loose, takes ever smaller steps."""
+        contestant, begun = self.contestant, time.process_time()
+
+        def f(t: float, z: np.ndarray) -> Any:
+            if time.process_time() - begun > contestant.problem.patience:
+                raise CannotMeasure(f"{contestant.name} came to no end within the budget")
+            return contestant.f(t, z)
+
+        return f
 
     def states(self) -> States:
         """Its own steps; at the checkpoints before the end its own dense output, as a user gets."""
-        from scipy.integrate import solve_ivp
-
         contestant, problem = self.contestant, self.contestant.problem
-        found = self()
+        found = self._solved(self._watched())
         if not found.success:
             raise CannotMeasure(f"{contestant.name}: {found.message}")
         checkpoints = np.zeros((0, len(contestant.start)))
         if problem.checkpoints:
             times = [float(t) for t in problem.times]
-            dense = solve_ivp(
-                contestant.f, self.span, contestant.start, t_eval=times, **self.options
-            )
+            dense = self._solved(contestant.f, t_eval=times)
             checkpoints = np.array(dense.y.T)
             checkpoints[-1] = found.y[:, -1]
         stride = max(1, -(-found.y.shape[1] // MOST_ROWS))

@@ -242,6 +242,23 @@ def test_what_the_budget_cut_is_said():
         assert result["measured"]["cut"], result["measured"]
 
 
+def test_a_peer_that_comes_to_no_end_is_given_up():
+    """Its next setting has its chance; and that a peer is too slow speaks against nobody."""
+    scene = scenes.get("pendulum")
+    scheme = scheme_of(scene, BUILT_IN["midpoint"])
+    problem = Problem(scene, scheme, scene.duration, patience=0.0)
+    equations = equations_of(scheme)
+    peer = peers.peer("Radau", problem, equations)
+    climb = contest.climb(peer, Yardstick(problem, equations), "error", 1.0)
+    assert len(climb.rows) == len(list(peer.ladder())) and not climb.runs
+    assert {row["cause"] for row in climb.rows} == {"Radau came to no end within the budget"}
+    told = {"periods": None, "floor": {}, "rows": climb.rows, "kind": "peer"}
+    verdict = get("work-precision").judge(None, told)
+    assert verdict.verdict == "pass" and "no end within the budget" in verdict.reason
+    verdict = get("work-precision").judge(None, told | {"kind": "rule"})
+    assert verdict.verdict == "inconclusive"
+
+
 def test_a_run_that_fails_is_a_row_with_its_cause():
     """Steps of 2.5: Newton gives up on the midpoint rule, and the smaller ones go on."""
     asked = choice("pendulum", rules=(BUILT_IN["midpoint"],), steps=1, peers=("none",))
