@@ -23,7 +23,7 @@ def proof(fault: Fault) -> str:
     if site == "equation" and name == "slope_at_points":
         return _same_equations(scheme, sound)
     if site in IN_RULE:
-        return _same_order(scheme, sound)
+        return _same_after_renaming(scheme, sound) or _same_order(scheme, sound)
     return ""
 
 
@@ -37,6 +37,18 @@ def _same_equations(scheme: Scheme, sound: Scheme) -> str:
         "the equations of a step and its update are the same, term by term: Newton's matrix only "
         "decides how many corrections they take"
     )
+
+
+def _same_after_renaming(scheme: Scheme, sound: Scheme) -> str:
+    """L_d′(x, u, s) = L_d(x, u, −s): the stationary value over s is the same function."""
+    stages = list(scheme.s.stages)
+    if not stages:
+        return ""
+    renamed = sound.discrete_lagrangian.subs({s: -s for s in stages}, simultaneous=True)
+    small = [*scheme.u, *stages, scheme.h]
+    if first_violation([scheme.discrete_lagrangian - renamed], small) is not None:
+        return ""
+    return "L_d′(x, u, s) = L_d(x, u, −s): its stationary value over the stages is the same L_d"
 
 
 def _same_order(scheme: Scheme, sound: Scheme) -> str:

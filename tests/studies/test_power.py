@@ -51,7 +51,9 @@ def test_an_equivalent_is_proved_and_nothing_else_is():
         CATALOGUE[index("pendulum midpoint: equation.slope_at_points, times h #0")]
     )
     assert "-1 times" in proof(CATALOGUE[index("rigid-body midpoint: form.omega, [omega-sign]")])
+    assert "−s" in proof(CATALOGUE[index("pendulum lobatto-3: path, sign #0")])
     for words in (
+        "pendulum gauss-2: path, sign #0",
         "rigid-body midpoint: form.omega, [FL-transposed]",
         "pendulum midpoint: rule, sign #0",
         "pendulum midpoint: equation.gain_at_points, sign #0",
