@@ -240,6 +240,9 @@ class Flow:
         except StagesNotFound:
             where = {"x": self.numbers.public(x), "u": self.numbers.public(u)}
             raise self._failure(0, where, "the internal stages were not found", None) from None
+        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+            where = {"x": self.numbers.public(x), "u": self.numbers.public(u)}
+            raise self._failure(0, where, "L_d or a derivative of it is no number", None) from None
 
     @cached_property
     def _kernels(self) -> dict[str, Any]:

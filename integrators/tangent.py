@@ -41,7 +41,7 @@ def newton(
     for _ in range(60):
         try:
             step = change(point)
-        except ArithmeticError:
+        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
             return None
         point = point + step
         size = sum(abs(c) for c in step)
