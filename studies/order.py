@@ -159,7 +159,8 @@ def _departure(case: Case, rows: list[dict[str, Any]], certain: int) -> str:
     local = [math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"])
              for a, b in itertools.pairwise(clear[-4:])]  # fmt: skip
     missed = [abs(p - order) for p in local]
-    away = missed[0] <= missed[1] <= missed[2]
+    one_side = len({p > order for p in local}) == 1  # round-off goes to both
+    away = one_side and missed[0] <= missed[1] <= missed[2]
     settled = max(local) - min(local) < min(missed) / 4
     if min(missed) > AWAY and (away or settled):
         return (
