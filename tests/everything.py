@@ -365,6 +365,7 @@ PLAIN = ("rectangle", "midpoint", "trapezoidal")
 #: scenes that meet every rule in every run; the others take turns, and meet all in the slow tests
 ALWAYS = {"harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "moving-mass",
           "heavy-top-by-hand", "affine-on-line", "framed-plane"}  # fmt: skip
+DEAR = ("outer-solar-system", "wong")  # seconds a test: their laws are slow tests
 TURN = dict(zip(SCENES, cycle(PLAIN), strict=False))
 TURN |= {s: own.name for s in SCENES if SCENES[s].discrete_lagrangian}
 
@@ -373,7 +374,8 @@ def named(schemes):
     """Parameters (scene, rule, …) of a test; what is not in every run is marked slow."""
 
     def marks(scene, rule):
-        often = scene in ALWAYS or rule not in TURN.values() or TURN[scene] == rule
+        turn = scene not in DEAR and TURN[scene] == rule
+        often = scene in ALWAYS or rule not in TURN.values() or turn
         return () if often else pytest.mark.slow
 
     return [pytest.param(*s, id="-".join(map(str, s)), marks=marks(*s[:2])) for s in schemes]

@@ -58,9 +58,9 @@ def test_bounds_hold_for_every_operation(rate, settings):
 @pytest.mark.parametrize("settings", [CUT_OFF, ROUNDED], ids=["cut off", "rounded"])
 @pytest.mark.parametrize("name", frozen.names())
 def test_bounds_hold_for_every_scene(name, settings):
-    worst, largest = overshoot(
-        equations_of(scenes.get(name)), [Fraction(3), Fraction(-1)], settings
-    )
+    scene = scenes.get(name)
+    span = min(Fraction(3), 60 * scene.step)  # digits are lost with each turn of a stiff scene
+    worst, largest = overshoot(equations_of(scene), [span, -span / 3], settings)
     assert worst <= 1
     assert largest < mpmath.mpf(10) ** (8 - settings.digits)
 

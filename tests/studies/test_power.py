@@ -39,7 +39,10 @@ CAUGHT = {
 }
 
 
-@pytest.mark.parametrize(("words", "study"), CAUGHT.items())
+@pytest.mark.parametrize(("words", "study"), [
+    pytest.param(*item, marks=pytest.mark.slow if item[0].startswith("rigid") else ())
+    for item in CAUGHT.items()
+])  # fmt: skip
 def test_a_fault_is_caught_by_the_study_that_is_there_for_it(words, study):
     found = of_fault(index(words))
     assert study in found["caught"], found["found"]
