@@ -13,7 +13,7 @@ import numpy as np
 from . import edges
 from .arithmetic import arithmetic
 from .charts import GroupChart, distance_and_margin
-from .checks import check_start
+from .checks import check_momentum, check_start
 from .compiling import load_kernels
 from .continuous import initial_momentum
 from .edges import Refuse, policy
@@ -108,14 +108,18 @@ class Flow:
         Memory grows with the rows kept, not with the steps. u0 is only the first guess of Newton.
         Where L_d is given on the group, element0 (N×N) may be the first step g instead: μ0 = F⁻/h.
         `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)
-        if a step cannot be solved, `BadInput` for wrong shapes or counts.
+        if a step cannot be solved, `BadInput` for wrong shapes or counts, and for a start that
+        violates a constraint of the scene.
         """
         if not _is_whole(steps) or steps < 0:
             raise BadInput(f"steps is {steps!r}: give a whole number from 0.")
         if not _is_whole(every) or every < 1:
             raise BadInput(f"every is {every!r}: give a whole number from 1.")
         with self.numbers.working():
-            return self._run(int(steps), int(every), *self._start(x0, mu0, u0, element0), progress)
+            start = self._start(x0, mu0, u0, element0)
+            if mu0 is not None:
+                check_momentum(self.scheme, *start[:2])
+            return self._run(int(steps), int(every), *start, progress)
 
     def elements(self, run: Trajectory) -> np.ndarray:
         """The group elements g = τ(hu) B of a run's rows, (r, N, N)."""

@@ -168,6 +168,14 @@ CASES = {
     "momentum off its constraint": (
         lambda: Scheme(scenes.get("spherical-pendulum").with_values(v0=[1, 0, 0]), midpoint),
         r"spherical-pendulum: μ·x is 0\.66\d+ at x0, but must be 0"),
+    "a run's momentum off its constraint": (
+        lambda: Scheme(SCENES["spherical-pendulum"], midpoint).flow("1/20", 30)
+        .trajectory(1, mu0=[1, 1, 1]),
+        r"spherical-pendulum: μ·x is 0\.333333 at this start, but must be 0; change mu0"),
+    "a run's x off the sphere": (
+        lambda: Scheme(SCENES["spherical-pendulum"], midpoint).flow("1/20", 30)
+        .trajectory(1, x0=[0, "1.001", 0], mu0=[1, 0, 0]),
+        r"\|x\|² is 1\.002 at this start, but must be 1"),
     # flows and runs
     "step 0": (lambda: scheme("pendulum", "midpoint").flow(0), "a step of 0 goes nowhere"),
     "step nan": (lambda: scheme("pendulum", "midpoint").flow(NAN), "step is nan"),
@@ -341,6 +349,18 @@ def test_an_inverse_step_that_is_not_there():
     with pytest.raises(StepFailure, match="pendulum with midpoint: the inverse step was not found"):
         for start in np.linspace(0.3, 3, 40):
             f.devolve([start], [7 * start])
+
+
+def test_a_row_of_a_run_satisfies_a_constraint_to_roundoff():
+    """A run goes on from the doubles of a row, at any precision, and where all is tiny."""
+    f = Scheme(SCENES["spherical-pendulum"], midpoint).flow("1/20", 30)
+    run = f.trajectory(3)
+    x, mu = run.x[-1].astype(float), run.mu[-1].astype(float)
+    assert x @ mu != 0 or x @ x != 1
+    assert f.trajectory(1, x0=x, mu0=mu).steps == 1
+    assert f.trajectory(1, x0=x, mu0=mu * 1e-30).steps == 1
+    with pytest.raises(BadInput, match="μ·x is"):
+        f.trajectory(1, x0=x, mu0=1e-30 * (mu + x))
 
 
 def test_a_constraint_is_checked_exactly():
