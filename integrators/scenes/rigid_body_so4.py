@@ -9,12 +9,11 @@ from ..momentum import Conserved
 from ..scene import Scene
 
 ALGEBRA = so(4)
-PAIRS = list(combinations(range(4), 2))
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
     """½ Σ_{i<j} (λᵢ + λⱼ) ω_ij²."""
-    return sum((p.mass[i] + p.mass[j]) * w**2 for (i, j), w in zip(PAIRS, v, strict=True)) / 2
+    return sum((a + b) * w**2 for (a, b), w in zip(combinations(p.mass, 2), v, strict=True)) / 2
 
 
 def pfaffian(x: Any, mu: Any, p: Any) -> Any:
@@ -24,9 +23,8 @@ def pfaffian(x: Any, mu: Any, p: Any) -> Any:
 
 def manakov(x: Any, mu: Any, p: Any) -> Any:
     """Σ (λᵢ² + λⱼ²) μ_ij², from the spectral curve det(μ̂ + sΛ² − z)."""
-    return sum(
-        (p.mass[i] ** 2 + p.mass[j] ** 2) * m**2 for (i, j), m in zip(PAIRS, mu, strict=True)
-    )
+    pairs = zip(combinations(p.mass, 2), mu, strict=True)
+    return sum((a**2 + b**2) * m**2 for (a, b), m in pairs)
 
 
 def spatial(A: Any, mu: Any, p: Any) -> Any:
