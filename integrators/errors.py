@@ -34,7 +34,6 @@ class CannotMeasure(BadInput):
 
 
 SMALLER = "take a smaller step"
-ELSEWHERE = "no smaller step helps, begin elsewhere"
 
 
 class StepFailure(DiscmechError, RuntimeError):

@@ -18,7 +18,7 @@ from .compiling import load_kernels
 from .continuous import initial_momentum
 from .edges import Refuse, policy
 from .equations import Scheme
-from .errors import ELSEWHERE, SMALLER, BadInput, StepFailure
+from .errors import SMALLER, BadInput, StepFailure
 from .exact import exact_rational
 from .machine import Machine, Run
 from .singular import singular_direction
@@ -410,7 +410,9 @@ class Flow:
             if status not in edges.CAUSES:
                 u = last.get("u", self._guess(None))  # where none is printed, FL is without u
                 if singular := singular_direction(self, x, u, run.translate):
-                    raise self._failure(run.index, where, singular, found, ELSEWHERE)
+                    told, mend = singular
+                    told = f"{_CAUSES[1]}, for {told}" if status == 1 else told
+                    raise self._failure(run.index, where, told, found, mend)
             raise self._failure(run.index, where, _CAUSES[int(status)], found)
         return found
 

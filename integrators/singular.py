@@ -13,19 +13,24 @@ if TYPE_CHECKING:
     from .flow import Flow
 
 
-def singular_direction(flow: Flow, x: Any, u: Any, translate: int = 0) -> str | None:
-    """Which of FL and ∂²l/∂ξ² is singular to round-off at (x, u), and where to; None if neither.
+def singular_direction(flow: Flow, x: Any, u: Any, translate: int = 0) -> tuple[str, str] | None:
+    """Which of ∂²l/∂ξ² and FL is singular to round-off at (x, u) and where to, with the mend.
 
-    The mass matrix too: u is only where Newton started, and where ∂²l/∂ξ²(x) is singular FL may be
-    so at the solution alone.
+    The mass matrix comes first: where it is singular no step size helps, and FL need be so only at
+    the solution, whereas u is where Newton started. FL alone is singular at certain steps. None if
+    neither is.
     """
-    asked = ((_FL(flow, x, u, translate), "FL", "u"), (_mass(flow, x, u), "∂²l/∂ξ²", "ξ"))
-    for matrix, name, letter in asked:
+    asked = (
+        (_mass(flow, x, u), "∂²l/∂ξ²", "ξ", "no smaller step helps, begin elsewhere"),
+        (_FL(flow, x, u, translate), "FL", "u", "take another step, or begin elsewhere"),
+    )
+    for matrix, name, letter, mend in asked:
         if matrix is None or not all(e.is_real and e.is_finite for e in matrix):
             continue
         direction = null_direction(matrix, 2**10 * float(flow.numbers.eps))
         if direction is not None:
-            return f"{name} is singular in the direction ({shown(direction)}) of {letter}"
+            told = f"{name} is singular in the direction ({shown(direction)}) of {letter}"
+            return told, mend
     return None
 
 
