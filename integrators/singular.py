@@ -40,9 +40,9 @@ def _FL(flow: Flow, x: Any, u: Any, translate: int) -> Any:
 
     try:
         found = flow.first_substep.geometry_in(translate).at(x, u)["minus_u"]
-    except (ArithmeticError, ValueError):
+        return Matrix(found.tolist()).applyfunc(lambda e: Float(str(e), flow.numbers.digits + 5))
+    except (ArithmeticError, ValueError):  # the maps have no value there, or one that is infinite
         return None
-    return Matrix(found.tolist()).applyfunc(lambda e: Float(str(e), flow.numbers.digits + 5))
 
 
 def _mass(flow: Flow, x: Any, u: Any) -> Any:
