@@ -4,20 +4,21 @@
     defect bound   the defect is proven, its growth estimated to first order
     agreement      two settings agree, and a second method where it is cheap
 
-Whatever the certainty, an independent method is run beside a cheap integration, and energy and
-the scene's conserved quantities are compared with their values at the start, to the same digits.
+Whatever the certainty, the closed form has to agree where there is one; elsewhere an independent
+method is run beside a cheap integration. Energy and the scene's conserved quantities are compared
+with their values at the start, to the same digits.
 """
 
 from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .agreement import Blocks, agreement, said
 from .bounded import bounded_integration
 from .equations import Equations, equations_of
-from .exact import number_to_mpf, parameter_values
+from .exact import parameter_values
 from .failures import ReferenceFailure
 from .invariants import Invariants, invariants_of
 from .majorants import Unproven
@@ -26,51 +27,11 @@ from .series import SeriesProgram, compile_series
 from .states import all_blocks, blocks_of
 from .taylor import Sweep, TaylorSettings, integrate
 
+if TYPE_CHECKING:
+    from .closed_forms import ClosedForm
+
 ATTEMPTS = 4
 CHEAP = 4e6  # products of coefficients; a few tenths of a second
-
-
-def certified_closed_form(
-    scene: Any, form: Any, times: list[Fraction], digits: int, attitude: bool
-) -> dict[Fraction, Solution]:
-    """Each time at two working precisions; more are tried until they agree to ``digits``."""
-    equations = equations_of(scene, attitude)
-    invariants = invariants_of(scene, equations)
-    parameters = parameter_values(scene)
-    n, m = equations.dim_x, equations.dim_u
-    found = {}
-    for t in times:
-
-        def at(working: int, t: Fraction = t) -> tuple[Blocks, Blocks]:
-            import mpmath
-
-            with mpmath.workdps(working):
-                time = mpmath.mpf(t.numerator) / t.denominator
-                exact = equations.start
-                moved = form.motion(parameters, exact[:n], exact[n : n + m], time)
-                turned = list(moved.attitude) if attitude else []
-                start = [number_to_mpf(value) for value in exact]
-                return (
-                    blocks_of(equations, [*moved.x, *moved.v, *turned], working),
-                    blocks_of(equations, start, working),
-                )
-
-        working = digits + 15
-        (rough, _), (fine, start) = at(working), at(working + 15)
-        agreed = agreement(rough, fine, start)
-        for _ in range(ATTEMPTS):
-            if agreed >= digits:
-                break
-            rough, working = fine, working + 15 + math.ceil(digits - agreed)
-            fine, start = at(working + 15)
-            agreed = agreement(rough, fine, start)
-        finding = Finding(
-            t, fine, agreed, "agreement", f"closed form: {form.formula}",
-            f"two working precisions, {working} and {working + 15} digits, agree {said(agreed)} "
-            "(the tests compare the form with the Taylor series)",
-        )  # fmt: skip
-        found[t] = _kept(finding, invariants, start, working).solution(digits, attitude)
-    return found
 
 
 def certified_integration(
@@ -80,10 +41,12 @@ def certified_integration(
     attitude: bool,
     thorough: bool = False,
     proof: bool = True,
+    form: ClosedForm | None = None,
 ) -> dict[Fraction, Solution]:
     """All times in one sweep with a bound; where none is affordable or asked for, two that agree.
 
-    ``thorough`` runs the second method even where it is dear.
+    ``form`` is a closed form of the motion, which has to agree. ``thorough`` runs the second
+    method where it is dear, and beside a closed form.
     """
     equations = equations_of(scene, attitude)
     program = compile_series(equations)
@@ -94,7 +57,9 @@ def certified_integration(
     except Unproven as failure:
         findings, sweep, settings = _two_settings(equations, program, times, digits, str(failure))
     start = findings[Fraction(0)]
-    if thorough or sweep.steps * sweep.order**2 * max(1, program.products) < CHEAP:
+    cheap = sweep.steps * sweep.order**2 * max(1, program.products) < CHEAP
+    alone = form is None or (attitude and not form.attitude)
+    if thorough or (cheap and alone):
         trusted = {t: finding.blocks for t, finding in findings.items()}
         other = _second_method(equations, times, digits, settings.digits, trusted)
         findings = {
@@ -107,12 +72,50 @@ def certified_integration(
             if t in times
         }
     invariants = invariants_of(scene, equations)
-    return {
-        t: _kept(findings[t], invariants, start.blocks, settings.digits + settings.guard).solution(
-            digits, attitude
-        )
-        for t in times
-    }
+    parameters = parameter_values(scene)
+    found = {}
+    for t in times:
+        finding = _kept(findings[t], invariants, start.blocks, settings.digits + settings.guard)
+        if form is not None:
+            finding = _beside(form, finding, equations, parameters, digits, start.blocks)
+        found[t] = finding.solution(digits, attitude)
+    return found
+
+
+def _beside(
+    form: ClosedForm,
+    finding: Finding,
+    equations: Equations,
+    parameters: Any,
+    digits: int,
+    start: Blocks,
+) -> Finding:
+    """The finding, no more certain than the digits to which the closed form agrees with it.
+
+    The form's own round-off is seen as a disagreement: more working digits are tried.
+    """
+    working, agreed = digits + 15, 0
+    for _ in range(ATTEMPTS):
+        other = form_at(equations, parameters, form, finding.t, working)
+        agreed = agreement(finding.blocks, other, start)
+        if agreed >= digits:
+            break
+        working += 15 + digits - agreed
+    return finding.limited(agreed, f"closed form: {form.formula} agrees {said(agreed)}", digits)
+
+
+def form_at(
+    equations: Equations, parameters: Any, form: ClosedForm, t: Fraction, working: int
+) -> Blocks:
+    """What the closed form says at t, in ``working`` digits; with the attitude if both have it."""
+    import mpmath
+
+    n, m = equations.dim_x, equations.dim_u
+    with mpmath.workdps(working):
+        time = mpmath.mpf(t.numerator) / t.denominator
+        moved = form.motion(parameters, equations.start[:n], equations.start[n : n + m], time)
+        turned = list(moved.attitude) if equations.attitude_size and form.attitude else []
+        return blocks_of(equations, [*moved.x, *moved.v, *turned], working)
 
 
 def _kept(finding: Finding, invariants: Invariants, start: Blocks, working: int) -> Finding:

@@ -1,20 +1,19 @@
 """The frozen tables: each scene at its duration and three inner times, to 50 certain digits.
 
 They lie in reference/tables/, one file a scene, and are read only if the fingerprint of the scene
-that asks is the table's. Rebuilding one proves its rows by the Taylor integrator, whether or not
-there is a closed form, which then has to agree.
+that asks is the table's. Rebuilding one proves its rows as any answer is proven, with the second
+method beside it however dear that is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from .agreement import agreement, said
+from .agreement import agreement
 from .failures import Damaged, ReferenceFailure, Uncertain, WrongDigits
 from .problem import Problem, scene_of
 from .result import Solution
@@ -90,12 +89,10 @@ def _registered(name: str) -> str | None:
 
 def build(name: str) -> Table:
     """Compute the table of a scene and write it; nothing is written if it is not certain."""
-    from .certify import certified_integration
-
     problem = Problem.of(scene_of(name))
     times, attitude = times_of(problem.scene), problem.has_attitude
-    found = certified_integration(problem.scene, times, DIGITS, attitude, thorough=True)
-    rows = [_with_form(problem, found[t], attitude) for t in times]
+    found = problem.solve(times, DIGITS, attitude, thorough=True)
+    rows = [found[t] for t in times]
     poor = [row for row in rows if row.certain_digits < DIGITS]
     if poor:
         raise Uncertain(
@@ -105,20 +102,6 @@ def build(name: str) -> Table:
     table = Table(name, problem.key, tuple(rows))
     write(file_of(name), table)
     return table
-
-
-def _with_form(problem: Problem, row: Solution, attitude: bool) -> Solution:
-    """The row, compared with the closed form where there is one."""
-    form = problem.form(attitude) or problem.form(False)
-    if form is None:
-        return row
-    from .certify import certified_closed_form
-
-    turned = attitude and form.attitude
-    other = certified_closed_form(problem.scene, form, [row.t], DIGITS, turned)[row.t]
-    agreed = agreement(_blocks(other, turned), _blocks(row, turned), {})
-    words = f"{row.evidence}; {other.method} agrees {said(agreed)}"
-    return replace(row, evidence=words, certain_digits=min(row.certain_digits, agreed))
 
 
 def _blocks(row: Solution, attitude: bool) -> dict[str, list[Any]]:

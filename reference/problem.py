@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from difflib import get_close_matches
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .exact import parameter_values
 from .failures import ReferenceFailure
 from .result import Solution
+
+if TYPE_CHECKING:
+    from .closed_forms import ClosedForm
 
 
 @dataclass(frozen=True)
@@ -43,26 +46,32 @@ class Problem:
         """Whether the groupoid comes from a matrix group."""
         return bool(self.structure.basis)
 
-    def form(self, attitude: bool) -> Any:
-        """The closed form that solves it, or None."""
+    def form(self, attitude: bool) -> ClosedForm | None:
+        """The closed form that solves it, with the attitude if asked and possible, or None."""
         from .closed_forms import closed_form_of
 
-        return closed_form_of(
+        arguments = (
             self.scene, self.x, self.v, self.lagrangian, self.structure,
-            parameter_values(self.scene), self.start, attitude,
+            parameter_values(self.scene), self.start,
         )  # fmt: skip
+        with_attitude = closed_form_of(*arguments, attitude=True) if attitude else None
+        return with_attitude or closed_form_of(*arguments)
 
     def solve(
-        self, times: list[Fraction], digits: int, attitude: bool, proof: bool = True
-    ) -> tuple[dict[Fraction, Solution], bool]:
-        """Certified solutions at the times, and whether they were dear enough to be kept."""
-        from .certify import certified_closed_form, certified_integration
+        self,
+        times: list[Fraction],
+        digits: int,
+        attitude: bool,
+        proof: bool = True,
+        thorough: bool = False,
+    ) -> dict[Fraction, Solution]:
+        """Certified solutions at the times: `certify.certified_integration`."""
+        from .certify import certified_integration
 
         form = self.form(attitude)
-        if form is not None:
-            return certified_closed_form(self.scene, form, times, digits, attitude), False
-        found = certified_integration(self.scene, times, digits, attitude, proof=proof)
-        return found, True
+        return certified_integration(
+            self.scene, times, digits, attitude, thorough=thorough, proof=proof, form=form
+        )
 
 
 def scene_of(scene: Any) -> Any:

@@ -1,9 +1,10 @@
 """solution(scene, t): from a frozen table where one fits, else computed and kept.
 
-Where no table has the answer, a closed form gives it if one applies, the Taylor integrator
-elsewhere. Agreement is measured relative to the largest component of a block (base, velocity,
-momentum, attitude), at the start or at t, whichever is larger: a component that passes through zero
-does not count as a loss. Numbers of a scene are exact; a float t is its exact binary value.
+Where no table has the answer, the Taylor integrator gives it, with a proven bound if one is
+affordable; a closed form counts only by agreeing with it. Agreement is measured relative to the
+largest component of a block (base, velocity, momentum, attitude), at the start or at t, whichever
+is larger: a component that passes through zero does not count as a loss. Numbers of a scene are
+exact; a float t is its exact binary value.
 """
 
 from __future__ import annotations
@@ -71,9 +72,9 @@ def _answers(
             found |= {t: row for t, row in rows.items() if row}
     missing = sorted(set(times) - set(found))
     if missing:
-        solved, dear = problem.solve(missing, digits, attitude, proof)
+        solved = problem.solve(missing, digits, attitude, proof)
         found |= solved
-        if dear and proof:
+        if proof:
             cache.keep(name, key, solved.values())
     return found
 

@@ -1,5 +1,6 @@
 """Closed forms against the Taylor integrator, which knows none of them."""
 
+import re
 from dataclasses import replace
 from fractions import Fraction
 
@@ -8,12 +9,14 @@ import pytest
 import sympy
 
 from integrators import scenes
-from reference import solution, solutions
+from reference import solution
 from reference.agreement import agreement
+from reference.certify import form_at
 from reference.closed_forms import registry
 from reference.enclosure import enclose
 from reference.equations import equations_of
-from reference.exact import to_mpf
+from reference.exact import parameter_values, to_mpf
+from reference.problem import Problem
 from reference.series import compile_series
 from reference.taylor import TaylorSettings
 
@@ -108,17 +111,38 @@ def test_the_taylor_integrator_encloses_it_to_45_digits(name, change):
     scene = scenes.get(name).with_values(**change)
     attitude = registry()[name].attitude
     equations = equations_of(scene, attitude)
+    form = Problem.of(scene).form(attitude)
     taylor = enclose(equations, compile_series(equations), TIMES, TaylorSettings(58))
     assert taylor.held >= set(TIMES)
-    for closed in solutions(scene, TIMES, attitude=attitude):
-        assert closed.method.startswith("closed form") and closed.certain_digits == 50
-        numbers = [*closed.x, *closed.v, *([] if closed.attitude is None else closed.attitude)]
+    for t in TIMES:
+        closed = form_at(equations, parameter_values(scene), form, t, 70)
+        numbers = [*closed["x"], *closed["v"], *closed.get("attitude", ())]
         scale = max(map(abs, numbers)) or 1
-        states, bounds = taylor.sweep.states[closed.t], taylor.bounds[closed.t]
+        states, bounds = taylor.sweep.states[t], taylor.bounds[t]
         with mpmath.workdps(70):
             for number, state, bound in zip(numbers, states, bounds, strict=True):
                 assert abs(number - to_mpf(state)) <= bound + 1e-50 * scale
                 assert bound <= 1e-45 * scale
+
+
+def late(form, factor):
+    """The same motion at a time that is wrong by this factor."""
+    return replace(form, motion=lambda p, x, v, t: form.motion(p, x, v, t * factor))
+
+
+@pytest.mark.parametrize("proof", [True, False])
+def test_a_form_that_is_wrong_in_the_21st_digit_is_no_authority(monkeypatch, proof):
+    """Its time scaled by 1 + 1e-20: two precisions of it agree, the Taylor integrator does not."""
+    scene = scenes.get("pendulum")
+    right = solution(scene, "5.1", proof=proof)
+    assert right.certain_digits == 50
+    assert right.certainty == ("enclosure" if proof else "agreement")
+    assert re.search(r"closed form: .* functions agrees to [56]\d digits", right.evidence)
+    wrong = late(registry()["pendulum"], 1 + Fraction(1, 10**20))
+    monkeypatch.setattr("reference.closed_forms.registry", lambda: {"pendulum": wrong})
+    found = solution(scene, "5.2", proof=proof)
+    assert 18 <= found.certain_digits <= 21 and found.certainty == "agreement"
+    assert "fewer than the 50 asked for" in found.evidence
 
 
 def test_a_scene_of_the_same_name_with_another_lagrangian_is_integrated():
@@ -126,14 +150,14 @@ def test_a_scene_of_the_same_name_with_another_lagrangian_is_integrated():
     scene = scenes.get("pendulum")
     tilted = replace(scene, lagrangian=lambda x, v, p: scene.lagrangian(x, v, p) + x[0] / 10**12)
     plain, other = solution(scene, 3), solution(tilted, 3)
-    assert plain.method.startswith("closed form") and other.method == "Taylor series"
+    assert "closed form" in plain.evidence and "closed form" not in other.evidence
     assert 5 <= agreement(blocks(plain), blocks(other), {}) <= 14
 
 
 def test_a_constant_in_the_lagrangian_changes_nothing():
     scene = scenes.get("pendulum")
     shifted = replace(scene, lagrangian=lambda x, v, p: scene.lagrangian(x, v, p) - 5)
-    assert solution(shifted, 3).method.startswith("closed form")
+    assert "closed form" in solution(shifted, 3).evidence
     assert solution(shifted, 3).x == solution(scene, 3).x
 
 
@@ -153,9 +177,16 @@ NOT_SOLVED = {
 def test_motions_outside_a_form_s_range_are_integrated(case):
     name, change = NOT_SOLVED[case]
     found = solution(scenes.get(name).with_values(**change), "0.7", digits=20)
-    assert found.method == "Taylor series" and found.certain_digits == 20
+    assert "closed form" not in found.evidence and found.certain_digits == 20
 
 
-def test_many_digits():
-    assert solution("rigid-body", 10, digits=300, attitude=True).certain_digits == 300
-    assert solution("pendulum", 10, digits=300).certain_digits == 300
+@pytest.mark.parametrize("name", ["rigid-body", "pendulum"])
+def test_many_digits(name):
+    """At 300 digits the form agrees with itself at 400, and at 100 with the Taylor integrator."""
+    scene = scenes.get(name)
+    problem = Problem.of(scene)
+    equations = equations_of(scene, problem.has_attitude)
+    arguments = (equations, parameter_values(scene), problem.form(problem.has_attitude))
+    fewer, more = (form_at(*arguments, Fraction(10), working) for working in (315, 400))
+    assert agreement(fewer, more, {}) >= 300
+    assert solution(scene, 1, digits=100).certain_digits == 100

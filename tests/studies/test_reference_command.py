@@ -35,7 +35,7 @@ def test_an_answer_as_json_and_in_words(capsys, tmp_path):
             for text, number in zip(found[name], getattr(exact, name), strict=True):
                 assert abs(mpmath.mpf(text) - number) <= abs(number) * mpmath.mpf(10) ** -39
     assert found["certain_digits"] == 40 and found["time"] == "-1/3"
-    assert found["certainty"] == "agreement" and found["attitude"] is None
+    assert found["certainty"] == "enclosure" and found["attitude"] is None
 
 
 def test_the_time_is_the_duration_and_the_attitude_is_there(capsys):
