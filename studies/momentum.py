@@ -57,12 +57,21 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         if q.stretch is not None:
             series[q.name] = _over_stretches(case, q, steps, progress)
     rows = []
+    each = {q.name: 1 if q.stretch is None else interval(steps) for q in kept}
     for first, last in bins(steps // interval(steps) + 1, ROWS):
         step = min((last - 1) * interval(steps), steps)
-        drift = {name: _worst(values, first, last) for name, values in series.items()}
+        drift = {
+            name: _worst(values, first * each[name], last * each[name])
+            for name, values in series.items()
+        }
         rows.append({"step": step, "time": float(step * case.scene.step), "drift": drift})
     worst = {name: float(drift.max()) for name, drift in series.items()}
     return {"rows": rows, "measured": {"drift": worst}, "steps": steps}
+
+
+def _steps_of(q: Conserved, steps: int) -> int:
+    """The steps that are made for a quantity: of one in stretches perhaps fewer."""
+    return steps if q.stretch is None else min(steps, MOST_STRETCHES * q.stretch)
 
 
 def _worst(drift: np.ndarray, first: int, last: int) -> float | None:
@@ -85,13 +94,13 @@ def formula_of(scheme: Scheme, q: Conserved) -> Any:
 
 
 def _over_stretches(case: Case, q: Conserved, steps: int, progress: Progress) -> np.ndarray:
-    """Per row: the drift since the stretch began, with x (the attitude) as at the start there."""
+    """Per step: the drift since the stretch began, with x (the attitude) as at the start there."""
     assert q.stretch is not None
     scheme = _scheme(case, q.attitude)
     flow = scheme.flow(case.scene.step, case.digits)
     rows_of = with_terms(scheme, formula_of(scheme, q), case.digits)
-    total = min(steps, MOST_STRETCHES * q.stretch)
-    drifts, mu, u = [], None, None
+    total = _steps_of(q, steps)
+    drifts, mu, u = [np.zeros(1)], None, None
     for done in range(0, total, q.stretch):
         run = flow.trajectory(min(q.stretch, total - done), x0=scheme.scene.x0, mu0=mu, u0=u)
         drifts.append(relative_drifts(rows_of(run), case.digits)[1:])
@@ -103,11 +112,14 @@ def _over_stretches(case: Case, q: Conserved, steps: int, progress: Progress) ->
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Round-off: at most 1e-12 over 10⁶ steps, or 10⁴ units at more digits.
 
-    The walk of round-off, ε√N, stands beside it.
+    The walk of round-off, ε√N, stands beside it, N the most steps that a quantity was followed;
+    ``over`` says how many each was.
     """
     eps = 2.0**-53 if case.digits == 16 else 10.0 ** (-case.digits)
     limit = 1e-12 if case.digits == 16 else 1e4 * eps
-    expected = {"limit": limit, "random_walk": eps * math.sqrt(measurement["steps"])}
+    over = {q.name: _steps_of(q, measurement["steps"]) for q in _kept(case)}
+    walk = eps * math.sqrt(max(over.values()))
+    expected = {"limit": limit, "random_walk": walk, "over": over}
     drifting = {k: v for k, v in measurement["measured"]["drift"].items() if not v <= limit}
     if not drifting:
         return Verdict("pass", "", expected)

@@ -77,8 +77,13 @@ def _points(case: Case) -> str:
 
 
 def _drifts(case: Case) -> str:
+    """Each with its number of steps where that is less than of the others."""
     drift = mapping(case, "measured").get("drift") or {}
-    return ", ".join(f"{name} {scientific(value)}" for name, value in drift.items()) or NONE
+    over = mapping(case, "expected").get("over") or {}
+    most = max(over.values(), default=0)
+    fewer = {name: f" ({steps} steps)" for name, steps in over.items() if steps < most}
+    words = (f"{name} {scientific(value)}{fewer.get(name, '')}" for name, value in drift.items())
+    return ", ".join(words) or NONE
 
 
 def _walk(case: Case) -> str:

@@ -359,3 +359,21 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_elsewhere_too(
     monkeypatch.setattr(Scheme, "gain_at_points", property(gain))
     found = run_case(get(study), case(study, copy("pendulum"), midpoint, digits))
     assert found["verdict"] in ("fail", "inconclusive" if study == "order" else "fail")
+
+
+def test_a_quantity_in_stretches_says_over_how_many_steps_it_was_followed(monkeypatch):
+    """On sl2 the spatial momentum: three stretches of 20 steps here, in the rows where they are."""
+    from studies import momentum
+    from studies.rendering.tables import _drifts
+
+    monkeypatch.setattr(momentum, "MOST_STRETCHES", 3)
+    monkeypatch.setattr(momentum, "interval", lambda steps: 5)
+    monkeypatch.setattr("studies.runs.interval", lambda steps: 5)
+    found = run_case(get("momentum"), case("momentum", "sl2", midpoint, 16, 100))
+    over = found["expected"]["over"]
+    assert over.pop("spatial momentum") == 60 and over and set(over.values()) == {100}
+    assert found["expected"]["random_walk"] == pytest.approx(2.0**-53 * 10)
+    followed = [r["step"] for r in found["rows"] if r["drift"]["spatial momentum"] is not None]
+    assert max(followed) == 60 and max(row["step"] for row in found["rows"]) == 100
+    found["expected"]["over"]["spatial momentum"] = 60
+    assert "(60 steps)" in _drifts(found) and "(100 steps)" not in _drifts(found)
