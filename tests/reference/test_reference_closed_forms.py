@@ -37,7 +37,10 @@ KEPLER = {
     "circle": {"x0": [1, 0], "v0": [0, 1]},
     "inclined to the axes": {"x0": ["-0.6", "0.2"], "v0": ["0.4", -1]},
     "hyperbola": {"v0": [1, 3]},
+    "e = 0.99": {"x0": ["1/100", 0], "v0": [0, sympy.sqrt(199)]},
+    "e = 0.9999": {"x0": ["1/10000", 0], "v0": [0, sympy.sqrt(19999)]},
 }
+SENSITIVE = ("e = 0.9999",)  # slow, and more than 58 digits are needed to prove 45
 BODY = {
     "about the largest moment": {},
     "about the smallest moment": {"v0": [1, "0.3", "0.2"]},
@@ -83,7 +86,7 @@ MANAKOV = {
 }
 PARTICLE = {"plain": {}, "other": {"v0": [1, 2, -1], "parameters": {"charge": -3, "mass": "1/3"}}}
 CASES = [
-    pytest.param(name, change, id=f"{name}: {case}")
+    pytest.param(name, change, id=f"{name}: {case}", marks=pytest.mark.slow if case in SLOW else ())
     for name, cases in (
         ("harmonic", {"plain": {}, "other": {"v0": ["-0.7"], "parameters": {"stiffness": "2/3"}}}),
         ("pendulum", PENDULUM),
@@ -105,14 +108,14 @@ def blocks(found):
     return {"x": found.x, "v": found.v, "mu": found.mu, "attitude": attitude}
 
 
-@pytest.mark.parametrize("name, change", CASES)
-def test_the_taylor_integrator_encloses_it_to_45_digits(name, change):
+@pytest.mark.parametrize("name, change, digits", CASES)
+def test_the_taylor_integrator_encloses_it_to_45_digits(name, change, digits):
     """The closed form lies within the proven bounds, at a time inside a step and at the ends."""
     scene = scenes.get(name).with_values(**change)
     attitude = registry()[name].attitude
     equations = equations_of(scene, attitude)
     form = Problem.of(scene).form(attitude)
-    taylor = enclose(equations, compile_series(equations), TIMES, TaylorSettings(58))
+    taylor = enclose(equations, compile_series(equations), TIMES, TaylorSettings(digits))
     assert taylor.held >= set(TIMES)
     for t in TIMES:
         closed = form_at(equations, parameter_values(scene), form, t, 70)
