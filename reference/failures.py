@@ -8,7 +8,7 @@ class ReferenceFailure(ValueError):
 
 
 class Damaged(ReferenceFailure):
-    """A file of references that cannot be read, or whose checksum is another."""
+    """A file of references that cannot be read, with another checksum, or for another scene."""
 
 
 class WrongDigits(ReferenceFailure):

@@ -53,7 +53,7 @@ def fitting(name: str, key: str) -> Table | None:
     if table is None or table.key == key:
         return table
     if _registered(name) == key:
-        raise ReferenceFailure(
+        raise Damaged(
             f"the frozen table {file_of(name).name} was made for another {name}: the scene was "
             f"changed since; {_mend(name)}"
         )

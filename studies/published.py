@@ -2,6 +2,10 @@
 
 scd = -log10 of the largest |(y - y^)/y^| over the numbers, of |y - y^| where y^ = 0 (IVP test set).
 Periodic orbits are published as a start and a period: after it, the state is the start again.
+
+There is no row of the outer solar system: its data are printed in many places (Hairer, Lubich,
+Wanner, Geometric Numerical Integration, I.2.4), and the runs there as pictures; no printed numbers
+of its solution were found.
 """
 
 from __future__ import annotations

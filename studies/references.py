@@ -22,12 +22,16 @@ def add_to(commands: Any) -> None:
     parser = commands.add_parser(
         "reference",
         help="certified digits of a scene; frozen tables, published digits, costs",
-        epilog="Exit codes: 0 as many digits are certain as asked for, 1 a table is wrong, "
-        "2 bad input, 3 fewer digits are certain.",
+        epilog="Exit codes: 0 as many digits are certain as asked for, 1 --check finds a table "
+        "wrong or damaged, 2 bad input, 3 fewer digits are certain.",
     )
-    parser.add_argument("scene", nargs="?", metavar="SCENE")
+    parser.add_argument(
+        "scene", nargs="?", metavar="SCENE", help="the name of a scene (discmech list)"
+    )
     parser.add_argument("--time", metavar="T", help='exact: "0.1" is 1/10 (default: the duration)')
-    parser.add_argument("--digits", metavar="D", default="50")
+    parser.add_argument(
+        "--digits", metavar="D", default="50", help="certain digits, 1 to 10000 (default: 50)"
+    )
     parser.add_argument("--attitude", action="store_true", help="with the group element A(t)")
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     others = parser.add_mutually_exclusive_group()
@@ -38,7 +42,10 @@ def add_to(commands: Any) -> None:
         "--check", nargs="+", metavar="SCENE", help="recompute frozen tables (all: every one)"
     )
     others.add_argument(
-        "--published", action="store_true", help="how many digits others published are right"
+        "--published",
+        action="store_true",
+        help="how many digits others published are right; scd, significant correct digits, is "
+        "-log10 of the largest relative error of the numbers",
     )
     others.add_argument("--costs", action="store_true", help="cost against digits and against time")
     parser.add_argument("--folder", default="reports/build", help="for the picture of --costs")
@@ -48,7 +55,7 @@ def add_to(commands: Any) -> None:
 
 def _reference(options: argparse.Namespace) -> int:
     from reference import ReferenceFailure
-    from reference.failures import Uncertain, WrongDigits
+    from reference.failures import Damaged, Uncertain, WrongDigits
 
     modes = (options.rebuild, options.check, options.published, options.costs)
     writable(options.json)
@@ -64,6 +71,9 @@ def _reference(options: argparse.Namespace) -> int:
         print(f"discmech: {failure}")
         return FAIL if isinstance(failure, WrongDigits) else INCONCLUSIVE
     except ReferenceFailure as failure:
+        if options.check and isinstance(failure, Damaged):
+            print(f"discmech: {failure}")
+            return FAIL
         raise BadInput(str(failure)) from None
 
 
@@ -96,7 +106,10 @@ def _as_data(name: str, found: Any, digits: int, seconds: float) -> dict[str, An
 
     def numbers(values: Any) -> list[str]:
         shown = max(1, found.certain_digits)
-        return [mpmath.nstr(value, shown, min_fixed=-3, max_fixed=9) for value in values]
+        return [
+            mpmath.nstr(value, shown, strip_zeros=False, min_fixed=-3, max_fixed=9)
+            for value in values
+        ]
 
     turned = found.attitude
     return {
@@ -165,6 +178,7 @@ def _published(options: argparse.Namespace) -> int:
                 f"{row['scd']:.1f}", row["worst"], row["source"],
             )  # fmt: skip
         console().print(table)
+        console().print("scd: significant correct digits, -log10 of the largest relative error")
     return PASS
 
 

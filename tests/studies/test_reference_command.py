@@ -2,11 +2,12 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import mpmath
 import pytest
 
-from reference import frozen, solution
+from reference import frozen, solution, store
 from reference.solution import forget
 from studies import costs, published
 from studies.command import main
@@ -64,9 +65,17 @@ def test_bad_questions(capsys, words, message):
     assert code == 2 and message in err and err.count("\n") == 1
 
 
-def test_too_few_digits_are_inconclusive(capsys, monkeypatch):
-    from dataclasses import replace
+def test_zeros_at_the_end_are_digits_too(capsys):
+    """At rest, and at a time whose 30th digit is a zero: as many digits as are certain."""
+    for words in (["harmonic", "--time", "0", "--digits", "30"], ["kepler", "--digits", "31"]):
+        _, out, _ = ask(capsys, *words, "--json", "-")
+        found = json.loads(out)
+        for text in [*found["x"], *found["v"]]:
+            digits = text.lstrip("-").partition("e")[0].replace(".", "").lstrip("0")
+            assert len(digits) == (found["certain_digits"] if digits else 0), text
 
+
+def test_too_few_digits_are_inconclusive(capsys, monkeypatch):
     import reference
 
     def poorer(*question):
@@ -84,13 +93,20 @@ def test_tables_are_checked_refused_and_mended(capsys, tmp_path, monkeypatch):
     assert ask(capsys, "--check", "harmonic")[0] == 0
     file.write_text(file.read_text(encoding="utf-8").replace("9", "8", 1), encoding="utf-8")
     forget()
-    for words in (["--check", "harmonic"], ["harmonic"]):
-        code, _, err = ask(capsys, *words)
-        assert code == 2 and "harmonic.json does not fit its checksum" in err
-        assert "discmech reference --rebuild harmonic" in err
+    for words, expected in ((["--check", "harmonic"], 1), (["harmonic"], 2)):
+        code, out, err = ask(capsys, *words)
+        said = out if expected == 1 else err
+        assert code == expected and "harmonic.json does not fit its checksum" in said
+        assert "discmech reference --rebuild harmonic" in said
     code, out, _ = ask(capsys, "--rebuild", "harmonic")
     assert code == 0 and "4 times, 50 digits by enclosure" in out
     assert ask(capsys, "harmonic")[0] == 0
+
+
+def test_a_table_of_another_scene_fails_the_check(capsys, monkeypatch):
+    monkeypatch.setattr(frozen, "_read", lambda path: replace(store.read(path), key="another"))
+    code, out, _ = ask(capsys, "--check", "harmonic")
+    assert code == 1 and "harmonic.json was made for another harmonic" in out
 
 
 def test_a_wrong_table_fails(capsys, monkeypatch):
@@ -134,8 +150,6 @@ def test_published_digits(problem, monkeypatch):
 
 def test_published_digits_of_another_problem_are_not_right(monkeypatch):
     """Negative control: the moon a millionth heavier."""
-    from dataclasses import replace
-
     (entry,) = [e for e in published.problems() if e.problem == "arenstorf, three loops"]
     scene = entry.scene.with_values(parameters={"mu": "0.012277472"})
     monkeypatch.setattr(published, "problems", lambda: [replace(entry, scene=scene)])
