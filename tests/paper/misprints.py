@@ -76,7 +76,6 @@ MISPRINTS = (
         r"$\overleftarrow{C_\eta}(L)-\overrightarrow{C_\eta}(L)=0$, $\eta$ in $g$",
         r"$\overleftarrow{C_\eta}(L_d)-\overrightarrow{C_\eta}(L_d)=0$, $\eta$ in $\tilde g$",
         "the function on the groupoid is the discrete one",
-        slip=True,
     ),
     Misprint(
         "flow-step",

@@ -22,6 +22,7 @@ from .sample import Sample, rank
 from .section_2_groupoids import combined, lie_brackets
 
 definition("2.2-1", "the structure maps")
+# the sequence ends with g_N [misprint: product-to-n]
 definition("2.2-2", r"admissible sequences: $g_1\cdots g_N=g$", "product-to-n")
 
 

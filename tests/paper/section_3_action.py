@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from sympy import Matrix, Rational, eye, zeros
@@ -58,11 +58,24 @@ def fields_of_constant_sections(s: Sample) -> Iterator[Claim]:
     r"$\overleftarrow{C_\eta}(x_k,g_k)(L_d)-\overrightarrow{C_\eta}(x_kg_k,g_{k+1})(L_d)=0$",
     ACTIONS,
     "L-for-L_d",
+    free=("τ",),  # only the L of the printed form reads it
 )
 def equations(s: Sample) -> Iterator[Claim]:
+    """As printed, L of the midpoint rule, L_d = h L(xτ(hu/2), u), in place of L_d."""
     g, h = (s.x, s.u), (s.b(s.x, s.u), s.v)
-    found = [plus_by_curve(s, g, a) - minus_by_curve(s, h, a) for a in range(s.m)]
-    yield same("at a solution", found, s.o)
+
+    def side(function: Callable[[Any, Any], Any]) -> list[Any]:
+        def along(pushed: Any, arrow: Any, a: int) -> Any:
+            return slope(lambda t: function(*pushed(arrow, a, t)))
+
+        return [along(s.pushed_left, g, a) + along(s.pushed_right, h, a) for a in range(s.m)]
+
+    yield same("at a solution", side(s.L_d), s.o)  # [misprint: L-for-L_d]
+
+    def L(x: Any, u: Any) -> Any:
+        return s.L_d(act(s, x, s.tau(-s.h * u / 2)), u) / s.h
+
+    yield printed("L-for-L_d", side(L), s.o)
 
 
 @checked(
@@ -76,7 +89,7 @@ def fundamental_fields(s: Sample) -> Iterator[Claim]:
         moved = -slope(lambda t, a=a: s.b(*s.near_unit(s.x, a, t)))
         from_flow = slope(lambda t, a=a: act(s, s.x, s.tau(t * s.e(a))))
         with_step = slope(lambda t, a=a: act(s, s.x, s.tau(t * s.h * s.e(a))))
-        yield same("−h(e_γ)_M", moved, -s.h * from_flow)
+        yield same("−h(e_γ)_M", moved, -s.h * from_flow)  # [misprint: flow-step]
         yield printed("flow-step", moved, -s.h * with_step)
 
 

@@ -171,7 +171,7 @@ def fields_adapted_to_beta(s: Sample) -> Iterator[Claim]:
             s.m,
             lambda a, f=pushed, sign=sign: sign * slope(lambda t: arrow(s.inverse(f(g, a, t)))),
         )
-        yield same(name, found, -fields(*bar))
+        yield same(name, found, -fields(*bar))  # [misprint: barred-signs]
         yield printed("barred-signs", found, fields(*bar))
 
 

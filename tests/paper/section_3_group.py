@@ -33,7 +33,7 @@ def trivialised_tangent(s: Sample) -> Iterator[Claim]:
     dtau = numbers(s.R(s.x, s.u).inv())
     for a in range(s.m):
         found = slope(lambda t, a=a: s.tau(xi + t * s.e(a)))
-        yield same("τ(ξ)", found, hat(s, dtau[:, a]) * s.tau(xi))
+        yield same("τ(ξ)", found, hat(s, dtau[:, a]) * s.tau(xi))  # [misprint: dtau-step]
         yield printed("dtau-step", found, hat(s, dtau[:, a]) * s.tau(s.h * xi))
 
 

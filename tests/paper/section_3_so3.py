@@ -85,7 +85,7 @@ def as_printed(at: Any, p: Any, at_next: Any, q: Any, power: int) -> list[Any]:
         + (half * Z - quarter * X * Y) * q[1]
         - (half * Y + quarter * X * Z) * q[2]
     )
-    second = (
+    second = (  # nothing follows −hz/2 [misprint: dangling-plus]
         (quarter * x * y - half * z) * p[0]
         + (1 + quarter * y**2) * p[1]
         + (half * x + quarter * y * z) * p[2]
