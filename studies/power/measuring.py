@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import get_context
 from typing import Any
 
 from integrators import BadInput, discretisations
@@ -29,6 +30,7 @@ STUDIES = (
 #: the scenes of the valid rules, in turn
 SCENES = ("pendulum", "rigid-body", "kepler", "pendulum", "rigid-body", "heavy-top")
 Result = dict[str, Any]
+BATCH = 100  # faults or rules that a pool of processes does
 
 
 def of_fault(index: int) -> Result | None:
@@ -105,14 +107,17 @@ def measure(
     """(results of the faults of these indices that exist, results of the rules of these seeds)."""
     total, done = len(faults) + len(rules), 0
     found: tuple[list[Result], list[Result]] = ([], [])
-    with _own_cache(), ProcessPoolExecutor(jobs, max_tasks_per_child=40) as pool:
-        for into, function, numbers in ((0, of_fault, faults), (1, of_rule, rules)):
-            results: Iterator[Result | None] = pool.map(function, numbers)
-            for result in results:
-                done += 1
-                if result is not None:
-                    found[into].append(result)
-                    progress(result["name"], done / total)
+    for into, function, numbers in ((0, of_fault, faults), (1, of_rule, rules)):
+        for part in range(0, len(numbers), BATCH):
+            # a new pool each time, so that memory stays bounded: max_tasks_per_child can hang
+            # (CPython issue 115634)
+            with _own_cache(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+                results: Iterator[Result | None] = pool.map(function, numbers[part : part + BATCH])
+                for result in results:
+                    done += 1
+                    if result is not None:
+                        found[into].append(result)
+                        progress(result["name"], done / total)
     return found
 
 
