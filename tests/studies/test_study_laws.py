@@ -41,9 +41,9 @@ def passes(found):
 # -- order ----------------------------------------------------------------------------------------
 
 
-def has_its_order(scene, rule, digits, tolerance):
+def has_its_order(scene, rule, digits, tolerance, retraction=None):
     wanted = expected_order(scene, rule)
-    found = order_holds(rule, scene, wanted, digits=digits)
+    found = order_holds(rule, scene, wanted, digits=digits, retraction=retraction)
     measured = found["measured"]
     assert found["expected"] == {"order": wanted, "tolerance": tolerance}
     assert abs(measured["order"] - wanted) <= tolerance
@@ -77,8 +77,8 @@ def test_order_at_50_digits_everywhere(scene, rule):
 # -- symplecticity --------------------------------------------------------------------------------
 
 
-def is_symplectic(scene, rule, digits, limit, steps):
-    found = symplectic_holds(rule, scene, digits=digits, steps=steps)
+def is_symplectic(scene, rule, digits, limit, steps, retraction=None):
+    found = symplectic_holds(rule, scene, digits=digits, steps=steps, retraction=retraction)
     assert found["expected"]["limit"] == pytest.approx(limit)
     for kind in ("pullback", "poisson", "residual"):
         assert found["measured"][kind] == max(row[kind] for row in found["rows"]) <= limit
@@ -115,8 +115,8 @@ def test_symplectic_as_the_report_asks(scene, rule, digits):
 # -- momentum -------------------------------------------------------------------------------------
 
 
-def keeps_its_momenta(scene, rule, digits, limit, steps):
-    found = momentum_holds(rule, scene, digits=digits, steps=steps)
+def keeps_its_momenta(scene, rule, digits, limit, steps, retraction=None):
+    found = momentum_holds(rule, scene, digits=digits, steps=steps, retraction=retraction)
     names = [q.name for q in scenes.get(scene).symmetries if q.to_roundoff]
     assert sorted(found["measured"]["drift"]) == sorted(names) and names
     assert max(found["measured"]["drift"].values()) <= limit
@@ -144,6 +144,24 @@ def test_momentum_at_50_digits(scene, rule):
 def test_momentum_as_the_report_asks(scene, rule, digits):
     """10⁶ steps in double precision, 100 at 50 digits."""
     keeps_its_momenta(scene, rule, digits, 1e-12 if digits == 16 else 1e-46, None)
+
+
+# -- another retraction --
+
+
+@pytest.mark.parametrize(
+    ("scene", "rule"),
+    [
+        pytest.param(*pair, marks=() if pair == ("rigid-body", "midpoint") else pytest.mark.slow)
+        for pair in BUILT_IN
+        if pair[1] != "own" and scenes.get(pair[0]).groupoid.retraction
+    ],
+)
+def test_the_laws_hold_with_the_exponential(scene, rule):
+    has_its_order(scene, rule, 16, 0.05, "exponential")
+    is_symplectic(scene, rule, 16, 1e-13, 24, "exponential")
+    if (scene, rule) in with_quantities:
+        keeps_its_momenta(scene, rule, 16, 1e-12, 1000, "exponential")
 
 
 # -- energy ---------------------------------------------------------------------------------------
