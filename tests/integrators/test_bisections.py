@@ -81,7 +81,7 @@ def through(name, scale, seed):
     return Bisection(g, *sample(g, scale, seed), STEP)
 
 
-@pytest.mark.parametrize("scale", (0.5, 2.0))
+@pytest.mark.parametrize("scale", (pytest.param(0.5, marks=pytest.mark.slow), 2.0))
 @pytest.mark.parametrize("name", GROUPOIDS)
 def test_translations_keep_fibres_and_carry_invariant_fields(name, scale):
     g, sigma = GROUPOIDS[name], through(name, scale, 1)

@@ -11,6 +11,7 @@ import pytest
 import sympy
 from everything import (
     ALIKE,
+    DEAR,
     OWN_SCENES,
     PLAIN,
     SCENES,
@@ -313,7 +314,9 @@ def test_an_asymmetric_pair_of_points_is_self_adjoint_only_on_the_pair_groupoid(
 SKEW = ("affine-group", "affine-on-line", "framed-plane")
 
 
-@pytest.mark.parametrize("scene", [s for s in SCENES if s not in SKEW])
+@pytest.mark.parametrize("scene", [
+    pytest.param(s, marks=pytest.mark.slow if s in DEAR else ()) for s in SCENES if s not in SKEW
+])  # fmt: skip
 def test_order_of_the_built_in_rules(scene):
     of_rectangle = 2 if scene in ALIKE else 1
     for rule, wanted in (("midpoint", 2), ("trapezoidal", 2), ("rectangle", of_rectangle)):

@@ -102,6 +102,7 @@ def heavy_top_on_group():
     )
 
 
+@pytest.mark.slow
 def test_a_heavy_top_turns_by_any_angle_a_step():
     from integrators.arrows import arrow, defects, residual
 

@@ -248,7 +248,8 @@ def test_one_node_and_two_are_midpoint_and_trapezoidal_on_pairs():
 @pytest.mark.parametrize(("scene", "rule", "wanted"), [
     ("pendulum", "gauss-3", True), ("kepler", "gauss-2", True), ("moving-mass", "gauss-1", True),
     # the reversed curve is no polynomial in the chart of the inverse
-    ("rigid-body", "lobatto-3", False), ("heavy-top", "gauss-2", False),
+    ("rigid-body", "lobatto-3", False),
+    pytest.param("heavy-top", "gauss-2", False, marks=pytest.mark.slow),
     # but here translations by the inverse are affine in the chart
     ("affine-group", "gauss-2", True),
 ])  # fmt: skip

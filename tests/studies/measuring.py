@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from everything import TURN
+from everything import DEAR, TURN
 
 from integrators import Scene, discretisations, scenes
 from integrators.discretisations import Discretisation
@@ -20,7 +20,7 @@ BUILT_IN = [
     if rule.applies(scenes.get(s))
 ]
 #: each scene with one rule, the rules in turn: every rule meets every kind of groupoid
-PAIRWISE = [*((s, TURN[s]) for s in scenes.names()), ("fpu", "imex")]
+PAIRWISE = [*((s, TURN[s]) for s in scenes.names() if s not in DEAR), ("fpu", "imex")]
 
 
 def case(
