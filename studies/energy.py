@@ -41,7 +41,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         errors = energy_errors(case.scheme, run, case.digits)
         times = np.asarray(run.t, dtype=float)
         line = fit_line(times, errors)
-        if not abs(line.slope) * times[-1] > np.ptp(errors) * SHARE:
+        small = not abs(line.slope) * times[-1] > np.ptp(errors) * SHARE
+        if small or _steadiness(errors) >= STEADY:  # what goes one way is no wandering: it is told
             break
     rows = []
     for first, last in bins(len(times), ROWS // 2):

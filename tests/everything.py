@@ -187,6 +187,9 @@ GROUPOIDS = {
     )
 }
 
+#: of many dimensions: their laws are slow tests
+LARGE = {g.name: g for g in (lie_group(se(3)), lie_group(so(4)), lie_group(sp(4)), action(se(3)))}
+
 #: how far from the identities, as |hu|: near them, in the middle, near the chart's edge
 ARROWS = ("near", "generic", "edge")
 STEPS = (Rational(1, 10), Rational(3), Rational(-2, 7))

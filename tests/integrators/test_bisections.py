@@ -81,8 +81,9 @@ def through(name, scale, seed):
     return Bisection(g, *sample(g, scale, seed), STEP)
 
 
-@pytest.mark.parametrize("scale", (pytest.param(0.5, marks=pytest.mark.slow), 2.0))
+@pytest.mark.parametrize("scale", (0.5, 2.0))
 @pytest.mark.parametrize("name", GROUPOIDS)
+@pytest.mark.slow
 def test_translations_keep_fibres_and_carry_invariant_fields(name, scale):
     g, sigma = GROUPOIDS[name], through(name, scale, 1)
     _, u = sample(g, 0.1, 2)
@@ -177,7 +178,10 @@ def operators(name, x, u, step):
         )
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [
+    pytest.param(n, marks=pytest.mark.slow if n in ("heavy-top", "body-in-plane") else ())
+    for n in CASES
+])  # fmt: skip
 def test_the_step_is_the_same_whichever_bisections_are_chosen(name):
     step = CASES[name][0].step
     flow = scheme(name).flow(step)

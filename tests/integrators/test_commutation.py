@@ -158,6 +158,7 @@ def in_the_frame(scene, run):
     return mu
 
 
+@pytest.mark.slow
 def test_a_connection_in_the_groupoid_or_in_the_lagrangian():
     """The midpoint rule knows no difference: A is taken at the middle of the step either way."""
     scene = OWN_SCENES["carried-along"]
@@ -303,6 +304,7 @@ def test_other_moments_of_inertia_are_seen():
     assert gaps[-1] > 1e-4 and abs(orders[-1]) < 0.5
 
 
+@pytest.mark.slow
 def test_the_sphere_by_rows_and_by_stereographic_coordinates():
     """The spherical pendulum on rows of R³, and by a right action of one's own on R²."""
     below = OWN_SCENES["stereographic"]

@@ -305,6 +305,7 @@ def test_self_adjointness_is_derived(scene, rule):
     assert scheme(scene, rule).self_adjoint == ((scene, rule) not in NOT_SELF_ADJOINT)
 
 
+@pytest.mark.slow
 def test_an_asymmetric_pair_of_points_is_self_adjoint_only_on_the_pair_groupoid():
     assert scheme("kepler", "two-thirds").self_adjoint
     assert not scheme("heavy-top", "two-thirds").self_adjoint

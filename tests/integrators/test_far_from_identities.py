@@ -33,6 +33,7 @@ def drift(run):
 
 
 @pytest.mark.parametrize("turn", (0.1, 0.3, 0.4, 0.49, 0.7, 0.9))
+@pytest.mark.slow
 def test_momentum_is_kept_at_any_rotation_a_step(attitude_flow, turn):
     run = attitude_flow.trajectory(
         20000, every=100, element0=rotation(2 * np.pi * turn, [1, 0.4, 0.2])

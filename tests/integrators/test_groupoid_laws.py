@@ -9,7 +9,7 @@ from itertools import product
 
 import pytest
 import sympy
-from everything import ARROWS, GROUPOIDS, STEPS, arrows, compose, cross
+from everything import ARROWS, GROUPOIDS, LARGE, STEPS, arrows, compose, cross
 from sympy import Matrix, Rational, Symbol, eye, zeros
 
 from integrators import BadInput, LocalGroupoid, Scene, Scheme, lie_group, pair, rectangle, so
@@ -22,14 +22,14 @@ EPS = Rational(1, 10**40)
 
 
 def marked(names):
-    """Transcendental numbers take their time: the action by exponentials is checked by test-all."""
-    slow = {"action(so(3), exponential)", "group(se(2), exponential)"}
+    """Transcendental numbers and many dimensions take their time: they are checked by test-all."""
+    slow = {"action(so(3), exponential)", "group(se(2), exponential)", *LARGE}
     return [pytest.param(n, marks=pytest.mark.slow if n in slow else ()) for n in names]
 
 
-@pytest.fixture(params=marked(GROUPOIDS), scope="module")
+@pytest.fixture(params=marked([*GROUPOIDS, *LARGE]), scope="module")
 def g(request):
-    return GROUPOIDS[request.param]
+    return {**GROUPOIDS, **LARGE}[request.param]
 
 
 def exact(e):

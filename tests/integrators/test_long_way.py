@@ -32,7 +32,7 @@ def there_and_back(scheme, g, steps, digits):
     return np.max(abs(back.elements(again)[-1].T - start)), run.edges + again.edges
 
 
-@pytest.mark.parametrize("steps", (500, pytest.param(10**4, marks=pytest.mark.slow)))
+@pytest.mark.parametrize("steps", (100, pytest.param(10**4, marks=pytest.mark.slow)))
 def test_forward_and_back_in_double_precision(scheme, steps):
     edges = 0
     for g in Rotation.random(4, random_state=11).as_matrix():

@@ -263,6 +263,7 @@ def test_self_adjointness_is_derived(scene, rule, wanted):
         assert close([*x, *mu], [*run.x[0], *run.mu[0]]) is wanted
 
 
+@pytest.mark.slow
 def test_velocities_of_curves_have_their_order_in_every_chart():
     """Where u alone is a velocity to first order only, gauss-1 is of order 2 all the same."""
     for scene in ("affine-group", "affine-on-line", "framed-plane"):

@@ -175,6 +175,7 @@ def test_a_wrong_reference_is_told_by_a_witness(monkeypatch):
     assert found["evidence"]["witness_error"] < 1e-12
 
 
+@pytest.mark.slow
 def test_round_off_is_told_by_more_digits():
     scene = Scene(
         name="far-pendulum", groupoid=pair(1), parameters={"turns": 10**9}, x0=[1], v0=[0],

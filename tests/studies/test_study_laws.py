@@ -93,6 +93,7 @@ def test_symplectic_in_double_precision(scene, rule):
     is_symplectic(scene, rule, 16, 1e-13, 24)
 
 
+@pytest.mark.slow
 def test_the_largest_stable_steps_are_really_larger():
     """Where only small steps are tried the test proves little; every scene allows larger ones."""
     for scene, rule in PAIRWISE:
