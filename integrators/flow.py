@@ -460,7 +460,7 @@ class Flow:
         return np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
 
     def _legendre_step(self, x: Any, mu: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(x′, μ′) by the Legendre maps, no kernel used, and the derivative of (x, μ) ↦ (x′, μ′)."""
+        """(x′, μ′) by the Legendre maps, no kernel used, and the derivative of the step."""
         return self._step_at(self._arrow(x, self._arrow_of(x, mu, self._guess(u0))))
 
     def _step_at(self, here: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

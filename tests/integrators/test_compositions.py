@@ -310,5 +310,5 @@ def test_the_defects_of_a_composition_are_those_of_all_its_substeps():
     run = flow.trajectory(1)
     (x, after_x), (mu, after_mu), u = run.x, run.mu, run.u[0]
     assert flow.step_defect(x, mu, after_x, after_mu, u0=u) < 1e-48
-    other = flow.schemes[0].flow("0.1", 50).trajectory(1)
+    other = Scheme(SCENES["pendulum"], midpoint).flow("0.1", 50).trajectory(1)
     assert flow.step_defect(x, mu, other.x[1], other.mu[1], u0=u) > 1e-8
