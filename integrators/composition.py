@@ -47,6 +47,26 @@ class Method:
         half = self.halves(digits)
         return [*half, *reversed(half if self.in_turn else half[:-1])]
 
+    def defect(self, digits: int) -> Any:
+        """The largest violation of Σ (α^i + (−1)^{i+1} β^i) = δ_{i1}, i ≤ order, as mpf.
+
+        Necessary for Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … to be of that order, whatever Φ of order 1 is
+        (Hairer, Lubich, Wanner, III.3.4); a self-adjoint step has α = β = γ/2.
+        """
+        import mpmath
+
+        with mpmath.workdps(digits + 10):
+            found = self.coefficients(digits)
+            if self.in_turn:
+                betas, alphas = found[0::2], found[1::2]
+            else:
+                betas = alphas = [c / 2 for c in found]
+            sums = [
+                sum(a**i - (-b) ** i for a, b in zip(alphas, betas, strict=True))
+                for i in range(1, self.order + 1)
+            ]
+            return max(abs(sums[0] - 1), *map(abs, sums[1:]))
+
     def substeps(self, self_adjoint: bool) -> tuple[Substep, ...]:
         """The substeps for a rule that is self-adjoint on its scene, or is not."""
         count = len(self.coefficients(16))

@@ -201,13 +201,12 @@ class Flow:
         """
         with self.numbers.working():
             x, mu = self._vectors(x, mu)
-            return self._poisson(self._legendre_arrow(x, mu, u0), x, mu, bracket_sign)
+            return self._poisson(x, mu, self._legendre_step(x, mu, u0), bracket_sign)
 
-    def _poisson(self, here: Any, x: Any, mu: Any, bracket_sign: int = 1) -> Any:
-        after_mu = [p / self._h for p in here["plus"]]
-        m = self.geometry.dual_step(here, self._h)
+    def _poisson(self, x: Any, mu: Any, step: tuple[Any, Any, Any], bracket_sign: int = 1) -> Any:
+        after_x, after_mu, m = step
         before = self.geometry.poisson_tensor(x, mu, bracket_sign)
-        after = self.geometry.poisson_tensor(here["target"], after_mu, bracket_sign)
+        after = self.geometry.poisson_tensor(after_x, after_mu, bracket_sign)
         return self._number(relative_defect(m @ before @ m.T, after, m))
 
     def step_defect(self, x: Any, mu: Any, after_x: Any, after_mu: Any, *, u0: Any = None) -> Any:
@@ -218,11 +217,7 @@ class Flow:
         """
         with self.numbers.working():
             (x, mu), taken = self._vectors(x, mu), self._vectors(after_x, after_mu)
-            here = self._legendre_arrow(x, mu, u0)
-            wanted, m = (
-                (here["target"], here["plus"] / self._h),
-                self.geometry.dual_step(here, self._h),
-            )
+            *wanted, m = self._legendre_step(x, mu, u0)
             gap = np.concatenate(wanted) - np.concatenate(taken)
             size = frobenius(np.concatenate([x, mu])) + frobenius(np.concatenate(wanted))
             return self._number(frobenius(gap) / (frobenius(m) * size) if size else frobenius(gap))
@@ -464,9 +459,12 @@ class Flow:
         run = self._run(0, 1, x, mu, (0, guess), None)
         return np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
 
-    def _legendre_arrow(self, x: Any, mu: Any, u0: Any) -> dict[str, np.ndarray]:
-        """The maps and derivatives at the (x, u) with F⁻(x, u) = hμ, found without a kernel."""
-        return self._arrow(x, self._arrow_of(x, mu, self._guess(u0)))
+    def _legendre_step(self, x: Any, mu: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(x′, μ′) by the Legendre maps, no kernel used, and the derivative of the step."""
+        return self._step_at(self._arrow(x, self._arrow_of(x, mu, self._guess(u0))))
+
+    def _step_at(self, here: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return here["target"], here["plus"] / self._h, self.geometry.dual_step(here, self._h)
 
     def _guess(self, u0: Any) -> np.ndarray:
         return self._vectors(self.scheme.scene.x0, self.scheme.scene.v0 if u0 is None else u0)[1]

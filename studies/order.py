@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from integrators import StepFailure
+from integrators.composition import Composition
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
 from .fitting import BENT, asymptotic_window
@@ -219,6 +220,17 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         )
     if expected["order"] is None:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
+    rule = case.scheme.rule
+    if isinstance(rule, Composition):
+        # a wrong digit of size δ bends the line only where δh² is no longer small beside h^p
+        defect = float(rule.method.defect(case.digits))
+        if defect > 10.0 ** (3 - case.digits):
+            return Verdict(
+                "fail",
+                f"the coefficients of {rule.method.name} miss a condition of order "
+                f"{rule.method.order} by {defect:.2g}.",
+                expected,
+            )
     if abs(order - expected["order"]) <= tolerance:
         return Verdict("pass", "", expected)
     if _approaches(case, measurement["rows"], order):

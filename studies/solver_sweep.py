@@ -77,7 +77,7 @@ def _at(
         own = flow._solve(x, mus, u)
 
         def defect(v: np.ndarray) -> float:
-            return float(flow._poisson(flow._arrow(base, v), base, mus))
+            return float(flow._poisson(base, mus, flow._step_at(flow._arrow(base, v))))
 
     def change(v: np.ndarray) -> np.ndarray:
         at = flow._arrow(base, v)

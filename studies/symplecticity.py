@@ -84,6 +84,9 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
     count = POINTS[case.digits == 16]
     steps = case.steps or 8 * count
     composed = bool(case.scheme.substeps)  # it has no Ψ on arrows, only the step on (x, μ)
+    # at a long step substeps and stages have several solutions, and a run does not keep which
+    # ones it took; u it keeps
+    followed = step <= case.scene.step or not (composed or len(case.scheme.s.stages))
     flow = case.scheme.flow(step, case.digits)
     run = flow.trajectory(steps)
     rows = []
@@ -94,7 +97,7 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
             "step": float(step), "index": i, "time": float(run.t[k]),
             "pullback": None if composed else float(flow.pullback_defect(x, u)),
             "poisson": float(flow.poisson_defect(x, mu, u0=u)),
-            "residual": float(flow.step_defect(x, mu, *taken, u0=u)),
+            "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
         })  # fmt: skip
     return rows
 
@@ -157,7 +160,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if not broken:
         return Verdict("pass", "", expected)
     kind, value = max(broken.items(), key=lambda item: _badness(item[1]))
-    row = max(measurement["rows"], key=lambda r: _badness(r[kind]))
+    seen = [r for r in measurement["rows"] if r[kind] is not None]
+    row = max(seen, key=lambda r: _badness(r[kind]))
     return Verdict(
         "fail",
         f"the {kind} defect is {value:.2g} at step {row['step']:.3g}, t = {row['time']:.3g}; "
@@ -172,7 +176,8 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         return None
     kind = max((k for k, v in measurement["measured"].items() if v is not None),
                key=lambda k: _badness(measurement["measured"][k]))  # fmt: skip
-    row = max(measurement["rows"], key=lambda r: _badness(r[kind]))
+    seen = [r for r in measurement["rows"] if r[kind] is not None]
+    row = max(seen, key=lambda r: _badness(r[kind]))
     from .solver_sweep import of_symplecticity
 
     return of_symplecticity(case, kind, Fraction(row["step"]), limit(case.digits))

@@ -64,10 +64,17 @@ def systematic() -> Iterator[Fault]:
 
 
 def _text(old: str, new: str) -> Any:
-    """A change of the driver's text; None where it does not stand (a step without Newton)."""
+    """A change of the driver's text; None where it does not stand or would change nothing.
+
+    So it is of steps without Newton, and of schemes that carry no functions of x.
+    """
 
     def operator(text: str, generator: Any, h: Any) -> str | None:
-        return text.replace(old, new) if old in text else None
+        changed = text.replace(old, new)
+        lost = ("memo" in new and "def correct(" not in text) or (
+            "_ = update" in new and "'carried': 0" in text
+        )
+        return None if lost or changed == text else changed
 
     return operator
 
@@ -99,10 +106,10 @@ def solvers() -> Iterator[Fault]:
 
 
 def _coefficient(change: Any) -> Any:
-    def operator(halves: list[Any], generator: Any, h: Any) -> list[Any]:
+    def operator(halves: list[Any], generator: Any, h: Any) -> list[Any] | None:
         changed = list(halves)
         change(changed)
-        return changed
+        return None if changed == halves else changed
 
     return operator
 
@@ -123,13 +130,13 @@ def _digit(c: list[Any]) -> None:
     c[-1] -= 2 * mpf(10) ** -10
 
 
-def _forget(c: list[Any]) -> None:
-    c[0] = 0 * c[0]
+def _halve(c: list[Any]) -> None:
+    c[0] = c[0] / 2
 
 
 COEFFICIENTS = {
     "a sign": _negate, "the first two exchanged": _exchange, "the tenth digit": _digit,
-    "the first is 0": _forget,
+    "the first is halved": _halve,
 }  # fmt: skip
 
 

@@ -302,3 +302,13 @@ def test_names_are_known():
         rule = get(name)
         assert rule.name == name and rule.source and rule.order
         assert get(name) == rule
+
+
+def test_the_defects_of_a_composition_are_those_of_all_its_substeps():
+    """A step of the base rule alone is Poisson too, so only the residual tells them apart."""
+    flow = Scheme(SCENES["pendulum"], get("triple-jump:midpoint")).flow("0.1", 50)
+    run = flow.trajectory(1)
+    (x, after_x), (mu, after_mu), u = run.x, run.mu, run.u[0]
+    assert flow.step_defect(x, mu, after_x, after_mu, u0=u) < 1e-48
+    other = Scheme(SCENES["pendulum"], midpoint).flow("0.1", 50).trajectory(1)
+    assert flow.step_defect(x, mu, other.x[1], other.mu[1], u0=u) > 1e-8

@@ -36,6 +36,7 @@ CAUGHT = {
     "pendulum midpoint: solver, Newton stops at the root of round-off": "symplecticity 50",
     "pendulum midpoint: solver, damped residual": "symplecticity 16",
     "rigid-body midpoint: groupoid.R, [so3-square]": "momentum 16",
+    "pendulum triple-jump:trapezoidal: coefficients, the tenth digit": "order 50",
 }
 
 
