@@ -41,7 +41,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         errors = energy_errors(case.scheme, run, case.digits)
         times = np.asarray(run.t, dtype=float)
         line = fit_line(times, errors)
-        small = not abs(line.slope) * times[-1] > np.ptp(errors) * SHARE
+        small = not abs(line.slope) * times[-1] > _allowed(case, float(np.ptp(errors)))
         if small or _steadiness(errors) >= STEADY:  # what goes one way is no wandering: it is told
             break
     rows = []
@@ -59,6 +59,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         "steady": _steadiness(errors),
         "duration": float(times[-1]),
     }
+
+
+def _allowed(case: Case, band: float) -> float:
+    """What a slope may add up to over the run: a share of the band, or round-off."""
+    return max(band * SHARE, 1e4 * (2.0**-53 if case.digits == 16 else 10.0**-case.digits))
 
 
 def _steadiness(errors: np.ndarray) -> float:
@@ -79,8 +84,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """
     band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
     duration = measurement["duration"]
-    floor = 1e4 * (2.0**-53 if case.digits == 16 else 10.0**-case.digits)
-    expected = {"slope_limit": max(band * SHARE, floor) / duration}
+    expected = {"slope_limit": _allowed(case, band) / duration}
     if not np.isfinite(band):
         return Verdict("fail", "the energy is no longer finite.", expected)
     if abs(slope) <= expected["slope_limit"]:
