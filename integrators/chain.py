@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .atoms import Atom
+from .differentiation import gradient, jacobian
 from .symbols import SceneSymbols
 
 
@@ -128,7 +129,7 @@ class ChainRule:
                 if slope is not None:
                     result += self._partial(column, atom.z) * slope
         for atom in [*self.derived]:
-            inner = _jacobian(column, atom.z) if atom.kind == "sum" and len(variable) else ()
+            inner = jacobian(column, atom.z) if atom.kind == "sum" and len(variable) else ()
             if any(inner):
                 key = (_key(atom.z), _key(variable))
                 if key not in self._slopes:
@@ -190,11 +191,11 @@ class ChainRule:
 
         if not len(variable):
             return zeros(len(column), 0)
-        result = _jacobian(column, variable)
+        result = jacobian(column, variable)
         for atom in self.atoms:
             if atom.kind in ("chart", "sum", "name") or atom.z == variable:
                 continue
-            inner = _jacobian(column, atom.z)
+            inner = jacobian(column, atom.z)
             if any(inner):
                 result += inner * self._slope(atom, variable)
         return result
@@ -261,15 +262,4 @@ def _key(column: Any) -> str:
 def _gradient(f: Any, column: Any) -> Any:
     from sympy import Matrix
 
-    return Matrix(len(column), 1, [f.diff(w) for w in column])
-
-
-def _jacobian(column: Any, variable: Any) -> Any:
-    """∂(column)/∂(variable), differentiating only what holds the letter."""
-    from sympy import Matrix
-
-    held = [e.free_symbols for e in column]
-    return Matrix(len(column), len(variable), [
-        e.diff(v) if v in letters else 0
-        for e, letters in zip(column, held, strict=True) for v in variable
-    ])  # fmt: skip
+    return Matrix(len(column), 1, gradient(f, list(column)))

@@ -74,56 +74,27 @@ def solve_newton(x, mu, k, memo, c):
 
     After a correction of size s the next one is at most κs², κ being what was seen in this run.
     Where that makes one correction enough, this is the whole solution; every sixteenth step is
-    corrected once more, to see κ again.
+    corrected once more, to see κ again. If Newton fails, the last solution is tried as start.
     """
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
     w = predict(order, u1, u2, u3, u4, u5)
-    dw, size = correct(x, w, mu, k, c)
-    w = plus(w, dw)
-    if age % 16 != 0 and 8 * kappa * size * size <= EPS * scale:
-        here = norm(w)
-        scale = here if here > scale * DECAY else scale * DECAY
-        return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), 1, size, OK
-    return study(x, mu, k, memo, c, w, size)
-
-
-def study(x, mu, k, memo, c, w, size):
-    """Newton with every test, from w, where one correction of that size has been made.
-
-    It ends when a correction is round-off, when the next one would be, or when corrections below
-    √ε no longer halve: what is left then is the round-off of the residual. If that fails, the last
-    solution is tried as start.
-    """
-    u1, u2, u3, u4, u5, order, age, kappa, scale = memo
-    status, count, before, total, tries = NOT_CONVERGED, 1, HUGE, 1, 1
+    before, count, total, tries = HUGE, 0, 0, 1
     while True:
-        if size < HUGE:
+        dw, size = correct(x, w, mu, k, c)
+        w = plus(w, dw)
+        if total == 0 and age % 16 != 0 and 8 * kappa * size * size <= EPS * scale:
             here = norm(w)
-            noise = EPS * (here if here > scale else scale)
-            if count > 1:
-                seen = size / (before * before) if before > 0 else kappa
-                if size > 64 * noise:
-                    if seen > kappa or count == 2:
-                        kappa = seen
-                elif 64 * noise < kappa * before * before:
-                    kappa = 64 * noise / (before * before)
-            ended = size <= noise or (count > 1 and 8 * kappa * size * size <= noise)
-            stagnant = count > 2 and size > before / 2 and size < ROOT_EPS * noise / EPS
-            if ended or stagnant:
-                status = OK
-        else:
-            status, count = SINGULAR, 40
+            scale = here if here > scale * DECAY else scale * DECAY
+            return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), 1, size, OK
+        count, total = count + 1, total + 1
+        status, kappa = judge(size, before, norm(w), scale, kappa, count)
         if status == OK:
             break
         before = size
-        if count >= 40:
+        if status == SINGULAR or count >= 40:
             if tries == 2:
                 break
-            status, count, before, tries, w = NOT_CONVERGED, 0, HUGE, 2, u1
-        dw, size = correct(x, w, mu, k, c)
-        w = plus(w, dw)
-        count += 1
-        total += 1
+            before, count, tries, w = HUGE, 0, 2, u1
     if status != OK:
         return w, memo, total, size, status
     here = norm(w)
@@ -131,6 +102,27 @@ def study(x, mu, k, memo, c, w, size):
     if age < 6 or age % 16 == 0:
         order = best_order(w, u1, u2, u3, u4, u5, age)
     return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), total, size, OK
+
+
+def judge(size, before, here, scale, kappa, count):
+    """Whether Newton is at its end after a correction of this size, and κ as seen so far.
+
+    It ends when a correction is round-off, when the next one would be, or when corrections below
+    √ε no longer halve: what is left then is the round-off of the residual.
+    """
+    if not size < HUGE:
+        return SINGULAR, kappa
+    noise = EPS * (here if here > scale else scale)
+    if count > 1:
+        seen = size / (before * before) if before > 0 else kappa
+        if size > 64 * noise:
+            if seen > kappa or count == 2:
+                kappa = seen
+        elif 64 * noise < kappa * before * before:
+            kappa = 64 * noise / (before * before)
+    ended = size <= noise or (count > 1 and 8 * kappa * size * size <= noise)
+    stagnant = count > 2 and size > before / 2 and size < ROOT_EPS * noise / EPS
+    return OK if ended or stagnant else NOT_CONVERGED, kappa
 
 
 def best_order(w, u1, u2, u3, u4, u5, age):

@@ -343,6 +343,6 @@ def _costly(entries: Any, variables: Any, constants: set[Any]) -> list[Any]:
 def solver_text(affine: bool) -> list[str]:
     """The driver's `solve` and what it calls, with the decorators that their host defines."""
     solve: Any = driver.solve_direct if affine else driver.solve_newton
-    aside = [] if affine else [driver.best_order, driver.study]
+    aside: list[Any] = [] if affine else [driver.best_order, driver.judge]
     text = inspect.getsource(solve).replace(f"def {solve.__name__}(", "def solve(")
-    return [*(f"@aside\n{inspect.getsource(f)}" for f in aside), f"@helper\n{text}"]
+    return [*(f"@aside\n{inspect.getsource(f)}" for f in aside), f"@unfolded\n{text}"]
