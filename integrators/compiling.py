@@ -49,7 +49,7 @@ _ENTRY = """entry = njit(
 )
 """
 #: what functions of matrices need, on groups without a closed form of their exponential
-_MATRICES = """kernel = njit(fastmath=set(fast), forceinline=True, **inner)
+_MATRICES = """kernel = njit(fastmath=set(fast), **inner)
 node = njit(fastmath=set(fast), **inner)
 from numpy import zeros as new_array
 from numpy.linalg import solve as linear_solve

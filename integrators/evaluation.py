@@ -62,7 +62,7 @@ def _value(e: Any, numbers: Any, known: dict[Any, Any]) -> Any:
         return known[e]
     if e.is_Rational:
         value = numbers.number(e)
-    elif e.is_real is False and not e.args:
+    elif not e.args and e.is_real is False:  # never ask a sum: sympy would evaluate its tables
         value = numbers.imaginary_unit
     elif not e.args:
         value = numbers.number(e)  # π and the like

@@ -22,9 +22,19 @@ def register(name: str, text: Callable[[], str]) -> str:
 
 
 def with_tables(text: str) -> str:
-    """The text behind the definitions of all registered functions that it calls."""
-    called = sorted(set(re.findall(r"\b(\w+)\(", text)) & set(_TEXTS))
-    return "\n\n".join([*(_TEXTS[name]() for name in called), text])
+    """The text behind the definitions of all registered functions that it calls, each once."""
+    found: dict[str, str] = {}
+    seen: set[str] = set()
+
+    def visit(calling: str) -> None:
+        for name in sorted(set(re.findall(r"\b(\w+)\(", calling)) & set(_TEXTS) - seen):
+            seen.add(name)
+            definition = _TEXTS[name]()
+            visit(definition)  # what it calls stands in front
+            found[name] = definition
+
+    visit(text)
+    return "\n\n".join([*found.values(), text])
 
 
 def entry(table: Any, index: int) -> Any:

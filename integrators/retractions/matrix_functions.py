@@ -17,12 +17,21 @@ from typing import Any
 
 from ..exact import floats_exact
 from ..printing import code
-from ..tables import entry, register
+from ..tables import entry, register, with_tables
 from . import matrix_numbers
 
 Nested = tuple[tuple[Any, ...], ...]
 #: φ₁; its inverse, which is dexp⁻¹ and singular at the chart's edge only; and e^A − 1
 DEXP, DEXP_INVERSE, DISPLACEMENT = 0, 1, 2
+
+
+def _register(function: Any) -> None:
+    register(function.__name__, lambda: f"@aside\n{inspect.getsource(function)}")
+
+
+_register(matrix_numbers.matrix_function)
+_register(matrix_numbers.combination)
+_register(matrix_numbers.partial_derivatives)
 
 
 @dataclass(frozen=True)
@@ -53,35 +62,21 @@ class MatrixFunction:
         """Text of the function (ξ_1, …, ξ_m) ↦ all derivatives of that order, one after another."""
         m, size = len(self.basis), len(self.basis[0])
         xi = ", ".join(f"xi{k}" for k in range(m))
-        entries = [(k, i, j, floats_exact(e)) for k, b in enumerate(self.basis)
+        entries = [(floats_exact(e), (k, i, j)) for k, b in enumerate(self.basis)
                    for i, row in enumerate(b) for j, e in enumerate(row) if e]  # fmt: skip
-        blocks, at, numbers = 2**order, 0, f"NUMBERS_{self.digest}"
+        name = f"{self.digest}_{order}"
+        data = [f"NUMBERS_{name}", f"PLACES_{name}", f"DIRECTIONS_{name}", str(size)]
+        called = f"partial_derivatives(({xi},), {', '.join(data)}, {self.kind})"
+        if not order:
+            called = f"matrix_function(combination(({xi},), {', '.join(data[:2])}, {size}), "
+            called += f"{self.kind}).copy().reshape({size**2})"
         lines = [  # the numbers outside the function: machine code has no integers of any size
-            f"{numbers} = ({''.join(f'R(1)*({code(e)}), ' for *_, e in entries)})",
-            f"@aside\ndef matrix_{self.digest}_{order}({xi}):",
-            f"    out = zeros({len(self.directions(order)) * size**2}, 1)",
-            f"    b = zeros({m}, {size}, {size})",
-            *(f"    b[{k}, {i}, {j}] += {numbers}[{n}]" for n, (k, i, j, _) in enumerate(entries)),
-            f"    own = zeros({size}, {size})",
-            *(f"    own[{i}, {j}] += b[{k}, {i}, {j}]*xi{k}" for k, i, j, _ in entries),
+            f"NUMBERS_{name} = ({''.join(f'R(1)*({code(e)}), ' for e, _ in entries)})",
+            f"PLACES_{name} = {tuple(place for _, place in entries)}",
+            f"DIRECTIONS_{name} = {tuple(self.directions(order))}",
+            f"@aside\ndef matrix_{name}({xi}):\n    return {called}",
         ]
-        for chosen in self.directions(order):
-            lines.append(f"    a = zeros({size * blocks}, {size * blocks})")
-            for block in range(blocks):
-                rows = f"{block * size}:{(block + 1) * size}"
-                lines.append(f"    a[{rows}, {rows}] = own")
-                for bit, k in enumerate(chosen):
-                    if not block >> bit & 1:
-                        other = block | 1 << bit
-                        columns = f"{other * size}:{(other + 1) * size}"
-                        lines.append(f"    a[{rows}, {columns}] = b[{k}]")
-            corner = f"f[:{size}, {(blocks - 1) * size}:]"
-            lines.append(f"    f = matrix_function(a, {self.kind})")
-            lines.append(f"    out[{at}:{at + size**2}, 0] = {corner}.copy().reshape({size**2})")
-            at += size**2
-        lines.append("    return out[:, 0]")
-        common = f"@aside\n{inspect.getsource(matrix_numbers.matrix_function)}\n"
-        return "\n".join([common, *lines])
+        return "\n".join(lines)
 
 
 @lru_cache(maxsize=256)
@@ -117,7 +112,7 @@ def _table(function: MatrixFunction, order: int) -> Any:
 def _numerical(function: MatrixFunction, order: int, numbers: Any) -> Any:
     from ..compiling import run_text
 
-    text = function.text(order)
+    text = with_tables(function.text(order))
     return run_text(text, numbers.namespace())[f"matrix_{function.digest}_{order}"]
 
 

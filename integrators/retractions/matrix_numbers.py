@@ -1,6 +1,6 @@
 """Functions of matrices as numbers: one text for machine code and for any precision.
 
-`matrix_function` is not called from here: its text goes into generated modules, behind names that
+These functions are not called from here: their text goes into generated modules, behind names that
 the arithmetic supplies (zeros, linear_solve, EPS).
 """
 
@@ -41,3 +41,37 @@ def matrix_function(a, kind):
     if kind == 1:
         return linear_solve(phi, one)
     return a @ phi
+
+
+def combination(xi, numbers, places, size):
+    """Σ ξ^k b_k, N×N; numbers[i] is the entry of the basis at places[i] = (k, row, column)."""
+    total = zeros(size, size)
+    for n in range(len(places)):
+        k, i, j = places[n]
+        total[i, j] += numbers[n] * xi[k]
+    return total
+
+
+def partial_derivatives(xi, numbers, places, directions, size, kind):
+    """∂f(Σ ξ^k b_k) along each of `directions` (as many letters each as the order), in turn.
+
+    Each is the upper right block of f on a matrix of 2^order × 2^order blocks.
+    """
+    own = combination(xi, numbers, places, size)
+    basis = zeros(len(xi), size, size)
+    for n in range(len(places)):
+        basis[places[n]] += numbers[n]
+    order = len(directions[0])
+    blocks = 2**order
+    out = zeros(len(directions), size, size)
+    for d in range(len(directions)):
+        a = zeros(size * blocks, size * blocks)
+        for block in range(blocks):
+            at = block * size
+            a[at : at + size, at : at + size] = own
+            for bit in range(order):
+                if not block >> bit & 1:
+                    to = (block | 1 << bit) * size
+                    a[at : at + size, to : to + size] = basis[directions[d][bit]]
+        out[d] = matrix_function(a, kind)[:size, size * (blocks - 1) :]
+    return out.reshape(len(directions) * size * size)
