@@ -17,6 +17,7 @@ from typing import Any
 from . import driver
 from .elimination import loop_text, solve
 from .equations import Scheme
+from .errors import BadInput
 from .evaluation import evaluate_matrix
 from .identities import is_zero, random_point
 from .outlining import Outliner
@@ -262,9 +263,15 @@ class KernelBuilder:
         Newton in the chart alone goes astray near its edge (Moser–Veselov, rotations spread over
         the group, from the last step: it finds 55 of 100 steps; followed in the group 99).
         """
+        groupoid = self.scheme.scene.groupoid
+        if groupoid.retraction_name != "cayley":
+            raise BadInput(
+                f"{self.scheme.scene.name}: a discrete Lagrangian given on the group runs in "
+                "Cayley's chart and its translates; write retraction=cayley."
+            )
         letters = self.scheme.s.vector("c_of_g", len(c))
         before.append((list(letters), self._with_k(c)))
-        product = self.scheme.scene.groupoid.product(self.x, letters, self.w, self.scheme.h)
+        product = groupoid.product(self.x, letters, self.w, self.scheme.h)
         return product - self.w
 
     def _update(self) -> str:
