@@ -44,8 +44,8 @@ class Trajectory:
     newton_max: over all steps, kept or not; newton_residual: size of the last correction.
     margin: the smallest of all steps in the charts of groups (`neighbourhoods.Position`; 1 where
     there is no edge; a lower bound for the exponential where it has no closed form). edges: how
-    often the edge was met and mended; translates (r,): the number of the element B of the cover with
-    g = τ(hu) B, 0 for e.
+    often the edge was met and mended; translates (r,): the number of the element B of the cover
+    with g = τ(hu) B, 0 for e.
     """
 
     t: np.ndarray
