@@ -75,7 +75,7 @@ class Flow:
     step runs Φ₋ₕ, which is the inverse only of a self-adjoint rule. digits = 16 is compiled double
     precision; more gives mpmath numbers. on_edge: what is done where a step reaches the edge of its
     chart, "refuse", "bisect" or "shrink" (`integrators.edges`). Raises `BadInput` for a step of 0
-    or a non-finite one.
+    or a non-finite one, and another on_edge.
     """
 
     #: savings that the kernels do not make (`kernels.SAVINGS`), so that they can be measured
@@ -86,6 +86,9 @@ class Flow:
     ) -> None:
         self.scheme, self.digits, self.on_edge = scheme, digits, on_edge
         self.step = exact_rational(step, "step")
+        if on_edge not in edges.ON_EDGE:
+            choices = ", ".join(map(repr, edges.ON_EDGE))
+            raise BadInput(f"on_edge is {on_edge!r}: give one of {choices}.")
         if self.step == 0:
             raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
         if not TINIEST <= abs(self.step) <= 1 / TINIEST:
@@ -127,7 +130,14 @@ class Flow:
             return self._run(int(steps), int(every), *start, progress)
 
     def elements(self, run: Trajectory) -> np.ndarray:
-        """The group elements g = τ(hu) B of a run's rows, (r, N, N)."""
+        """The group elements g = τ(hu) B of a run's rows, (r, N, N); in Cayley's chart only.
+
+        Raises `BadInput` for other charts and for a run of another flow.
+        """
+        if run.step != self.step or run.u.shape[1:] != (len(self.scheme.u),):
+            raise BadInput(
+                f"{self.scheme.scene.name}: that run is of another flow; ask the flow that made it."
+            )
         with self.numbers.working():
             chart = self.edge.chart
             rows = zip(run.u, run.translates, strict=True)
@@ -355,6 +365,10 @@ class Flow:
 
     def _start(self, x0: Any, mu0: Any, u0: Any, element0: Any = None) -> Start:
         if element0 is not None:
+            if mu0 is not None or u0 is not None:
+                raise BadInput(
+                    f"{self.scheme.scene.name}: element0 says what mu0 and u0 are; leave these out."
+                )
             return self._start_at(element0, x0)
         if x0 is None and mu0 is None and u0 is None:
             return self._own_start
