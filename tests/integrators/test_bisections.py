@@ -142,7 +142,7 @@ def test_bisections_of_another_step_or_groupoid_are_told():
 
 @pytest.mark.parametrize("away", (0, 0.05, -0.1))
 def test_the_general_operator_at_any_element_of_the_group(away):
-    """Moser–Veselov at rotations spread over SO(3), through bisections at g₀ and h₀ and near them."""
+    """Moser–Veselov at rotations spread over SO(3); bisections through g₀ and h₀, and beside."""
     on_group = Scheme(SCENES["moser-veselov"], rectangle)
     flow, group = on_group.flow(1, on_edge="bisect"), on_group.scene.groupoid
     chart, largest = GroupChart(group, flow.numbers), 0
@@ -153,11 +153,8 @@ def test_the_general_operator_at_any_element_of_the_group(away):
         operator = GeneralOperator(on_group, *through, 1)
         _, w = operator.evolve([], u)
         _, back = operator.devolve([], w)
-        conditions = [
-            np.linalg.cond(operator.FL([], 0 * v)),
-            np.linalg.cond(operator.barred_FL([], 0 * v)),
-        ]
-        bound = 1e-14 * max(conditions)
+        matrices = operator.FL([], 0 * v), operator.barred_FL([], 0 * v)
+        bound = 1e-14 * max(map(np.linalg.cond, matrices))
         assert np.max(abs(chart.element(w) - after)) < bound < 1e-12
         assert np.max(abs(chart.element(back) - before)) < bound
         largest = max(largest, np.linalg.norm(u))

@@ -125,7 +125,7 @@ def positions(scene, run):
 
 @pytest.mark.parametrize("retraction", (cayley, exponential), ids=("cayley", "exponential"))
 @pytest.mark.parametrize("name", [
-    pytest.param(n, marks=pytest.mark.slow if n in ("kirchhoff", "wong") else ())
+    pytest.param(n, marks=pytest.mark.slow if n in ("kirchhoff", "wong", "rotor-body") else ())
     for n in ("rigid-body", "kirchhoff", "wong", "rotor-body", "pendulum")
 ])  # fmt: skip
 def test_a_run_reports_its_smallest_margin(name, retraction):
