@@ -74,7 +74,9 @@ def substep(x, mu, ex, emu, k, same, memory, guard, coefficients, j):
         k = carry(x, c)
     w, memo, count, size, status = solve(x, mu, k, load_memo(memory, j), c)
     if status == OK:
-        guard, status = watch(x, w, guard, c)
+        guard, status, near = watch(x, w, guard, c)
+        if near:
+            memo = forget(memo)
     if status == OK:
         save_memo(memory, j, memo)
         dx, dmu, k = update(x, w, mu, k, ex, emu, c)

@@ -351,5 +351,7 @@ def solver_text(affine: bool) -> list[str]:
     """The driver's `solve` and what it calls, with the decorators that their host defines."""
     solve: Any = driver.solve_direct if affine else driver.solve_newton
     aside = [] if affine else [driver.best_order, driver.study]
+    forget = "def forget(memo):\n    return memo\n" if affine else inspect.getsource(driver.forget)
     text = inspect.getsource(solve).replace(f"def {solve.__name__}(", "def solve(")
-    return [*(f"@aside\n{inspect.getsource(f)}" for f in aside), f"@helper\n{text}"]
+    sides = [f"@aside\n{inspect.getsource(f)}" for f in aside]
+    return [*sides, f"@helper\n{forget}", f"@helper\n{text}"]

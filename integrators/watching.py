@@ -2,7 +2,8 @@
 
 It keeps the largest size of a run's solutions (from `neighbourhoods.chart_extents`) and stops the
 loop with EDGE where a size passes `reach`; where L_d is given on the group also with STRAYED, where
-the number that tells branches apart jumps. Where there is no edge it is nothing at all.
+the number that tells branches apart jumps. It also says whether the edge is near. Where there is
+no edge it is nothing at all.
 
 In `totals` behind the three counts: the largest size, reach, last branch number (HUGE: none yet),
 the largest change of it.
@@ -29,7 +30,7 @@ def save_guard(a, guard):
 
 @helper
 def watch(x, w, guard, c):
-    return guard, OK
+    return guard, OK, False
 """
 
 _WATCH = """
@@ -51,26 +52,27 @@ def watch(x, w, guard, c):
     {letters} = extents(x, w, c)
     size = {size}
     if not size <= reach:
-        return guard, EDGE
+        return guard, EDGE, False
 {branch}
-    return (size if size > far else far, reach, last, slack), OK
+    return (size if size > far else far, reach, last, slack), OK, size > NEAR
 """
 
 _BRANCH = """
     (now,) = branch(x, w, c)
     if last < HUGE and abs(now - last) > slack:
-        return guard, STRAYED
+        return guard, STRAYED, False
     last = now
 """
 
 
 GUARD = 7  # entries of `totals`
+NEAR = 2**10  # a size from which Newton begins anew at the next step (`driver.forget`)
 
 
 def watch_text(builder: KernelBuilder) -> list[str]:
     """`watch` and what it calls, for the scheme of a builder."""
     scheme = builder.scheme
-    codes = "EDGE, STRAYED = 3, 4\n"
+    codes = f"EDGE, STRAYED, NEAR = 3, 4, {NEAR}\n"
     extents = chart_extents(scheme.scene.groupoid, scheme.x, scheme.u, scheme.h)
     if not extents:
         return [codes, _NOTHING]

@@ -46,21 +46,20 @@ def cayley(a, b, c):
     return ((mpmath.eye(3) - A) ** -1 * (mpmath.eye(3) + A)).tolist()
 
 
-#: first steps by their Gibbs vectors: the one's runs seldom change charts, those of the other often
-SELDOM, OFTEN = ("2", "-1.5", "1"), ("1", "4", "-2")
+#: first steps by their Gibbs vectors: of a run that changes charts, and of one that begins so
+CHANGING, AT_FIRST = ("2", "-1.5", "1"), ("1", "4", "-2")
 
 
-@pytest.mark.parametrize(("start", "steps"), [
-    (OFTEN, 20),
-    pytest.param(OFTEN, 500, marks=pytest.mark.slow),
-    pytest.param(SELDOM, 10**4, marks=pytest.mark.slow),
+@pytest.mark.parametrize(("start", "steps", "least"), [
+    (AT_FIRST, 20, 5),
+    pytest.param(CHANGING, 10**4, 50, marks=pytest.mark.slow),
 ])  # fmt: skip
-def test_forward_and_back_at_fifty_digits(scheme, start, steps):
+def test_forward_and_back_at_fifty_digits(scheme, start, steps, least):
     with mpmath.workdps(70):
         g = np.array(cayley(*map(mpmath.mpf, start)), dtype=object)
         gap, edges = there_and_back(scheme, g.tolist(), steps, 50)
         assert gap < mpmath.mpf(10) ** -38
-        assert edges > steps // (4 if start is OFTEN else 200)
+        assert edges > least
 
 
 @pytest.mark.slow
@@ -69,9 +68,9 @@ def test_a_thousand_steps_at_fifty_digits_are_the_factorisations(scheme):
     flow = scheme.flow(1, digits=50, on_edge="bisect")
     with mpmath.workdps(70):
         mass = list(map(mpmath.mpf, MASS))
-        run = flow.trajectory(1000, element0=cayley(*map(mpmath.mpf, SELDOM)))
+        run = flow.trajectory(1000, element0=cayley(*map(mpmath.mpf, CHANGING)))
         assert run.edges > 5
-        wanted, worst = mpmath.matrix(cayley(*map(mpmath.mpf, SELDOM))), mpmath.mpf(0)
+        wanted, worst = mpmath.matrix(cayley(*map(mpmath.mpf, CHANGING))), mpmath.mpf(0)
         for found in flow.elements(run):
             worst = max(worst, np.max(abs(np.array(wanted.tolist()) - found)))
             wanted = step(wanted.tolist(), mass, 60)
