@@ -80,6 +80,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     pullback, poisson: the worst at every change of chart and at arrows spread over the run;
     factorisation: ‖g′ − ĝ′‖ against `reference.moser_veselov`, times the regularity, for round-off
     of μ is divided by that; distance: ‖g′ − ĝ′‖ as it is, where the regularity is at least WELL;
+    solutions: where it stopped, how many the search through the cover finds at that μ;
     chart_turn: the rotation that the chart-bound method makes of the same spin.
     """
     starts = [(turn, k) for k in range(AXES) for turn in TURNS]
@@ -106,13 +107,14 @@ def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
     flow = scheme.flow(STEP, case.digits, on_edge="bisect")
     row: dict[str, Any] = dict.fromkeys(
         ("margin", "newton_mean", "newton_max", "changes", "residual", "pullback", "poisson",
-         "momentum", "factorisation", "distance", "regularity")
+         "momentum", "factorisation", "distance", "regularity", "solutions")
     )  # fmt: skip
     row |= {"steps": 0, "outcome": "ran", "cause": "", "translates": {}}
     try:
         run = flow.trajectory(steps, element0=g)
     except StepFailure as failure:
-        row |= {"outcome": "stopped", "cause": failure.cause}
+        others = flow.solutions(failure.state["x"], failure.state["mu"])
+        row |= {"outcome": "stopped", "cause": failure.cause, "solutions": len(others)}
         run = failure.trajectory
     if run is None or len(run.t) < 2:
         return row
@@ -231,7 +233,7 @@ def _slice(case: Case) -> dict[str, Any]:
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Right, or stopped beside the singular set of FL; never silently wrong."""
+    """Right, or stopped beside the singular set of FL or where no solution is; never silent."""
     limits = {"residual": RESIDUAL, "pullback": DEFECT, "poisson": DEFECT,
               "factorisation": RESIDUAL, "distance": RESIDUAL}  # fmt: skip
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
@@ -244,7 +246,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
                     "fail", f"{name} {row[name]:.2g} {where}, more than {limit:.0e}.", expected
                 )
         near = row["regularity"] is not None and row["regularity"] < SINGULAR
-        if row["outcome"] == "stopped" and row["steps"] and not near:
+        none_there = row["solutions"] == 0
+        if row["outcome"] == "stopped" and row["steps"] and not near and not none_there:
             return Verdict("fail", f"it stopped {where}: {row['cause']}.", expected)
     stopped = measurement["measured"]["stopped"]
     if stopped > len(measurement["rows"]) // 10:

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from integrators import Scene, Scheme, action, rectangle, scenes, so
-from integrators.on_group import on_group
+from integrators import Scheme, rectangle, scenes
 from reference.moser_veselov import step
+from tests.test_examples import example
 
 MASS = ("1.75", "1.25", "0.75")
 
@@ -90,29 +90,11 @@ def test_shrunk_steps_are_those_of_the_smaller_step():
     assert np.array_equal(near.mu, body.flow(1).trajectory(20).mu)
 
 
-def heavy_top_on_group():
-    """tr(Λ(e − g))/h with the weight at both ends of the step: a heavy top at any rotation."""
-
-    def formula(x, g, h, p):
-        kinetic = sum((sum(p.inertia) / 2 - p.inertia[i]) * (1 - g[i, i]) for i in range(3)) / h
-        y = g.T * x  # x·g of a row x, as a column
-        return kinetic - h * p.weight * (x + y).dot(p.center) / 2
-
-    return Scene(
-        "heavy-top-on-group",
-        action(so(3)),
-        parameters={"inertia": [2, "5/2", 3], "weight": "1/50", "center": ["2/3", "1/3", "2/3"]},
-        discrete_lagrangian=on_group(formula),
-        x0=["2/7", "3/7", "6/7"],
-        v0=["0.3", "0.2", "0.4"],
-    )
-
-
 @pytest.mark.slow
 def test_a_heavy_top_turns_by_any_angle_a_step():
     from integrators.arrows import arrow, defects, residual
 
-    flow = Scheme(heavy_top_on_group(), rectangle).flow(1, on_edge="bisect")
+    flow = Scheme(example("heavy_top_on_group").scene, rectangle).flow(1, on_edge="bisect")
     translates = set()
     for turn in (0.1, 0.3, 0.4, 0.45):
         g = Rotation.from_rotvec(2 * np.pi * turn * np.array([0.6, 0.48, 0.64])).as_matrix()
