@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .charts import GroupChart, chart_reach
 from .edges import EDGE, STRAYED, Refuse
 from .errors import BadInput
 from .machine import OK, Run
+from .neighbourhoods import chart_reach
 
 if TYPE_CHECKING:
     from .flow import Flow
@@ -31,6 +31,11 @@ class Solution:
     element: Any
     branch: Any
 
+    def as_public(self, numbers: Any) -> Solution:
+        """The same in the numbers that are handed out."""
+        u, element = numbers.public(self.u), numbers.public(self.element)
+        return Solution(self.translate, u, element, numbers.public([self.branch])[0])
+
 
 class Bisect(Refuse):
     """Another translate takes over; of several solutions the one on the last step's branch."""
@@ -44,18 +49,10 @@ class Bisect(Refuse):
                 f"{flow.scheme.scene.name}: bisections continue a discrete Lagrangian given on the "
                 'group (on_group); for one in a chart take on_edge="shrink" or "refuse".'
             )
-        self.chart = GroupChart(flow.scheme.scene.groupoid, flow.numbers)
 
     @property
     def reach(self) -> Any:
         return chart_reach(self.flow.scheme.scene.groupoid)
-
-    @cached_property
-    def scale(self) -> Any:
-        """The largest size of the branch's number at the cover's elements."""
-        x, zero = self.flow._vectors(self.flow.scheme.scene.x0, [0] * self.chart.m)
-        family = range(len(self.chart.translates))
-        return max(abs(self.branch(x, zero, J)) for J in family)
 
     def branch(self, x: Any, u: Any, translate: int) -> Any:
         """The number of the branch at g = τ(hu) B."""
@@ -65,10 +62,11 @@ class Bisect(Refuse):
         """The kernels' coefficients in the chart of a translate."""
         return self.flow.machine.coefficients(translate, self.chart.translates[translate])
 
-    @property
+    @cached_property
     def slack(self) -> Any:
+        """The same, and a tenth of the scale where the number is not kept."""
         kept = self.flow.scheme.element.given.kept
-        return self.scale * (self.root_eps * 64 if kept else 0.1)
+        return self._kept_slack if kept else self.scale / 10
 
     def element(self, u: Any, translate: int) -> np.ndarray:
         """g = τ(hu) B."""

@@ -4,9 +4,10 @@ A local bisection through (x₀, u₀) is given by its section of α, linear in 
 
     Σ_α(x) = (x, σ(x)),   σ(x) = u₀ + S (x − x₀)
 
-S = 0, the constant section, serves pair (translations of the base), groups (the element), actions
-and products. In general S comes from the existence proof: the graph of S must be a complement of
-ker Tα (it is, being a graph) and of ker Tβ. Translations act on arrows near the identities:
+S = 0, the constant section, is taken for pair (translations of the base), groups (the element),
+actions and products: there it is a bisection wherever the chart reaches. In general S comes from
+the existence proof: the graph of S must be a complement of ker Tα (it is, being a graph) and of
+ker Tβ. Translations act on arrows near the identities:
 
     L_Σ(x, u) = (z, p(z, σ(z), u))  with  b(z, σ(z)) = x,      R_Σ(x, u) = (x, p(x, u, σ(b(x, u))))
 """
@@ -21,6 +22,7 @@ import numpy as np
 from .arithmetic import arithmetic
 from .compiling import run_text
 from .errors import BadInput
+from .exact import exact_rational, exact_vector
 from .groupoid import Groupoid
 from .printing import function_text
 from .tangent import newton
@@ -29,31 +31,48 @@ from .tangent import newton
 class Bisection:
     """A local bisection through the arrow (x0, u0) at step h, in an arithmetic.
 
-    `slope` is S, m×n; found by `complement_slope` if left out. Raises `BadInput` if β is no
-    diffeomorphism on it near x0.
+    x0: n numbers, u0: m numbers; `slope` is S, m×n: if left out 0, or for a `LocalGroupoid` found
+    by `complement_slope`. Raises `BadInput` if β is no diffeomorphism on it near x0, for other
+    shapes, what is no number, and a step of 0.
     """
 
     def __init__(
         self, groupoid: Groupoid, x0: Any, u0: Any, step: Any, digits: int = 16, slope: Any = None
     ) -> None:
+        if not isinstance(groupoid, Groupoid):
+            raise BadInput(f"a bisection of {groupoid!r}: give a groupoid, such as pair(1).")
         self.groupoid, self.numbers = groupoid, arithmetic(digits)
-        self.n, self.m = groupoid.dim_x, groupoid.dim_u
+        n, m = self.n, self.m = groupoid.dim_x, groupoid.dim_u
+        self.step = exact_rational(step, "the step of a bisection")
+        if self.step == 0:
+            raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
+        if slope is None and groupoid.kind != "local":
+            slope = np.zeros((m, n))
+        if slope is not None and np.shape(slope) != (m, n):
+            raise BadInput(
+                f"{groupoid.name}: the slope of a bisection is {np.shape(slope)}, but must be "
+                f"{(m, n)}; leave it out, and it is chosen."
+            )
         with self.numbers.working():
             number = self.numbers.number
-            self.h = number(step)
-            self.x0 = np.array([number(e) for e in x0], dtype=self.numbers.dtype)
-            self.u0 = np.array([number(e) for e in u0], dtype=self.numbers.dtype)
+            self.h = number(self.step)
+            self.x0 = self._vector(x0, n, "x0")
+            self.u0 = self._vector(u0, m, "u0")
             here = self.maps(self.x0, self.u0, 0 * self.u0)
             if slope is None:
                 slope = complement_slope(here["b_x"], here["b_u"])
-            rows = [[number(e) for e in row] for row in np.asarray(slope).reshape(self.m, self.n)]
-            self.slope = np.array(rows, dtype=self.numbers.dtype).reshape(self.m, self.n)
+            rows = [[number(e) for e in row] for row in np.asarray(slope).reshape(m, n)]
+            self.slope = np.array(rows, dtype=self.numbers.dtype).reshape(m, n)
             turned = np.asarray(here["b_x"] + here["b_u"] @ self.slope, dtype=float)
             if self.n and not np.linalg.cond(turned) < 1e12:
                 raise BadInput(
                     f"{groupoid.name}: β is no diffeomorphism on that section through x = {x0}; "
                     "leave slope out, and it is chosen so that β is one."
                 )
+
+    def _vector(self, values: Any, length: int, name: str) -> np.ndarray:
+        exact_values = exact_vector(values, length, f"{self.groupoid.name}: {name}")
+        return np.array([self.numbers.number(e) for e in exact_values], dtype=self.numbers.dtype)
 
     def section(self, x: np.ndarray) -> np.ndarray:
         """σ(x), m."""

@@ -21,6 +21,7 @@ def advance(
     A row's u is that of the first substep, its count the corrections of all of them.
     """
     x, mu, ex, emu, k, k_of_adjoint = load_whole(state)
+    guard = load_guard(totals)
     status, most, total, size = OK, totals[1], totals[0], totals[2]
     row = (index + every - 1) // every
     wait = row * every - index
@@ -32,12 +33,12 @@ def advance(
         for j in range(substeps):
             same = kinds[j] == kinds[j - 1]
             if kinds[j] == 0:
-                x, mu, ex, emu, k, w, count, size, status = substep(
-                    x, mu, ex, emu, k, same, memory, coefficients, j
+                x, mu, ex, emu, k, w, guard, count, size, status = substep(
+                    x, mu, ex, emu, k, same, memory, guard, coefficients, j
                 )
             else:
-                x, mu, ex, emu, k_of_adjoint, w, count, size, status = substep_of_adjoint(
-                    x, mu, ex, emu, k_of_adjoint, same, memory, coefficients, j
+                x, mu, ex, emu, k_of_adjoint, w, guard, count, size, status = substep_of_adjoint(
+                    x, mu, ex, emu, k_of_adjoint, same, memory, guard, coefficients, j
                 )
             count_of_step += count
             if status != OK:
@@ -62,18 +63,23 @@ def advance(
         index += 1
     save_whole(state, x, mu, ex, emu, k, k_of_adjoint)
     totals[0], totals[1], totals[2] = total, most, size
+    save_guard(totals, guard)
     return index, status
 
 
-def substep(x, mu, ex, emu, k, same, memory, coefficients, j):
+def substep(x, mu, ex, emu, k, same, memory, guard, coefficients, j):
     """One step of one kind; k is computed anew where the step before was of the other."""
     c = load_row_c(coefficients, j)
     if not same:
         k = carry(x, c)
     w, memo, count, size, status = solve(x, mu, k, load_memo(memory, j), c)
     if status == OK:
+        guard, status, near = watch(x, w, guard, c)
+        if near:
+            memo = forget(memo)
+    if status == OK:
         save_memo(memory, j, memo)
         dx, dmu, k = update(x, w, mu, k, ex, emu, c)
         x, ex = accumulate_x(x, dx)
         mu, emu = accumulate_u(mu, dmu)
-    return x, mu, ex, emu, k, w, count, size, status
+    return x, mu, ex, emu, k, w, guard, count, size, status

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from . import composed_driver
 from .kernels import KernelBuilder, solver_text
 from .vectors import memory_text, whole_state_text
+from .watching import watch_text
 
 if TYPE_CHECKING:
     from .equations import Scheme
@@ -42,6 +43,7 @@ def composed_text(schemes: list[Scheme]) -> str:
 
 def _unit(builder: KernelBuilder) -> str:
     """Kernels, vectors, solver and `substep` of one scheme."""
+    watch = watch_text(builder)  # before the texts, for it asks for coefficients too
     texts, affine = builder.texts, builder.affine
     return "\n\n".join(
         [
@@ -50,6 +52,7 @@ def _unit(builder: KernelBuilder) -> str:
             f"@kernel\n{texts.carry}",
             *texts.elimination,
             texts.vectors,
+            *watch,
             memory_text(builder.shape["solved"], texts.width, affine),
             *solver_text(affine),
             f"@aside\n{inspect.getsource(composed_driver.substep)}",

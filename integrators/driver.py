@@ -37,7 +37,9 @@ def advance(state, coefficients, index, stop, last, every, xs, us, mus, counts, 
         if count > most:
             most = count
         if status == OK:
-            guard, status = watch(x, w, guard, c)
+            guard, status, near = watch(x, w, guard, c)
+            if near:
+                memo = forget(memo)
         if status != OK:
             break
         if wait == 0:
@@ -58,6 +60,15 @@ def advance(state, coefficients, index, stop, last, every, xs, us, mus, counts, 
     totals[0], totals[1], totals[2] = total, most, size
     save_guard(totals, guard)
     return index, status
+
+
+def forget(memo):
+    """What near a chart's edge was learned of u, which is large there, holds nowhere else.
+
+    Else a step of u = 10⁸ lets the next ones, of u = 100, end at corrections of 10⁻⁸.
+    """
+    u1, u2, u3, u4, u5, order, age, kappa, scale = memo
+    return u1, u2, u3, u4, u5, order, 0 * age, kappa, 0 * scale
 
 
 def solve_direct(x, mu, k, memo, c):

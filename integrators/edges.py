@@ -10,11 +10,13 @@ derived or compiled again.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from .charts import GroupChart, chart_reach
+from .charts import GroupChart
 from .errors import BadInput
 from .machine import OK, Run
+from .neighbourhoods import chart_reach
 
 if TYPE_CHECKING:
     from .flow import Flow
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 EDGE, STRAYED = 3, 4
 ON_EDGE = ("refuse", "bisect", "shrink")
 CAUSES = {
-    EDGE: "the step is at the edge of its chart, where coordinates lose half their digits",
+    EDGE: "the step is at or beyond the edge of its chart, where coordinates lose their digits",
     STRAYED: "Newton found a solution on another branch than the last step's, and no other",
 }
 MOST_HALVINGS = 20
@@ -35,46 +37,51 @@ class Refuse:
 
     def __init__(self, flow: Flow) -> None:
         self.flow = flow
-        self.chart: Any = None
         self.huge, self.root_eps = (flow.machine.kernels[k] for k in ("HUGE", "ROOT_EPS"))
+
+    @cached_property
+    def chart(self) -> GroupChart:
+        """The Cayley chart and its translates; raises `BadInput` where there is none."""
+        return GroupChart(self.flow.scheme.scene.groupoid, self.flow.numbers)
 
     def coefficients(self, translate: int) -> Any:
         """The kernels' coefficients in the chart of a translate: here there is only e."""
         return self.flow.machine.coefficients()
 
     def place(self, g: Any) -> tuple[int, Any]:
-        """(translate, u) of an element; here there is only e.
-
-        Raises `BadInput` if g has no coordinates, or too few digits of them.
-        """
-        scene, numbers = self.flow.scheme.scene, self.flow.numbers
-        chart = GroupChart(scene.groupoid, numbers)
-        try:
-            xi = chart.coordinates(g)
-            off = abs(chart.element(xi) - g).max()
-        except ZeroDivisionError:
-            off = None
-        if off is None or not off <= 2**20 * numbers.eps * (1 + abs(g).max()):
-            raise BadInput(
-                f"{scene.name}: element0 lies at the edge of its chart, where det(e + g) = 0; "
-                'take flow(step, on_edge="bisect").'
-            )
-        return 0, xi / self.flow._h
+        """(translate, u) of an element; here there is only e (`in_own_chart`)."""
+        return 0, in_own_chart(self.flow, g)
 
     @property
     def reach(self) -> Any:
-        """The largest extent of the chart that a step may have."""
+        """The largest size (`neighbourhoods.chart_extents`) that a step may have."""
         return 1 / self.flow.numbers.eps
 
-    def begin(self, run: Run) -> None:
-        """Set what `watch` compares with."""
-        run.totals[4], run.totals[5] = self.reach, self.huge
+    def begin(self, run: Run, branch: Any = None) -> None:
+        """Set what `watch` compares with; `branch`: the number of the step before, if known."""
+        run.totals[4], run.totals[5] = self.reach, self.huge if branch is None else branch
         run.totals[6] = self.slack
 
-    @property
+    @cached_property
     def slack(self) -> Any:
-        """The largest change of the branch's number in a step (HUGE: not watched)."""
-        return self.huge
+        """The largest change of the branch's number in a step (HUGE: not watched).
+
+        In one chart it is watched where the map keeps the number: there any change is an error.
+        """
+        element = self.flow.scheme.element
+        return self._kept_slack if element is not None and element.given.kept else self.huge
+
+    @property
+    def _kept_slack(self) -> Any:
+        """What round-off may make of a number that is kept."""
+        return self.scale * self.root_eps * 64
+
+    @cached_property
+    def scale(self) -> Any:
+        """The largest size of the branch's number at the cover's elements."""
+        x, zero = self.flow._vectors(self.flow.scheme.scene.x0, [0] * self.chart.m)
+        family = range(len(self.chart.translates))
+        return max(abs(self.flow.geometry_in(J).branch(x, zero)) for J in family)
 
     def mend(self, run: Run, status: int) -> int:
         """Bring the run past the step; the status that remains if it cannot be."""
@@ -84,7 +91,7 @@ class Refuse:
 class Shrink(Refuse):
     """Steps beyond the reach are taken in halves; the rest keep their size."""
 
-    handles = (1, 2, EDGE)  # 1, 2: not solved at all
+    handles = (1, 2, EDGE, STRAYED)  # 1, 2: not solved at all
 
     @property
     def reach(self) -> Any:
@@ -94,17 +101,19 @@ class Shrink(Refuse):
     def mend(self, run: Run, status: int) -> int:
         machine, full = self.flow.machine, run.c
         run.changes += 1
-        start, farthest = run.state.copy(), run.totals[3]
+        start, past = run.state.copy(), machine.history(run.state)
+        # what Newton found beyond the edge is no start: the solution before it is
+        last = past[status in (EDGE, STRAYED)] if past else None
         for level in range(1, MOST_HALVINGS + 1):
             run.c = machine.coefficients(halvings=level)
             machine.recarry(run.state, run.c)
+            machine.seed(run.state, last)
+            run.totals[5] = self.huge  # a branch's number depends on the step
             status = self._substeps(run, 2**level)
             if status == OK:
                 break
             run.state[:] = start
-        if run.totals[3] != farthest:  # of a substep: what u is in a whole one
-            run.totals[7:] = [u / 2**level for u in run.totals[7:]]
-        run.c = full
+        run.c, run.totals[5] = full, self.huge
         machine.recarry(run.state, run.c)
         return status
 
@@ -122,10 +131,24 @@ class Shrink(Refuse):
         return status
 
 
+def in_own_chart(flow: Flow, g: Any) -> Any:
+    """u with g = τ(hu); raises `BadInput` at the chart's edge, where u has too few digits."""
+    scene, numbers, chart = flow.scheme.scene, flow.numbers, flow.edge.chart
+    try:
+        xi = chart.coordinates(g)
+        off = abs(chart.element(xi) - g).max()
+    except ZeroDivisionError:
+        off = None
+    if off is None or not off <= 2**20 * numbers.eps * (1 + abs(g).max()):
+        raise BadInput(
+            f"{scene.name}: a step lies at the edge of its chart, where det(e + g) = 0 and u is "
+            'infinite; take flow(step, on_edge="bisect") and its trajectory.'
+        )
+    return xi / flow._h
+
+
 def policy(flow: Flow, on_edge: str) -> Refuse:
-    """What to do at the edge, by name; raises `BadInput` for an unknown one."""
-    if on_edge not in ON_EDGE:
-        raise BadInput(f"on_edge is {on_edge!r}: give {', '.join(map(repr, ON_EDGE))}.")
+    """What to do at the edge, by one of the names in ON_EDGE."""
     from .bisecting import Bisect
 
     return {"refuse": Refuse, "bisect": Bisect, "shrink": Shrink}[on_edge](flow)

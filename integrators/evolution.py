@@ -27,16 +27,23 @@ Arrow = tuple[np.ndarray, np.ndarray]
 
 
 class GeneralOperator:
-    """Ψ from near g₀ (on Σ = sigma) to near h₀ (on Υ = upsilon), and its inverse Ξ."""
+    """Ψ from near g₀ (on Σ = sigma) to near h₀ (on Υ = upsilon), and its inverse Ξ.
+
+    Of several solutions it finds the one near the bisection, as in the theorem. Arrows are written
+    in the groupoid's own chart, so L_d may be given on the group too: any element of that chart.
+    Raises `BadInput` for bisections of another groupoid, step or number of digits.
+    """
 
     def __init__(self, scheme: Scheme, sigma: Bisection, upsilon: Bisection, step: Any) -> None:
-        if scheme.element is not None:
-            raise BadInput(
-                f"{scheme.scene.name}: its discrete Lagrangian is given on the group; "
-                'take flow(step, on_edge="bisect").'
-            )
         self.scheme, self.sigma, self.upsilon = scheme, sigma, upsilon
         self.flow = scheme.flow(step, sigma.numbers.digits)
+        for bisection in (sigma, upsilon):
+            same = (bisection.step, bisection.numbers) == (self.flow.step, sigma.numbers)
+            if bisection.groupoid is not scheme.scene.groupoid or not same:
+                raise BadInput(
+                    f"{scheme.scene.name}: a bisection is of another groupoid, step or number of "
+                    "digits; take both through arrows of this scheme's groupoid at this step."
+                )
         self.numbers = self.flow.numbers
         self.n, self.m = len(scheme.x), len(scheme.u)
 
@@ -79,8 +86,8 @@ class GeneralOperator:
                 gap = wanted - self.minus(y, v)
                 return np.asarray(self.numbers.solve(self._minus_slope(y, v), gap))
 
-            start = self._start(lambda: self.upsilon.without_right(y, u)[1])
-            return self._public(self.upsilon.right(y, self._solved(change, start)))
+            starts = [0 * w, *self._written(lambda: self.upsilon.without_right(y, u)[1])]
+            return self._public(self.upsilon.right(y, self._solved(change, starts)))
 
     def devolve(self, y: Any, v: Any) -> Arrow:
         """Ξ: the g = (x, u) that h = (y, v) follows, solved in (x̄, ū)."""
@@ -93,26 +100,29 @@ class GeneralOperator:
                 gap = wanted - self.plus(*self._inverse(y, bar))
                 return np.asarray(self.numbers.solve(self._plus_slope(y, bar), gap))
 
-            found = self._solved(change, 0 * w)
+            found = self._solved(change, [0 * w])
             return self._public(self.sigma.left(*self._inverse(y, found)))
 
     # -- inner ----------------------------------------------------------------------------------
 
-    def _solved(self, change: Any, start: np.ndarray) -> np.ndarray:
-        found = newton(change, start, 1, self.numbers.eps)
-        if found is None:
-            raise BadInput(
-                f"{self.scheme.scene.name}: no solution was found near the bisections; take them "
-                "through arrows nearer to the solution, or a smaller step."
-            )
-        return found
+    def _solved(self, change: Any, starts: list[np.ndarray]) -> np.ndarray:
+        """By Newton from the bisection, which is 0; else from the other starts."""
+        for start in starts:
+            found = newton(change, start, 1, self.numbers.eps)
+            if found is not None:
+                return found
+        raise BadInput(
+            f"{self.scheme.scene.name}: no solution was found near the bisections; take them "
+            "through arrows nearer to the solution, or a smaller step."
+        )
 
-    def _start(self, of_last: Any) -> np.ndarray:
-        """The last arrow as start where it can be written so, else the bisection itself."""
+    @staticmethod
+    def _written(last: Any) -> list[np.ndarray]:
+        """The last arrow in the coordinates of the bisection, where it has any."""
         try:
-            return np.asarray(of_last())
+            return [np.asarray(last())]
         except BadInput:
-            return self.numbers.zeros(self.m)
+            return []
 
     def _minus_slope(self, y: Any, v: Any) -> np.ndarray:
         """∂/∂v of `minus`: F⁻ at h has the same value, and R_Υ keeps y."""

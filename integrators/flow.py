@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import edges
 from .arithmetic import arithmetic
-from .charts import GroupChart, distance_and_margin
+from .charts import GroupChart
 from .checks import check_momentum, check_start
 from .compiling import load_kernels
 from .continuous import initial_momentum
@@ -21,8 +21,12 @@ from .equations import Scheme
 from .errors import SMALLER, BadInput, StepFailure
 from .exact import exact_rational
 from .machine import Machine, Run
+from .neighbourhoods import margin_of
 from .singular import singular_direction
 from .tangent import LocalGeometry, StagesNotFound, frobenius, newton, relative_defect
+
+if TYPE_CHECKING:
+    from .bisecting import Solution
 
 _CAUSES = {
     **edges.CAUSES,
@@ -38,9 +42,10 @@ class Trajectory:
     t (r,), x (r, n), u (r, m), mu (r, m): row k holds x_k, μ_k = F⁻/h in the natural basis, and the
     u that leaves x_k. iterations (r,): Newton corrections of that row's step. newton_mean and
     newton_max: over all steps, kept or not; newton_residual: size of the last correction.
-    margin: the smallest of all steps in the chart of a group (`charts.Position`; 1 where there is
-    no edge). edges: how often the edge was met and mended; translates (r,): the number of the
-    element B of the cover with g = τ(hu) B, 0 for e.
+    margin: the smallest of all steps in the charts of groups (`neighbourhoods.Position`; 1 where
+    there is no edge; a lower bound for the exponential where it has no closed form). edges: how
+    often the edge was met and mended; translates (r,): the number of the element B of the cover
+    with g = τ(hu) B, 0 for e.
     """
 
     t: np.ndarray
@@ -70,7 +75,7 @@ class Flow:
     step runs Φ₋ₕ, which is the inverse only of a self-adjoint rule. digits = 16 is compiled double
     precision; more gives mpmath numbers. on_edge: what is done where a step reaches the edge of its
     chart, "refuse", "bisect" or "shrink" (`integrators.edges`). Raises `BadInput` for a step of 0
-    or a non-finite one.
+    or a non-finite one, and another on_edge.
     """
 
     #: savings that the kernels do not make (`kernels.SAVINGS`), so that they can be measured
@@ -81,6 +86,9 @@ class Flow:
     ) -> None:
         self.scheme, self.digits, self.on_edge = scheme, digits, on_edge
         self.step = exact_rational(step, "step")
+        if on_edge not in edges.ON_EDGE:
+            choices = ", ".join(map(repr, edges.ON_EDGE))
+            raise BadInput(f"on_edge is {on_edge!r}: give one of {choices}.")
         if self.step == 0:
             raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
         if not TINIEST <= abs(self.step) <= 1 / TINIEST:
@@ -122,9 +130,16 @@ class Flow:
             return self._run(int(steps), int(every), *start, progress)
 
     def elements(self, run: Trajectory) -> np.ndarray:
-        """The group elements g = τ(hu) B of a run's rows, (r, N, N)."""
+        """The group elements g = τ(hu) B of a run's rows, (r, N, N); in Cayley's chart only.
+
+        Raises `BadInput` for other charts and for a run of another flow.
+        """
+        if run.step != self.step or run.u.shape[1:] != (len(self.scheme.u),):
+            raise BadInput(
+                f"{self.scheme.scene.name}: that run is of another flow; ask the flow that made it."
+            )
         with self.numbers.working():
-            chart = self.edge.chart or GroupChart(self.scheme.scene.groupoid, self.numbers)
+            chart = self.edge.chart
             rows = zip(run.u, run.translates, strict=True)
             number = self.numbers.number
             found = [chart.element(self._h * np.array([number(e) for e in u]), B) for u, B in rows]
@@ -134,7 +149,7 @@ class Flow:
         """Ψ: the (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
         with self.numbers.working():
             x, u = self._vectors(x, u)
-            y, v = self._evolve(self._arrow(x, u), u)
+            y, v = self._evolve(self._arrow(x, u), x, u)
             return self.numbers.public(y), self.numbers.public(v)
 
     def devolve(self, y: Any, v: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -174,9 +189,26 @@ class Flow:
             return run.x[-1], run.mu[-1]
 
     def inverse_legendre(self, x: Any, mu: Any) -> np.ndarray:
-        """The u with F⁻(x, u) = hμ."""
+        """A u with F⁻(x, u) = hμ: where F⁻ folds, the one that Newton reaches from v0."""
         with self.numbers.working():
-            return self._run(0, 1, *self._start(x, mu, None), None).u[0]
+            return self.numbers.public(
+                self._own_u(self._run(0, 1, *self._start(x, mu, None), None))
+            )
+
+    def solutions(self, x: Any, mu: Any) -> list[Solution]:
+        """The elements g with F⁻(x, g) = hμ that Newton finds through the cover (section 4.3).
+
+        Several where F⁻ folds; each with its translate, u, and the number of its branch. Raises
+        `BadInput` unless on_edge is "bisect".
+        """
+        from .bisecting import Bisect
+
+        if not isinstance(self.edge, Bisect):
+            raise BadInput('solutions are searched through a cover: take on_edge="bisect".')
+        with self.numbers.working():
+            x, mu = self._vectors(x, mu)
+            found = self.edge.solutions(x, mu, [], more=True)
+            return [s.as_public(self.numbers) for s in found]
 
     # -- defects --------------------------------------------------------------------------------
 
@@ -185,7 +217,7 @@ class Flow:
         with self.numbers.working():
             x, u = self._vectors(x, u)
             here = self._arrow(x, u)
-            there = self._arrow(*self._evolve(here, u))
+            there = self._arrow(*self._evolve(here, x, u))
             return self._pullback(here, there, self.geometry.tangent(here, there))
 
     def _pullback(self, here: Any, there: Any, tangent: np.ndarray) -> Any:
@@ -227,7 +259,7 @@ class Flow:
         with self.numbers.working():
             x, u = self._vectors(x, u)
             here = self._arrow(x, u)
-            there = self._arrow(*self._evolve(here, u))
+            there = self._arrow(*self._evolve(here, x, u))
             return self.numbers.public(self.geometry.tangent(here, there))
 
     # -- inner ----------------------------------------------------------------------------------
@@ -333,6 +365,10 @@ class Flow:
 
     def _start(self, x0: Any, mu0: Any, u0: Any, element0: Any = None) -> Start:
         if element0 is not None:
+            if mu0 is not None or u0 is not None:
+                raise BadInput(
+                    f"{self.scheme.scene.name}: element0 says what mu0 and u0 are; leave these out."
+                )
             return self._start_at(element0, x0)
         if x0 is None and mu0 is None and u0 is None:
             return self._own_start
@@ -375,7 +411,14 @@ class Flow:
         return x, mu, (translate, u)
 
     def _run(
-        self, steps: int, every: int, x: Any, mu: Any, start: tuple[int, Any], progress: Any
+        self,
+        steps: int,
+        every: int,
+        x: Any,
+        mu: Any,
+        start: tuple[int, Any],
+        progress: Any,
+        branch: Any = None,
     ) -> Trajectory:
         machine, edge = self.machine, self.edge
         translate, guess = start
@@ -384,7 +427,7 @@ class Flow:
             lead = machine.lead(x, mu, edge.coefficients(translate), guess)
         run = machine.buffers(lead, steps, every)
         run.translate = translate
-        edge.begin(run)
+        edge.begin(run, branch)
         chunk = 2**19 if self.numbers.dtype is np.float64 else 64
         while True:
             status = machine.advance(run, min(steps, run.index + chunk))
@@ -434,9 +477,7 @@ class Flow:
 
     def _trajectory(self, run: Run, kept: int) -> Trajectory:
         index, public = np.arange(kept, dtype=np.int64) * run.every, self.numbers.public
-        totals, m = run.totals, len(self.scheme.u)
-        farthest = [float(self._h * e) for e in totals[7 : 7 + m]]
-        place = distance_and_margin(self.scheme.scene.groupoid, farthest)
+        totals = run.totals
         return Trajectory(
             t=public(self.numbers.multiples(self.step, index)),
             x=public(run.xs[:kept]),
@@ -448,16 +489,23 @@ class Flow:
             newton_residual=float(totals[2]),
             steps=run.index,
             step=self.step,
-            margin=1.0 if place is None else place[1],
+            margin=margin_of(totals[3]),
             translates=run.translates[:kept],
             edges=run.changes,
         )
 
-    def _solve(self, x: Any, mu: Any, guess: Any = None) -> np.ndarray:
-        """The u with F⁻(x, u) = hμ."""
+    def _solve(self, x: Any, mu: Any, guess: Any = None, branch: Any = None) -> np.ndarray:
+        """The u with F⁻(x, u) = hμ, on the branch of that number if one is given."""
         guess = self._vectors(x, self.scheme.scene.v0 if guess is None else guess)[1]
-        run = self._run(0, 1, x, mu, (0, guess), None)
-        return np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
+        return self._own_u(self._run(0, 1, x, mu, (0, guess), None, branch))
+
+    def _own_u(self, run: Trajectory) -> np.ndarray:
+        """u of a run's first row in the chart of e; raises `BadInput` where that chart ends."""
+        u = np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
+        if not (J := int(run.translates[0])):
+            return u
+        element = self.edge.chart.element(self._h * u, J)
+        return np.asarray(edges.in_own_chart(self, element))
 
     def _legendre_step(self, x: Any, mu: Any, u0: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(x′, μ′) by the Legendre maps, no kernel used, and the derivative of the step."""
@@ -483,9 +531,11 @@ class Flow:
             raise self._failure(0, where, "the step was not found", None)
         return found
 
-    def _evolve(self, here: dict[str, Any], u: Any) -> tuple[np.ndarray, np.ndarray]:
-        y = here["target"]
-        return y, self._solve(y, here["plus"] / self._h, u)
+    def _evolve(self, here: dict[str, Any], x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+        y, branch = here["target"], None
+        if self.scheme.element is not None:
+            branch = self.geometry.branch(x, u)
+        return y, self._solve(y, here["plus"] / self._h, u, branch)
 
     def _failure(
         self, index: int, state: Any, cause: str, trajectory: Any, mend: str = SMALLER

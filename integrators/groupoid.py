@@ -15,9 +15,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .errors import BadInput
+
+if TYPE_CHECKING:
+    from .neighbourhoods import Position
 
 
 class Groupoid(ABC):
@@ -101,6 +104,25 @@ class Groupoid(ABC):
         C^γ_{μν} = ∂²p^γ/∂u^μ∂v^ν − ∂²p^γ/∂v^μ∂u^ν at (x, 0, 0) (paper, section 3.2); h times Ĉ.
         """
         return [self._at(c, x=x, h=h) for c in self.derived["C"]]
+
+    def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
+        """(matrix group, the column ξ of its element) of each that takes part; here none."""
+        return []
+
+    def matrix_groups(self) -> list[Any]:
+        """The matrix groups that take part, as groupoids in the chart of a retraction."""
+        s = self._symbols
+        return [group for group, _ in self.group_parts(s["x"], s["u"], s["h"])]
+
+    def position(self, x: Any, u: Any, h: Any) -> Position:
+        """Where the arrow (x, u) lies in the symmetric neighbourhood (`neighbourhoods.Position`).
+
+        x: n numbers, u: m numbers, h: the step; a float is its binary value. Raises `BadInput` for
+        other shapes, what is no number, and a step of 0.
+        """
+        from .neighbourhoods import position
+
+        return position(self, x, u, h)
 
     def with_retraction(self, retraction: Any) -> Groupoid:
         """The same groupoid in another retraction's chart; itself where none is used.

@@ -17,6 +17,7 @@ from typing import Any
 from . import driver
 from .elimination import loop_text, solve
 from .equations import Scheme
+from .errors import BadInput
 from .evaluation import evaluate_matrix
 from .identities import is_zero, random_point
 from .outlining import Outliner
@@ -262,9 +263,15 @@ class KernelBuilder:
         Newton in the chart alone goes astray near its edge (Moser–Veselov, rotations spread over
         the group, from the last step: it finds 55 of 100 steps; followed in the group 99).
         """
+        groupoid = self.scheme.scene.groupoid
+        if groupoid.retraction_name != "cayley":
+            raise BadInput(
+                f"{self.scheme.scene.name}: a discrete Lagrangian given on the group runs in "
+                "Cayley's chart and its translates; write retraction=cayley."
+            )
         letters = self.scheme.s.vector("c_of_g", len(c))
         before.append((list(letters), self._with_k(c)))
-        product = self.scheme.scene.groupoid.product(self.x, letters, self.w, self.scheme.h)
+        product = groupoid.product(self.x, letters, self.w, self.scheme.h)
         return product - self.w
 
     def _update(self) -> str:
@@ -344,5 +351,7 @@ def solver_text(affine: bool) -> list[str]:
     """The driver's `solve` and what it calls, with the decorators that their host defines."""
     solve: Any = driver.solve_direct if affine else driver.solve_newton
     aside: list[Any] = [] if affine else [driver.best_order, driver.judge]
+    forget = "def forget(memo):\n    return memo\n" if affine else inspect.getsource(driver.forget)
     text = inspect.getsource(solve).replace(f"def {solve.__name__}(", "def solve(")
-    return [*(f"@aside\n{inspect.getsource(f)}" for f in aside), f"@unfolded\n{text}"]
+    sides = [f"@aside\n{inspect.getsource(f)}" for f in aside]
+    return [*sides, f"@helper\n{forget}", f"@unfolded\n{text}"]

@@ -9,7 +9,7 @@ import numpy as np
 
 from .errors import BadInput
 from .vectors import state_length
-from .watching import guard_length
+from .watching import GUARD
 
 if TYPE_CHECKING:
     from .flow import Flow
@@ -100,9 +100,8 @@ class Machine:
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
-        length = guard_length(len(self.flow.scheme.w))
         zero = self.numbers.number(0)
-        totals = np.zeros(length) if dtype is np.float64 else [0, 0, *[zero] * (length - 2)]
+        totals = np.zeros(GUARD) if dtype is np.float64 else [0, 0, *[zero] * (GUARD - 2)]
         totals[4] = totals[5] = totals[6] = self.kernels["HUGE"]
         return Run(lead, steps, every, xs, us, mus, counts, totals, translates)
 

@@ -63,7 +63,8 @@ class Element:
         if not isinstance(groupoid, RetractionGroupoid) or groupoid.algebra._complex:
             raise BadInput(
                 f"{s.scene.name}: {groupoid.name} has no real group elements; a discrete "
-                "Lagrangian on the group needs lie_group(...) or action(...) with real matrices."
+                "Lagrangian on the group needs lie_group(...) or action(...) with real matrices, "
+                "such as su(2).real."
             )
         self.groupoid: Any = groupoid
         self.s = s

@@ -1,18 +1,19 @@
 """Text of `watch`: what the driver looks at after each solution, to know when a chart ends.
 
-It keeps the farthest solution of the run and stops the loop with EDGE where the chart's extent
-(`charts.chart_extent`) passes `reach`; where L_d is given on the group also with STRAYED, where the
-number that tells branches apart jumps. Where there is no edge it is nothing at all.
+It keeps the largest size of a run's solutions (from `neighbourhoods.chart_extents`) and stops the
+loop with EDGE where a size passes `reach`; where L_d is given on the group also with STRAYED, where
+the number that tells branches apart jumps. It also says whether the edge is near. Where there is
+no edge it is nothing at all.
 
-In `totals` behind the three counts: extent of the farthest, reach, last branch number (HUGE: none
-yet), the largest change of it, then the farthest w.
+In `totals` behind the three counts: the largest size, reach, last branch number (HUGE: none yet),
+the largest change of it.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .charts import chart_extent
+from .neighbourhoods import chart_extents
 from .printing import function_text
 
 if TYPE_CHECKING:
@@ -29,67 +30,65 @@ def save_guard(a, guard):
 
 @helper
 def watch(x, w, guard, c):
-    return guard, OK
+    return guard, OK, False
 """
 
 _WATCH = """
 @helper
 def load_guard(a):
-    return a[3], a[4], a[5], a[6], ({loads}, )
+    return a[3], a[4], a[5], a[6]
 
 @helper
 def save_guard(a, guard):
-    a[3], a[4], a[5], a[6] = guard[0], guard[1], guard[2], guard[3]
-{saves}
+    a[3], a[4], a[5], a[6] = guard
+
+@helper
+def of_rest(rest):
+    return 1 / (rest * rest) if rest > 0 else HUGE
 
 @helper
 def watch(x, w, guard, c):
-    far, reach, last, slack, at = guard
-    size = abs(extent(w, c))
+    far, reach, last, slack = guard
+    {letters} = extents(x, w, c)
+    size = {size}
     if not size <= reach:
-        return guard, EDGE
+        return guard, EDGE, False
 {branch}
-    if size > far:
-        return (size, reach, last, slack, w), OK
-    return (far, reach, last, slack, at), OK
+    return (size if size > far else far, reach, last, slack), OK, size > NEAR
 """
 
 _BRANCH = """
-    now = branch(x, w, c)
+    (now,) = branch(x, w, c)
     if last < HUGE and abs(now - last) > slack:
-        return guard, STRAYED
+        return guard, STRAYED, False
     last = now
 """
 
 
-def guard_length(m: int) -> int:
-    """Entries of `totals`, with m unknowns a step."""
-    return 7 + m
+GUARD = 7  # entries of `totals`
+NEAR = 2**10  # a size from which Newton begins anew at the next step (`driver.forget`)
 
 
 def watch_text(builder: KernelBuilder) -> list[str]:
     """`watch` and what it calls, for the scheme of a builder."""
-    scheme, m = builder.scheme, len(builder.w)
-    codes = "EDGE, STRAYED = 3, 4\n"
-    size = chart_extent(scheme.scene.groupoid, scheme.u, scheme.h)
-    if size is None or builder.affine:
+    scheme = builder.scheme
+    codes = f"EDGE, STRAYED, NEAR = 3, 4, {NEAR}\n"
+    extents = chart_extents(scheme.scene.groupoid, scheme.x, scheme.u, scheme.h)
+    if not extents:
         return [codes, _NOTHING]
 
-    def text(name: str, vectors: dict[str, Any], value: Any) -> str:
-        result = builder._hoist(value)
-        before = [*builder._define_xi, *builder._points([value])]
-        arguments = {**vectors, "w": builder.w, "c": builder.coefficient_names}
-        return f"@kernel\n{function_text(name, arguments, [result], before)}"
+    def text(name: str, values: list[Any]) -> str:
+        results = [[builder._hoist(e) for e in values]]
+        before = [*builder._define_xi, *builder._points(values)]
+        arguments = {"x": builder.x, "w": builder.w, "c": builder.coefficient_names}
+        return f"@kernel\n{function_text(name, arguments, results, before)}"
 
-    texts, branch = [codes, text("extent", {}, size)], ""
+    letters = [f"e{i}" for i in range(len(extents))]
+    sizes = [f"abs({e})" if kind == "size" else f"of_rest({e})"
+             for e, (kind, _) in zip(letters, extents, strict=True)]  # fmt: skip
+    texts, branch = [codes, text("extents", [value for _, value in extents])], ""
     if scheme.element is not None:
-        texts.append(text("branch", {"x": builder.x}, scheme.branch_at_points))
+        texts.append(text("branch", [scheme.branch_at_points]))
         branch = _BRANCH
-    return [
-        *texts,
-        _WATCH.format(
-            loads=", ".join(f"a[{7 + i}]" for i in range(m)),
-            saves="\n".join(f"    a[{7 + i}] = guard[4][{i}]" for i in range(m)),
-            branch=branch,
-        ),
-    ]
+    size = sizes[0] if len(sizes) == 1 else f"max({', '.join(sizes)})"
+    return [*texts, _WATCH.format(letters=", ".join(letters) + ",", size=size, branch=branch)]

@@ -34,6 +34,7 @@ STEPS, MILLION = 100, 10**6
 LOOKED_AT = 8  # arrows of a run whose defects are taken, beside those at changes of chart
 SIDE = 41  # points across the picture of the ball of rotations
 RESIDUAL, DEFECT = 1e-13, 1e-12
+WELL = 1e-2  # regularity from which g′ itself is compared, to the same bound
 SINGULAR = 1e-3  # a run may stop where FL is as near to singular as that
 
 
@@ -77,7 +78,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     chart_margin, cause}; measured: the worst of each, how many stopped.
 
     pullback, poisson: the worst at every change of chart and at arrows spread over the run;
-    factorisation: ‖g′ − ĝ′‖ against `reference.moser_veselov`, times the square of the regularity;
+    factorisation: ‖g′ − ĝ′‖ against `reference.moser_veselov`, times the regularity, for round-off
+    of μ is divided by that; distance: ‖g′ − ĝ′‖ as it is, where the regularity is at least WELL;
+    solutions: where it stopped, how many the search through the cover finds at that μ;
     chart_turn: the rotation that the chart-bound method makes of the same spin.
     """
     starts = [(turn, k) for k in range(AXES) for turn in TURNS]
@@ -104,13 +107,14 @@ def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
     flow = scheme.flow(STEP, case.digits, on_edge="bisect")
     row: dict[str, Any] = dict.fromkeys(
         ("margin", "newton_mean", "newton_max", "changes", "residual", "pullback", "poisson",
-         "momentum", "factorisation", "regularity")
+         "momentum", "factorisation", "distance", "regularity", "solutions")
     )  # fmt: skip
     row |= {"steps": 0, "outcome": "ran", "cause": "", "translates": {}}
     try:
         run = flow.trajectory(steps, element0=g)
     except StepFailure as failure:
-        row |= {"outcome": "stopped", "cause": failure.cause}
+        others = flow.solutions(failure.state["x"], failure.state["mu"])
+        row |= {"outcome": "stopped", "cause": failure.cause, "solutions": len(others)}
         run = failure.trajectory
     if run is None or len(run.t) < 2:
         return row
@@ -120,8 +124,6 @@ def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
             "momentum": _drift(case, scheme, run)}  # fmt: skip
     last = len(run.t) - 1
     at = {*range(0, last, max(1, last // LOOKED_AT)), *np.flatnonzero(np.diff(run.translates))}
-    if len(at) > 400:  # of a long run: all kinds of changes, spread over it
-        at = set(sorted(at)[:: len(at) // 200])
     elements = flow.elements(run)
     worst: dict[str, float] = {}
     for k in sorted(at):
@@ -131,7 +133,9 @@ def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
         found = {"residual": residual(flow, here, there), "pullback": pullback, "poisson": poisson}
         gap = _factorised(case, elements[k], elements[k + 1])
         if gap is not None:
-            found["factorisation"] = gap * regular**2
+            found["factorisation"] = gap * regular
+            if regular >= WELL:
+                found["distance"] = gap
         for name, value in found.items():
             worst[name] = max(worst.get(name, 0.0), float(value))
         worst["regularity"] = min(worst.get("regularity", 1.0), regular)
@@ -193,7 +197,15 @@ def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
     def of(name: str, choose: Any = max) -> Any:
         return choose((r[name] for r in rows if r[name] is not None), default=None)
 
-    names = ("residual", "pullback", "poisson", "momentum", "factorisation", "newton_max")
+    names = (
+        "residual",
+        "pullback",
+        "poisson",
+        "momentum",
+        "factorisation",
+        "distance",
+        "newton_max",
+    )
     measured = {name: of(name) for name in (*names, "chart_turn")}
     translates: Counter[str] = Counter()
     for row in rows:
@@ -221,9 +233,9 @@ def _slice(case: Case) -> dict[str, Any]:
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Right, or stopped beside the singular set of FL; never silently wrong."""
+    """Right, or stopped beside the singular set of FL or where no solution is; never silent."""
     limits = {"residual": RESIDUAL, "pullback": DEFECT, "poisson": DEFECT,
-              "factorisation": RESIDUAL}  # fmt: skip
+              "factorisation": RESIDUAL, "distance": RESIDUAL}  # fmt: skip
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
     for row in measurement["rows"]:
         where = f"at {row['turn']:g} of a turn about axis {row['axis']}"
@@ -234,7 +246,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
                     "fail", f"{name} {row[name]:.2g} {where}, more than {limit:.0e}.", expected
                 )
         near = row["regularity"] is not None and row["regularity"] < SINGULAR
-        if row["outcome"] == "stopped" and row["steps"] and not near:
+        none_there = row["solutions"] == 0
+        if row["outcome"] == "stopped" and row["steps"] and not near and not none_there:
             return Verdict("fail", f"it stopped {where}: {row['cause']}.", expected)
     stopped = measurement["measured"]["stopped"]
     if stopped > len(measurement["rows"]) // 10:

@@ -66,7 +66,7 @@ def _at(
     here = flow._arrow(x, u)
     if kind == "pullback":
         base, wanted = here["target"], here["plus"]
-        own = flow._evolve(here, u)[1]
+        own = flow._evolve(here, x, u)[1]
 
         def defect(v: np.ndarray) -> float:
             there = flow._arrow(base, v)

@@ -69,6 +69,16 @@ def test_against_scipy():
     assert theirs[half:].max() > 1.5 * theirs[:half].max()
 
 
+@pytest.mark.slow
+def test_heavy_top_on_group():
+    found = example("heavy_top_on_group").main()
+    assert found["verdict"] == "pass"
+    (case,) = found["cases"]
+    assert len(case["measured"]["translates"]) == 4 and case["measured"]["momentum"] < 1e-13
+    stopped = [row for row in case["rows"] if row["outcome"] == "stopped"]
+    assert stopped and all(row["solutions"] == 0 for row in stopped)
+
+
 def test_two_thirds():
     """README's twenty lines, word for word."""
 

@@ -50,6 +50,9 @@ class ConnectionGroupoid(ProductGroupoid):
         w, xi = self.fibre(plain)
         return w.col_join(xi + self._A(x + h * w / 2) * w)
 
+    def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
+        return super().group_parts(x, self._plain(x, u, h), h)
+
     def element(self, u: Any, h: Any) -> Any:
         raise BadInput(
             f"{self.name}: the group element depends on x too; take the product without connection."

@@ -42,6 +42,9 @@ class RetractionGroupoid(Groupoid):
         retraction.check(self.algebra)
         return self._in_chart(retraction)
 
+    def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
+        return [(self, h * u)]
+
     def element(self, u: Any, h: Any) -> Any:
         """τ(hu), N×N."""
         self.tau.check(self.algebra)

@@ -55,6 +55,10 @@ class ProductGroupoid(Groupoid):
         """(part, its vectors) for both parts."""
         return zip(self.parts, *vectors, strict=True)
 
+    def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
+        found = (g.group_parts(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(u)))
+        return [part for parts in found for part in parts]
+
     def target(self, x: Any, u: Any, h: Any) -> Any:
         return _stacked(g.target(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(u)))
 

@@ -84,6 +84,12 @@ class Turning:
         own = xi if self.project is None else self.project * xi
         return own.applyfunc(lambda e: held(e) if e.has(Add) else e)
 
+    def squared_rate(self, xi: Any) -> Any:
+        """ϑ² at ξ where ±iϑ are the eigenvalues of ad on this ideal (negative: ad stretches)."""
+        own = xi if self.project is None else self.project * xi
+        s = self.algebra.ad(own)
+        return self._rate((s * s).applyfunc(_expand), self.pairs)
+
     @staticmethod
     def _rate(square: Any, pairs: int) -> Any:
         return _expand(-square.trace() / (2 * pairs))

@@ -74,6 +74,6 @@ CHARTS = (
     "Runs from first steps of 0.01 to 0.99 of a turn about six axes. On the group the step makes "
     "the rotation that is asked for; the method that is bound to one Cayley chart, started with "
     "the same spin, makes another one (dots), since no u has half a turn (dotted: τ(hu) of the "
-    "spin itself). The ball: starts (points), the translate that holds each rotation best (tints), "
-    "half a turn (dotted), and the lines on which FL is singular."
+    "spin itself). The ball: starts (points), the translate that holds each rotation best (tints: "
+    "e, or the axis of a half-turn), half a turn (dotted), and the lines on which FL is singular."
 )

@@ -16,7 +16,8 @@ SHEET = Sheet(width=3.3, height=2.75, left=0.62, right=0.28, columns=2)
 ZERO = 1e-18  # where a defect of 0 is drawn
 TINTS = (BLUE, ORANGE, GREEN, SKY)
 DEFECTS = {"residual": (VERMILLION, "o"), "pullback": (BLUE, "s"), "poisson": (GREEN, "^"),
-           "momentum": (MUTED, "x")}  # fmt: skip
+           "momentum": (MUTED, "x"), "distance": (ORANGE, "+")}  # fmt: skip
+STROKES = "x+"  # markers that are lines
 
 
 def panels(title: str, case: Case) -> list[Panel]:
@@ -54,7 +55,7 @@ def _rotations(title: str, case: Case) -> Panel:
             axes.scatter(*_columns(bound), s=7, color=VERMILLION, lw=0)
         axes.text(0.53, 0.49, "on the group", fontsize=7, color=BLUE)
         axes.text(0.99, 0.43, "τ(hu) of the spin", fontsize=7, color=MUTED, ha="right")
-        axes.text(0.99, 0.22, "bound to one chart", fontsize=7, color=VERMILLION, ha="right")
+        axes.text(0.4, 0.15, "bound to one chart", fontsize=7, color=VERMILLION)
 
     spoken = "Angle of the first step against the rotation asked for, on the group and in one chart"
     return Panel(title, "angle of a step, in turns", "rotation asked for, in turns", spoken, draw)
@@ -80,6 +81,8 @@ def _ball(case: Case) -> Panel:
         starts = [_place(case, row) for row in rows(case)]
         if starts:
             axes.scatter(*_columns(starts), s=4, color=INK, lw=0)
+        for k in range(len(TINTS)):
+            _named(axes, k, np.argwhere((best == k) & (np.array(at)[:, None] > 0)), at)
         axes.set_aspect("equal")
         axes.set_xlim(-0.53, 0.53)
         axes.set_ylim(-0.53, 0.53)
@@ -87,6 +90,17 @@ def _ball(case: Case) -> Panel:
     return Panel("The ball of rotations", "a plane of rotation vectors, in turns", "",
                  "Translates that hold each rotation best, and the lines where FL is singular",
                  draw)  # fmt: skip
+
+
+def _named(axes: Axes, k: int, cells: Any, at: Any) -> None:
+    """The number of a translate in the middle of where it is best (upper half of the disc)."""
+    if len(cells):
+        row, column = cells.mean(axis=0)
+        step = at[1] - at[0]
+        place = at[0] + step * column, at[0] + step * row
+        disc = {"boxstyle": "circle,pad=0.15", "fc": "white", "lw": 0}
+        name = "e" if k == 0 else str(k)
+        axes.text(*place, name, fontsize=7, color=INK, ha="center", va="center", bbox=disc)
 
 
 def _place(case: Case, row: dict[str, Any]) -> tuple[float, float]:
@@ -107,7 +121,7 @@ def _defects(case: Case) -> Panel:
             points = [(t, max(v, ZERO)) for t, v in _points(case, name)]
             if points:
                 axes.scatter(*_columns(points), s=8, color=colour, marker=marker,
-                             lw=0.6 if marker == "x" else 0, label=name)  # fmt: skip
+                             lw=0.6 if marker in STROKES else 0, label=name)  # fmt: skip
         axes.axhline(2.0**-53, color=MUTED, lw=0.7, ls=(0, (1, 1.6)))
         axes.legend(loc="upper left", ncols=2, fontsize=6.5, frameon=False, handletextpad=0.1)
 

@@ -157,30 +157,47 @@ def bench_heavy_top_beside_scipy(benchmark):
     benchmark.pedantic(lambda: flow.trajectory(2000, 2000), rounds=5)
 
 
-def bench_staying_in_one_chart(benchmark):
-    """Bisections at hand that nobody needs: at most 5 % over the flow that refuses the edge."""
+def unwatched(scheme, step, monkeypatch, tmp_path):
+    """The same flow without the look at the chart's extent and the branch after every step."""
+    from integrators import compiling, kernels, watching
+
+    nothing = ["EDGE, STRAYED = 3, 4\n", watching._NOTHING]
+    monkeypatch.setattr(kernels, "watch_text", lambda builder: nothing)
+    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path))
+    compiling.load_kernels.cache_clear()
+    blind = scheme.flow(step)
+    blind.trajectory(10)
+    return blind
+
+
+def bench_staying_in_one_chart(benchmark, monkeypatch, tmp_path):
+    """Bisections at hand that nobody needs: at most 5 % over the flow that has none.
+
+    That one knows neither edge nor branch; the flow that refuses the edge runs the same kernels.
+    """
     scheme = Scheme(scenes.get("moser-veselov"), trapezoidal)
-    with_bisections, without = (scheme.flow("0.1", on_edge=e) for e in ("bisect", "refuse"))
+    with_bisections, refusing = (scheme.flow("0.1", on_edge=e) for e in ("bisect", "refuse"))
     assert with_bisections.trajectory(STEPS, STEPS).edges == 0
+    refusing.trajectory(10)
+    without = unwatched(scheme, "0.1", monkeypatch, tmp_path)
+    mu = [flow.trajectory(100).mu for flow in (with_bisections, without)]
+    assert np.allclose(*mu, rtol=0, atol=1e-13)
     interleaved(
         benchmark,
         lambda: with_bisections.trajectory(STEPS, STEPS),
-        {"refuse": lambda: without.trajectory(STEPS, STEPS)},
+        {
+            "refuse": lambda: refusing.trajectory(STEPS, STEPS),
+            "no bisections": lambda: without.trajectory(STEPS, STEPS),
+        },
     )
 
 
 def bench_watching_the_edge(benchmark, monkeypatch, tmp_path):
     """The heavy top with and without the look at its chart's extent after every step."""
-    from integrators import compiling, kernels, watching
-
     scheme = Scheme(scenes.get("heavy-top"), trapezoidal)
     watched = scheme.flow("0.01")
     watched.trajectory(10)
-    nothing = ["EDGE, STRAYED = 3, 4\n", watching._NOTHING]
-    monkeypatch.setattr(kernels, "watch_text", lambda builder: nothing)
-    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path))
-    compiling.load_kernels.cache_clear()
-    blind = scheme.flow("0.01")
+    blind = unwatched(scheme, "0.01", monkeypatch, tmp_path)
     assert np.allclose(blind.trajectory(100).mu, watched.trajectory(100).mu, rtol=0, atol=1e-13)
     interleaved(
         benchmark,

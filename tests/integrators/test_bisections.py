@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy
+from scipy.spatial.transform import Rotation
 from sympy import Rational
 
 from integrators import (
@@ -23,6 +24,7 @@ from integrators import (
     trapezoidal,
 )
 from integrators.bisections import Bisection, common_complement, complement_slope
+from integrators.charts import GroupChart
 from integrators.evolution import GeneralOperator
 from tests.everything import SCENES, affine_action, affine_group, framed_plane
 
@@ -104,6 +106,59 @@ def test_translations_keep_fibres_and_carry_invariant_fields(name, scale):
     for there, back in ((sigma.left, sigma.without_left), (sigma.right, sigma.without_right)):
         again = back(*there(x, u))
         assert np.allclose(np.concatenate(again), np.concatenate([x, u]), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", GROUPOIDS)
+def test_constant_sections_serve_all_but_local_groupoids(name):
+    """A bisection of pairs is a translation of the base, one of a group the element."""
+    g, sigma = GROUPOIDS[name], through(name, 2.0, 1)
+    assert np.any(sigma.slope) == (g.kind == "local" and g.dim_x > 0)
+    if g.kind == "pair":
+        x = sigma.x0 + 100.0
+        assert np.allclose(sigma.left(x, 0 * sigma.u0)[0], x - float(STEP) * sigma.u0)
+
+
+@pytest.mark.parametrize(("arguments", "said"), [
+    (("pair", [1], [1], 1), "give a groupoid"),
+    ((pair(2), [1], [1, 2], 1), "x0 has 1 entries, but 2 are needed"),
+    ((pair(2), [1, 2], [1], 1), "u0 has 1 entries, but 2 are needed"),
+    ((pair(2), [1, 2], [1, "x"], 1), "no number"),
+    ((pair(2), [1, 2], [1, 1], 0), "step of 0"),
+    ((pair(2), [1, 2], [1, 1], 1, 16, [1]), r"slope of a bisection is \(1,\), but must be \(2, 2"),
+])  # fmt: skip
+def test_a_wrong_bisection_is_told(arguments, said):
+    with pytest.raises(BadInput, match=said):
+        Bisection(*arguments)
+
+
+def test_bisections_of_another_step_or_groupoid_are_told():
+    of_body = scheme("rigid-body")
+    group = of_body.scene.groupoid
+    fit = Bisection(group, [], [0, 0, 0], 1)
+    for other in (Bisection(group, [], [0, 0, 0], 2), Bisection(pair(1), [0], [0], 1)):
+        with pytest.raises(BadInput, match="another groupoid, step"):
+            GeneralOperator(of_body, fit, other, 1)
+
+
+@pytest.mark.parametrize("away", (0, 0.05, -0.1))
+def test_the_general_operator_at_any_element_of_the_group(away):
+    """Moser–Veselov at rotations spread over SO(3); bisections through g₀ and h₀, and beside."""
+    on_group = Scheme(SCENES["moser-veselov"], rectangle)
+    flow, group = on_group.flow(1, on_edge="bisect"), on_group.scene.groupoid
+    chart, largest = GroupChart(group, flow.numbers), 0
+    for g in Rotation.random(12, random_state=1).as_matrix():
+        before, after = flow.elements(flow.trajectory(1, element0=g))
+        u, v = chart.coordinates(before), chart.coordinates(after)
+        through = (Bisection(group, [], w, 1) for w in (u + away, v - away))
+        operator = GeneralOperator(on_group, *through, 1)
+        _, w = operator.evolve([], u)
+        _, back = operator.devolve([], w)
+        matrices = operator.FL([], 0 * v), operator.barred_FL([], 0 * v)
+        bound = 1e-14 * max(map(np.linalg.cond, matrices))
+        assert np.max(abs(chart.element(w) - after)) < bound < 1e-12
+        assert np.max(abs(chart.element(back) - before)) < bound
+        largest = max(largest, np.linalg.norm(u))
+    assert largest > 6  # a rotation by 143 degrees
 
 
 def test_the_slope_of_the_existence_proof_is_needed_and_found():

@@ -103,6 +103,24 @@ def test_a_step_on_the_cut_locus_is_right_or_an_error(name, away):
         assert went
 
 
+@pytest.mark.parametrize("away", (1e-8, 1e-7, 1e-5, 1e-3))
+@pytest.mark.parametrize("name", SOME)
+def test_one_chart_goes_on_rightly_from_beside_its_edge(name, away):
+    """u is 10⁸ there, and 100 a step later: what was round-off of the one is none of the other."""
+    flow = scheme(name).flow(1)
+    chart = GroupChart(flow.scheme.scene.groupoid, flow.numbers)
+    for on in GROUPS[name][1]:
+        g = chart.element(away * np.arange(1.0, 1 + chart.m)) @ on
+        try:
+            run = flow.trajectory(4, element0=g)
+        except (BadInput, StepFailure) as failure:
+            run = getattr(failure, "trajectory", None)
+        if run is not None:
+            arrows = [arrow(flow, run, k) for k in range(len(run.t))]
+            for here, there in pairwise(arrows):
+                assert residual(flow, here, there) < 1e-13
+
+
 @pytest.mark.parametrize("name", ("so(3)", "sl(2)"))
 def test_one_chart_refuses_its_own_edge(name):
     """In the chart of e alone such an element has no coordinates, and that is said."""

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from integrators import BadInput, Scheme, StepFailure, rectangle, scenes
+from integrators import (
+    BadInput,
+    Scene,
+    Scheme,
+    StepFailure,
+    exponential,
+    lie_group,
+    on_group,
+    rectangle,
+    scenes,
+)
 from integrators.algebras import se, sl, so, sp, su
 
 MOSER_VESELOV = scenes.get("moser-veselov")
@@ -76,7 +86,17 @@ def test_what_cannot_be_done_is_said():
     with pytest.raises(BadInput, match="is no element of group"):
         flow.trajectory(1, element0=np.diag([1, 1, -1]))
     with pytest.raises(BadInput, match="on_edge is 'jump'"):
-        Scheme(MOSER_VESELOV, rectangle).flow(1, on_edge="jump").trajectory(1)
+        Scheme(MOSER_VESELOV, rectangle).flow(1, on_edge="jump")
+    with pytest.raises(BadInput, match="leave these out"):
+        flow.trajectory(1, element0=np.eye(3), mu0=[1, 2, 3])
+    with pytest.raises(BadInput, match="run is of another flow"):
+        flow.elements(Scheme(scenes.get("pendulum"), rectangle).flow(1).trajectory(1))
+    given = on_group(lambda x, g, h, p: g[0, 0] / h)
+    with pytest.raises(BadInput, match="such as su"):
+        Scheme(Scene("c", lie_group(su(2)), discrete_lagrangian=given, v0=[1, 1, 1]), rectangle)
+    turning = MOSER_VESELOV.with_retraction(exponential)
+    with pytest.raises(BadInput, match="write retraction=cayley"):
+        Scheme(turning, rectangle).flow(1).trajectory(1)
     with pytest.raises(BadInput, match="given on the group"):
         Scheme(scenes.get("rigid-body"), rectangle).flow(1, on_edge="bisect").trajectory(1)
     with pytest.raises(StepFailure):  # |hμ| beyond every gΛ − Λgᵀ

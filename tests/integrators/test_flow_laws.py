@@ -121,7 +121,7 @@ def test_a_wrong_map_is_caught(scene, digits, limit, tolerance):
     with f.numbers.working():
         x, u = f._vectors(*start_of(scene, "generic"))
         here = f.geometry.at(x, u)
-        there = f.geometry.at(*f._evolve(here, u))
+        there = f.geometry.at(*f._evolve(here, x, u))
         off = f.numbers.number(off)
         assert f._pullback(here, there, f.geometry.tangent(here, there)) <= limit
         damped = f.geometry.tangent(here, there)

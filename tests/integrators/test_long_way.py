@@ -1,15 +1,13 @@
 """Long runs far from the identities: back to the start, 50 digits, and shrunk steps."""
 
-from itertools import pairwise
-
 import mpmath
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from integrators import Scene, Scheme, action, rectangle, scenes, so
-from integrators.on_group import on_group
+from integrators import Scheme, rectangle, scenes
 from reference.moser_veselov import step
+from tests.test_examples import example
 
 MASS = ("1.75", "1.25", "0.75")
 
@@ -48,26 +46,34 @@ def cayley(a, b, c):
     return ((mpmath.eye(3) - A) ** -1 * (mpmath.eye(3) + A)).tolist()
 
 
-@pytest.mark.parametrize("steps", (20, pytest.param(10**4, marks=pytest.mark.slow)))
-def test_forward_and_back_at_fifty_digits(scheme, steps):
+#: first steps by their Gibbs vectors: of a run that changes charts, and of one that begins so
+CHANGING, AT_FIRST = ("2", "-1.5", "1"), ("1", "4", "-2")
+
+
+@pytest.mark.parametrize(("start", "steps", "least"), [
+    (AT_FIRST, 20, 5),
+    pytest.param(CHANGING, 10**4, 50, marks=pytest.mark.slow),
+])  # fmt: skip
+def test_forward_and_back_at_fifty_digits(scheme, start, steps, least):
     with mpmath.workdps(70):
-        g = np.array(cayley(2, mpmath.mpf("-1.5"), 1), dtype=object)
-        gap, _ = there_and_back(scheme, g.tolist(), steps, 50)
+        g = np.array(cayley(*map(mpmath.mpf, start)), dtype=object)
+        gap, edges = there_and_back(scheme, g.tolist(), steps, 50)
         assert gap < mpmath.mpf(10) ** -38
+        assert edges > least
 
 
 @pytest.mark.slow
 def test_a_thousand_steps_at_fifty_digits_are_the_factorisations(scheme):
+    """The run by the factorisation alone, from the same first step: no error is taken over."""
     flow = scheme.flow(1, digits=50, on_edge="bisect")
     with mpmath.workdps(70):
         mass = list(map(mpmath.mpf, MASS))
-        run = flow.trajectory(1000, element0=cayley(2, mpmath.mpf("-1.5"), 1))
-        found = flow.elements(run)
-        wanted = mpmath.matrix(found[0].tolist())
-        worst = mpmath.mpf(0)
-        for here, after in pairwise(found):
-            wanted = step(here.tolist(), mass, 60)
-            worst = max(worst, np.max(abs(np.array(wanted.tolist()) - after)))
+        run = flow.trajectory(1000, element0=cayley(*map(mpmath.mpf, CHANGING)))
+        assert run.edges > 5
+        wanted, worst = mpmath.matrix(cayley(*map(mpmath.mpf, CHANGING))), mpmath.mpf(0)
+        for found in flow.elements(run):
+            worst = max(worst, np.max(abs(np.array(wanted.tolist()) - found)))
+            wanted = step(wanted.tolist(), mass, 60)
         assert worst < mpmath.mpf(10) ** -40
 
 
@@ -84,29 +90,11 @@ def test_shrunk_steps_are_those_of_the_smaller_step():
     assert np.array_equal(near.mu, body.flow(1).trajectory(20).mu)
 
 
-def heavy_top_on_group():
-    """tr(Λ(e − g))/h with the weight at both ends of the step: a heavy top at any rotation."""
-
-    def formula(x, g, h, p):
-        kinetic = sum((sum(p.inertia) / 2 - p.inertia[i]) * (1 - g[i, i]) for i in range(3)) / h
-        y = g.T * x  # x·g of a row x, as a column
-        return kinetic - h * p.weight * (x + y).dot(p.center) / 2
-
-    return Scene(
-        "heavy-top-on-group",
-        action(so(3)),
-        parameters={"inertia": [2, "5/2", 3], "weight": "1/50", "center": ["2/3", "1/3", "2/3"]},
-        discrete_lagrangian=on_group(formula),
-        x0=["2/7", "3/7", "6/7"],
-        v0=["0.3", "0.2", "0.4"],
-    )
-
-
 @pytest.mark.slow
 def test_a_heavy_top_turns_by_any_angle_a_step():
     from integrators.arrows import arrow, defects, residual
 
-    flow = Scheme(heavy_top_on_group(), rectangle).flow(1, on_edge="bisect")
+    flow = Scheme(example("heavy_top_on_group").scene, rectangle).flow(1, on_edge="bisect")
     translates = set()
     for turn in (0.1, 0.3, 0.4, 0.45):
         g = Rotation.from_rotvec(2 * np.pi * turn * np.array([0.6, 0.48, 0.64])).as_matrix()

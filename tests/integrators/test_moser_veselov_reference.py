@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from integrators import Scheme, rectangle, scenes
+from integrators.arrows import arrow, regularity
 from reference.moser_veselov import step
 
 MASS = ("1.75", "1.25", "0.75")
@@ -18,23 +19,19 @@ def scheme():
     return Scheme(scenes.get("moser-veselov"), rectangle)
 
 
-def spectrum_gap(g):
-    """How near gΛ's eigenvalues come to their negatives' ones: 0 where FL is singular."""
-    values = np.linalg.eigvals(g @ np.diag([float(e) for e in MASS]))
-    return np.min(abs(np.add.outer(values, values)))
-
-
 def test_each_step_is_the_factorisations(scheme):
+    """To 1e-13, and beside the singular set of FL to what that makes of round-off there."""
     flow = scheme.flow(1, on_edge="bisect")
-    steps = 0
+    steps = well = 0
     for g in Rotation.random(30, random_state=4).as_matrix():
         run = flow.trajectory(30, element0=g)
         found = flow.elements(run)
-        bound = 1e-13 / min(1, spectrum_gap(g)) ** 2  # what a singular FL makes of round-off
-        for a, b in pairwise(found):
-            steps += 1
-            assert np.max(abs(step(a, [float(e) for e in MASS]) - b)) < bound
-    assert steps == 900
+        for k, (a, b) in enumerate(pairwise(found)):
+            regular = regularity(flow, arrow(flow, run, k + 1))
+            steps, well = steps + 1, well + (regular >= 1e-2)
+            gap = np.max(abs(step(a, [float(e) for e in MASS]) - b))
+            assert gap < 1e-13 if regular >= 1e-2 else gap * regular < 1e-14
+    assert steps == 900 and well > 800
 
 
 def test_fifty_digits_agree_with_the_factorisation_in_mpmath(scheme):

@@ -55,7 +55,7 @@ def test_the_singular_set_crosses_the_picture(found):
     assert np.nanmin(det) < 0 < np.nanmax(det)
 
 
-@pytest.mark.parametrize("name", ["residual", "poisson", "factorisation", "momentum"])
+@pytest.mark.parametrize("name", ["residual", "poisson", "factorisation", "distance", "momentum"])
 def test_a_wrong_number_fails(found, name):
     rows = [dict(row) for row in found["rows"]]
     rows[5][name] = 1e-9

@@ -237,6 +237,7 @@ def test_each_study_as_a_table_and_as_json(capsys, tmp_path, study):
                 "poisson",
                 "momentum",
                 "factorisation",
+                "distance",
                 "newton_max",
                 "chart_turn",
                 "margin",

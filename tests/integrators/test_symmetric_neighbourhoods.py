@@ -1,0 +1,277 @@
+"""The symmetric neighbourhood as a thing one asks: margins, distances, what a run reports."""
+
+import math
+
+import numpy as np
+import pytest
+from everything import ALGEBRAS, GROUPOIDS, LARGE
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+
+from integrators import (
+    BadInput,
+    LocalGroupoid,
+    Scheme,
+    StepFailure,
+    cayley,
+    exponential,
+    lie_group,
+    pair,
+    product,
+    rectangle,
+    scenes,
+    se,
+    sl,
+    so,
+    su,
+    trapezoidal,
+)
+from integrators.charts import GroupChart
+from integrators.discretisations import get as rule
+from integrators.neighbourhoods import chart_extents, chart_reach
+
+
+@pytest.mark.parametrize("name", [*GROUPOIDS, *LARGE])
+def test_every_groupoid_can_be_asked(name):
+    g = {**GROUPOIDS, **LARGE}[name]
+    x = [0.3 + 0.1 * i for i in range(g.dim_x)]
+    local = isinstance(g, LocalGroupoid)  # nobody knows where its chart ends
+    at_identity = g.position(x, [0] * g.dim_u, "0.1")
+    assert at_identity.inside and (local or at_identity.margin == 1)
+    near = g.position(x, [0.5 - 0.2 * i for i in range(g.dim_u)], "0.1")
+    assert near.inside and 0 < near.margin <= 1
+    assert min(near.condition_L, near.condition_R) >= 1
+    assert (near.distance is None) == local
+
+
+def turned(angles, size):
+    """ξ of so(n) for rotations by these angles in the planes (0, 1), (2, 3), …: Cayley's."""
+    algebra = so(size)
+    hat = np.zeros((size, size))
+    for k, angle in enumerate(angles):
+        a = 2 * math.tan(angle / 2)
+        hat[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] = [[0, -a], [a, 0]]
+    basis = np.array([np.ravel(e) for e in algebra.basis], dtype=float)
+    return np.linalg.lstsq(basis.T, hat.ravel(), rcond=None)[0]
+
+
+@pytest.mark.parametrize(
+    ("size", "angles"),
+    [(2, [0.4]), (2, [3.1]), (3, [3.1]), (4, [3.1, 0.2]), (4, [3.1, 3.1]), (5, [2.0, 3.1])],
+)
+def test_cayleys_margin_is_the_product_of_the_half_angles_cosines(size, angles):
+    """Also where every angle is near a half-turn, and e + g is near 0 in all directions alike."""
+    at = lie_group(so(size)).position([], turned(angles, size), 1)
+    assert at.inside
+    assert at.margin == pytest.approx(math.prod(math.cos(a / 2) for a in angles), rel=1e-9)
+    assert at.distance == pytest.approx(2 * math.cos(max(angles) / 2), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "algebra", (su(2), su(2).real, sl(2)), ids=("su(2)", "su(2).real", "sl(2)")
+)
+def test_minus_e_is_the_edge_of_su2_and_sl2(algebra):
+    group = lie_group(algebra)
+    direction = [0, 1, -1] if algebra.name == "sl(2)" else [0, 2, 0]
+    margins = [group.position([], [c * e for e in direction], 1).margin for c in (0.1, 10, 1e4)]
+    assert margins[0] > 0.99 and margins == sorted(margins, reverse=True) and margins[2] < 1e-3
+
+
+#: ξ that turns at the rate 1, and one that goes along with it and does not turn
+TURNS = {
+    "so(3)": (so(3), [0.6, 0, 0.8]),
+    "su(2)": (su(2), [0.6, 0, 0.8]),
+    "se(2)": (se(2), [1, 5.0, -3.0]),
+    "se(3)": (se(3), [0.6, 0, 0.8, 5.0, -3.0, 7.0]),
+    "sl(2)": (sl(2), [0, 0.5, -0.5]),
+    "so(4)": (so(4), [1, 0, 0, 0, 0, 0]),
+    "so(5)": (so(5), [1, *[0] * 9]),
+}
+
+
+@pytest.mark.parametrize("name", TURNS)
+def test_the_exponential_ends_at_a_whole_turn_of_ad(name):
+    """dexp is singular there; translations, however long, are no edge."""
+    algebra, xi = TURNS[name]
+    group = lie_group(algebra, exponential)
+    for turn, inside in ((0.5, True), (0.999, True), (1.001, False), (1.4, False)):
+        at = group.position([], [2 * math.pi * turn * e for e in xi], 1)
+        assert at.inside is inside
+        assert at.distance == pytest.approx(2 * math.pi * (1 - turn), abs=1e-6)
+        assert at.margin == pytest.approx(max(0, 1 - turn**2), abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ALGEBRAS)
+def test_what_a_run_watches_is_never_farther_from_the_edge_than_it_is(name):
+    """Exactly as far, where the exponential has closed forms."""
+    group = lie_group(ALGEBRAS[name], exponential)
+    s, generator = group._symbols, np.random.default_rng(2)
+    extents = chart_extents(group, s["x"], s["u"], s["h"])
+    for _ in range(5):
+        u = generator.normal(size=group.dim_u)
+        at = {s["h"]: 1, **dict(zip(s["u"], map(float, u), strict=True))}
+        rests = [float(value.xreplace(at).evalf()) for _, value in extents]
+        margin = group.position([], u.tolist(), 1).margin
+        watched = min([1.0, *rests])
+        if name in ("sl(3)", "su(3)", "so(5)", "sp(4)"):
+            assert watched <= margin + 1e-9
+        else:
+            assert max(0, watched) == pytest.approx(margin, abs=1e-6)
+
+
+def positions(scene, run):
+    return [scene.groupoid.position(x, u, run.step) for x, u in zip(run.x, run.u, strict=True)]
+
+
+@pytest.mark.parametrize("retraction", (cayley, exponential), ids=("cayley", "exponential"))
+@pytest.mark.parametrize("name", [
+    pytest.param(n, marks=pytest.mark.slow if n in ("kirchhoff", "wong", "rotor-body") else ())
+    for n in ("rigid-body", "kirchhoff", "wong", "rotor-body", "pendulum")
+])  # fmt: skip
+def test_a_run_reports_its_smallest_margin(name, retraction):
+    """Also where a group is one part of a product, and where translations are large."""
+    scene = scenes.get(name).with_retraction(retraction)
+    run = Scheme(scene, trapezoidal).flow(1 if name != "pendulum" else "0.1").trajectory(30)
+    at = positions(scene, run)
+    assert run.margin == pytest.approx(min(p.margin for p in at), rel=1e-6)
+    assert all(p.inside for p in at)
+    assert (run.margin == 1) == (name == "pendulum")
+
+
+@pytest.mark.parametrize("digits", (16, 30))
+def test_a_composition_reports_the_margin_of_its_substeps(digits):
+    """Of the triple jump's substeps the middle one is the longest: 1.7 steps backward."""
+    scene = scenes.get("rigid-body")
+    whole = Scheme(scene, trapezoidal).flow("1", digits).trajectory(10).margin
+    run = Scheme(scene, rule("triple-jump:trapezoidal")).flow("1", digits).trajectory(10)
+    assert run.margin < whole - 0.01
+
+
+BODY = scenes.get("rigid-body").with_retraction(exponential)
+
+
+def test_a_step_beyond_the_exponentials_chart_is_refused():
+    """Started on a solution beyond the whole turn, Newton stays there: that is an error now."""
+    scheme = Scheme(BODY, rectangle)
+    flow = scheme.flow(1)
+    refused = 0
+    for size in (4.0, 6.2, 6.4, 8.0, 40.0):
+        u = size * np.array([0.48, 0.6, 0.64])
+        mu = flow.geometry.at([], u)["minus"] / flow._h
+        try:
+            run = flow.trajectory(0, mu0=mu, u0=u)
+        except StepFailure as failure:
+            refused += "edge of its chart" in str(failure)
+        else:
+            assert BODY.groupoid.position([], run.u[0], 1).inside
+            assert size < 2 * math.pi
+    assert refused == 3
+
+
+@pytest.mark.parametrize("step", (5, 8, 12, 40))
+@pytest.mark.parametrize("retraction", (cayley, exponential), ids=("cayley", "exponential"))
+def test_shrunk_steps_go_where_whole_ones_cannot(step, retraction):
+    """Also where Newton in the whole step ran off to 10⁹: that is no start for the halves."""
+    scene = scenes.get("rigid-body").with_retraction(retraction)
+    run = Scheme(scene, rectangle).flow(step, on_edge="shrink").trajectory(20)
+    sizes = np.linalg.norm(run.mu.astype(float), axis=1)
+    assert np.max(abs(sizes - sizes[0])) < 1e-13
+    assert run.margin > 1 / chart_reach(scene.groupoid) ** 0.5 - 1e-12
+    assert (run.edges > 0) == (retraction is exponential)
+
+
+@pytest.fixture(scope="module")
+def moser_veselov():
+    return Scheme(scenes.get("moser-veselov"), rectangle)
+
+
+def test_the_evolution_operator_stays_on_the_branch(moser_veselov):
+    """Newton from the last step may find the other solution; Ψ is the run's step all the same."""
+    flow = moser_veselov.flow(1, on_edge="bisect")
+    chart = GroupChart(flow.scheme.scene.groupoid, flow.numbers)
+    for g in Rotation.random(40, random_state=3).as_matrix():
+        _, after = flow.elements(flow.trajectory(1, element0=g))
+        _, v = flow.evolve([], chart.coordinates(g))
+        assert np.max(abs(chart.element(v) - after)) < 1e-9
+        assert flow.pullback_defect([], chart.coordinates(g)) < 1e-13
+
+
+def test_an_arrow_that_has_no_u_is_said(moser_veselov):
+    flow = moser_veselov.flow(1, on_edge="bisect")
+    run = flow.trajectory(0, element0=np.diag([-1.0, -1.0, 1.0]))
+    with pytest.raises(BadInput, match="edge of its chart"):
+        flow._own_u(run)
+
+
+def test_one_chart_says_so_where_it_would_go_on_along_another_branch(moser_veselov):
+    """The map keeps tr(gΛ): in one chart too a run keeps it, or stops."""
+    refuse, bisect = (moser_veselov.flow(1, on_edge=e) for e in ("refuse", "bisect"))
+    mass, stopped = np.diag([1.75, 1.25, 0.75]), 0
+    for g in Rotation.random(60, random_state=5).as_matrix():
+        try:
+            run = refuse.trajectory(30, element0=g)
+        except StepFailure as failure:
+            stopped += "another branch" in failure.cause
+            continue
+        elements = refuse.elements(run)
+        kept = np.trace(elements @ mass, axis1=1, axis2=2)
+        assert np.max(abs(kept - kept[0])) < 1e-6
+        assert np.max(abs(elements - bisect.elements(bisect.trajectory(30, element0=g)))) < 1e-6
+    assert stopped
+
+
+def test_several_solutions_are_reported_when_asked(moser_veselov):
+    flow = moser_veselov.flow(1, on_edge="bisect")
+    mu = flow.trajectory(0, element0=expm(np.array([[0, -1.2, 0.3], [1.2, 0, 0], [-0.3, 0, 0]]))).mu
+    found = flow.solutions([], mu[0])
+    assert len(found) > 1
+    mass = np.diag([1.75, 1.25, 0.75])
+    m = np.array([[0, -mu[0, 2], mu[0, 1]], [mu[0, 2], 0, -mu[0, 0]], [-mu[0, 1], mu[0, 0], 0]])
+    for one in found:  # hμ̂⁻ = gΛ − Λgᵀ
+        assert np.max(abs(one.element @ mass - mass @ one.element.T - m)) < 1e-13
+        assert one.branch == pytest.approx(np.trace(one.element @ mass), abs=1e-12)
+    with pytest.raises(BadInput, match='take on_edge="bisect"'):
+        moser_veselov.flow(1).solutions([], mu[0])
+
+
+def test_each_step_is_the_same_in_every_translate_that_holds_it(moser_veselov):
+    """Solved from nearby in the chart of each B: the bisection chosen does not matter."""
+    flow = moser_veselov.flow(1, on_edge="bisect")
+    edge, solved = flow.edge, 0
+    for g in Rotation.random(8, random_state=6).as_matrix():
+        run = flow.trajectory(1, element0=g)
+        after = flow.elements(run)[1]
+        for J in range(4):
+            if edge.chart.openness(after, J) < 0.1:
+                continue
+            u = edge.chart.coordinates(after, J)
+            found, _ = flow.machine.solve(run.x[1], run.mu[1], edge.coefficients(J), u * 1.001)
+            assert np.max(abs(edge.element(found, J) - after)) < 1e-12
+            solved += 1
+    assert solved > 16
+
+
+@pytest.mark.parametrize(("u", "said"), [
+    ([1, 2], "2 entries, but 3 are needed"),
+    ([1, 2, "x"], "no number"),
+    ([1, 2, math.nan], "finite"),
+    (7, "list of 3 numbers"),
+])  # fmt: skip
+def test_a_wrong_question_is_answered_with_a_sentence(u, said):
+    with pytest.raises(BadInput, match=said):
+        lie_group(so(3)).position([], u, 1)
+
+
+def test_a_step_of_nothing_has_no_position():
+    with pytest.raises(BadInput, match="step of 0"):
+        pair(1).position([1], [1], 0)
+
+
+def test_the_least_of_a_products_parts_counts():
+    both = product(lie_group(so(3)), lie_group(so(3), exponential))
+    first, second = both.parts
+    u, v = [1.0, 2.0, 0.5], [0.1, 3.0, 0.2]
+    at = both.position([], u + v, 1)
+    parts = first.position([], u, 1), second.position([], v, 1)
+    assert at.margin == pytest.approx(min(p.margin for p in parts))
+    assert at.distance == pytest.approx(min(p.distance for p in parts))
