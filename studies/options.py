@@ -13,6 +13,7 @@ from . import lookup
 if TYPE_CHECKING:
     from .case import Choice
 
+THOROUGH = ("work-precision", "stability", "charts", "savings")  # studies that can take longer
 RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE.py:NAME"
 
 
@@ -32,7 +33,9 @@ def add_choices(parser: argparse.ArgumentParser) -> None:
         metavar="D",
         help="16 is double precision; may be repeated",
     )
-    parser.add_argument("--steps", metavar="N")
+    parser.add_argument(
+        "--steps", metavar="N", help="of a run; of the coarsest where a study runs several"
+    )
     parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
 
 
@@ -54,8 +57,16 @@ def add_study(parser: argparse.ArgumentParser, name: str) -> None:
             "--extreme", action="append", default=[], metavar="NAME", dest="extremes",
             help='only this one, such as "e = 0.99"',
         )  # fmt: skip
-    if name in ("work-precision", "stability", "charts", "savings"):
-        parser.add_argument("--thorough", action="store_true", help="as long as it takes")
+    if name in THOROUGH:
+        add_thorough(parser)
+
+
+def add_thorough(parser: argparse.ArgumentParser) -> None:
+    """Declare that time is no matter."""
+    parser.add_argument(
+        "--thorough", action="store_true",
+        help=f"take minutes to hours, not seconds ({', '.join(THOROUGH)})",
+    )  # fmt: skip
 
 
 def _add_race(parser: argparse.ArgumentParser) -> None:
