@@ -17,6 +17,7 @@ import numpy as np
 
 from integrators import Scheme
 from integrators.discretisations import Discretisation
+from integrators.errors import CannotMeasure
 from integrators.scene import Scene
 
 from .case import scheme_of
@@ -64,6 +65,13 @@ class States:
     steps: int
     evaluations: int | None
     iterations: int | None
+
+
+class NoEnd(CannotMeasure):
+    """A run that did not come to its end within the problem's patience."""
+
+    def __init__(self, name: str, more: str = "") -> None:
+        super().__init__(f"{name} came to no end within the budget{more}")
 
 
 class Run(Protocol):

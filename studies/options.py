@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import shlex
 from typing import TYPE_CHECKING, Any
 
@@ -73,12 +74,15 @@ def _add_race(parser: argparse.ArgumentParser) -> None:
     """What work-precision asks beside scenes and rules; the names are looked up when it runs."""
     parser.add_argument(
         "--peer", action="append", default=[], metavar="P", dest="peers",
-        help="DOP853, Radau, LSODA, heyoka, diffrax, diffrax-symplectic or none (default: those "
-        "installed)",
+        help="DOP853, Radau, LSODA, heyoka, diffrax, diffrax-tsit5, diffrax-symplectic or none "
+        "(default: those installed)",
     )  # fmt: skip
     parser.add_argument("--x", metavar="WORK", help="seconds, steps, evaluations, iterations")
     parser.add_argument("--y", metavar="ERROR", help="error, error-x, energy-max, ...")
     parser.add_argument("--periods", metavar="P", help="run over P characteristic periods")
+    parser.add_argument(
+        "--budget", metavar="SECONDS", help="of timing, a method (default: a fraction of a second)"
+    )
 
 
 def choice_of(options: argparse.Namespace) -> Choice:
@@ -98,6 +102,7 @@ def choice_of(options: argparse.Namespace) -> Choice:
         peers=peers,
         axes=axes,
         periods=None if periods is None else count(periods, "--periods"),
+        budget=_seconds(getattr(options, "budget", None)),
         thorough=getattr(options, "thorough", False),
         extremes=_extremes(getattr(options, "extremes", [])),
         scenes=lookup.scenes_of(options.scenes),
@@ -143,6 +148,19 @@ def _race_choice(options: argparse.Namespace) -> tuple[tuple[str, ...], Any]:
     return peers, asked
 
 
+def _seconds(text: str | None) -> float | None:
+    """A time."""
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < math.inf:
+        raise BadInput(f"--budget is {text!r}: give seconds, more than 0.")
+    return value
+
+
 def count(text: str, what: str) -> int:
     """A whole number from 1."""
     try:
@@ -171,7 +189,7 @@ def as_typed(options: argparse.Namespace) -> str:
                          ("--peer", getattr(options, "peers", [])),
                          ("--extreme", getattr(options, "extremes", []))):  # fmt: skip
         parts += [word for value in values for word in (flag, value)]
-    for name in ("x", "y", "periods"):
+    for name in ("x", "y", "periods", "budget"):
         if getattr(options, name, None):
             parts += [f"--{name}", getattr(options, name)]
     parts += ["--thorough"] if getattr(options, "thorough", False) else []

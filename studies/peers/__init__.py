@@ -24,6 +24,7 @@ PEERS = {
     "LSODA": ("scipys", "scipy"),
     "heyoka": ("heyokas", "heyoka"),
     "diffrax": ("diffraxes", "diffrax"),
+    "diffrax-tsit5": ("diffraxes", "diffrax"),
     "diffrax-symplectic": ("diffraxes", "diffrax"),
 }
 SPLIT = ("diffrax-symplectic",)  # those that need ẋ = f(μ), μ̇ = g(x)

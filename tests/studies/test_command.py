@@ -351,6 +351,8 @@ BAD = [
     ("work-precision pendulum --x hours", '--x is "hours": choose seconds, steps'),
     ("work-precision pendulum --y speed", '--y is "speed": choose error, error-x'),
     ("work-precision pendulum --periods -1", "--periods is '-1'"),
+    ("work-precision pendulum --budget 0", "--budget is '0': give seconds"),
+    ("work-precision pendulum --budget inf", "--budget is 'inf': give seconds"),
     ("work-precision pendulum --digits 50", "double precision"),
     ("extremes kepler --extreme nowhere", 'there is no extreme "nowhere": there are'),
     ("report nowhere", 'there is no scene "nowhere"'),
