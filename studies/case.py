@@ -22,8 +22,8 @@ from . import lookup
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: what a study may say of a case beside `measured` and `rows`
 DETAILS = (
-    "kind", "periods", "duration", "floor", "crossovers", "label", "extreme", "slice", "unusable",
-    "diagnosis",
+    "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
+    "unusable", "diagnosis",
 )  # fmt: skip
 Progress = Callable[[str, float], None]
 

@@ -59,10 +59,11 @@ LINEAR = (
 MAPS = (
     "What becomes of runs at each step size (across, times the fastest frequency) and each "
     "stiffness (upwards). Bounded: none of the others. Resonant: the energy band is over four "
-    "times that at both neighbouring steps. Drifting: the energy's mean moves by more than half"
-    " its band and a hundredth of its terms, also in a run eight times as long. Newton failed: "
-    "the equations of a step were not solved. Blown up: the energy error exceeds the energy's "
-    "terms at the start, or the numbers are no longer finite."
+    "times that at both neighbouring steps. Drifting: the energy's mean moves by more than half "
+    "its band and a hundredth of its terms, also in a run eight times as long. Escaped: x leaves "
+    "the region of the true motion by ten times its size. Newton failed: the equations of a step "
+    "were not solved. Blown up: the energy error exceeds the energy's terms at the start, or the "
+    "numbers are no longer finite."
 )
 SPRINGS = (
     "Fermi–Pasta–Ulam chain. Left: how far the energies of the three stiff springs, as running "

@@ -185,7 +185,10 @@ def _wanted_limit(expected: dict[str, Any]) -> str:
 
 def _wanted_stability(expected: dict[str, Any]) -> str:
     if "bounded_up_to" in expected:
-        return f"bounded up to hω = {expected['bounded_up_to']:g}"
+        but = (
+            "; escapes only where the energy is that near to one" if expected.get("escapes") else ""
+        )
+        return f"bounded up to hω = {expected['bounded_up_to']:g}{but}"
     if "bounded" in expected:
         return "no bounded run"
     return "off the unit circle" if expected.get("off_circle") else "as runs say, and symplectic"
