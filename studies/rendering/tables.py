@@ -113,10 +113,13 @@ def _cost(accuracy: str) -> Callable[[Case], str]:
 
 
 def _best(case: Case) -> str:
-    """The smallest error that was reached, and what was cut."""
+    """The smallest error that was reached, how many settings failed and why, what was cut."""
     measured = mapping(case, "measured")
+    causes = [str(row["cause"]) for row in rows(case) if row.get("cause")]
+    told = [f"{len(causes)} of {len(rows(case))} settings failed: {causes[-1]}"] if causes else []
+    told += [f"cut: {measured['cut']}"] if measured.get("cut") else []
     words = scientific(measured.get("best"))
-    return f"{words} (cut: {measured['cut']})" if measured.get("cut") else words
+    return f"{words} ({'; '.join(told)})" if told else words
 
 
 def _variants(case: Case, key: str, written: Callable[[Any], str]) -> str:

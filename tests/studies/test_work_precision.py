@@ -15,7 +15,7 @@ from studies.accuracy import METRICS, UNIT, Yardstick
 from studies.case import Choice, scheme_of
 from studies.contestants import NoEnd, Problem, RuleContestant
 from studies.peers.equations import equations_of
-from studies.rendering import plot_work
+from studies.rendering import plot_work, tables
 from studies.running import run_study
 from studies.work_precision import HIGH_ORDER
 
@@ -356,6 +356,18 @@ def test_the_symplectic_extra_peer_is_symplectic_euler():
     for coarse, fine in ends:
         assert math.log2(coarse / fine) == pytest.approx(1, abs=0.15)
     assert ends[1][0] < 1.5 * ends[0][0]
+
+
+def test_the_table_says_what_failed_and_what_was_cut():
+    rows = [{"cause": "LSODA came to no end within the budget"}] * 2
+    case = {
+        "measured": {"best": None, "cut": "rtol 1e-04, about 3 s"},
+        "rows": [*rows, {"cause": ""}],
+    }
+    assert dict(tables.columns("work-precision"))["Best"](case) == (
+        "— (2 of 3 settings failed: LSODA came to no end within the budget; "
+        "cut: rtol 1e-04, about 3 s)"
+    )
 
 
 # -- the picture ----------------------------------------------------------------------------------
