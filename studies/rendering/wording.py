@@ -236,7 +236,8 @@ def _got_stability(measured: dict[str, Any]) -> str:
         low, high = min(ends), max(ends)
         span = f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
         said.append(f"bounded up to hω = {span}")
-    for name, words in (("exchange", "exchange wrong by"), ("adiabatic", "invariant moves by")):
+    for name, words in (("exchange", "exchange wrong by"), ("stiffer", "at hω = 5 wrong by"),
+                        ("adiabatic", "invariant moves by")):  # fmt: skip
         pairs = (measured.get(name) or {}).items()
         if pairs:
             at = "hω" if name == "exchange" else "ω"
