@@ -123,7 +123,7 @@ def _best(case: Case) -> str:
 
 
 def _variants(case: Case, key: str, written: Callable[[Any], str]) -> str:
-    """A column's entries: the kernel as it is, then without each saving."""
+    """A column's entries: the kernel as it is, then without each saving; a line each if it can."""
     return " | ".join(written(row[key]) for row in rows(case)) or NONE
 
 
@@ -289,7 +289,7 @@ def terminal_table(result: Result) -> Table:
     for head, _ in shown:
         table.add_column(head, overflow="fold")
     for case in cases:
-        texts = [escape(text(case)) for _, text in shown]
+        texts = [escape(text(case)).replace(" | ", "\n") for _, text in shown]
         colour = colours[verdict(case)]
         if is_control(case):
             texts[1] += " [dim](control)[/dim]"
