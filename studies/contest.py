@@ -59,13 +59,16 @@ def hold_race(
     each = budget / (len(rules) + len(peers))
     problem = replace(problem, patience=each)
     yardstick = Yardstick(problem, equations)
+    if axes[1] not in yardstick.floors:
+        where = scene.name if periods is None else f"a race of {scene.name} over many periods"
+        known = ", ".join(m for m in METRICS if m in yardstick.floors)
+        raise BadInput(f"--y {axes[1]} does not exist in {where}: choose {known}.")
     entrants: list[Contestant] = [RuleContestant(problem, rule, first) for rule in rules]
     entrants += [peer(name, problem, equations) for name in peers]
     climbs = []
     for i, contestant in enumerate(entrants):
         progress(f"{scene.name}: {contestant.name}", i / len(entrants) / 2)
-        metric = axes[1] if axes[1] in yardstick.floors else next(iter(yardstick.floors))
-        climbs.append(climb(contestant, yardstick, metric, each))
+        climbs.append(climb(contestant, yardstick, axes[1], each))
     progress(f"{scene.name}: timing", 0.5)
     timed = [pair for each in climbs for pair in each.runs]
     for (row, _), timing in zip(timed, race([run for _, run in timed], budget), strict=True):

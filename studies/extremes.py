@@ -48,6 +48,12 @@ def cases(choice: Choice) -> list[Case]:
     """Every extreme of every scene by every rule."""
     if choice.digits and 16 not in choice.digits:
         return []
+    for scene in choice.scenes:
+        names = [extreme.name for extreme in EXTREMES.get(scene.name, ())]
+        for name in choice.extremes if names else ():
+            if name not in names:
+                shown = ", ".join(f'"{word}"' for word in names)
+                raise BadInput(f'{scene.name} has no extreme "{name}": it has {shown}.')
     return [
         ExtremeCase(NAME, scene, rule, 16, choice.steps, extreme=extreme)
         for scene, rule in choice.pairs()

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .case import Choice
 
 THOROUGH = ("work-precision", "stability", "charts", "savings")  # studies that can take longer
+MOST_PERIODS = 10**12  # of a race
 RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE.py:NAME"
 
 
@@ -101,7 +102,7 @@ def choice_of(options: argparse.Namespace) -> Choice:
     return Choice(
         peers=peers,
         axes=axes,
-        periods=None if periods is None else count(periods, "--periods"),
+        periods=None if periods is None else count(periods, "--periods", MOST_PERIODS),
         budget=_seconds(getattr(options, "budget", None)),
         thorough=getattr(options, "thorough", False),
         extremes=_extremes(getattr(options, "extremes", [])),
@@ -123,10 +124,11 @@ def _extremes(names: list[str]) -> tuple[str, ...]:
     if names:
         from .edges import EXTREMES
 
-        known = {extreme.name for several in EXTREMES.values() for extreme in several}
+        known = dict.fromkeys(e.name for several in EXTREMES.values() for e in several)
         for name in names:
             if name not in known:
-                raise BadInput(f'there is no extreme "{name}": there are {", ".join(known)}.')
+                shown = ", ".join(f'"{word}"' for word in known)
+                raise BadInput(f'there is no extreme "{name}": there are {shown}.')
     return tuple(names)
 
 
@@ -161,14 +163,15 @@ def _seconds(text: str | None) -> float | None:
     return value
 
 
-def count(text: str, what: str) -> int:
-    """A whole number from 1."""
+def count(text: str, what: str, most: int | None = None) -> int:
+    """A whole number from 1, up to `most`."""
     try:
         value = int(text)
     except ValueError:
         value = 0
-    if value < 1:
-        raise BadInput(f"{what} is {text!r}: give a whole number from 1.")
+    if value < 1 or (most is not None and value > most):
+        end = "" if most is None else f" to {most}"
+        raise BadInput(f"{what} is {text!r}: give a whole number from 1{end}.")
     return value
 
 

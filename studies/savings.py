@@ -22,7 +22,7 @@ from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silen
 from .racing import race
 
 NAME = "savings"
-NEEDS = "it needs a Lagrangian, and double precision."
+NEEDS = "it needs a Lagrangian, a rule of one step (no composition), and double precision."
 DIGITS = (16,)
 ALONE = True  # it takes times
 SHOWN = ("pendulum", "kepler", "rigid-body", "heavy-top")  # where no scene is chosen

@@ -22,12 +22,15 @@ from .stiff import FAMILIES
 
 NAME = "stability"
 LINEAR = "harmonic"  # the scene of the linear part
-NEEDS = f"it needs one of the scenes {LINEAR} (linear), {', '.join(FAMILIES)}."
 DIGITS = (16,)
 CONTROLS = {
     LINEAR: ("explicit Euler", "classical Runge-Kutta"),
     "spring-pendulum": ("explicit Euler",),
 }
+NEEDS = (
+    f"it needs one of the scenes {LINEAR} (linear), {', '.join(FAMILIES)}; controls run on "
+    f"{' and '.join(CONTROLS)}."
+)
 CONTROL_STEPS = 2000
 RESOLVED = 0.5  # hω up to which a rule must be bounded on every stiff scene
 

@@ -38,6 +38,8 @@ def chosen(names: Sequence[str]) -> tuple[list[str], list[str]]:
     """
     if list(names) == [NONE]:
         return [], []
+    if NONE in names:
+        raise BadInput(f"--peer {NONE} leaves out all others: name no other beside it.")
     for name in names:
         if name not in PEERS:
             raise BadInput(f'there is no peer "{name}": there are {", ".join(PEERS)}, {NONE}.')
