@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from integrators import BadInput, discretisation, scenes
+from integrators import BadInput, discretisation, discretisations, scenes
 from integrators.discretisations import BUILT_IN
 from studies import contest, get, peers, racing, standings
 from studies.accuracy import METRICS, UNIT, Yardstick
@@ -135,7 +135,7 @@ def test_rows_hold_every_metric_and_every_count(pendulum):
 def test_errors_sink_with_the_order_of_the_rule(pendulum):
     for name, order in (("rectangle", 1), ("midpoint", 2), ("trapezoidal", 2), (HIGH_ORDER[0], 4)):
         rows = pendulum[name]["rows"]
-        good = [(r["step"], r["error"]) for r in rows if 1e-10 < r["error"] < 1e-3]
+        good = [(r["step"], r["error"]) for r in rows if 1e-10 < (r["error"] or 0) < 1e-4]
         (h0, e0), (h1, e1) = good[0], good[-1]
         assert math.log(e1 / e0) / math.log(h1 / h0) == pytest.approx(order, abs=0.1)
 
@@ -205,6 +205,17 @@ def test_the_characteristic_period_of_the_oscillator_is_its_period():
     problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), scene.duration)
     found = contest.characteristic_period(problem, equations_of(problem.scheme))
     assert found == pytest.approx(2 * math.pi, rel=1e-3)
+
+
+def test_rules_of_high_order_begin_at_their_loose_end():
+    """Else a race says nothing of what they cost at 10⁻⁴, where peers are slowest to beat."""
+    scene = scenes.get("kepler")
+    problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), scene.duration)
+    yardstick = Yardstick(problem, equations_of(problem.scheme))
+    for name in ("midpoint", "suzuki:trapezoidal", "kahan-li-8:trapezoidal", "gauss-2"):
+        contestant = RuleContestant(problem, discretisations.get(name))
+        first = contestant.prepare(next(contestant.ladder())).states()
+        assert yardstick.errors(first)["error"] > 1e-4, name
 
 
 def test_checkpoints_lie_on_steps():
