@@ -22,8 +22,8 @@ from . import lookup
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: what a study may say of a case beside `measured` and `rows`
 DETAILS = (
-    "kind", "periods", "duration", "floor", "crossovers", "label", "extreme", "slice", "unusable",
-    "diagnosis",
+    "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
+    "unusable", "diagnosis",
 )  # fmt: skip
 Progress = Callable[[str, float], None]
 
@@ -41,6 +41,7 @@ class Choice:
     peers: tuple[str, ...] = ()  # all that are installed if empty; ("none",) for none
     axes: tuple[str | None, str | None] = (None, None)  # of work-precision; None: the usual ones
     periods: int | None = None  # of the long race; None: the scene's own duration
+    budget: float | None = None  # seconds of timing a method of work-precision; None: the usual
     thorough: bool = False
     extremes: tuple[str, ...] = ()  # of the study of that name; all if empty
 

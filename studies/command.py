@@ -14,8 +14,8 @@ from pathlib import Path
 from integrators import BadInput, StepFailure, discretisations, scenes
 
 from . import NAMES, references, single_run, verifying
-from .options import add_choices, add_study, as_typed, choice_of, jobs
-from .output import EXIT, console, progress_shown, writable, write
+from .options import add_choices, add_study, add_thorough, as_typed, choice_of, jobs
+from .output import EXIT, console, progress_shown, writable, writable_folder, write
 from .power import command as power
 
 PASS, FAIL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -71,6 +71,10 @@ def _parser() -> argparse.ArgumentParser:
         study = commands.add_parser(name, help=about[name])
         add_study(study, name)
         study.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+        study.add_argument(
+            "--folder", metavar="DIR",
+            help="write a page there, its figures (SVG, PNG) and its tables (CSV, TeX, JSON)",
+        )  # fmt: skip
         study.set_defaults(action=_study, study=name)
 
     verifying.add_to(commands)
@@ -78,7 +82,10 @@ def _parser() -> argparse.ArgumentParser:
     power.add_to(commands)
     report = commands.add_parser("report", help="all studies on one page with its figures")
     add_choices(report)
-    report.add_argument("--folder", default="reports/build", help="default: reports/build")
+    report.add_argument(
+        "--folder", metavar="DIR", default="reports/build", help="default: reports/build"
+    )
+    add_thorough(report)
     report.set_defaults(action=_report)
     return parser
 
@@ -107,15 +114,22 @@ def _study(options: argparse.Namespace) -> int:
 
     choice = choice_of(options)
     writable(options.json)
+    writable_folder(options.folder)
     with progress_shown() as show:
         result = run_study(get(options.study), choice, show, keep=True, jobs=jobs(options))
     result["command"] = as_typed(options)
+    if options.folder:
+        from .report import write_study
+
+        page = write_study(result, choice, Path(options.folder))
     if options.json:
         write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
     if options.json != "-":
         console().print(terminal_table(result))
         for note in result["notes"]:
             print(note)
+        if options.folder:
+            print(f"page: {page}")
     return EXIT[result["verdict"]]
 
 
@@ -123,12 +137,7 @@ def _report(options: argparse.Namespace) -> int:
     from .report import make_report
 
     choice = choice_of(options)
-    try:
-        Path(options.folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(
-            f"{options.folder} cannot be written ({error.strerror}); name another --folder."
-        ) from None
+    writable_folder(options.folder)
     with progress_shown() as show:
         results, page = make_report(choice, Path(options.folder), show, jobs(options))
     from .case import worst

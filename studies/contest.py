@@ -18,7 +18,7 @@ from integrators.scene import Scene
 
 from .accuracy import METRICS, Yardstick
 from .case import Progress, scheme_of
-from .contestants import Contestant, Problem, RuleContestant
+from .contestants import Contestant, NoEnd, Problem, RuleContestant
 from .peers import peer
 from .peers.equations import Equations, equations_of
 from .racing import LEAST, race
@@ -31,6 +31,8 @@ WORK = {
     "evaluations": "evaluations of the right-hand side or of a kernel",
     "iterations": "Newton iterations",
 }
+
+GIVEN_UP = 4  # runs without an end within the budget: after as many no other is tried
 
 
 def hold_race(
@@ -57,13 +59,16 @@ def hold_race(
     each = budget / (len(rules) + len(peers))
     problem = replace(problem, patience=each)
     yardstick = Yardstick(problem, equations)
+    if axes[1] not in yardstick.floors:
+        where = scene.name if periods is None else f"a race of {scene.name} over many periods"
+        known = ", ".join(m for m in METRICS if m in yardstick.floors)
+        raise BadInput(f"--y {axes[1]} does not exist in {where}: choose {known}.")
     entrants: list[Contestant] = [RuleContestant(problem, rule, first) for rule in rules]
     entrants += [peer(name, problem, equations) for name in peers]
     climbs = []
     for i, contestant in enumerate(entrants):
         progress(f"{scene.name}: {contestant.name}", i / len(entrants) / 2)
-        metric = axes[1] if axes[1] in yardstick.floors else next(iter(yardstick.floors))
-        climbs.append(climb(contestant, yardstick, metric, each))
+        climbs.append(climb(contestant, yardstick, axes[1], each))
     progress(f"{scene.name}: timing", 0.5)
     timed = [pair for each in climbs for pair in each.runs]
     for (row, _), timing in zip(timed, race([run for _, run in timed], budget), strict=True):
@@ -78,13 +83,17 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
     """Run the ladder until the error no longer sinks near its floor or the budget is used up.
 
     The budget covers `LEAST` timed rounds of every run; a setting that would exceed it is cut, and
-    the row says so. What fails at one setting may go well at the next.
+    the row says so. What fails at one setting may go well at the next; but after `GIVEN_UP` runs
+    that came to no end within the budget no other is tried.
     """
     found = Climb(contestant)
     left, before, growth = budget, 0.0, 2.0
-    best, since = math.inf, 0
+    best, since, endless = math.inf, 0, 0
     for setting in contestant.ladder():
         told = contestant.told(setting)
+        if endless == GIVEN_UP:
+            found.cut = f"{told['setting']}, since {endless} settings came to no end"
+            break
         if before * growth * LEAST > left:
             needed = before * growth
             found.cut = f"{told['setting']}, about {needed:.2g} s"
@@ -96,6 +105,7 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
             states = run.states()
         except (StepFailure, CannotMeasure, BadInput) as failure:
             row["cause"] = getattr(failure, "cause", "") or str(failure)
+            endless += isinstance(failure, NoEnd)
             continue
         errors = {k: v for k, v in yardstick.errors(states).items() if math.isfinite(v)}
         if metric not in errors:

@@ -17,6 +17,7 @@ import numpy as np
 
 from integrators import Scheme
 from integrators.discretisations import Discretisation
+from integrators.errors import CannotMeasure
 from integrators.scene import Scene
 
 from .case import scheme_of
@@ -66,6 +67,13 @@ class States:
     iterations: int | None
 
 
+class NoEnd(CannotMeasure):
+    """A run that did not come to its end within the problem's patience."""
+
+    def __init__(self, name: str, more: str = "") -> None:
+        super().__init__(f"{name} came to no end within the budget{more}")
+
+
 class Run(Protocol):
     """One run, prepared: calling it is what is timed."""
 
@@ -100,7 +108,10 @@ class RuleContestant:
     def __init__(self, problem: Problem, rule: Discretisation, first: int | None = None) -> None:
         self.problem, self.rule, self.name = problem, rule, rule.name
         self.scheme = scheme_of(problem.scene, rule)
-        usual = math.floor(problem.duration / problem.scene.step) // 4
+        # a rule of high order has its loose end at larger steps
+        order = rule.order or 2
+        fewer = 4 if order <= 2 else 4 * order
+        usual = math.floor(problem.duration / problem.scene.step) // fewer
         parts = max(1, problem.checkpoints)
         self.first = max(1, round((first or usual) / parts)) * parts
         begun = time.perf_counter()
@@ -108,7 +119,8 @@ class RuleContestant:
         self.setup = time.perf_counter() - begun
 
     def ladder(self) -> Iterator[int]:
-        """Numbers of steps: a quarter of what the scene's own step makes, doubled on and on."""
+        """Numbers of steps, doubled on and on: first a quarter of what the scene's own step makes,
+        and for an order p > 2 the part 1/(4p) of it."""
         return (self.first * 2**k for k in range(40))
 
     def told(self, setting: int) -> dict[str, Any]:

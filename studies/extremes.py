@@ -48,6 +48,12 @@ def cases(choice: Choice) -> list[Case]:
     """Every extreme of every scene by every rule."""
     if choice.digits and 16 not in choice.digits:
         return []
+    for scene in choice.scenes:
+        names = [extreme.name for extreme in EXTREMES.get(scene.name, ())]
+        for name in choice.extremes if names else ():
+            if name not in names:
+                shown = ", ".join(f'"{word}"' for word in names)
+                raise BadInput(f'{scene.name} has no extreme "{name}": it has {shown}.')
     return [
         ExtremeCase(NAME, scene, rule, 16, choice.steps, extreme=extreme)
         for scene, rule in choice.pairs()
@@ -172,7 +178,7 @@ def _truth_of(name: str, values: _Values, end: Fraction) -> State | None:
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Nothing fails silently."""
+    """Nothing fails silently; without a reference a run without any sign proves nothing."""
     expected = {"silent": 0}
     for row in measurement["rows"]:
         if row["outcome"] != "wrong, silent":
@@ -183,4 +189,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
             f"smaller steps ({row['estimate']:.2g}) nor the energy tell.",
             expected,
         )
+    for row in measurement["rows"]:
+        if row["outcome"] == "no reference" and not row["noticed"]:
+            reason = f"at hω = {row['z']:g} nothing looks wrong, and no reference says it is right."
+            return Verdict("inconclusive", reason, expected)
     return Verdict("pass", "", expected)

@@ -60,7 +60,7 @@ def _key(study: str, choice: Choice) -> str:
                for p in sorted((root / name).rglob("*.py"))]  # fmt: skip
     asked = [[*map(stamp, choice.scenes)], [*map(stamp, choice.rules)], choice.controls,
              choice.retractions, choice.digits, choice.steps, choice.peers, choice.axes,
-             choice.periods, choice.thorough, choice.extremes]  # fmt: skip
+             choice.periods, choice.budget, choice.thorough, choice.extremes]  # fmt: skip
     digest = hashlib.sha256(f"{study} {asked}".encode())
     for path in sources:
         digest.update(path.read_bytes())

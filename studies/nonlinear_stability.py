@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -20,6 +21,8 @@ CLASSES = {
     "resonant": "bounded, but the energy band is over four times that at both neighbouring steps",
     "drifting": "the energy's means over the first and the last tenth of the run differ by more "
     "than half its band and a hundredth of its terms, and still so in a run eight times as long",
+    "escaped": "x leaves the region of the true motion, where that is bounded, by ten times its "
+    "size",
     "Newton failed": "the equations of a step were not solved",
     "blown up": "the energy error exceeds the sum of the energy's terms at the start, or the "
     "numbers are no longer finite",
@@ -29,6 +32,8 @@ ROWS = 1000  # states kept of a run
 PER_DECADE = {False: 10, True: 40}  # steps hω tried, thorough or not
 LOWEST, HIGHEST = -1.0, 1.4  # decades of hω
 LONGER = 8
+FAR = 10  # times the size of the true motion's region
+RETURNS, MOST_STEPS = 3, 10**7  # of the slow motion, where a family names its period
 DRIFT = 0.01  # of the energy's terms: a smaller shift is an exchange between fast and slow
 NOISE = 1e-10  # a band that is round-off does not resonate
 Runner = Callable[[Scheme, Fraction, int], Any]
@@ -52,11 +57,14 @@ def stability_map(
     for i, stiffness in enumerate(family.stiffness):
         scheme = family.scheme(derived, stiffness)
         measures = _measures(family, scheme)
+        far = FAR * family.region(stiffness) if family.region else math.inf
         column = []
         for z in grid(thorough):
             step = Fraction(float(z) / family.frequency(stiffness))
             told = {"stiffness": float(stiffness), "z": float(z), "step": float(step)}
-            column.append(told | one_run(scheme, step, count, measures, run))
+            cover = min(MOST_STEPS, math.ceil(RETURNS * family.period / step))
+            inside = count if steps else max(count, cover)
+            column.append(told | one_run(scheme, step, inside, measures, run, far))
         resonant(column)
         rows += column
         progress((i + 1) / len(family.stiffness))
@@ -81,20 +89,22 @@ def _measures(family: Family, scheme: Scheme) -> dict[str, Any]:
 
 
 def one_run(
-    scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], run: Runner
-) -> dict[str, Any]:
-    """What becomes of one run; `resonant` is decided later, beside its neighbours.
+    scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], run: Runner,
+    far: float = math.inf,
+) -> dict[str, Any]:  # fmt: skip
+    """What becomes of one run; `resonant` is decided later, beside its neighbours. far: ‖x‖ that
+    is too far.
 
     A shift of the energy may be a slow motion seen in part: it is looked at in a longer run.
     """
-    told = _one_run(scheme, step, steps, measures, run)
+    told = _one_run(scheme, step, steps, measures, run, far)
     if told["class"] == "drifting":
-        told = _one_run(scheme, step, LONGER * steps, measures, run)
+        told = _one_run(scheme, step, LONGER * steps, measures, run, far)
     return told
 
 
 def _one_run(
-    scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], run: Runner
+    scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], run: Runner, far: float
 ) -> dict[str, Any]:
     cause = ""
     try:
@@ -115,6 +125,8 @@ def _one_run(
         return told | {"class": "Newton failed"}
     if cause or not np.abs(errors).max() <= 1:
         return told | {"class": "blown up"}
+    if math.isfinite(far) and np.linalg.norm(found.x, axis=1).max() > far:
+        return told | {"class": "escaped"}
     band, tenth = float(np.ptp(errors)), max(1, len(errors) // 10)
     shift = abs(float(errors[-tenth:].mean() - errors[:tenth].mean()))
     drifting = shift > max(band / 2, DRIFT)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import shlex
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,8 @@ from . import lookup
 if TYPE_CHECKING:
     from .case import Choice
 
+THOROUGH = ("work-precision", "stability", "charts", "savings")  # studies that can take longer
+MOST_PERIODS = 10**12  # of a race
 RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE.py:NAME"
 
 
@@ -32,7 +35,9 @@ def add_choices(parser: argparse.ArgumentParser) -> None:
         metavar="D",
         help="16 is double precision; may be repeated",
     )
-    parser.add_argument("--steps", metavar="N")
+    parser.add_argument(
+        "--steps", metavar="N", help="of a run; of the coarsest where a study runs several"
+    )
     parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
 
 
@@ -54,20 +59,31 @@ def add_study(parser: argparse.ArgumentParser, name: str) -> None:
             "--extreme", action="append", default=[], metavar="NAME", dest="extremes",
             help='only this one, such as "e = 0.99"',
         )  # fmt: skip
-    if name in ("work-precision", "stability", "charts", "savings"):
-        parser.add_argument("--thorough", action="store_true", help="as long as it takes")
+    if name in THOROUGH:
+        add_thorough(parser)
+
+
+def add_thorough(parser: argparse.ArgumentParser) -> None:
+    """Declare that time is no matter."""
+    parser.add_argument(
+        "--thorough", action="store_true",
+        help=f"take minutes to hours, not seconds ({', '.join(THOROUGH)})",
+    )  # fmt: skip
 
 
 def _add_race(parser: argparse.ArgumentParser) -> None:
     """What work-precision asks beside scenes and rules; the names are looked up when it runs."""
     parser.add_argument(
         "--peer", action="append", default=[], metavar="P", dest="peers",
-        help="DOP853, Radau, LSODA, heyoka, diffrax, diffrax-symplectic or none (default: those "
-        "installed)",
+        help="DOP853, Radau, LSODA, heyoka, diffrax, diffrax-tsit5, diffrax-symplectic or none "
+        "(default: those installed)",
     )  # fmt: skip
     parser.add_argument("--x", metavar="WORK", help="seconds, steps, evaluations, iterations")
     parser.add_argument("--y", metavar="ERROR", help="error, error-x, energy-max, ...")
     parser.add_argument("--periods", metavar="P", help="run over P characteristic periods")
+    parser.add_argument(
+        "--budget", metavar="SECONDS", help="of timing, a method (default: a fraction of a second)"
+    )
 
 
 def choice_of(options: argparse.Namespace) -> Choice:
@@ -86,7 +102,8 @@ def choice_of(options: argparse.Namespace) -> Choice:
     return Choice(
         peers=peers,
         axes=axes,
-        periods=None if periods is None else count(periods, "--periods"),
+        periods=None if periods is None else count(periods, "--periods", MOST_PERIODS),
+        budget=_seconds(getattr(options, "budget", None)),
         thorough=getattr(options, "thorough", False),
         extremes=_extremes(getattr(options, "extremes", [])),
         scenes=lookup.scenes_of(options.scenes),
@@ -107,10 +124,11 @@ def _extremes(names: list[str]) -> tuple[str, ...]:
     if names:
         from .edges import EXTREMES
 
-        known = {extreme.name for several in EXTREMES.values() for extreme in several}
+        known = dict.fromkeys(e.name for several in EXTREMES.values() for e in several)
         for name in names:
             if name not in known:
-                raise BadInput(f'there is no extreme "{name}": there are {", ".join(known)}.')
+                shown = ", ".join(f'"{word}"' for word in known)
+                raise BadInput(f'there is no extreme "{name}": there are {shown}.')
     return tuple(names)
 
 
@@ -132,14 +150,28 @@ def _race_choice(options: argparse.Namespace) -> tuple[tuple[str, ...], Any]:
     return peers, asked
 
 
-def count(text: str, what: str) -> int:
-    """A whole number from 1."""
+def _seconds(text: str | None) -> float | None:
+    """A time."""
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < math.inf:
+        raise BadInput(f"--budget is {text!r}: give seconds, more than 0.")
+    return value
+
+
+def count(text: str, what: str, most: int | None = None) -> int:
+    """A whole number from 1, up to `most`."""
     try:
         value = int(text)
     except ValueError:
         value = 0
-    if value < 1:
-        raise BadInput(f"{what} is {text!r}: give a whole number from 1.")
+    if value < 1 or (most is not None and value > most):
+        end = "" if most is None else f" to {most}"
+        raise BadInput(f"{what} is {text!r}: give a whole number from 1{end}.")
     return value
 
 
@@ -160,7 +192,7 @@ def as_typed(options: argparse.Namespace) -> str:
                          ("--peer", getattr(options, "peers", [])),
                          ("--extreme", getattr(options, "extremes", []))):  # fmt: skip
         parts += [word for value in values for word in (flag, value)]
-    for name in ("x", "y", "periods"):
+    for name in ("x", "y", "periods", "budget"):
         if getattr(options, name, None):
             parts += [f"--{name}", getattr(options, name)]
     parts += ["--thorough"] if getattr(options, "thorough", False) else []

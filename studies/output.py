@@ -51,6 +51,20 @@ def console() -> Any:
     return console if console.is_terminal else Console(width=150)
 
 
+def writable_folder(name: str | None) -> None:
+    """The same of a folder, which is made if it is not there."""
+    if name is None:
+        return
+    try:
+        Path(name).mkdir(parents=True, exist_ok=True)
+        if not os.access(name, os.W_OK | os.X_OK):
+            raise PermissionError(13, "Permission denied")
+    except OSError as error:
+        raise BadInput(
+            f"{name} cannot be written ({error.strerror}); name another --folder."
+        ) from None
+
+
 @contextmanager
 def progress_shown() -> Iterator[Any]:
     """A progress bar on standard error, if that is a terminal: yields show(label, fraction)."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 LEAST, MOST = 5, 31  # rounds
-SHORTEST = 2e-4  # seconds: a shorter run is repeated within a sample, against the clock's grain
+SHORTEST = 1e-3  # seconds: a shorter run is repeated within a sample, against noise and the clock
 KNOWN = 0.03  # a median is known when its interval is this narrow, relatively
 
 

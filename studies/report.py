@@ -34,6 +34,15 @@ def make_report(
     return results, page
 
 
+def write_study(result: dict[str, Any], choice: Choice, folder: Path) -> Path:
+    """The page of one study with its figures and tables in a folder; returns the page's path."""
+    from .rendering.page import write_report
+
+    named = {case["scene"] for case in result["cases"]}
+    scenes = {scene.name: about(scene) for scene, _ in choice.pairs() if scene.name in named}
+    return write_report([result], [], list(scenes.values()), folder, result["command"])
+
+
 def about(scene: Scene) -> dict[str, Any]:
     """A scene's line in the report."""
     values = {

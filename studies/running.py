@@ -62,6 +62,11 @@ def run_studies(
     for study, cases in zip(plan.studies, plan.cases, strict=True):
         if not cases:
             names = ", ".join(s.name for s in choice.scenes)
+            if names and choice.rules and not plan.pairs:
+                raise BadInput(
+                    f"{', '.join(r.name for r in choice.rules)} can be used on none of the chosen "
+                    f"scenes ({names}): a rule needs a Lagrangian, imex one with a fast part."
+                )
             raise BadInput(
                 f"the study {study.NAME} applies to none of the chosen scenes"
                 + (f" ({names})" if names else "")

@@ -17,6 +17,10 @@ class Family:
 
     `values(s)` are what `Scheme.at` takes; `frequency(s)` is the fastest frequency ω there, so that
     steps are compared as hω. `adiabatic` names a declared quantity that a fast motion keeps nearly.
+
+    title: the family's, without the number that varies. region: ‖x‖ that the true motion does not
+    exceed, None where it knows no bound. held(s): hω up to which an error of the energy of (hω)²
+    of its terms leaves the motion bounded. period: of the slow motion, if a run must cover some.
     """
 
     scene: str
@@ -24,7 +28,11 @@ class Family:
     stiffness: tuple[Fraction, ...]
     values: Callable[[Fraction], dict[str, Any]]
     frequency: Callable[[Fraction], float]
+    title: str
     adiabatic: str | None = None
+    region: Callable[[Fraction], float] | None = None
+    held: Callable[[Fraction], float] | None = None
+    period: float = 0.0
 
     def scheme(self, derived: Scheme, stiffness: Fraction) -> Scheme:
         """The scheme of that variant, from the one that was derived at the scene's own values."""
@@ -47,6 +55,11 @@ def _kepler(eccentricity: Fraction) -> dict[str, Any]:
     """From the pericentre; the speed there is rounded, so e is what it says to 1e-16."""
     speed = Fraction(math.sqrt((1 + eccentricity) / (1 - eccentricity)))
     return {"x0": [1 - eccentricity, 0], "v0": [0, speed]}
+
+
+def _kepler_held(eccentricity: Fraction) -> float:
+    """From the pericentre: the energy −1/2 is the difference of terms of (3 + e)/(1 − e)/2."""
+    return math.sqrt((1 - eccentricity) / (3 + eccentricity))
 
 
 def _body(ratio: Fraction) -> dict[str, Any]:
@@ -74,14 +87,17 @@ FAMILIES = {
     family.scene: family
     for family in (
         Family("fpu", "ω", _numbers(50, 100, 200, 500, 1000, 10**4), _fpu, float,
-               "oscillatory energy"),
+               "Fermi–Pasta–Ulam chain", "oscillatory energy", region=lambda omega: 3.0),
         Family("spring-pendulum", "k", _numbers(*(10**k for k in range(2, 9))), _spring,
-               lambda k: math.sqrt(k)),
+               lambda k: math.sqrt(k), "Pendulum on a stiff spring", region=lambda k: 1.5),
         Family("kepler", "e", _numbers("0.6", "0.9", "0.97", "0.99", "0.997", "0.999"), _kepler,
-               lambda e: math.sqrt((1 + e) / (1 - e) ** 3)),
+               lambda e: math.sqrt((1 + e) / (1 - e) ** 3), "Kepler’s problem",
+               region=lambda e: float(1 + e), held=_kepler_held, period=2 * math.pi),
         Family("rigid-body", "I₂/I₁", _numbers(2, *(10**k for k in range(1, 9))), _body,
-               _body_frequency),
-        Family("lagrange-top", "spin", _numbers(1, 3, 10, 30, 100, 300, 1000), _top, float),
-        Family("charged-particle", "B", _numbers(*(10**k for k in range(0, 7))), _particle, float),
+               _body_frequency, "Free rigid body"),
+        Family("lagrange-top", "spin", _numbers(1, 3, 10, 30, 100, 300, 1000), _top, float,
+               "Lagrange top"),
+        Family("charged-particle", "B", _numbers(*(10**k for k in range(0, 7))), _particle, float,
+               "Charged particle in a uniform field"),
     )
 }  # fmt: skip

@@ -55,6 +55,7 @@ class Race:
         words += ["--retraction", chart] if chart in retractions.BUILT_IN else []
         words += [] if self.periods is None else ["--periods", str(self.periods)]
         words += [] if choice.steps is None else ["--steps", str(choice.steps)]
+        words += [] if choice.budget is None else ["--budget", f"{choice.budget:g}"]
         words += [w for flag, axis in zip(("--x", "--y"), choice.axes, strict=True) if axis
                   for w in (flag, axis)]  # fmt: skip
         return " ".join([*words, *(["--thorough"] if choice.thorough else [])])
@@ -64,11 +65,11 @@ class Race:
         """Per method what `measure` returns."""
         from .contest import hold_race
 
-        each = BUDGET if self.periods is None else LONG_BUDGET
-        budget = each * (len(self.rules) + len(self.peers))
+        usual = BUDGET if self.periods is None else LONG_BUDGET
+        each = self.choice.budget or usual * (THOROUGH if self.choice.thorough else 1)
         return hold_race(
             self.scene, self.rules, self.peers,
-            axes=self.axes, budget=budget * (THOROUGH if self.choice.thorough else 1),
+            axes=self.axes, budget=each * (len(self.rules) + len(self.peers)),
             periods=self.periods, first=self.choice.steps, progress=self.progress,
         )  # fmt: skip
 

@@ -24,6 +24,7 @@ PEERS = {
     "LSODA": ("scipys", "scipy"),
     "heyoka": ("heyokas", "heyoka"),
     "diffrax": ("diffraxes", "diffrax"),
+    "diffrax-tsit5": ("diffraxes", "diffrax"),
     "diffrax-symplectic": ("diffraxes", "diffrax"),
 }
 SPLIT = ("diffrax-symplectic",)  # those that need ẋ = f(μ), μ̇ = g(x)
@@ -37,6 +38,8 @@ def chosen(names: Sequence[str]) -> tuple[list[str], list[str]]:
     """
     if list(names) == [NONE]:
         return [], []
+    if NONE in names:
+        raise BadInput(f"--peer {NONE} leaves out all others: name no other beside it.")
     for name in names:
         if name not in PEERS:
             raise BadInput(f'there is no peer "{name}": there are {", ".join(PEERS)}, {NONE}.')

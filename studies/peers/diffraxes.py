@@ -1,7 +1,8 @@
 """diffrax: Runge–Kutta methods compiled by JAX, in double precision (Kidger 2021).
 
-Its adaptive method is Dopri8 with the PID controller; its symplectic one is the semi-implicit Euler
-method with constant steps, for equations ẋ = f(μ), μ̇ = g(x).
+Its adaptive methods are Tsit5, which its documentation recommends in general, and Dopri8, which it
+recommends for accuracy; its symplectic one is the semi-implicit Euler method with constant steps,
+for equations ẋ = f(μ), μ̇ = g(x).
 """
 
 from __future__ import annotations
@@ -13,12 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from integrators.errors import CannotMeasure
-
-from ..contestants import MOST_ROWS, Problem, States
+from ..contestants import MOST_ROWS, NoEnd, Problem, States
 
 TOLERANCES = [10.0**-k for k in range(3, 14)]
-MOST_STEPS = 2**22
+MOST_STEPS = 2**31 - 1  # as its counter allows
 
 
 def contestant(name: str, problem: Problem, equations: Any) -> DiffraxContestant:
@@ -27,10 +26,19 @@ def contestant(name: str, problem: Problem, equations: Any) -> DiffraxContestant
     return kind(name, problem, equations)
 
 
+def _bound(steps: int) -> int:
+    """A power of four above a number of steps: each is compiled apart, so let them be few."""
+    bound = 4
+    while bound <= steps:
+        bound *= 4
+    return bound
+
+
 class DiffraxContestant:
     """diffeqsolve under jit, the setting an argument; the settings are tolerances."""
 
     kind = "peer"
+    fastest = 2e-7  # seconds of a step, at least: it limits how many the patience allows
 
     def __init__(self, name: str, problem: Problem, equations: Any) -> None:
         import jax
@@ -40,19 +48,29 @@ class DiffraxContestant:
         import jax.numpy as jnp
 
         self.name, self.problem = name, problem
+        self.most_steps = int(min(problem.patience / self.fastest, MOST_STEPS))
         self.start = self._state(jnp.asarray(problem.start))
         self.terms = self._terms(equations)
 
-        def solve(setting: Any, start: Any, times: Any = None) -> Any:
-            saved = diffrax.SaveAt(t1=True) if times is None else diffrax.SaveAt(ts=times)
+        def run(setting: Any, start: Any, saved: Any, most: int) -> Any:
             found = diffrax.diffeqsolve(
                 self.terms, y0=start, t0=0.0, t1=float(problem.duration), saveat=saved,
-                max_steps=MOST_STEPS, throw=False, **self._method(setting),
+                max_steps=most, throw=False, **self._method(setting),
             )  # fmt: skip
             done = found.result == diffrax.RESULTS.successful
             return found.ys, found.stats["num_steps"], done
 
+        def solve(setting: Any, start: Any) -> Any:
+            return run(setting, start, diffrax.SaveAt(t1=True), self.most_steps)
+
+        def look(setting: Any, start: Any, bound: int) -> Any:
+            own = diffrax.SubSaveAt(t0=True, steps=max(1, bound // MOST_ROWS))
+            times = [float(t) for t in problem.times] if problem.checkpoints else [0.0]
+            saved = diffrax.SaveAt(subs=[own, diffrax.SubSaveAt(ts=jnp.asarray(times))])
+            return run(setting, start, saved, bound)[0]
+
         self.solve = jax.jit(solve)
+        self.look = jax.jit(look, static_argnums=2)
         begun = time.perf_counter()
         jax.block_until_ready(self.solve(next(self.ladder()), self.start))
         self.setup = time.perf_counter() - begun
@@ -72,7 +90,8 @@ class DiffraxContestant:
         import diffrax
 
         controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
-        return {"solver": diffrax.Dopri8(), "dt0": None, "stepsize_controller": controller}
+        solver = diffrax.Tsit5() if self.name.endswith("tsit5") else diffrax.Dopri8()
+        return {"solver": solver, "dt0": None, "stepsize_controller": controller}
 
     def ladder(self) -> Iterator[Any]:
         """Tolerances from 1e-3 on."""
@@ -89,6 +108,8 @@ class DiffraxContestant:
 
 class SymplecticContestant(DiffraxContestant):
     """SemiImplicitEuler: x by the old μ, then μ by the new x; the settings are numbers of steps."""
+
+    fastest = 1e-8
 
     def _state(self, start: Any) -> Any:
         n = len(self.problem.scheme.x)
@@ -111,7 +132,7 @@ class SymplecticContestant(DiffraxContestant):
         return {"solver": diffrax.SemiImplicitEuler(), "dt0": float(self.problem.duration) / steps}
 
     def ladder(self) -> Iterator[int]:
-        """The steps of the scene, doubled on and on while diffrax allows as many."""
+        """The steps of the scene, doubled on and on while diffrax counts as many."""
         first = max(1, math.floor(self.problem.duration / self.problem.scene.step))
         return (first * 2**k for k in range(40) if first * 2**k <= MOST_STEPS)
 
@@ -133,17 +154,18 @@ class DiffraxRun:
         return jax.block_until_ready(contestant.solve(self.setting, contestant.start)[0])
 
     def states(self) -> States:
-        """On a grid, by its own dense output; the end is that of the timed run."""
+        """Its own steps; at the checkpoints before the end its dense output, as a user gets."""
         contestant, problem = self.contestant, self.contestant.problem
         last, steps, fine = contestant.solve(self.setting, contestant.start)
         if not bool(fine):
-            raise CannotMeasure(f"diffrax: no end within {MOST_STEPS} steps")
-        parts = max(1, problem.checkpoints)
-        inside = max(1, MOST_ROWS // 16 // parts)
-        grid = np.linspace(0.0, float(problem.duration), parts * inside + 1)
-        path = _joined(contestant.solve(self.setting, contestant.start, grid)[0])
-        path[-1] = _joined(last)[-1]
-        checkpoints = path[inside::inside] if problem.checkpoints else path[:0]
+            raise NoEnd(contestant.name, f" ({contestant.most_steps} steps)")
+        own, dense = contestant.look(self.setting, contestant.start, _bound(int(steps)))
+        path, end = _joined(own), _joined(last)[-1:]
+        path = np.vstack([path[np.isfinite(path).all(axis=1)], end])  # what is not filled is ∞
+        checkpoints = path[:0]
+        if problem.checkpoints:
+            checkpoints = _joined(dense)
+            checkpoints[-1] = end
         return States(checkpoints, path, int(steps), None, None)
 
 

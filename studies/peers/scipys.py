@@ -10,7 +10,7 @@ import numpy as np
 
 from integrators.errors import CannotMeasure
 
-from ..contestants import MOST_ROWS, Problem, States
+from ..contestants import MOST_ROWS, NoEnd, Problem, States
 
 IMPLICIT = ("Radau", "LSODA")  # those that take a Jacobian
 TOLERANCES = [10.0**-k for k in range(2, 14)]  # scipy takes no rtol below 100 units of round-off
@@ -80,7 +80,7 @@ class ScipyRun:
 
         def f(t: float, z: np.ndarray) -> Any:
             if time.process_time() - begun > contestant.problem.patience:
-                raise CannotMeasure(f"{contestant.name} came to no end within the budget")
+                raise NoEnd(contestant.name)
             return contestant.f(t, z)
 
         return f

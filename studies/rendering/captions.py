@@ -59,16 +59,18 @@ LINEAR = (
 MAPS = (
     "What becomes of runs at each step size (across, times the fastest frequency) and each "
     "stiffness (upwards). Bounded: none of the others. Resonant: the energy band is over four "
-    "times that at both neighbouring steps. Drifting: the energy's mean moves by more than half"
-    " its band and a hundredth of its terms, also in a run eight times as long. Newton failed: "
-    "the equations of a step were not solved. Blown up: the energy error exceeds the energy's "
-    "terms at the start, or the numbers are no longer finite."
+    "times that at both neighbouring steps. Drifting: the energy's mean moves by more than half "
+    "its band and a hundredth of its terms, also in a run eight times as long. Escaped: x leaves "
+    "the region of the true motion by ten times its size. Newton failed: the equations of a step "
+    "were not solved. Blown up: the energy error exceeds the energy's terms at the start, or the "
+    "numbers are no longer finite."
 )
 SPRINGS = (
     "Fermi–Pasta–Ulam chain. Left: how far the energies of the three stiff springs, as running "
     "means, are from their true exchange; a run may be stable and still hand the energy on at "
-    "the wrong pace. Right: how far the springs' whole energy, an adiabatic invariant, moves "
-    "over long times at a step of ten fast radians; dashed: 15 %. imex keeps it from ω = 100 on."
+    "the wrong pace. Middle: the same for stiffer springs, which take longer. Right: how far the "
+    "springs' whole energy, an adiabatic invariant, moves over long times at a step of ten fast "
+    "radians; dashed: 15 %. imex keeps it from ω = 100 on."
 )
 CHARTS = (
     "Runs from first steps of 0.01 to 0.99 of a turn about six axes. On the group the step makes "

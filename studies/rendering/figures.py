@@ -221,7 +221,8 @@ def _stability(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) ->
                [*panels, plot_maps.legend()] if panels else [], sheet),
         Sketch(
             "stability-fpu", "The stiff springs of fpu", SPRINGS,
-            [plot_stability.exchange(stiff, known), plot_stability.adiabatic(stiff, known)]
+            [plot_stability.exchange(stiff, known), plot_stability.stiffer(stiff, known),
+             plot_stability.adiabatic(stiff, known)]
             if stiff else [], plot_stability.EXCHANGE_SHEET,
         ),
     ]  # fmt: skip

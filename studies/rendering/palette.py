@@ -20,6 +20,7 @@ _PEERS = {
     "LSODA": (MUTED, "p"),
     "heyoka": (INK, "*"),
     "diffrax": (INK, "h"),
+    "diffrax-tsit5": (INK, "p"),
     "diffrax-symplectic": (MUTED, "H"),
 }
 _OTHERS = [(PURPLE, "D"), (ORANGE, "v"), (SKY, "P"), (INK, "X"), (BLUE, "<"), (GREEN, ">")]

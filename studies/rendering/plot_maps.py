@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from studies.rendering.canvas import Panel, Sheet, log_axis, note, tick_text
-from studies.rendering.palette import BLUE, INK, ORANGE, PURPLE, SKY, VERMILLION
+from studies.rendering.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
 from studies.rendering.typeset import figure_text
 from studies.rendering.wording import Case, mapping, number, rows, rule_name
 
@@ -23,8 +23,15 @@ LOOKS: dict[str, tuple[str, float, str]] = {
     "bounded": (BLUE, 0.18, ""),
     "resonant": (ORANGE, 0.75, ""),
     "drifting": (PURPLE, 0.75, "///"),
+    "escaped": (GREEN, 0.55, "xxx"),
     "Newton failed": (SKY, 0.9, "..."),
     "blown up": (VERMILLION, 0.9, ""),
+}
+#: hatching → (marker, size)
+STROKES: dict[str, tuple[Any, float]] = {
+    "///": ((2, 0, -35), 6),
+    "xxx": ("x", 3),
+    "...": (".", 2.2),
 }
 EMPTY = Panel("", "", "", "", lambda axes: axes.set_axis_off())
 
@@ -39,11 +46,14 @@ def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Pa
         lines = dict.fromkeys(scene for scene, _ in at)
         places = [at.get((scene, rule)) for scene in lines for rule in rules]
         places = [*places, *(case for case in cases if case.get("control"))]
-    panels = [
-        stability_map(titles.get(str(case["scene"]), str(case["scene"])), case) if case else EMPTY
-        for case in places
-    ]
+    panels = [stability_map(_title(case, titles), case) if case else EMPTY for case in places]
     return panels, replace(SHEET, columns=min(len(rules) or 1, MOST_COLUMNS))
+
+
+def _title(case: Case, titles: Mapping[str, str]) -> str:
+    """The family's; the scene's has the number that varies here."""
+    scene = str(case["scene"])
+    return str(case.get("title") or titles.get(scene, scene))
 
 
 def stability_map(title: str, case: Case) -> Panel:
@@ -89,9 +99,8 @@ def _hatch(axes: Axes, left: float, right: float, line: int, hatch: str) -> None
     """Strokes or dots within a cell, drawn as marks: they keep the page's colours."""
     steps = max(1, round(math.log10(right / left) * 10))
     xs = [left * (right / left) ** ((k + 0.5) / steps) for k in range(steps)]
-    marker: Any = "." if hatch == "..." else (2, 0, -35)
-    axes.plot(xs, [line] * steps, ls="", marker=marker, ms=2.2 if hatch == "..." else 6,
-              mew=0.6, color=INK)  # fmt: skip
+    marker, size = STROKES[hatch]
+    axes.plot(xs, [line] * steps, ls="", marker=marker, ms=size, mew=0.6, color=INK)
 
 
 def legend() -> Panel:
@@ -106,9 +115,9 @@ def legend() -> Panel:
         for line, (kind, (colour, alpha, hatch)) in enumerate(LOOKS.items()):
             axes.add_patch(Rectangle((0.2, line - 0.34), 1.4, 0.68, lw=0, fc=colour, alpha=alpha))
             if hatch:
-                marker: Any = "." if hatch == "..." else (2, 0, -35)
-                axes.plot([0.6, 1.2], [line, line], ls="", marker=marker, color=INK, mew=0.6,
-                          ms=2.2 if hatch == "..." else 6)  # fmt: skip
+                marker, size = STROKES[hatch]
+                axes.plot([0.6, 1.2], [line, line], ls="", marker=marker, ms=size, mew=0.6,
+                          color=INK)  # fmt: skip
             axes.text(2.0, line, figure_text(kind), va="center", fontsize=8)
 
     return Panel("Classes", "", "", "Classes: " + ", ".join(LOOKS), draw)

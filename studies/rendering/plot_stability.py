@@ -85,6 +85,26 @@ def _linear(axes: Axes, cases: Sequence[Case], marks: Any, value: Any, words: An
     end_labels(axes, labels)
 
 
+def stiffer(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
+    """Error of the energy exchange on fpu against ω, at one hω."""
+
+    def draw(axes: Axes) -> None:
+        curves = {rule_name(case): _pairs(case, "stiffer") for case in cases}
+        everything = [point for curve in curves.values() for point in curve]
+        if not everything:
+            note(axes, "No run came to its end.")
+            return
+        log_axis(axes, "x", log_limits((w for w, _ in everything), 0.05), 4)
+        log_axis(axes, "y", log_limits([*(e for _, e in everything), 1.0], 0.05), 4)
+        _marked(axes, curves, marks)
+
+    spoken = "Error of the exchange of energy between ever stiffer springs. " + "; ".join(
+        map(rule_name, cases)
+    )
+    title, subtitle = "Energy exchange, hω = 5", "largest error up to T = 2ω"
+    return Panel(title, subtitle, "ω", spoken, draw)
+
+
 def exchange(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
     """Error of the energy exchange on fpu against hω."""
 

@@ -54,9 +54,9 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         if floor:
             axes.axhline(floor, color=INK, lw=0.7, ls=(0, (3, 2)))
             axes.annotate(
-                figure_text("rounding of the start"), (1, floor), (-2, 2), fontsize=6.4,
+                figure_text("rounding of the start"), (0, floor), (2, 2), fontsize=6.4,
                 xycoords=axes.get_yaxis_transform(), textcoords="offset points",
-                ha="right", va="bottom", color=MUTED,
+                ha="left", va="bottom", color=MUTED,
             )  # fmt: skip
         for crossing in cases[0].get("crossovers") or [] if x == "seconds" else []:
             place = (crossing["work"], crossing["error"])

@@ -113,14 +113,17 @@ def _cost(accuracy: str) -> Callable[[Case], str]:
 
 
 def _best(case: Case) -> str:
-    """The smallest error that was reached, and what was cut."""
+    """The smallest error that was reached, how many settings failed and why, what was cut."""
     measured = mapping(case, "measured")
+    causes = [str(row["cause"]) for row in rows(case) if row.get("cause")]
+    told = [f"{len(causes)} of {len(rows(case))} settings failed: {causes[-1]}"] if causes else []
+    told += [f"cut: {measured['cut']}"] if measured.get("cut") else []
     words = scientific(measured.get("best"))
-    return f"{words} (cut: {measured['cut']})" if measured.get("cut") else words
+    return f"{words} ({'; '.join(told)})" if told else words
 
 
 def _variants(case: Case, key: str, written: Callable[[Any], str]) -> str:
-    """A column's entries: the kernel as it is, then without each saving."""
+    """A column's entries: the kernel as it is, then without each saving; a line each if it can."""
     return " | ".join(written(row[key]) for row in rows(case)) or NONE
 
 
@@ -286,7 +289,7 @@ def terminal_table(result: Result) -> Table:
     for head, _ in shown:
         table.add_column(head, overflow="fold")
     for case in cases:
-        texts = [escape(text(case)) for _, text in shown]
+        texts = [escape(text(case)).replace(" | ", "\n") for _, text in shown]
         colour = colours[verdict(case)]
         if is_control(case):
             texts[1] += " [dim](control)[/dim]"

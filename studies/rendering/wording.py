@@ -185,7 +185,10 @@ def _wanted_limit(expected: dict[str, Any]) -> str:
 
 def _wanted_stability(expected: dict[str, Any]) -> str:
     if "bounded_up_to" in expected:
-        return f"bounded up to hω = {expected['bounded_up_to']:g}"
+        but = (
+            "; escapes only where the energy is that near to one" if expected.get("escapes") else ""
+        )
+        return f"bounded up to hω = {expected['bounded_up_to']:g}{but}"
     if "bounded" in expected:
         return "no bounded run"
     return "off the unit circle" if expected.get("off_circle") else "as runs say, and symplectic"
@@ -233,7 +236,8 @@ def _got_stability(measured: dict[str, Any]) -> str:
         low, high = min(ends), max(ends)
         span = f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
         said.append(f"bounded up to hω = {span}")
-    for name, words in (("exchange", "exchange wrong by"), ("adiabatic", "invariant moves by")):
+    for name, words in (("exchange", "exchange wrong by"), ("stiffer", "at hω = 5 wrong by"),
+                        ("adiabatic", "invariant moves by")):  # fmt: skip
         pairs = (measured.get(name) or {}).items()
         if pairs:
             at = "hω" if name == "exchange" else "ω"

@@ -352,6 +352,15 @@ BAD = [
     ("work-precision pendulum --x hours", '--x is "hours": choose seconds, steps'),
     ("work-precision pendulum --y speed", '--y is "speed": choose error, error-x'),
     ("work-precision pendulum --periods -1", "--periods is '-1'"),
+    ("work-precision pendulum --periods 9999999999999", "from 1 to 1000000000000"),
+    ("work-precision pendulum --peer none --peer DOP853", "name no other beside it"),
+    ("work-precision pendulum --rule imex", "imex can be used on none of the chosen"),
+    ("work-precision pendulum --rule midpoint --peer none --y momentum", "--y momentum does not"),
+    ("stability kepler --control Heun", "controls run on harmonic and spring-pendulum"),
+    ("extremes pendulum --extreme sleeping", 'pendulum has no extreme "sleeping": it has "mass'),
+    ("extremes --extreme foo", 'there is no extreme "foo": there are "mass 1e100"'),
+    ("work-precision pendulum --budget 0", "--budget is '0': give seconds"),
+    ("work-precision pendulum --budget inf", "--budget is 'inf': give seconds"),
     ("work-precision pendulum --digits 50", "double precision"),
     ("extremes kepler --extreme nowhere", 'there is no extreme "nowhere": there are'),
     ("report nowhere", 'there is no scene "nowhere"'),
@@ -407,6 +416,22 @@ def test_where_the_result_goes_is_looked_at_before_the_study_runs(capsys, tmp_pa
 
     monkeypatch.setattr(get("energy"), "measure", lambda *_: pytest.fail("measured in vain"))
     assert ask(capsys, "energy", "--json", str(tmp_path / "missing" / "a.json"))[0] == 2
+    (tmp_path / "file").touch()
+    code, _, err = ask(capsys, "energy", "--folder", str(tmp_path / "file"))
+    assert code == 2 and "file cannot be written" in err and err.count("\n") == 1
+
+
+def test_a_study_by_itself_gives_its_page_figures_and_tables(capsys, tmp_path):
+    words = ["stability", "harmonic", "--rule", "midpoint"]
+    code, out, _ = ask(capsys, *words, "--folder", str(tmp_path / "new"))
+    assert code == 0 and f"page: {tmp_path}/new/index.html" in out.replace("\n", "")
+    figures = [f"figures/stability-linear.{kind}" for kind in ("png", "svg")]
+    tables = [f"tables/stability{end}" for end in (".csv", "-rows.csv", ".json", ".tex")]
+    for name in figures + tables:
+        assert (tmp_path / "new" / name).stat().st_size > 100
+    text = (tmp_path / "new" / "index.html").read_text()
+    assert " ".join(words) in text and scenes.get("harmonic").title in text
+    assert scenes.get("kepler").title not in text
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from integrators import midpoint, scenes, trapezoidal
 from integrators.kernels import SAVINGS
 from studies import get, savings
 from studies.case import Choice, scheme_of
+from studies.rendering import tables
 from studies.running import run_case
 from tests.studies.measuring import case
 
@@ -20,10 +21,11 @@ def measured(scene, rule):
 def test_every_saving_of_the_pendulum_by_stormer_verlet():
     found, rows = measured("pendulum", trapezoidal)
     assert found["verdict"] == "pass", found["reason"]
-    assert set(rows) == {"none", *SAVINGS}
+    assert set(rows) == {"none", *SAVINGS, savings.ALL}
+    assert rows[savings.ALL]["operations"] > max(rows[name]["operations"] for name in SAVINGS)
     assert rows["none"]["corrections"] == 1 and rows["none"]["times"] == 1
     assert rows["direct"]["bytes"] > rows["none"]["bytes"]  # Newton's memory
-    for name in SAVINGS:
+    for name in (*SAVINGS, savings.ALL):
         assert rows[name]["operations"] > rows["none"]["operations"], name
         assert rows[name]["difference"] < 1e-12
 
@@ -47,6 +49,24 @@ def test_a_variant_with_other_results_fails(monkeypatch):
     monkeypatch.setattr(savings, "variants", swapped)
     found, _ = measured("pendulum", trapezoidal)
     assert found["verdict"] == "fail" and "momenta differ" in found["reason"]
+
+
+def test_variants_stand_line_by_line():
+    from io import StringIO
+
+    from rich.console import Console
+
+    rows = [{"variant": name, "operations": 1.0, "corrections": 1.0, "bytes": 8, "seconds": 1e-8,
+             "times": 1.0} for name in ("none", "direct", savings.ALL)]  # fmt: skip
+    case = {"scene": "s", "rule": "r", "verdict": "pass", "rows": rows, "measured": {"times": {}}}
+    result = {"study": "savings", "verdict": "pass", "cases": [case]}
+    shown = Console(file=StringIO(), width=150)
+    shown.print(tables.terminal_table(result))
+    lines = shown.file.getvalue().splitlines()
+    assert [next(x for x in lines if name in x).count("1.00×") for name in ("none", "direct")] == [
+        1,
+        1,
+    ]
 
 
 def test_operations_are_those_of_the_text():

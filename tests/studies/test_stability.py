@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
 
@@ -21,7 +22,14 @@ from studies.linear_stability import (
     spectra,
     unstable_intervals,
 )
-from studies.nonlinear_stability import CLASSES, limits, one_run, resonant, stability_map
+from studies.nonlinear_stability import (
+    CLASSES,
+    RETURNS,
+    limits,
+    one_run,
+    resonant,
+    stability_map,
+)
 from studies.rendering import plot_maps
 from studies.running import run_case, run_study
 from studies.stiff import FAMILIES
@@ -109,10 +117,11 @@ def test_an_interval_that_runs_contradict_fails(monkeypatch):
 # -- classes --------------------------------------------------------------------------------------
 
 
-def made_up(energies, cause=""):
+def made_up(energies, cause="", far_from_home=0.0):
     """What `one_run` says of a run with these energies."""
     errors = np.asarray(energies, dtype=float)
-    run = SimpleNamespace(t=np.arange(len(errors)), steps=len(errors) - 1)
+    x = 1 + np.arange(len(errors))[:, None] * far_from_home / max(1, len(errors))
+    run = SimpleNamespace(t=np.arange(len(errors)), x=x, steps=len(errors) - 1)
     measures = {"energy": lambda found: (1 + errors[:, None], np.ones((len(errors), 1)))}
 
     def runner(scheme, step, steps):
@@ -122,7 +131,7 @@ def made_up(energies, cause=""):
             raise StepFailure("s", "r", 1, 0.1, {"x": [0.0]}, cause, run)
         return run
 
-    return one_run(None, Fraction(1, 10), 100, measures, runner)["class"]
+    return one_run(None, Fraction(1, 10), 100, measures, runner, 10.0)["class"]
 
 
 T = np.linspace(0, 1, 500)
@@ -136,6 +145,8 @@ def test_every_class_by_its_criterion():
     assert made_up([0.0, math.nan, 0.0]) == "blown up"
     assert made_up(0 * T, "Newton did not converge") == "Newton failed"
     assert made_up(0 * T, "FL is singular or the numbers are no longer finite") == "blown up"
+    assert made_up(0.01 * np.sin(90 * T), far_from_home=8.0) == "bounded"
+    assert made_up(0.01 * np.sin(90 * T), far_from_home=12.0) == "escaped"
     assert made_up([], "Newton did not converge") == "Newton failed"
 
 
@@ -222,11 +233,43 @@ def test_explicit_euler_has_no_bounded_run():
 
 def test_a_rule_that_is_lost_at_small_steps_fails(monkeypatch):
     def lost(family, derived, *arguments, **more):
-        return [{"stiffness": 50.0, "z": 0.3, "class": "drifting"}]
+        return [{"stiffness": 0.9, "z": 0.3, "class": "drifting"}]
 
     monkeypatch.setattr("studies.stability.stability_map", lost)
     found = run_case(get("stability"), case("stability", "kepler", "midpoint"))
-    assert found["verdict"] == "fail" and "drifting at hω = 0.3 and e = 50" in found["reason"]
+    assert found["verdict"] == "fail" and "drifting at hω = 0.3 and e = 0.9" in found["reason"]
+
+
+@pytest.mark.parametrize(("e", "z", "verdict"), [(0.6, 0.3, "fail"), (0.9, 0.3, "pass")])
+def test_an_escape_fails_where_the_energy_forbids_it(monkeypatch, e, z, verdict):
+    """The energy is 1/9 of its terms at e = 0.6, and 1/39 at 0.9: (hω)² is 1/11."""
+
+    def lost(family, derived, *arguments, **more):
+        return [{"stiffness": e, "z": z, "class": "escaped"}]
+
+    monkeypatch.setattr("studies.stability.stability_map", lost)
+    assert run_case(get("stability"), case("stability", "kepler", "midpoint"))["verdict"] == verdict
+
+
+def test_a_comet_that_is_flung_out_is_no_bounded_run():
+    """At hω = 1 and e = 0.6 Störmer–Verlet leaves to a hundred times the orbit, its energy error a
+    tenth of the energy's terms; at hω = 0.1 it returns to the pericentre at every eccentricity."""
+    family, scheme = FAMILIES["kepler"], scheme_of(scenes.get("kepler"), trapezoidal)
+    rows = stability_map(replace(family, stiffness=family.stiffness[:1]), scheme)
+    kinds = {round(row["z"], 3): row["class"] for row in rows}
+    assert kinds[0.1] == "bounded" and kinds[1.0] == "escaped" and kinds[10.0] == "blown up"
+
+
+def test_a_run_covers_the_slow_motion():
+    family, scheme = FAMILIES["kepler"], scheme_of(scenes.get("kepler"), midpoint)
+    times = []
+
+    def run(scheme, step, steps):
+        times.append(float(step * steps))
+        return scheme.flow(step).trajectory(1)
+
+    stability_map(replace(family, stiffness=family.stiffness[-1:]), scheme, run=run)
+    assert min(times) >= RETURNS * 2 * math.pi
 
 
 # -- exchange -------------------------------------------------------------------------------------
@@ -234,7 +277,7 @@ def test_a_rule_that_is_lost_at_small_steps_fails(monkeypatch):
 
 def test_the_exchange_of_energy_comes_out_right_by_imex_and_wrong_by_midpoint():
     certain = exchange.reference()[1]
-    assert certain < 1e-5
+    assert certain < 1e-6
     errors = {
         rule.name: {row["z"]: row["error"] for row in
                     exchange.exchange_errors(scheme_of(scenes.get("fpu"), rule))}
@@ -242,6 +285,35 @@ def test_the_exchange_of_energy_comes_out_right_by_imex_and_wrong_by_midpoint():
     }  # fmt: skip
     assert errors["imex"][5.0] < exchange.RIGHT < 0.5 < errors["midpoint"][5.0]
     assert errors["imex"][0.1] < 0.01
+
+
+def test_the_reference_of_the_exchange_is_that_of_small_steps():
+    """Störmer–Verlet at hω = 1/100 and 1/200, extrapolated in h²."""
+    scheme = FAMILIES["fpu"].scheme(scheme_of(scenes.get("fpu"), trapezoidal), exchange.OMEGA)
+    a, b = (exchange.slow_energies(scheme, exchange.OMEGA, Fraction(1, k))[0] for k in (100, 200))
+    left = np.abs((4 * b - a) / 3 - exchange.reference()[0]).max()
+    assert left < np.abs(b - a).max() / 50 < 1e-6
+
+
+def test_stiffer_springs_hand_their_energy_on_rightly_by_imex_alone():
+    """hω = 5; by Störmer–Verlet nothing comes to an end there."""
+    errors = {
+        rule.name: exchange.exchange_errors(
+            scheme_of(scenes.get("fpu"), rule), Fraction(200), [exchange.COARSE]
+        )[0]
+        for rule in (imex, midpoint, trapezoidal)
+    }
+    assert errors["imex"]["error"] < 0.2 < 0.7 < errors["midpoint"]["error"]
+    assert errors["trapezoidal"]["error"] is None and errors["trapezoidal"]["cause"]
+
+
+@pytest.mark.parametrize(("error", "words"), [(0.2, "is wrong by 20 %"), (None, "not followed")])
+def test_an_exchange_that_is_wrong_where_it_is_resolved_fails(error, words):
+    told = {"kind": "map", "rows": [], "label": "ω", "measured": {"exchange": {"0.1": error}}}
+    verdict = get("stability").judge(case("stability", "fpu", "midpoint"), told)
+    assert verdict.verdict == "fail" and words in verdict.reason
+    told["measured"]["exchange"]["0.1"] = 0.09
+    assert get("stability").judge(case("stability", "fpu", "midpoint"), told).verdict == "pass"
 
 
 @pytest.mark.slow
