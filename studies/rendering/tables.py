@@ -38,6 +38,8 @@ Column = tuple[str, Callable[[Case], str]]
 
 def columns(study: str) -> list[Column]:
     """Heading and text of each column of a study's table; any study has one."""
+    if study == "power":
+        return _POWER
     return [
         ("Scene", lambda case: str(case.get("scene") or NONE)),
         ("Rule", lambda case: str(case.get("rule") or NONE)),
@@ -174,6 +176,17 @@ _MEASURED: dict[str, list[Column]] = {
         ("Compiling", _setup),
     ],
 }
+
+
+#: of the mutation study a case is a fault, not a precision
+_POWER: list[Column] = [
+    ("Scene", lambda case: str(case.get("scene") or NONE)),
+    ("Rule", lambda case: str(case.get("rule") or NONE)),
+    ("In", lambda case: str(mapping(case, "measured").get("site") or NONE)),
+    ("What", lambda case: str(mapping(case, "measured").get("what") or NONE)),
+    ("Caught by", lambda case: got("power", case)),
+    ("Verdict", lambda case: caught(case) if is_control(case) else verdict(case)),
+]
 
 
 def plain(value: Any) -> Any:
