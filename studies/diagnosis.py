@@ -85,6 +85,13 @@ def _of_rule(
             f"({off}); take the term out, or declare that order.",
             evidence,
         )
+    if found.order < 1 - NEAR:
+        return named(
+            "discrete Lagrangian",
+            f"the rule is not consistent: {off} and does not sink as h does, as of a rule of order "
+            "1; L_d has to be h·L(x, u) + O(h²), so look for a factor that is missing.",
+            evidence,
+        )
     return named(
         "discrete Lagrangian",
         f"L_d differs from the exact discrete Lagrangian by O(h^{found.order + 1:.2f}), not "
