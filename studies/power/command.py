@@ -51,7 +51,7 @@ def _print(found: dict[str, Any]) -> None:
     for shown in found["tables"]:
         table = Table(title=shown["title"])
         for heading in shown["heads"]:
-            table.add_column(heading, justify="left" if heading[:1] == "S" else "right")
+            table.add_column(heading, justify="right" if table.columns else "left")
         for line in shown["lines"]:
             table.add_row(*line)
         console().print(table)
