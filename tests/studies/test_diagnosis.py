@@ -201,6 +201,17 @@ def test_discrete_lagrangian_and_legendre_maps_have_one_order(name):
     assert found.order_of_lagrangian == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.parametrize(("formula", "order_found"), [
+    (lambda L, G, x, u, h: h * L(G.target(x, u, h / 2), 2 * u), 0),
+    (lambda L, G, x, u, h: L(G.target(x, u, h / 2), u), -1),
+])  # fmt: skip
+def test_a_rule_that_is_not_consistent_is_not_advised_to_declare_its_order(formula, order_found):
+    found = cause(order("kepler", discretisation(order=2, name="slip")(formula)))
+    assert found["cause"] == "discrete Lagrangian" and "not consistent" in found["sentence"]
+    assert "declare" not in found["sentence"]
+    assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found, abs=0.05)
+
+
 # -- symplecticity --------------------------------------------------------------------------------
 
 
