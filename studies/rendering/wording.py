@@ -161,6 +161,7 @@ def wanted(study: str, case: Mapping[str, Any]) -> str:
         "order": _wanted_order,
         "symplecticity": _wanted_limit,
         "momentum": _wanted_limit,
+        "reversibility": _wanted_limit,
         "energy": _wanted_slope,
         "charts": lambda e: "right, or a clear error",
         "extremes": lambda e: "nothing silent",
