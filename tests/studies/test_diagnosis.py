@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -11,12 +12,24 @@ import pytest
 import sympy
 
 import reference
-from integrators import Scene, Scheme, discretisation, exponential, lie_group, pair, scenes, so
+from integrators import (
+    Scene,
+    Scheme,
+    discretisation,
+    discretisations,
+    exponential,
+    lie_group,
+    pair,
+    scenes,
+    so,
+)
 from integrators.compiling import _MARK, kernel_file, run_text
+from integrators.composed_flow import ComposedFlow
 from integrators.discretisations import midpoint, trapezoidal
 from integrators.flow import Flow
 from studies import get
 from studies.case import Case
+from studies.diagnosis import _residuals as residuals
 from studies.exact_path import truncation
 from studies.running import run_case
 
@@ -62,7 +75,7 @@ class Broken(Case):
         fault = self.fault
 
         def flow(step: Any, digits: int = 16) -> Flow:
-            made = Flow(sound, step, digits)
+            made = (ComposedFlow if sound.substeps else Flow)(sound, step, digits)
             fault(made)
             return made
 
@@ -161,6 +174,20 @@ def test_newton_that_stops_too_early_is_told_by_what_it_leaves():
     assert found["evidence"]["noise"] < 1e-28
 
 
+@pytest.mark.parametrize("rule", ["midpoint", "triple-jump:midpoint", "blanes-moan-4:rectangle"])
+def test_what_newton_leaves_is_seen_in_a_step_or_in_the_first_substep(rule, monkeypatch):
+    flow = Scheme(scenes.get("kepler"), discretisations.get(rule)).flow("0.01", 30)
+    assert residuals(flow)[0] < 1e-28
+    sound = type(flow).trajectory
+
+    def loosely(self, *asked):
+        run = sound(self, *asked)
+        return replace(run, u=run.u * (1 + flow.numbers.number("1e-7")))
+
+    monkeypatch.setattr(type(flow), "trajectory", loosely)
+    assert 1e-8 < residuals(flow)[0] < 1e-6
+
+
 def test_a_wrong_reference_is_told_by_a_witness(monkeypatch):
     true = reference.solution
 
@@ -231,3 +258,48 @@ def test_structure_stays_however_well_steps_are_solved():
     assert found["cause"] == "structure"
     sizes = [defect for _, defect in found["evidence"]["swept"]]
     assert sizes[-1] > 1e-8 and found["evidence"]["solved"] > 1e-8
+
+
+def drifting(flow):
+    """The momentum that is handed on is a little too small; every velocity is solved for."""
+    from studies.power.catalogue import SOLVER
+
+    body = kernel_file(flow.scheme).read_text().split(_MARK, 1)[1]
+    old, new = SOLVER["damped residual"]
+    assert old in body
+    flow.__dict__["_kernels"] = run_text(body.replace(old, new), flow.numbers.namespace())
+
+
+def impatient(flow):
+    """Newton stops after two corrections."""
+    from studies.power.catalogue import SOLVER
+
+    body = kernel_file(flow.scheme).read_text().split(_MARK, 1)[1]
+    old, new = SOLVER["Newton stops after two corrections"]
+    flow.__dict__["_kernels"] = run_text(body.replace(old, new), flow.numbers.namespace())
+
+
+@pytest.mark.parametrize(("fault", "name"), [(drifting, "update"), (impatient, "solver residual")])
+def test_steps_that_are_not_of_sound_maps_are_told_from_a_broken_form(fault, name):
+    """On a pair groupoid any arrow keeps the forms: the residual alone tells."""
+    found = cause(symplecticity("pendulum", fault))
+    evidence = found["evidence"]
+    assert found["cause"] == name and evidence["taken"] > 1e-8 and evidence["solved"] < 1e-28
+    assert (evidence["residual"] < 1e-28) is (name == "update")
+    assert (evidence["own"] < 1e-28) is (name == "update")
+    sizes = [defect for _, defect in evidence["swept"]]
+    assert all(a > 500 * b for a, b in itertools.pairwise(sizes))
+
+
+def crooked(flow):
+    """F⁺ of every substep is a little too small."""
+    for part in set(flow.parts):
+        damped(part)
+
+
+def test_the_form_of_a_composition_is_diagnosed_too():
+    """It has no pullback, and the maps of its substeps are solved anew: it is the structure."""
+    rule = discretisations.get("triple-jump:midpoint")
+    scene = scenes.get("rigid-body")
+    found = cause(Broken("symplecticity", scene, rule, 30, 16, fault=crooked))
+    assert found["cause"] == "structure" and "poisson" in found["sentence"]
