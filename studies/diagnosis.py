@@ -182,7 +182,7 @@ def _residuals(flow: Flow) -> tuple[float, float]:
     """How well the steps of a short run are solved, and how well they can be evaluated.
 
     Both relative to ‖μ‖: the largest ‖F⁻(x, u)/h − μ‖ in the flow's own numbers, and what more
-    digits say of F⁻ and F⁺ at the same points. Of a composition the first substep, whose u rows are.
+    digits say of F⁻ and F⁺ at the same points; of a composition those of its first substep.
     """
     run, flow = flow.trajectory(ROWS), flow.first_substep
     more = Flow(flow.scheme, flow.step, flow.digits + 34)
