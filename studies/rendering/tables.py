@@ -16,6 +16,7 @@ from studies.rendering.wording import (
     VERDICTS,
     Case,
     Result,
+    case_name,
     caught,
     duration,
     got,
@@ -31,6 +32,7 @@ from studies.rendering.wording import (
 )
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
 Column = tuple[str, Callable[[Case], str]]
@@ -304,7 +306,16 @@ def terminal_table(result: Result) -> Table:
         if is_control(case):
             texts[1] += " [dim](control)[/dim]"
         texts[-1] = f"[{colour}]{texts[-1]}[/{colour}]"
-        if verdict(case) != "pass" and case.get("reason"):
-            texts[-1] += f"\n{escape(str(case['reason']))}"
         table.add_row(*texts)
     return table
+
+
+def print_result(screen: Console, result: Result) -> None:
+    """The table, then a paragraph for each case that did not pass: a column has no room for it."""
+    screen.print(terminal_table(result))
+    cases = [case for case in result.get("cases") or [] if verdict(case) != "pass"]
+    for case in sorted(cases, key=lambda case: -VERDICTS.index(verdict(case))):
+        if case.get("reason"):
+            said = caught(case) if is_control(case) else verdict(case)
+            words = f"{said}: {case_name(case)}: {case['reason']}"
+            screen.print(words, highlight=False, markup=False, soft_wrap=True)
