@@ -68,9 +68,8 @@ class Broken(Case):
 
     fault: Any = None
 
-    @property
-    def scheme(self) -> Scheme:
-        sound = super().scheme
+    def scheme_on(self, scene: Scene) -> Scheme:
+        sound = super().scheme_on(scene)
         broken = copy(sound)
         fault = self.fault
 
@@ -303,3 +302,28 @@ def test_the_form_of_a_composition_is_diagnosed_too():
     scene = scenes.get("rigid-body")
     found = cause(Broken("symplecticity", scene, rule, 30, 16, fault=crooked))
     assert found["cause"] == "structure" and "poisson" in found["sentence"]
+
+
+# -- momentum -------------------------------------------------------------------------------------
+
+
+@discretisation(order=2)
+def pushed(L, G, x, u, h):
+    """The midpoint rule with a kinetic energy that prefers the first axis, by O(h³)."""
+    return h * L(G.target(x, u, h / 2), u) + h**3 * u[0] ** 2 / 10
+
+
+def momentum(scene, rule, fault=None):
+    case = Case("momentum", scenes.get(scene), rule, 30, 40)
+    return case if fault is None else Broken(**vars(case), fault=fault)
+
+
+def test_a_discrete_lagrangian_that_is_not_invariant_is_told_by_the_ends_of_an_arrow():
+    found = cause(momentum("kepler", pushed))
+    assert found["cause"] == "invariance" and "angular momentum" in found["sentence"]
+    assert found["evidence"]["gap"] > 1e-8
+
+
+def test_a_run_that_loses_what_its_discrete_lagrangian_keeps_is_to_blame_itself():
+    found = cause(momentum("kepler", midpoint, drifting))
+    assert found["cause"] == "run" and found["evidence"]["gap"] < 1e-28
