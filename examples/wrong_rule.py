@@ -26,7 +26,4 @@ def main():
 
 if __name__ == "__main__":
     for result in main():
-        show(result)
-        for case in result["cases"]:
-            if case["reason"]:
-                print(case["reason"])
+        show(result)  # with the cause, where something fails

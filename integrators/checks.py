@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from .errors import BadInput
+from .errors import BadInput, line_of
 from .evaluation import evaluate_matrix
 from .exact import exact, to_sympy
 from .identities import null_direction, random_point, shown
-from .symbols import line_of
 
 if TYPE_CHECKING:
     from .equations import Scheme

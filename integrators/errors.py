@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
+
+_OURS = Path(__file__).resolve().parent
 
 
 class DiscmechError(Exception):
@@ -13,6 +17,20 @@ class DiscmechError(Exception):
 
 class BadInput(DiscmechError, ValueError):
     """The input cannot be used as it is: the message names it and says how to mend it."""
+
+
+def line_of(function: Any, error: BaseException | None = None) -> str:
+    """my_rule.py, line 7: where a function of the user's is, or where in its file an error arose.
+
+    Nothing of functions that are ours.
+    """
+    code = getattr(function, "__code__", None)
+    if code is None or Path(code.co_filename).is_relative_to(_OURS):
+        return ""
+    line = code.co_firstlineno
+    for frame in traceback.extract_tb(error.__traceback__ if error else None):
+        line = (frame.lineno or line) if frame.filename == code.co_filename else line
+    return f"{Path(code.co_filename).name}, line {line}"
 
 
 def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:

@@ -3,39 +3,22 @@
 from __future__ import annotations
 
 import re
-import traceback
 from collections.abc import Callable
 from functools import cached_property
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from .errors import BadInput, CannotMeasure
+from .errors import BadInput, CannotMeasure, line_of
 from .exact import flatten, floats_exact
 from .on_group import translate_letters
 from .scene import Scene
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(r"h|mu|(x|u|v|w|y|d|s|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
-_OURS = Path(__file__).resolve().parent
 
 
 def _rows(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else ()
-
-
-def line_of(function: Any, error: BaseException | None = None) -> str:
-    """my_rule.py, line 7: where a function of the user's is, or where in its file an error arose.
-
-    Nothing of functions that are ours.
-    """
-    code = getattr(function, "__code__", None)
-    if code is None or Path(code.co_filename).is_relative_to(_OURS):
-        return ""
-    line = code.co_firstlineno
-    for frame in traceback.extract_tb(error.__traceback__ if error else None):
-        line = (frame.lineno or line) if frame.filename == code.co_filename else line
-    return f"{Path(code.co_filename).name}, line {line}"
 
 
 class SceneSymbols:

@@ -65,9 +65,8 @@ def check(
 
 
 def show(result: dict[str, Any]) -> None:
-    """Print a result's verdict table."""
-    from rich.console import Console
+    """Print a result's verdict table, and why something did not pass."""
+    from .output import console
+    from .rendering.tables import print_result
 
-    from .rendering.tables import terminal_table
-
-    Console().print(terminal_table(result))
+    print_result(console(), result)

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from integrators import Discretisation, Scene
+from integrators import BadInput, Discretisation, Scene
 
 from . import get, lookup
 from .case import Case, in_chart
@@ -80,22 +80,40 @@ def _assert(
     retraction: str | None = None,
     pictures: Path | None = None,
 ) -> dict[str, Any]:
-    """Run one case and raise `Missed` unless it passes, or has the order asked for."""
+    """Run one case and raise `Missed` unless it passes, or has the order asked for.
+
+    Raises `BadInput` for unknown names, and for a rule that the scene cannot use.
+    """
     __tracebackhide__ = True
-    where = lookup.scene(scene) if isinstance(scene, str) else scene
-    where = where if retraction is None else in_chart(where, retraction)
-    asked = lookup.rule(rule) if isinstance(rule, str) else rule
+    if order is not None and (type(order) is not int or order < 1):
+        raise BadInput(f"the order asked for is {order!r}: give a whole number from 1.")
+    try:
+        where = lookup.scene(scene) if isinstance(scene, str) else scene
+        where = where if retraction is None else in_chart(where, retraction)
+        asked = lookup.rule(rule) if isinstance(rule, str) else rule
+    except BadInput as error:
+        raise BadInput(str(error)) from None  # the traceback is the test's own
     if order is not None or at_least is not None:
         asked = replace(asked, order=order)  # so that it is what the cause is looked for
-    result = run_case(study, Case(study.NAME, where, asked, digits, steps))
+    case = Case(study.NAME, where, asked, digits, steps)
+    result = run_case(study, case)
+    if result.get("unusable"):
+        raise BadInput(result["reason"])
+    if at_least is not None and not _at_least(result, at_least):
+        result = run_case(study, replace(case, rule=replace(asked, order=at_least)))  # the cause
     if order is not None or at_least is not None:
         _judge_order(result, order, at_least)
     if result["verdict"] == "pass":
         return result
     picture = _picture(study.NAME, result, pictures)
-    shown = [_table(study.NAME, result), f"{study.NAME}: {result['verdict']}: {result['reason']}"]
+    shown = [f"{study.NAME}: {result['verdict']}: {result['reason']}", _table(study.NAME, result)]
     shown += [f"picture: {picture}"] if picture else []
     raise Missed("\n".join(shown), result, picture)
+
+
+def _at_least(result: dict[str, Any], order: int) -> bool:
+    found = result["measured"].get("order")
+    return found is not None and found >= order - result["expected"]["tolerance"]
 
 
 def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None) -> None:
@@ -105,11 +123,14 @@ def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None
         return  # failed or inconclusive: the study says why
     tolerance = result["expected"]["tolerance"]
     result["expected"] = {"order": order or at_least, "tolerance": tolerance}
-    if (abs(found - order) <= tolerance) if order else (found >= (at_least or 0) - tolerance):
+    if (abs(found - order) <= tolerance) if order else _at_least(result, at_least or 0):
         result |= {"verdict": "pass", "reason": ""}
-    elif result["verdict"] == "pass":
+    elif at_least or result["verdict"] == "pass":
         wanted = f"{order}" if order else f"at least {at_least}"
-        result |= {"verdict": "fail", "reason": f"the order is {found:.3f}, asked was {wanted}."}
+        cause = result.get("diagnosis")
+        more = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
+        reason = f"the order is {found:.3f}, asked was {wanted}.{more}"
+        result |= {"verdict": "fail", "reason": reason}
 
 
 def _table(study: str, result: dict[str, Any]) -> str:

@@ -109,7 +109,7 @@ def _list(options: argparse.Namespace) -> int:
 
 def _study(options: argparse.Namespace) -> int:
     from . import get
-    from .rendering.tables import plain, terminal_table
+    from .rendering.tables import plain, print_result
     from .running import run_study
 
     choice = choice_of(options)
@@ -125,7 +125,7 @@ def _study(options: argparse.Namespace) -> int:
     if options.json:
         write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
     if options.json != "-":
-        console().print(terminal_table(result))
+        print_result(console(), result)
         for note in result["notes"]:
             print(note)
         if options.folder:
@@ -141,11 +141,11 @@ def _report(options: argparse.Namespace) -> int:
     with progress_shown() as show:
         results, page = make_report(choice, Path(options.folder), show, jobs(options))
     from .case import worst
-    from .rendering.tables import terminal_table
+    from .rendering.tables import print_result
 
     screen = console()
     for result in results:
-        screen.print(terminal_table(result))
+        print_result(screen, result)
     screen.print(f"report: {page}", highlight=False, soft_wrap=True)
     return EXIT[worst(r["verdict"] for r in results)]
 

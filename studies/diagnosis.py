@@ -85,6 +85,13 @@ def _of_rule(
             f"({off}); take the term out, or declare that order.",
             evidence,
         )
+    if found.order < 1 - NEAR:
+        return named(
+            "discrete Lagrangian",
+            f"the rule is not consistent: {off} and does not sink as h does, as of a rule of order "
+            "1; L_d has to be h·L(x, u) + O(h²), so look for a factor that is missing.",
+            evidence,
+        )
     return named(
         "discrete Lagrangian",
         f"L_d differs from the exact discrete Lagrangian by O(h^{found.order + 1:.2f}), not "
@@ -111,17 +118,16 @@ def _of_runs(
             f"{fine}the runs start with a μ that is off by {start:.1e}, relative to ∂l/∂ξ(x0, v0).",
             evidence,
         )
-    if not case.scheme.substeps:
-        residual, noise = _residuals(flow)
-        evidence |= {"residual_of_steps": residual, "noise": noise}
-        if residual > 100 * max(noise, unit(case.digits)):
-            return named(
-                "Newton",
-                f"{fine}the steps are solved to {residual:.1e} only, where F± are right to "
-                f"{max(noise, unit(case.digits)):.1e}: errors stop at {best['error']:.1e}; solve "
-                "the equations of a step to round-off.",
-                evidence,
-            )
+    residual, noise = _residuals(flow)
+    evidence |= {"residual_of_steps": residual, "noise": noise}
+    if residual > 100 * max(noise, unit(case.digits)):
+        return named(
+            "Newton",
+            f"{fine}the steps are solved to {residual:.1e} only, where F± are right to "
+            f"{max(noise, unit(case.digits)):.1e}: errors stop at {best['error']:.1e}; solve the "
+            "equations of a step to round-off.",
+            evidence,
+        )
     gap, own = _witness(case, duration)
     evidence |= {"reference_gap": gap, "witness_error": own}
     if gap > 1e3 * max(own, unit(30)) and gap > best["error"] / 1e3:
@@ -176,9 +182,9 @@ def _residuals(flow: Flow) -> tuple[float, float]:
     """How well the steps of a short run are solved, and how well they can be evaluated.
 
     Both relative to ‖μ‖: the largest ‖F⁻(x, u)/h − μ‖ in the flow's own numbers, and what more
-    digits say of F⁻ and F⁺ at the same points.
+    digits say of F⁻ and F⁺ at the same points; of a composition those of its first substep.
     """
-    run = flow.trajectory(ROWS)
+    run, flow = flow.trajectory(ROWS), flow.first_substep
     more = Flow(flow.scheme, flow.step, flow.digits + 34)
     residual = noise = 0.0
     size = _size(run.mu)

@@ -22,7 +22,7 @@ class Journal:
 
     def __init__(self, study: str, choice: Choice) -> None:
         self.path = cache_folder() / "unfinished" / f"{study}_{_key(study, choice)}.jsonl"
-        self.done: dict[str, dict[str, Any]] = {}
+        self.done: dict[str, Any] = {}
         if self.path.exists():
             for line in self.path.read_text(encoding="utf-8").splitlines():
                 try:
@@ -37,10 +37,14 @@ class Journal:
 
     def add(self, case: Case, result: dict[str, Any]) -> None:
         """Keep a finished case."""
+        self.keep(_case_key(case), result)
+
+    def keep(self, key: str, result: Any) -> None:
+        """Keep a result under a key of its own; `done` has those of an interrupted run."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with self.path.open("a", encoding="utf-8") as file:
             # a line break before as well: the last line may be a half one
-            file.write("\n" + json.dumps({"key": _case_key(case), "result": result}) + "\n")
+            file.write("\n" + json.dumps({"key": key, "result": result}) + "\n")
 
     def close(self) -> None:
         """The study is complete: nothing is left to go on with."""

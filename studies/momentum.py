@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 
 from integrators import Scheme
+from integrators.flow import Flow
 from integrators.momentum import Conserved
 from integrators.scene import Scene
 
@@ -125,3 +127,48 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         return Verdict("pass", "", expected)
     name, value = max(drifting.items(), key=lambda item: item[1])
     return Verdict("fail", f"{name} drifts by {value:.2g}, more than {limit:.0e}.", expected)
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """Whether L_d is not invariant, or the run is to blame; None for what needs the attitude.
+
+    A step from (x, F⁻/h) leads to (b, F⁺/h), so a quantity that the method keeps has one value at
+    both ends of every arrow (discrete Noether theorem). That is asked with 30 digits, at arrows of
+    a run.
+    """
+    from .diagnosis import ROWS as COUNT
+    from .diagnosis import named
+
+    drift = measurement["measured"]["drift"]
+    plain = [q for q in _kept(case) if not q.attitude and q.stretch is None]
+    if not plain or case.scheme.element is not None:
+        return None
+    worst = max(plain, key=lambda q: drift[q.name])
+    scheme = _scheme(case, False).base
+    flow = Flow(scheme.origin, case.scene.step, 30)
+    run = flow.trajectory(COUNT)
+    rows_of = with_terms(scheme, formula_of(scheme, worst), 30)
+    with flow.numbers.working():
+        arrows = [flow._arrow(*flow._vectors(x, u)) for x, u in zip(run.x, run.u, strict=True)]
+        before = np.array([here["minus"] / flow._h for here in arrows])
+        after = np.array([here["plus"] / flow._h for here in arrows])
+        ends = np.array([here["target"] for here in arrows]).reshape(run.x.shape)
+    start, terms = rows_of(replace(run, mu=before))
+    end, later = rows_of(replace(run, x=ends, mu=after))
+    scale = max(float(abs(t)) for part in (terms, later) for t in part.ravel()) or 1.0
+    gap = max(float(abs(e)) for e in (end - start).ravel()) / scale
+    evidence = {"quantity": worst.name, "gap": gap}
+    if gap > 1e-20:
+        return named(
+            "invariance",
+            f"L_d is not invariant under the symmetry of {worst.name}: at the two ends of an "
+            f"arrow, (x, F⁻/h) and (b, F⁺/h), its values differ by {gap:.1e}; write the rule with "
+            "L and G, not with single components.",
+            evidence,
+        )
+    return named(
+        "run",
+        f"L_d keeps {worst.name}: at the two ends of an arrow its values differ by {gap:.1e} only; "
+        "it is the solver or the update, which discmech symplecticity tells apart.",
+        evidence,
+    )

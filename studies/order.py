@@ -61,6 +61,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
     from reference import solution
 
+    _ = case.scheme  # what cannot be used is said before a reference is made for it
     duration, first = ladder(case)
     rungs, most = RUNGS[case.digits == 16], MOST_RUNGS[case.digits == 16]
     progress(f"{case.scene.name} {case.label}: reference", 0.0)

@@ -22,10 +22,19 @@ def write(file: str, text: str) -> None:
         return
     from integrators.compiling import write_atomically
 
+    path = Path(file)
     try:
-        write_atomically(Path(file), text + "\n")
+        mode = path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask()
+        write_atomically(path, text + "\n")
+        path.chmod(mode)  # what was written beside is for its owner alone
     except OSError as error:
         raise BadInput(f"{file} cannot be written ({error.strerror}); name another file.") from None
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
 
 
 def writable(file: str | None) -> None:

@@ -12,7 +12,7 @@ from integrators.symbols import SceneSymbols
 
 from . import NAMES, get
 from .case import Choice, Progress, silent
-from .running import run_studies
+from .running import cores, run_studies
 
 
 def make_report(
@@ -20,7 +20,8 @@ def make_report(
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; returns (results, path of the page).
 
-    Studies that apply to none of the chosen scenes are left out.
+    Studies that apply to none of the chosen scenes are left out. Where nothing was chosen, a sample
+    of the mutation study joins in: it is about the bench, not about a scene.
     """
     from .rendering.page import write_report
 
@@ -28,6 +29,10 @@ def make_report(
     results, equations = run_studies(
         studies, choice, progress, keep=True, jobs=jobs, also=equations_of
     )
+    if choice == Choice():
+        from .power.results import power
+
+        results.append(power(progress, jobs or cores()))
     progress("figures", 1.0)
     scenes = list({scene.name: scene for scene, _ in choice.pairs()}.values())
     page = write_report(results, equations, [about(s) for s in scenes], folder, "make report")

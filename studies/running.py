@@ -79,6 +79,7 @@ def run_studies(
         earlier = journal.find(case) if journal else None
         if earlier is not None:
             found[place] = earlier
+            told(studies[place[0]].NAME, earlier)
     total = sum(map(len, plan.cases)) or 1
 
     def done(places: Sequence[Place], results: Sequence[dict[str, Any]]) -> None:
@@ -179,7 +180,7 @@ def _done(
     Where others work too, this process does the first task, so that verdicts come soon and one by
     one; the others' come scheme by scheme.
     """
-    workers = min(jobs or _cores(), len(tasks))
+    workers = min(jobs or cores(), len(tasks))
     spoken = plan.choice.by_name()
     if workers < 2 or spoken is None or sum(len(t.places) for t in tasks) < WORTH_WORKERS:
         yield from _in_turn(plan, tasks, also, progress)
@@ -249,7 +250,8 @@ def _ignore_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process stops us
 
 
-def _cores() -> int:
+def cores() -> int:
+    """Cores that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:  # not on every system

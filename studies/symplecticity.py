@@ -171,13 +171,19 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """Whether the solver's residual or the structure is to blame for a defect."""
-    if case.control is not None or case.scheme.substeps:
+    """Whether the solver's residual, the update or the structure is to blame for a defect."""
+    if case.control is not None:
         return None
-    kind = max((k for k, v in measurement["measured"].items() if v is not None),
-               key=lambda k: _badness(measurement["measured"][k]))  # fmt: skip
+    broken = {k: v for k, v in measurement["measured"].items()
+              if v is not None and not v <= limit(case.digits)}  # fmt: skip
+    # where a form is broken, the maps are; the residual alone speaks of the run
+    forms = {k: v for k, v in broken.items() if k != "residual"} or broken
+    kind = max(forms, key=lambda k: _badness(forms[k]))
     seen = [r for r in measurement["rows"] if r[kind] is not None]
     row = max(seen, key=lambda r: _badness(r[kind]))
     from .solver_sweep import of_symplecticity
 
-    return of_symplecticity(case, kind, Fraction(row["step"]), limit(case.digits))
+    step = Fraction(case.scene.step)
+    if row["step"] != float(step):
+        step = Fraction(row["step"])
+    return of_symplecticity(case, kind, step, round(row["time"] / float(step)), limit(case.digits))

@@ -83,7 +83,7 @@ def verify(
     if not held:
         needs = "; ".join(f"{study.NAME}: {study.NEEDS}" for study in asked)
         raise BadInput(f"no study applies to what was chosen ({needs}).")
-    results, _ = run_studies(held, choice, progress, jobs=jobs, told=told)
+    results, _ = run_studies(held, choice, progress, keep=True, jobs=jobs, told=told)
     return joined("verify", results)
 
 

@@ -57,7 +57,12 @@ def test_user_action():
 
 def test_wrong_rule():
     order, symplecticity, momentum = example("wrong_rule").main()
-    assert order["verdict"] == "fail" and "below the expected 2" in order["cases"][0]["reason"]
+    (case,) = order["cases"]
+    assert case["verdict"] == "fail" and "below the expected 2" in case["reason"]
+    assert case["diagnosis"]["cause"] == "gauge"
+    evidence = case["diagnosis"]["evidence"]
+    assert evidence["order_of_legendre"] == pytest.approx(1, abs=0.05)
+    assert evidence["order_of_points"] == pytest.approx(2, abs=0.05)
     assert symplecticity["verdict"] == momentum["verdict"] == "pass"
 
 

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from ..algebras import MatrixAlgebra
-from ..errors import BadInput
+from ..errors import BadInput, line_of
 from ..retractions import Retraction, cayley
 from .lie_group import RetractionGroupoid
 from .local import column_of
@@ -146,6 +146,10 @@ class UserAction(ActionGroupoid):
 
     def _in_chart(self, retraction: Retraction) -> UserAction:
         return UserAction(self.algebra, retraction, self.right_action, self.dim_x)
+
+    @property
+    def place(self) -> str:
+        return line_of(self.right_action)
 
     def moved(self, x: Any, g: Any) -> Any:
         return column_of(self.right_action, self.dim_x, f"{self.name}: its map", x, g)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, line_of
 from ..exact import floats_exact
 from ..groupoid import Groupoid
 
@@ -41,6 +41,10 @@ class LocalGroupoid(Groupoid):
     def name(self) -> str:
         return self._name
 
+    @property
+    def place(self) -> str:
+        return line_of(self._product)
+
     def target(self, x: Any, u: Any, h: Any) -> Any:
         return column_of(self._target, self.dim_x, f"{self.name}: target", x, u, h)
 
@@ -58,9 +62,14 @@ class LocalGroupoid(Groupoid):
 def column_of(function: Callable[..., Any], length: int, what: str, *arguments: Any) -> Any:
     """A column of `length` exact entries from a function of the user's.
 
-    Raises `BadInput` (naming `what`) if it cannot be evaluated with symbols or has another length.
+    Raises `BadInput` (naming `what`, and the line where the function is the user's) if it cannot be
+    evaluated with symbols or has another length.
     """
     from sympy import Matrix
+
+    def said(error: BaseException | None = None) -> str:
+        place = line_of(function, error)
+        return f"{place}: {what}" if place else what
 
     try:
         values = function(*arguments)
@@ -70,9 +79,9 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
         raise
     except Exception as error:
         raise BadInput(
-            f"{what} could not be evaluated with symbols ({type(error).__name__}: {error}); "
+            f"{said(error)} could not be evaluated with symbols ({type(error).__name__}: {error}); "
             "write it with sympy functions."
         ) from error
     if len(entries) != length:
-        raise BadInput(f"{what} returned {len(entries)} entries, but {length} are needed.")
+        raise BadInput(f"{said()} returned {len(entries)} entries, but {length} are needed.")
     return Matrix(length, 1, entries)

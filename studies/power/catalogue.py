@@ -30,7 +30,7 @@ RETRACTIONS = {
     "rigid-body": ("invariant_fields", "product"),
     "heavy-top": ("displacement", "invariant_fields", "product"),
 }
-MATRIX = ("sign", "times h", "transposed", "rows", "index")
+MATRIX = ("sign", "times h", "no h²", "transposed", "rows", "index")
 EQUATIONS = ("minus_at_points", "plus_at_points", "gain_at_points", "slope_at_points")
 
 
@@ -53,7 +53,7 @@ def systematic() -> Iterator[Fault]:
     for scene, rule in (("pendulum", "midpoint"), ("kepler", "trapezoidal"),
                         ("rigid-body", "midpoint"), ("heavy-top", "midpoint")):  # fmt: skip
         for name in EQUATIONS:
-            for operator in ("sign", "factor 1.01", "times h", "index", "transposed"):
+            for operator in ("sign", "factor 1.01", "times h", "no h²", "index", "transposed"):
                 yield Fault(scene, rule, f"equation.{name}", operator)
     for scene, rule in (("pendulum", "gauss-2"), ("rigid-body", "gauss-2")):
         for operator in ("sign", "drop", "factor 1.01", "times h"):
@@ -98,11 +98,18 @@ SOLVER = {
 
 
 def solvers() -> Iterator[Fault]:
-    """Faults of the driver, in a text that all schemes share."""
+    """Faults of the driver, in a text that all schemes share; w holds u, then the stages."""
     for scene, rule in (("pendulum", "midpoint"), ("pendulum", "trapezoidal"),
-                        ("rigid-body", "midpoint"), ("heavy-top", "trapezoidal")):  # fmt: skip
+                        ("rigid-body", "midpoint"), ("heavy-top", "trapezoidal"),
+                        *STAGED):  # fmt: skip
         for words, (old, new) in SOLVER.items():
             yield Fault(scene, rule, "solver", _text(old, new), words=words)
+    for scene, rule in STAGED:
+        dim = 1 if scene == "pendulum" else 3
+        mixed = {"stale stages": ("w", "memo[1]"), "a stale velocity": ("memo[1]", "w")}
+        for words, (u, stages) in mixed.items():
+            stale = f"= update(x, {u}[:{dim}] + {stages}[{dim}:], mu,"
+            yield Fault(scene, rule, "solver", _text("= update(x, w, mu,", stale), words=words)
 
 
 def _coefficient(change: Any) -> Any:

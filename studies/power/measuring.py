@@ -15,6 +15,7 @@ from integrators import BadInput, discretisations
 
 from .. import get
 from ..case import Case
+from ..journal import Journal
 from ..running import run_case
 from .catalogue import everything
 from .equivalents import proof
@@ -34,8 +35,10 @@ BATCH = 100  # faults or rules that a pool of processes does
 
 
 def of_fault(index: int) -> Result | None:
-    """{"name", "site", "what", "found": {study: {"verdict", "reason", "seconds"}}, "caught",
-    "equivalent", "seconds"} of one candidate of the catalogue; None where there is no such fault.
+    """One candidate of the catalogue through the studies; None where there is no such fault.
+
+    {"name", "scene", "rule", "site", "what", "found": {study: {"verdict", "reason", "seconds"}},
+    "caught", "equivalent", "seconds"}; `caught` names the studies that said no.
 
     Studies have their digits in the name; where the bench refuses the object, the only one is
     "refused". `equivalent` is the proof, of those that nothing caught.
@@ -49,8 +52,9 @@ def of_fault(index: int) -> Result | None:
     except NoPlace:
         return None
     return {
-        "name": fault.name, "site": fault.site, "what": fault.what, "found": found,
-        "caught": caught, "equivalent": said, "seconds": time.process_time() - begun,
+        "name": fault.name, "scene": fault.scene, "rule": fault.rule, "site": fault.site,
+        "what": fault.what, "found": found, "caught": caught, "equivalent": said,
+        "seconds": time.process_time() - begun,
     }  # fmt: skip
 
 
@@ -77,7 +81,8 @@ def of_rule(seed: int) -> Result:
 
     found = _through_studies(case)
     return {
-        "name": f"{scene.name} {rule.name}", "site": "valid rule", "what": rule.source,
+        "name": f"{scene.name} {rule.name}", "scene": scene.name, "rule": rule.name,
+        "site": "valid rule", "what": rule.source,
         "found": found, "caught": [n for n, one in found.items() if one["verdict"] == "fail"],
         "equivalent": "", "seconds": time.process_time() - begun,
     }  # fmt: skip
@@ -102,23 +107,40 @@ def _through_studies(case_of: Callable[[str, int, int], Case]) -> dict[str, Any]
 
 
 def measure(
-    faults: Sequence[int], rules: Sequence[int], jobs: int, progress: Callable[[str, float], None]
+    faults: Sequence[int],
+    rules: Sequence[int],
+    jobs: int,
+    progress: Callable[[str, float], None],
+    journal: Journal | None = None,
 ) -> tuple[list[Result], list[Result]]:
-    """(results of the faults of these indices that exist, results of the rules of these seeds)."""
+    """(results of the faults of these indices that exist, results of the rules of these seeds).
+
+    A journal is told of each as it is finished, and what it has already is not measured again.
+    """
     total, done = len(faults) + len(rules), 0
     found: tuple[list[Result], list[Result]] = ([], [])
     for into, function, numbers in ((0, of_fault, faults), (1, of_rule, rules)):
-        for part in range(0, len(numbers), BATCH):
+        named = {number: _key(function, number) for number in numbers}
+        known = {} if journal is None else journal.done
+        results = {n: known[key] for n, key in named.items() if key in known}
+        left = [n for n in numbers if n not in results]
+        for part in range(0, len(left), BATCH):
             # a new pool each time, so that memory stays bounded: max_tasks_per_child can hang
             # (CPython issue 115634)
+            batch = left[part : part + BATCH]
             with _own_cache(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
-                results: Iterator[Result | None] = pool.map(function, numbers[part : part + BATCH])
-                for result in results:
-                    done += 1
-                    if result is not None:
-                        found[into].append(result)
-                        progress(result["name"], done / total)
+                for number, result in zip(batch, pool.map(function, batch), strict=True):
+                    results[number] = result
+                    if journal is not None:
+                        journal.keep(named[number], result)
+                    progress(named[number], (done + len(results)) / total)
+        done += len(numbers)
+        found[into].extend(r for n in numbers if (r := results[n]) is not None)
     return found
+
+
+def _key(function: Callable[[int], Any], number: int) -> str:
+    return everything()[number].name if function is of_fault else f"valid rule {number}"
 
 
 @contextmanager

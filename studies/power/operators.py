@@ -118,6 +118,17 @@ def drop_h(matrix: Any, generator: random.Random, h: Any) -> Any:
     return _with_entry(matrix, k, matrix[k].subs(h, 1))
 
 
+def drop_h_squared(matrix: Any, generator: random.Random, h: Any) -> Any:
+    """The h² of one entry forgotten."""
+    from sympy import Integer
+
+    places = [k for k, e in enumerate(matrix) if e.has(h**2)]
+    if not places:
+        return None
+    k = generator.choice(places)
+    return _with_entry(matrix, k, matrix[k].xreplace({h**2: Integer(1)}))
+
+
 def wrong_power(matrix: Any, generator: random.Random, h: Any) -> Any:
     """An exponent that is one too high."""
     from sympy import Pow
@@ -139,6 +150,7 @@ OPERATORS: dict[str, Operator] = {
     "times h": _term(lambda t, h: t * h),
     "over h": _term(lambda t, h: t / h),
     "no h": drop_h,
+    "no h²": drop_h_squared,
     "power": wrong_power,
     "index": swap_letters,
     "transposed": transpose,

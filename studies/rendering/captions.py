@@ -22,6 +22,10 @@ CONTROLS = (
     "cannot be told from a symplectic one, so a verdict at small steps alone would prove nothing. "
     "Grey dots: the sound schemes of the scene."
 )
+REVERSIBILITY = (
+    "How far a step back, Φ₋ₕ, misses the point that the step forth, Φₕ, has left, relative to the "
+    "size of the state. Dashed: the limit that the verdict uses. Dotted: one unit of round-off."
+)
 DRIFT = (
     "Drift of each momentum map, relative to the sum of the absolute values of its terms, against "
     "the number of steps (the worst in each of many bins); beside a rule the worst of the whole "

@@ -10,6 +10,7 @@ from studies.rendering import (
     plot_drift,
     plot_maps,
     plot_order,
+    plot_reversibility,
     plot_stability,
     plot_symplecticity,
     plot_work,
@@ -25,6 +26,7 @@ from studies.rendering.captions import (
     LINEAR,
     LONG_WORK,
     MAPS,
+    REVERSIBILITY,
     SPRINGS,
     WORK,
 )
@@ -167,6 +169,18 @@ def _momentum(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     return found
 
 
+def _reversibility(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    return [
+        Sketch(
+            f"reversibility-{digits}", f"Reversibility, {digits} digits", REVERSIBILITY,
+            [plot_reversibility.panel(titles.get(scene, scene), own, known, digits)
+             for scene, own in by_scene(same).items()],
+            plot_reversibility.SHEET, digits,
+        )
+        for digits, same in precisions(cases).items()
+    ]  # fmt: skip
+
+
 def _energy(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     found: list[Sketch] = []
     for digits, same in precisions(cases).items():
@@ -253,6 +267,7 @@ SKETCHERS: dict[str, Sketcher] = {
     "symplecticity": _symplecticity,
     "momentum": _momentum,
     "energy": _energy,
+    "reversibility": _reversibility,
     "work-precision": _work,
     "stability": _stability,
     "charts": _charts,

@@ -148,6 +148,7 @@ def _view(study: Result, drawn: Sequence[Plate], files: Sequence[str]) -> dict[s
         "name": name,
         "anchor": file_name(name),
         "notes": [str(note) for note in study.get("notes") or []],
+        "tables": study.get("tables") or [],
         "verdict": verdict(study),
         "count": tally(cases),
         "bad": _lines(name, parts["fail"] + parts["inconclusive"]),

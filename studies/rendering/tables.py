@@ -16,6 +16,7 @@ from studies.rendering.wording import (
     VERDICTS,
     Case,
     Result,
+    case_name,
     caught,
     duration,
     got,
@@ -31,6 +32,7 @@ from studies.rendering.wording import (
 )
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
 Column = tuple[str, Callable[[Case], str]]
@@ -38,6 +40,8 @@ Column = tuple[str, Callable[[Case], str]]
 
 def columns(study: str) -> list[Column]:
     """Heading and text of each column of a study's table; any study has one."""
+    if study == "power":
+        return _POWER
     return [
         ("Scene", lambda case: str(case.get("scene") or NONE)),
         ("Rule", lambda case: str(case.get("rule") or NONE)),
@@ -179,6 +183,17 @@ _MEASURED: dict[str, list[Column]] = {
 }
 
 
+#: of the mutation study a case is a fault, not a precision
+_POWER: list[Column] = [
+    ("Scene", lambda case: str(case.get("scene") or NONE)),
+    ("Rule", lambda case: str(case.get("rule") or NONE)),
+    ("In", lambda case: str(mapping(case, "measured").get("site") or NONE)),
+    ("What", lambda case: str(mapping(case, "measured").get("what") or NONE)),
+    ("Caught by", lambda case: got("power", case)),
+    ("Verdict", lambda case: caught(case) if is_control(case) else verdict(case)),
+]
+
+
 def plain(value: Any) -> Any:
     """The same data as strict JSON has it: no NaN, no infinities, keys as words."""
     if value is None or isinstance(value, bool | int | str):
@@ -294,7 +309,16 @@ def terminal_table(result: Result) -> Table:
         if is_control(case):
             texts[1] += " [dim](control)[/dim]"
         texts[-1] = f"[{colour}]{texts[-1]}[/{colour}]"
-        if verdict(case) != "pass" and case.get("reason"):
-            texts[-1] += f"\n{escape(str(case['reason']))}"
         table.add_row(*texts)
     return table
+
+
+def print_result(screen: Console, result: Result) -> None:
+    """The table, then a paragraph for each case that did not pass: a column has no room for it."""
+    screen.print(terminal_table(result))
+    cases = [case for case in result.get("cases") or [] if verdict(case) != "pass"]
+    for case in sorted(cases, key=lambda case: -VERDICTS.index(verdict(case))):
+        if case.get("reason"):
+            said = caught(case) if is_control(case) else verdict(case)
+            words = f"{said}: {case_name(case)}: {case['reason']}"
+            screen.print(words, highlight=False, markup=False, soft_wrap=True)

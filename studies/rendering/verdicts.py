@@ -31,7 +31,7 @@ EXTREME_PARTS = ("fine", "coarse")
 #: what `compare` holds side by side: heading and how a value is written
 COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
     "order": ("Order", "{:.4f}".format),
-    "error": ("Error at one step", scientific),
+    "error": ("Error", scientific),
     "defect": ("Ω defect", scientific),
     "drift": ("Momentum drift", scientific),
     "band": ("Energy band", scientific),
@@ -118,6 +118,7 @@ def comparison(result: Result) -> dict[str, Any]:
             return NONE
         words = COMPARED[name][1](value)
         words += f" to {scientific(line['accuracy'])}" if name == "seconds" else ""
+        words += f" at h = {line['step']:.3g}" if name == "error" else ""
         ratio = number(line["ratios"].get(name))
         return words if ratio is None else f"{words} ({ratio:.3g}×)"
 

@@ -19,6 +19,7 @@ STUDIES = (
     "charts",
     "extremes",
     "savings",
+    "power",
 )
 VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
 NONE = "—"
@@ -119,7 +120,12 @@ def is_control(case: Mapping[str, Any]) -> bool:
 
 
 def caught(case: Mapping[str, Any]) -> str:
-    """A control's verdict in its own words: its test passes when the fault was caught."""
+    """A control's verdict in its own words: its test passes when the fault was caught.
+
+    One that is proved to be no fault has nothing to be caught.
+    """
+    if mapping(case, "measured").get("equivalent"):
+        return "equivalent"
     return {"pass": "caught", "fail": "missed"}.get(verdict(case), "inconclusive")
 
 
@@ -155,11 +161,13 @@ def wanted(study: str, case: Mapping[str, Any]) -> str:
         "order": _wanted_order,
         "symplecticity": _wanted_limit,
         "momentum": _wanted_limit,
+        "reversibility": _wanted_limit,
         "energy": _wanted_slope,
         "charts": lambda e: "right, or a clear error",
         "extremes": lambda e: "nothing silent",
         "savings": lambda e: f"the same results to {scientific(e.get('limit'))}",
         "stability": _wanted_stability,
+        "power": lambda e: str(e["wanted"]),
         "work-precision": lambda e: f"sinks, or ≤ {scientific(e.get('limit'))}",
     }
     return writers.get(study, _pairs)(expected) if expected else NONE
@@ -213,6 +221,7 @@ def got(study: str, case: Mapping[str, Any]) -> str:
         "charts": _got_charts,
         "extremes": lambda m: "; ".join(f"{k}: {outcome(m[k])}" for k in m),
         "stability": _got_stability,
+        "power": lambda m: ", ".join(m["caught"]) or NONE,
         "work-precision": lambda m: f"best {scientific(m.get('best'))}",
     }
     return writers.get(study, _pairs)(measured)

@@ -129,6 +129,24 @@ def test_they_are_the_published_ones(name):
         assert close(METHODS[name].coefficients(40)[: len(published)], published, limit)
 
 
+SPLITTINGS = {  # a₁ b₁ a₂ b₂ … of the splitting ABA, to 15 decimals
+    "blanes-moan-4": "0.0792036964311957 0.209515106613362 0.353172906049774 -0.143851773179818 "
+    "-0.0420650803577195 0.434336666566456",
+    "blanes-moan-6": "0.0502627644003922 0.148816447901042 0.413514300428344 -0.132385865767784 "
+    "0.0450798897943977 0.067307604692185 -0.188054853819569 0.432666402578175 0.541960678450780",
+}
+
+
+@pytest.mark.parametrize("name", SPLITTINGS)
+def test_splittings_are_the_published_ones_to_their_last_digit_or_two(name):
+    """β₁ = a₁, β₁ + α₁ = b₁, α₁ + β₂ = a₂, …: sums of neighbours."""
+    with mpmath.workdps(40):
+        found = METHODS[name].coefficients(40)
+        sums = [found[0], *(a + b for a, b in itertools.pairwise(found))]
+        published = [mpmath.mpf(n) for n in SPLITTINGS[name].split()]
+        assert max(abs(a - b) for a, b in zip(sums, published, strict=False)) < 5e-15
+
+
 # -- adjoints -------------------------------------------------------------------------------------
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 import pytest
 
@@ -62,8 +63,18 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert rules == ["two-thirds", "midpoint", "trapezoidal"]
     errors = {line["rule"]: line["ratios"]["error"] for line in found["comparison"]}
     assert min(errors.values()) == 1 and all(1 <= ratio < 3 for ratio in errors.values())
+    assert " at h = " in shown
+    assert {(tmp_path / f"found.{kind}").stat().st_mode & 0o777 for kind in ("html", "json")} == {
+        0o666 & ~umask()
+    }
     page = (tmp_path / "found.html").read_text()
     assert "Side by side" in page and page.count("<svg") > 1
+
+
+def umask():
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
 
 
 def test_one_method_is_none_to_compare(capsys):

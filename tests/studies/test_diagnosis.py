@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -11,12 +12,24 @@ import pytest
 import sympy
 
 import reference
-from integrators import Scene, Scheme, discretisation, exponential, lie_group, pair, scenes, so
+from integrators import (
+    Scene,
+    Scheme,
+    discretisation,
+    discretisations,
+    exponential,
+    lie_group,
+    pair,
+    scenes,
+    so,
+)
 from integrators.compiling import _MARK, kernel_file, run_text
+from integrators.composed_flow import ComposedFlow
 from integrators.discretisations import midpoint, trapezoidal
 from integrators.flow import Flow
 from studies import get
 from studies.case import Case
+from studies.diagnosis import _residuals as residuals
 from studies.exact_path import truncation
 from studies.running import run_case
 
@@ -55,14 +68,13 @@ class Broken(Case):
 
     fault: Any = None
 
-    @property
-    def scheme(self) -> Scheme:
-        sound = super().scheme
+    def scheme_on(self, scene: Scene) -> Scheme:
+        sound = super().scheme_on(scene)
         broken = copy(sound)
         fault = self.fault
 
         def flow(step: Any, digits: int = 16) -> Flow:
-            made = Flow(sound, step, digits)
+            made = (ComposedFlow if sound.substeps else Flow)(sound, step, digits)
             fault(made)
             return made
 
@@ -161,6 +173,20 @@ def test_newton_that_stops_too_early_is_told_by_what_it_leaves():
     assert found["evidence"]["noise"] < 1e-28
 
 
+@pytest.mark.parametrize("rule", ["midpoint", "triple-jump:midpoint", "blanes-moan-4:rectangle"])
+def test_what_newton_leaves_is_seen_in_a_step_or_in_the_first_substep(rule, monkeypatch):
+    flow = Scheme(scenes.get("kepler"), discretisations.get(rule)).flow("0.01", 30)
+    assert residuals(flow)[0] < 1e-28
+    sound = type(flow).trajectory
+
+    def loosely(self, *asked):
+        run = sound(self, *asked)
+        return replace(run, u=run.u * (1 + flow.numbers.number("1e-7")))
+
+    monkeypatch.setattr(type(flow), "trajectory", loosely)
+    assert 1e-8 < residuals(flow)[0] < 1e-6
+
+
 def test_a_wrong_reference_is_told_by_a_witness(monkeypatch):
     true = reference.solution
 
@@ -201,6 +227,17 @@ def test_discrete_lagrangian_and_legendre_maps_have_one_order(name):
     assert found.order_of_lagrangian == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.parametrize(("formula", "order_found"), [
+    (lambda L, G, x, u, h: h * L(G.target(x, u, h / 2), 2 * u), 0),
+    (lambda L, G, x, u, h: L(G.target(x, u, h / 2), u), -1),
+])  # fmt: skip
+def test_a_rule_that_is_not_consistent_is_not_advised_to_declare_its_order(formula, order_found):
+    found = cause(order("kepler", discretisation(order=2, name="slip")(formula)))
+    assert found["cause"] == "discrete Lagrangian" and "not consistent" in found["sentence"]
+    assert "declare" not in found["sentence"]
+    assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found, abs=0.05)
+
+
 # -- symplecticity --------------------------------------------------------------------------------
 
 
@@ -220,3 +257,73 @@ def test_structure_stays_however_well_steps_are_solved():
     assert found["cause"] == "structure"
     sizes = [defect for _, defect in found["evidence"]["swept"]]
     assert sizes[-1] > 1e-8 and found["evidence"]["solved"] > 1e-8
+
+
+def drifting(flow):
+    """The momentum that is handed on is a little too small; every velocity is solved for."""
+    from studies.power.catalogue import SOLVER
+
+    body = kernel_file(flow.scheme).read_text().split(_MARK, 1)[1]
+    old, new = SOLVER["damped residual"]
+    assert old in body
+    flow.__dict__["_kernels"] = run_text(body.replace(old, new), flow.numbers.namespace())
+
+
+def impatient(flow):
+    """Newton stops after two corrections."""
+    from studies.power.catalogue import SOLVER
+
+    body = kernel_file(flow.scheme).read_text().split(_MARK, 1)[1]
+    old, new = SOLVER["Newton stops after two corrections"]
+    flow.__dict__["_kernels"] = run_text(body.replace(old, new), flow.numbers.namespace())
+
+
+@pytest.mark.parametrize(("fault", "name"), [(drifting, "update"), (impatient, "solver residual")])
+def test_steps_that_are_not_of_sound_maps_are_told_from_a_broken_form(fault, name):
+    """On a pair groupoid any arrow keeps the forms: the residual alone tells."""
+    found = cause(symplecticity("pendulum", fault))
+    evidence = found["evidence"]
+    assert found["cause"] == name and evidence["taken"] > 1e-8 and evidence["solved"] < 1e-28
+    assert (evidence["residual"] < 1e-28) is (name == "update")
+    assert (evidence["own"] < 1e-28) is (name == "update")
+    sizes = [defect for _, defect in evidence["swept"]]
+    assert all(a > 500 * b for a, b in itertools.pairwise(sizes))
+
+
+def crooked(flow):
+    """F⁺ of every substep is a little too small."""
+    for part in set(flow.parts):
+        damped(part)
+
+
+def test_the_form_of_a_composition_is_diagnosed_too():
+    """It has no pullback, and the maps of its substeps are solved anew: it is the structure."""
+    rule = discretisations.get("triple-jump:midpoint")
+    scene = scenes.get("rigid-body")
+    found = cause(Broken("symplecticity", scene, rule, 30, 16, fault=crooked))
+    assert found["cause"] == "structure" and "poisson" in found["sentence"]
+
+
+# -- momentum -------------------------------------------------------------------------------------
+
+
+@discretisation(order=2)
+def pushed(L, G, x, u, h):
+    """The midpoint rule with a kinetic energy that prefers the first axis, by O(h³)."""
+    return h * L(G.target(x, u, h / 2), u) + h**3 * u[0] ** 2 / 10
+
+
+def momentum(scene, rule, fault=None):
+    case = Case("momentum", scenes.get(scene), rule, 30, 40)
+    return case if fault is None else Broken(**vars(case), fault=fault)
+
+
+def test_a_discrete_lagrangian_that_is_not_invariant_is_told_by_the_ends_of_an_arrow():
+    found = cause(momentum("kepler", pushed))
+    assert found["cause"] == "invariance" and "angular momentum" in found["sentence"]
+    assert found["evidence"]["gap"] > 1e-8
+
+
+def test_a_run_that_loses_what_its_discrete_lagrangian_keeps_is_to_blame_itself():
+    found = cause(momentum("kepler", midpoint, drifting))
+    assert found["cause"] == "run" and found["evidence"]["gap"] < 1e-28

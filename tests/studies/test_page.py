@@ -144,7 +144,7 @@ def test_terminal_table_ends_with_the_failures() -> None:
 
     console = Console(width=150, file=io.StringIO())
     with console.capture() as capture:
-        console.print(tables.terminal_table(spoiled()[0]))
+        tables.print_result(console, spoiled()[0])
     shown = capture.get()
     assert shown.index("inconclusive") < shown.index("Newton stopped") > shown.rindex("2.00")
 

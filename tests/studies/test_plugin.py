@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from integrators import discretisation, scenes
+from integrators import BadInput, discretisation, scenes
 from studies import assertions
 from studies.assertions import (
     Missed,
@@ -96,8 +96,9 @@ def test_the_order_asked_for_is_judged_from_both_sides():
 
 
 def test_what_is_not_self_adjoint_is_not_reversible():
-    with pytest.raises(Missed, match=r"not the inverse"):
+    with pytest.raises(Missed, match=r"not the inverse") as caught:
         assert_reversible(lopsided, "kepler", digits=30)
+    assert caught.value.picture.read_bytes().startswith(b"\x89PNG")
     assert_reversible("triple-jump:midpoint", "kepler", digits=30)
 
 
@@ -114,8 +115,21 @@ def test_what_does_not_converge_is_missed(monkeypatch):
     def wrong(L, G, x, u, h):
         return h * L(x, 2 * u)
 
-    with pytest.raises(Missed):
+    with pytest.raises(Missed, match=r"asked was at least 1\. Cause: .* not consistent") as caught:
         assert_converges(wrong, "kepler", digits=30)
+    assert caught.value.picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    (("midpont", "kepler", 2), "did you mean midpoint"),
+    (("midpoint", "keplr", 2), "did you mean kepler"),
+    (("midpoint", "kepler", "2"), "the order asked for is '2'"),
+    ((discretisation(name="column")(lambda L, G, x, u, h: h * u), "kepler", 2), "is a matrix"),
+])  # fmt: skip
+def test_what_cannot_be_asked_is_bad_input_and_no_missed_order(words, message):
+    with pytest.raises(BadInput, match=message) as caught:
+        assert_order(*words)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.slow

@@ -9,13 +9,18 @@ import pytest
 import sympy
 
 from integrators.identities import first_violation
+from studies.case import Choice
 from studies.command import main
+from studies.journal import Journal
+from studies.power import measuring
 from studies.power.catalogue import everything
 from studies.power.equivalents import proof
 from studies.power.faults import NoPlace
 from studies.power.measuring import of_fault, of_rule
 from studies.power.operators import OPERATORS
+from studies.power.results import result
 from studies.power.sites import faulty_scheme, sound_scheme
+from studies.rendering.page import lone_page
 
 CATALOGUE = everything()
 
@@ -105,25 +110,103 @@ def test_a_valid_rule_is_let_through(seed):
     assert not found["caught"], found["found"]
 
 
-def test_the_command(tmp_path):
+def test_the_command(tmp_path, capsys):
     file = tmp_path / "power.json"
-    assert (
-        main(
-            [
-                "power",
-                "--only",
-                "rigid-body midpoint: form.omega, [",
-                "--jobs",
-                "1",
-                "--json",
-                str(file),
-            ]
-        )
-        == 0
-    )
+    words = ["power", "--only", "rigid-body midpoint: form.omega, [", "--jobs", "1"]
+    assert main([*words, "--json", str(file)]) == 0
     found = json.loads(file.read_text(encoding="utf-8"))
     assert found["faults"] == 2 and found["equivalent"] == 1 and found["survivors"] == []
+    assert found["command"] == "discmech power --only 'rigid-body midpoint: form.omega, ['"
+    caught, equivalent = sorted(found["cases"], key=lambda c: c["measured"]["equivalent"])
+    assert caught["measured"]["caught"] and caught["control"] and caught["verdict"] == "pass"
+    assert {row["study"] for row in caught["rows"]} >= set(caught["measured"]["caught"])
+    assert "-1 times" in equivalent["reason"]
+    assert "-1 times" in capsys.readouterr().out
     assert main(["power", "--only", "no such fault"]) == 2
+
+
+def made(name, caught=(), equivalent="", site="rule"):
+    """What `measure` says of a fault or a rule, by hand."""
+    found = {k: {"verdict": "fail" if k in caught else "pass", "reason": f"{k}!", "seconds": 1.0}
+             for k in ("order 50", "energy 16")}  # fmt: skip
+    scene, rule = name.split()
+    about = {"name": name, "scene": scene, "rule": rule, "site": site, "what": "sign #0"}
+    return {**about, "found": found, "caught": list(caught), "equivalent": equivalent,
+            "seconds": 2.0}  # fmt: skip
+
+
+def test_a_survivor_fails_and_so_does_a_false_alarm():
+    caught, equal = made("pendulum midpoint", ["order 50"]), made("kepler midpoint", (), "it is")
+    valid = made("kepler random-1", site="valid rule")
+    assert result([caught, equal], [valid], "discmech power")["verdict"] == "pass"
+    survivor = result([caught, made("kepler midpoint")], [valid], "discmech power")
+    assert survivor["verdict"] == "fail" and survivor["survivors"] == ["kepler midpoint"]
+    assert "order 50 pass, energy 16 pass" in survivor["cases"][1]["reason"]
+    alarm = result([caught], [made("kepler random-1", ["energy 16"])], "discmech power")
+    assert alarm["verdict"] == "fail" and alarm["cases"][1]["reason"] == "energy 16: energy 16!"
+
+
+def test_the_tables_say_which_study_caught_what_and_which_did_not():
+    faults = [made("a b", ["order 50"]), made("c d", ["order 50", "energy 16"]),
+              made("e f", (), "it is"), made("g h", site="groupoid.L")]  # fmt: skip
+    by_site, by_study = result(faults, [], "discmech power")["tables"]
+    assert by_site["lines"] == [["rule", "2", "1", "0"], ["groupoid", "0", "0", "1"],
+                                ["all", "2", "1", "1"]]  # fmt: skip
+    assert by_study["lines"] == [
+        ["energy 16", "1", "0", "1", "0"],
+        ["order 50", "2", "1", "0", "0"],
+    ]
+
+
+def test_the_page_has_the_tables_the_command_and_the_survivor_first():
+    found = result([made("a b", ["order 50"]), made("c d"), made("e f", (), "it is")],
+                   [made("g h", site="valid rule")], "discmech power")  # fmt: skip
+    page = lone_page([found], [], "discmech power")
+    assert "1 of 2 controls was caught" in page  # the equivalent one is none
+    assert (
+        "no study says no" in page and "Caught by" in page and "</span> equivalent</span>" in page
+    )
+    assert "Faults, by the study that caught them" in page
+    assert page.index("no study says no") < page.index("it is")
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
+    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path))
+    stop = [True]
+
+    class Pool:
+        """In this process, and interrupted once."""
+
+        def __init__(self, *_):
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def map(self, function, numbers):
+            for k, number in enumerate(numbers):
+                if stop[0] and k == 2:
+                    raise KeyboardInterrupt
+                asked.append(number)
+                yield made(f"a f{number}") if number % 5 else None
+
+    monkeypatch.setattr(measuring, "ProcessPoolExecutor", Pool)
+
+    def run():
+        journal, faults = Journal("power", Choice()), range(10, 16)
+        return measuring.measure(faults, [], 1, lambda *_: None, journal)
+
+    asked = []
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    stop[0] = False
+    assert asked == [10, 11]
+    found, _ = run()
+    assert asked == [10, 11, 12, 13, 14, 15]
+    assert [f["rule"] for f in found] == ["f11", "f12", "f13", "f14"]
 
 
 @pytest.mark.slow

@@ -129,3 +129,23 @@ def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
     words = ["report", "kepler", "--rule", "midpoint", "--digits", "16"]
     assert main([*words, "--folder", str(tmp_path / "file" / "build")]) == 2
     assert "cannot be written" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [[], ["--digits", "16"]])
+def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
+    words, monkeypatch, tmp_path, capsys
+):
+    from studies import report
+    from studies.power import results
+
+    fault = {"name": "a b", "scene": "a", "rule": "b", "site": "rule", "what": "sign #0",
+             "found": {"order 50": {"verdict": "pass", "reason": "", "seconds": 1.0}},
+             "caught": [], "equivalent": "", "seconds": 1.0}  # fmt: skip
+    monkeypatch.setattr(report, "run_studies", lambda *a, **k: ([], []))
+    monkeypatch.setattr(results, "power", lambda *a: results.result([fault], [], "discmech power"))
+    code = main(["report", *words, "--folder", str(tmp_path / "build")])
+    page = html.unescape((tmp_path / "build" / "index.html").read_text("utf-8"))
+    whole = not words
+    assert ("The power of the bench" in page and "no study says no" in page) is whole
+    assert ('data-copy="discmech power"' in page) is whole
+    assert (code == 1) is whole

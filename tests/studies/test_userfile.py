@@ -176,6 +176,48 @@ def test_a_lagrangian_that_fails_is_said_with_its_line(file):
         Scheme(scene, discretisations.midpoint)
 
 
+GROUPOID = """from integrators import LocalGroupoid, MatrixAlgebra, Scene, action, lie_group, sl
+
+def of(groupoid, **more):
+    return Scene("mine", groupoid, lambda x, v, p: v.dot(v) / 2, v0=[0] * groupoid.dim_u,
+                 step="1/9", **more)
+
+"""
+
+
+@pytest.mark.parametrize(
+    ("groupoid", "message"),
+    [
+        (
+            "LocalGroupoid(0, 2, target=lambda x, u, h: x,\n"
+            "product=lambda x, u, v, h: [u[0] + 2 * v[0], u[1] + v[1]])",
+            r"^mine.py, line 8: local groupoid is not a groupoid: p\(x, 0, v\) = v",
+        ),
+        (
+            "LocalGroupoid(0, 1, target=lambda x, u, h: x,\nproduct=lambda x, u, v, h: u + w)",
+            "^mine.py, line 8: local groupoid: product could not be evaluated .*NameError",
+        ),
+        (
+            "LocalGroupoid(0, 1, target=lambda x, u, h: x,\nproduct=lambda x, u, v, h: [1, 2])",
+            "^mine.py, line 8: local groupoid: product returned 2 entries",
+        ),
+        (
+            "action(sl(2), right_action=lambda x, g: [2 * x[0]], dim_x=1), x0=[1]",
+            r"^mine.py, line 7: action\(sl\(2\), lambda\) is not a groupoid: .*a right action has",
+        ),
+        (
+            "lie_group(MatrixAlgebra('open', (((0, 1, 0), (0, 0, 0), (0, 0, 0)), "
+            "((0, 0, 0), (0, 0, 1), (0, 0, 0)))))",
+            "^algebra open: the commutator of basis matrices 1 and 2 is not .* add it",
+        ),
+    ],
+)
+def test_a_wrong_groupoid_is_said_with_its_line(file, groupoid, message):
+    scene = lookup.scene(file(f"{GROUPOID}mine = of({groupoid})\n"))
+    with pytest.raises(BadInput, match=message):
+        Scheme(scene, discretisations.midpoint)
+
+
 def test_messages_of_our_own_rules_name_no_line():
     scene = scenes.get("kepler").with_values(lagrangian=lambda x, v, p: v[0] ** 2 + v[7])
     with pytest.raises(BadInput, match=r"test_userfile.py, line \d+") as caught:

@@ -125,6 +125,31 @@ def test_a_rule_that_some_scene_cannot_use_is_inconclusive_there(folder, capsys)
     assert code == 2 and out.count("\n") <= 1 and "base.py, line 8" in err
 
 
+def test_a_scene_that_no_study_can_use_is_bad_input_and_not_inconclusive(folder, capsys):
+    (folder / "flat.py").write_text(SCENE.replace("v[0] ** 2 / 2", "v[0]"))
+    code, out, err = ask(capsys, "verify", "flat.py", *QUICK)
+    assert code == 2 and "my-pendulum with midpoint: " in err and "kinetic energy" in err
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(folder, capsys, monkeypatch):
+    from studies import get
+
+    monkeypatch.setenv("DISCMECH_CACHE", str(folder))
+    words = ("verify", "good.py", "--scene", "kepler", *QUICK)
+    sound = get("symplecticity").measure
+
+    def interrupted(case, progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(get("symplecticity"), "measure", interrupted)
+    code, out, err = ask(capsys, *words)
+    assert code == 130 and "goes on where it stopped" in err and "✓ order" in out
+    monkeypatch.setattr(get("symplecticity"), "measure", sound)
+    monkeypatch.setattr(get("order"), "measure", interrupted)  # it is not measured again
+    code, out, err = ask(capsys, *words)
+    assert code == 0 and "✓ order" in out and "✓ symplecticity" in out
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -1,0 +1,135 @@
+"""What the mutation study found, as a study's result: a case a fault, a case a valid rule, tables.
+
+A fault is a control: something wrong on purpose, which has to be caught.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ..case import Choice
+from ..journal import Journal
+from ..record import record
+from .catalogue import everything
+from .measuring import SCENES, Result, measure
+from .valid import random_rule
+
+SAMPLE = 12  # of so many faults and rules one, unless all are asked for
+RULES = 200
+OUTCOMES = ("caught", "equivalent", "survives")
+ABOUT = (
+    "A fault is caught if a study fails, or if the bench refuses the object. Equivalent ones are "
+    "proved, one by one, to be valid rules too; what survives makes the verdict fail."
+)
+
+
+def power(
+    progress: Callable[[str, float], None],
+    jobs: int,
+    *,
+    thorough: bool = False,
+    only: str = "",
+) -> dict[str, Any]:
+    """The result of all faults and rules, of one in `SAMPLE`, or of those whose name holds `only`.
+
+    What an interrupted run had finished is not measured again. There are no cases if no name holds
+    `only`.
+    """
+    faults = [i for i, fault in enumerate(everything()) if only in fault.name]
+    rules = [seed for seed in range(RULES) if only in rule_name(seed)]
+    every = 1 if thorough or only else SAMPLE
+    words = [
+        *(["--thorough"] if thorough else []),
+        *(["--only", shlex.quote(only)] if only else []),
+    ]
+    journal = Journal("-".join(["power", *(["thorough"] if thorough else [])]), Choice())
+    found = measure(faults[::every], rules[::every], jobs, progress, None if only else journal)
+    if not only:
+        journal.close()
+    return result(*found, " ".join(["discmech power", *words]))
+
+
+def rule_name(seed: int) -> str:
+    """How tables call a valid rule."""
+    return f"{SCENES[seed // 6 % len(SCENES)]} {random_rule(seed).name}"
+
+
+def result(faults: Sequence[Result], valid: Sequence[Result], command: str) -> dict[str, Any]:
+    """The result of a study: verdict, counts, tables, and a case each with its command."""
+    outcomes = [outcome(fault) for fault in faults]
+    survivors = [f["name"] for f in faults if outcome(f) == "survives"]
+    alarms = [v["name"] for v in valid if v["caught"]]
+    seconds = sum(one["seconds"] for one in (*faults, *valid))
+    every = "--thorough" in command
+    return {
+        "schema": 1, "study": "power", "command": command,
+        "verdict": "fail" if survivors or alarms else "pass",
+        "record": record(seconds, {"faults": len(faults), "rules": len(valid)}),
+        "notes": [] if every else ["A sample; discmech power --thorough takes all."],
+        "faults": len(faults), "caught": outcomes.count("caught"),
+        "equivalent": outcomes.count("equivalent"), "survivors": survivors,
+        "rules": len(valid), "false_alarms": alarms, "seconds": seconds,
+        "tables": [_by_site(faults), _by_study(faults, valid)],
+        "cases": [*map(_of_fault, faults), *map(_of_rule, valid)],
+    }  # fmt: skip
+
+
+def outcome(fault: Result) -> str:
+    """One of `OUTCOMES`."""
+    return "caught" if fault["caught"] else "equivalent" if fault["equivalent"] else "survives"
+
+
+def _of_fault(fault: Result) -> dict[str, Any]:
+    said = outcome(fault)
+    missed = ", ".join(f"{k} {one['verdict']}" for k, one in fault["found"].items())
+    survives = f"no study says no, and no proof says that it is valid: {missed}."
+    reason = {"caught": "", "equivalent": fault["equivalent"], "survives": survives}[said]
+    return _case(fault, said != "survives", reason, "caught", control=True)
+
+
+def _of_rule(rule: Result) -> dict[str, Any]:
+    reasons = "; ".join(f"{k}: {rule['found'][k]['reason']}" for k in rule["caught"])
+    return _case(rule, not rule["caught"], reasons, "no alarm", control=False)
+
+
+def _case(one: Result, sound: bool, reason: str, wanted: str, control: bool) -> dict[str, Any]:
+    kept = ("site", "what", "caught", "equivalent")
+    return {
+        "scene": one["scene"], "rule": one["rule"], "retraction": None, "digits": None,
+        "verdict": "pass" if sound else "fail", "reason": reason, "control": control,
+        "command": f"discmech power --only {shlex.quote(one['name'])}",
+        "expected": {"wanted": wanted}, "measured": {key: one[key] for key in kept},
+        "rows": [{"study": name, **said} for name, said in one["found"].items()],
+        "seconds": one["seconds"],
+    }  # fmt: skip
+
+
+def _by_site(faults: Sequence[Result]) -> dict[str, Any]:
+    counts: dict[str, Counter[str]] = {}
+    for fault in faults:
+        counts.setdefault(fault["site"].split(".")[0], Counter())[outcome(fault)] += 1
+    total = sum(counts.values(), Counter())
+    lines = [[name, *(str(found[word]) for word in OUTCOMES)]
+             for name, found in [*counts.items(), ("all", total)]]  # fmt: skip
+    return {"title": "Faults, by what they are in", "about": ABOUT,
+            "heads": ["Site", "Caught", "Equivalent", "Survives"], "lines": lines}  # fmt: skip
+
+
+def _by_study(faults: Sequence[Result], valid: Sequence[Result]) -> dict[str, Any]:
+    """How many faults each study caught, how many it alone did, and how many it did not see."""
+    ran = dict.fromkeys(name for one in (*faults, *valid) for name in one["found"])
+    lines = []
+    for name in sorted(ran):
+        asked = [f for f in faults if name in f["found"] and outcome(f) == "caught"]
+        caught = [f for f in asked if name in f["caught"]]
+        alone = [f for f in caught if f["caught"] == [name]]
+        alarms = [v for v in valid if name in v["caught"]]
+        counts = (len(caught), len(alone), len(asked) - len(caught), len(alarms))
+        lines.append([name, *map(str, counts)])
+    about = "Of the faults that were caught; alone: no other study saw the fault."
+    return {"title": "Faults, by the study that caught them", "about": about,
+            "heads": ["Study, digits", "Caught", "Alone", "Not seen", "False alarms"],
+            "lines": lines}  # fmt: skip
