@@ -12,7 +12,7 @@ from typing import Any
 from integrators import BadInput, scenes
 
 from . import lookup
-from .output import console, progress_shown, writable, write
+from .output import EXIT, console, progress_shown, writable, write
 
 PASS, FAIL, INCONCLUSIVE = 0, 1, 3
 
@@ -48,7 +48,7 @@ def add_to(commands: Any) -> None:
         "-log10 of the largest relative error of the numbers",
     )
     others.add_argument("--costs", action="store_true", help="cost against digits and against time")
-    parser.add_argument("--folder", default="reports/build", help="for the picture of --costs")
+    parser.add_argument("--folder", help="write a page with the picture of --costs there")
     parser._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
     parser.set_defaults(action=_reference)
 
@@ -183,22 +183,28 @@ def _published(options: argparse.Namespace) -> int:
 
 
 def _costs(options: argparse.Namespace) -> int:
-    """The growth of the cost, as table and picture."""
+    """The growth of the cost: a table, and the page with the picture."""
     from . import costs
-    from .rendering.plot_costs import picture, table
+    from .rendering.page import write_report
+    from .rendering.tables import print_result
+    from .report import about
 
     with progress_shown() as show:
         found = costs.measure(show)
     if options.json:
         write(options.json, json.dumps(found, indent=1))
     if options.json != "-":
-        console().print(table(found))
+        print_result(console(), found)
+        console().print("\n".join(found["notes"]), highlight=False)
+    if not options.folder:
+        return EXIT[found["verdict"]]
     try:
-        place = picture(found, Path(options.folder))
+        scene = about(scenes.get(costs.SCENE))
+        place = write_report([found], [], [scene], Path(options.folder), costs.COMMAND)
     except OSError as error:
         raise BadInput(
             f"{options.folder} cannot be written ({error.strerror}); name another --folder."
         ) from None
     if options.json != "-":
-        console().print(f"picture: {place}", highlight=False, soft_wrap=True)
-    return PASS
+        console().print(f"page: {place}", highlight=False, soft_wrap=True)
+    return EXIT[found["verdict"]]

@@ -20,8 +20,9 @@ def make_report(
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; returns (results, path of the page).
 
-    Studies that apply to none of the chosen scenes are left out. Where nothing was chosen, a sample
-    of the mutation study joins in: it is about the bench, not about a scene.
+    Studies that apply to none of the chosen scenes are left out. Where nothing was chosen, what is
+    about the bench and not about a scene joins in: the cost of references, and a sample of the
+    mutation study.
     """
     from .rendering.page import write_report
 
@@ -30,8 +31,10 @@ def make_report(
         studies, choice, progress, keep=True, jobs=jobs, also=equations_of
     )
     if choice == Choice():
+        from . import costs
         from .power.results import power
 
+        results.append(costs.measure(progress, costs.DIGITS[:6], costs.TIMES[:6]))
         results.append(power(progress, jobs or cores()))
     progress("figures", 1.0)
     scenes = list({scene.name: scene for scene, _ in choice.pairs()}.values())

@@ -83,3 +83,7 @@ CHARTS = (
     "spin itself). The ball: starts (points), the translate that holds each rotation best (tints: "
     "e, or the axis of a half-turn), half a turn (dotted), and the lines on which FL is singular."
 )
+COSTS = (
+    "Processor seconds of a reference whose digits are proven, against the digits and against the "
+    "time. Dotted: the slope over the upper half of the points."
+)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from studies.rendering import (
     plot_charts,
+    plot_costs,
     plot_drift,
     plot_maps,
     plot_order,
@@ -20,6 +21,7 @@ from studies.rendering.captions import (
     CHARTS,
     CONTROLS,
     CONVERGENCE,
+    COSTS,
     DEFECTS,
     DRIFT,
     ENERGY,
@@ -251,6 +253,13 @@ def _charts(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> li
     return [Sketch("charts", "Steps of every size", CHARTS, panels, plot_charts.SHEET)]
 
 
+def _references(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    panels = plot_costs.panels(cases)
+    return [
+        Sketch("reference-costs", "The cost of certain digits", COSTS, panels, plot_costs.SHEET)
+    ]
+
+
 def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
     """A wider margin where names of rules carry their retraction."""
     more = 0.24 if any(case.get("retraction") == "exponential" for case in cases) else 0.0
@@ -271,4 +280,5 @@ SKETCHERS: dict[str, Sketcher] = {
     "work-precision": _work,
     "stability": _stability,
     "charts": _charts,
+    "references": _references,
 }

@@ -165,6 +165,13 @@ _MEASURED: dict[str, list[Column]] = {
         ("Least margin", _measured("margin")),
         ("Got", lambda case: got("charts", case)),
     ],
+    "references": [
+        ("t", lambda case: f"{case['measured']['time']:g}"),
+        ("Processor seconds", _measured("seconds")),
+        ("Steps", lambda case: str(case["measured"]["steps"])),
+        ("Order", lambda case: str(case["measured"]["order"])),
+        ("Certain by", lambda case: str(case["measured"]["certainty"])),
+    ],
     "extremes": [
         ("Extreme", lambda case: str(case.get("extreme") or NONE)),
         ("hω = 1/10", lambda case: outcome(mapping(mapping(case, "measured"), "fine"))),

@@ -19,6 +19,7 @@ STUDIES = (
     "charts",
     "extremes",
     "savings",
+    "references",
     "power",
 )
 VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
@@ -168,6 +169,7 @@ def wanted(study: str, case: Mapping[str, Any]) -> str:
         "savings": lambda e: f"the same results to {scientific(e.get('limit'))}",
         "stability": _wanted_stability,
         "power": lambda e: str(e["wanted"]),
+        "references": lambda e: f"{e['digits']} certain digits",
         "work-precision": lambda e: f"sinks, or ≤ {scientific(e.get('limit'))}",
     }
     return writers.get(study, _pairs)(expected) if expected else NONE

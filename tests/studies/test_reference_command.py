@@ -163,13 +163,23 @@ def test_published_digits_are_shown(capsys, monkeypatch):
     assert code == 0 and "figure eight" in out and "13.0" in out and "14 digits" in out
 
 
-def test_costs_as_table_and_picture(capsys, monkeypatch, tmp_path):
+def test_costs_as_table_and_page(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(costs.measure, "__defaults__", (costs.silent, (15, 40), (1, 2)))
-    file = tmp_path / "costs.json"
-    code, out, _ = ask(capsys, "--costs", "--folder", str(tmp_path / "page"), "--json", str(file))
-    assert code == 0 and "seconds grow like digits^" in out
+    file, folder = tmp_path / "costs.json", tmp_path / "page"
+    code, out, _ = ask(capsys, "--costs", "--folder", str(folder), "--json", str(file))
+    assert code == 0 and "Seconds grow like digits^" in out and "goes on to more" in out
     found = json.loads(file.read_text(encoding="utf-8"))
-    for row in (*found["digits"], *found["times"]):
+    assert found["verdict"] == "pass" and len(found["cases"]) == 4
+    for case in found["cases"]:
+        row = case["measured"]
         assert row["proven"] >= row["digits"] and row["certainty"] == "enclosure"
         assert row["seconds"] > 0 and row["steps"] > 0
-    assert (tmp_path / "page" / "reference-costs.png").stat().st_size > 5000
+    assert (folder / "figures" / "reference-costs.png").stat().st_size > 5000
+    assert "Seconds grow like digits^" in (folder / "index.html").read_text(encoding="utf-8")
+
+
+def test_digits_that_are_not_proven_fail(monkeypatch):
+    honest = costs._timed
+    monkeypatch.setattr(costs, "_timed", lambda *given: {**honest(*given), "proven": 14})
+    found = costs.measure(digits=(15,), times=(1,))
+    assert found["verdict"] == "fail" and "only 14 digits" in found["cases"][0]["reason"]
