@@ -57,6 +57,8 @@ def watch(x, w, guard, c):
     return (size if size > far else far, reach, last, slack), OK, size > NEAR
 """
 
+# After every step: near the singular set of FL one small correction may lead to another branch
+# (looked at only where Newton took more, a million steps of moser-veselov hold wrong ones).
 _BRANCH = """
     (now,) = branch(x, w, c)
     if last < HUGE and abs(now - last) > slack:

@@ -9,8 +9,10 @@ so the columns of (e, S) span an invariant subspace of the Hamiltonian matrix
     H = [[m/2, e], [Λ² + m²/4, m/2]],     H (e, S)ᵀ = (e, S)ᵀ (m/2 + S) = (e, S)ᵀ M
 
 and M's eigenvalues are those of H on it: one of each pair ±λ (Cardoso, Leite 2003). An ordered
-Schur form gives the subspace. The map keeps the spectrum of M, so a trajectory stays on the branch
-of its start: of each pair ±λ the one is taken that is nearest to an eigenvalue of the last M.
+Schur form gives the subspace; in double precision one Newton correction of the Riccati equation
+mends what it lost near the singular set of FL, a digit and more. The map keeps the spectrum of M,
+so a trajectory stays on the branch of its start: of each pair ±λ the one is taken that is nearest
+to an eigenvalue of the last M.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ def step(g: Any, mass: Any, digits: int = 16) -> Any:
 
 def _double(g: Any, mass: Any) -> Any:
     import numpy as np
-    from scipy.linalg import schur
+    from scipy.linalg import schur, solve_sylvester
 
     g, mass = np.asarray(g, dtype=float), np.diag(np.asarray(mass, dtype=float))
     n = len(g)
@@ -49,6 +51,9 @@ def _double(g: Any, mass: Any) -> Any:
     if count != n or np.linalg.cond(basis[:n, :n]) > 1e12:
         raise ReferenceFailure("Moser–Veselov: the spectrum does not tell the branch here.")
     S = np.linalg.solve(basis[:n, :n].T, basis[n:, :n].T).T
+    # One Newton correction of the Riccati equation: what the Schur form lost of S.
+    left, right = S - m / 2, S + m / 2
+    S = S - solve_sylvester(left, right, left @ right - mass @ mass)
     return (S + m / 2) @ np.linalg.inv(mass)
 
 

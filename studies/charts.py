@@ -56,14 +56,24 @@ def axis_of(number: int) -> np.ndarray:
     return np.asarray(math.cos(angle) * p + math.sin(angle) * q)
 
 
-def rotation(vector: Any) -> np.ndarray:
-    """exp of the rotation vector (Rodrigues), 3×3."""
-    angle = float(np.linalg.norm(vector))
+def rotation(vector: Any, digits: int = 16) -> np.ndarray:
+    """exp of the rotation vector (Rodrigues), 3×3; beyond 16 digits in mpmath's numbers."""
+    if digits > 16:
+        import mpmath
+
+        with mpmath.workdps(digits + 10):
+            return _rodrigues([mpmath.mpf(float(e)) for e in vector], mpmath.mp)
+    return _rodrigues([float(e) for e in vector], math)
+
+
+def _rodrigues(vector: list[Any], numbers: Any) -> np.ndarray:
+    angle = numbers.sqrt(sum(e * e for e in vector))
+    e = np.array([[0 * angle + (i == j) for j in range(3)] for i in range(3)])
     if angle == 0:
-        return np.eye(3)
-    a, b, c = np.asarray(vector) / angle
-    K = np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
-    return np.asarray(np.eye(3) + math.sin(angle) * K + 2 * math.sin(angle / 2) ** 2 * K @ K)
+        return e
+    a, b, c = (w / angle for w in vector)
+    K = np.array([[0 * angle, -c, b], [c, 0 * angle, -a], [-b, a, 0 * angle]])
+    return np.asarray(e + numbers.sin(angle) * K + 2 * numbers.sin(angle / 2) ** 2 * (K @ K))
 
 
 def turn_of(g: Any) -> float:
@@ -89,7 +99,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     for i, (turn, k) in enumerate(starts):
         progress(f"{case.scene.name}: {turn} of a turn a step", i / len(starts))
         vector = 2 * math.pi * turn * axis_of(k)
-        row = {"turn": turn, "axis": k, **_run(case, rotation(vector), steps)}
+        row = {"turn": turn, "axis": k, **_run(case, rotation(vector, case.digits), steps)}
         rows.append({**row, **_chart_bound(case, vector)})
     return {"rows": rows, "measured": _worst(rows), "slice": _slice(case)}
 
@@ -161,15 +171,25 @@ def _factorised(case: Case, g: Any, after: Any) -> float | None:
     """The distance of a step from the factorisation's; None for other scenes, or on its edge."""
     if case.scene.name != "moser-veselov":
         return None
+    import mpmath
+
     from reference.failures import ReferenceFailure
     from reference.moser_veselov import step
 
-    inertia = [float(e) for e in case.scene.parameters["inertia"]]
-    try:
-        wanted = step(g, [sum(inertia) / 2 - e for e in inertia], case.digits)
-    except ReferenceFailure:
-        return None
-    return float(np.max(abs(np.array(wanted.tolist(), dtype=float) - np.asarray(after, float))))
+    with mpmath.workdps(case.digits + 15):
+        number = float if case.digits == 16 else _multiple
+        inertia = [number(e) for e in case.scene.parameters["inertia"]]
+        try:
+            wanted = step(g, [sum(inertia) / 2 - e for e in inertia], case.digits)
+        except ReferenceFailure:
+            return None
+        return float(np.max(abs(np.array(wanted.tolist()) - np.asarray(after))))
+
+
+def _multiple(value: Any) -> Any:
+    import mpmath
+
+    return mpmath.mpf(value.numerator) / value.denominator
 
 
 def _chart_bound(case: Case, vector: np.ndarray) -> dict[str, Any]:
@@ -234,12 +254,14 @@ def _slice(case: Case) -> dict[str, Any]:
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Right, or stopped beside the singular set of FL or where no solution is; never silent."""
+    unit = 10.0 ** (16 - case.digits)
     limits = {"residual": RESIDUAL, "pullback": DEFECT, "poisson": DEFECT,
               "factorisation": RESIDUAL, "distance": RESIDUAL}  # fmt: skip
+    limits = {name: limit * unit for name, limit in limits.items()}
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
     for row in measurement["rows"]:
         where = f"at {row['turn']:g} of a turn about axis {row['axis']}"
-        allowed = {**limits, "momentum": max(1e-12, row["steps"] * 2.0**-53)}
+        allowed = {**limits, "momentum": max(1e-12, row["steps"] * 2.0**-53) * unit}
         for name, limit in allowed.items():
             if row[name] is not None and not row[name] <= limit:
                 return Verdict(

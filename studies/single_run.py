@@ -27,6 +27,12 @@ def add_to(commands: Any) -> None:
     parser.add_argument("--every", metavar="K", default="1", help="keep every K-th row (default 1)")
     parser.add_argument("--digits", metavar="D", default="16")
     parser.add_argument("--retraction", metavar="NAME")
+    parser.add_argument(
+        "--on-edge",
+        metavar="WHAT",
+        default="refuse",
+        help="where a step leaves its chart: refuse (default), bisect or shrink",
+    )
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     # "-1/10" and "-1e-3" are numbers too, not flags
     parser._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
@@ -44,7 +50,7 @@ def run_scene(options: argparse.Namespace) -> int:
     step = exact_rational(scene.step if options.step is None else options.step, "--step")
     digits, every = digits_in(options.digits), count(options.every, "--every")
     scheme = Scheme(scene, rule)
-    flow = scheme.flow(step, digits)
+    flow = scheme.flow(step, digits, on_edge=options.on_edge)
     steps = count(options.steps, "--steps") if options.steps else scene.steps_for(abs(step))
     failure = None
     begun = time.perf_counter()
@@ -77,6 +83,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "step": float(step), "steps": run.steps,
         "t": numbers(run.t), "x": numbers(run.x), "u": numbers(run.u), "mu": numbers(run.mu),
         "newton": {"mean": run.newton_mean, "max": run.newton_max},
+        "margin": run.margin, "edges": run.edges,
         "seconds": seconds, "failure": None if failure is None else str(failure),
     }  # fmt: skip
     if options.json:
@@ -100,6 +107,9 @@ def _print_run(run: dict[str, Any]) -> None:
     print(
         f"Newton corrections a step: {run['newton']['mean']:.3f} mean, {run['newton']['max']} most"
     )
+    if run["margin"] < 1:
+        met = f"; its edge was met {run['edges']} times" if run["edges"] else ""
+        print(f"smallest margin to the edge of the chart: {run['margin']:.3g}{met}")
     if not run["t"]:
         return
     for name in ("x", "u", "mu"):

@@ -43,6 +43,18 @@ def test_the_chart_bound_method_aliases(found):
     assert max(last) < 0.3
 
 
+def test_at_thirty_digits_it_is_judged_by_thirty_digits(monkeypatch):
+    """The starts too are rotations to thirty digits, and the distances are not those of doubles."""
+    monkeypatch.setattr(charts, "TURNS", (0.2, 0.49))
+    case = the_case(digits=(30,), steps=2)
+    found = run_case(get("charts"), case)
+    assert found["verdict"] == "pass", found["reason"]
+    assert 0 < found["measured"]["distance"] < 1e-30
+    rows = [{**row, "residual": 1e-20} for row in found["rows"]]
+    verdict = charts.judge(case, {"rows": rows, "measured": found["measured"]})
+    assert verdict.verdict == "fail" and "1e-27" in verdict.reason
+
+
 def test_the_angle_of_a_rotation():
     for turn in (0.01, 0.3, 0.5, 0.7):
         g = charts.rotation(2 * np.pi * turn * charts.axis_of(2))

@@ -80,6 +80,25 @@ def test_list_loads_nothing_heavy(words):
 # -- run ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("words", "said"), [
+    (("pendulum",), ""),
+    (("rigid-body", "--retraction", "exponential", "--step", "8", "--on-edge", "shrink"),
+     "its edge was met 6 times"),
+    (("moser-veselov", "--on-edge", "bisect"), "smallest margin to the edge of the chart: 0.999"),
+])  # fmt: skip
+def test_run_says_how_near_the_edge_it_came(capsys, words, said):
+    code, out, _ = ask(capsys, "run", *words, "--steps", "5")
+    assert code == 0 and said in out and ("margin" in out) == bool(said)
+    code, out, _ = ask(capsys, "run", *words, "--steps", "5", "--json", "-")
+    found = json.loads(out)
+    assert (found["margin"] < 1) == bool(said) and (found["edges"] > 0) == ("edge was" in said)
+
+
+def test_an_unknown_policy_at_the_edge_is_told(capsys):
+    code, _, err = ask(capsys, "run", "pendulum", "--on-edge", "jump")
+    assert code == 2 and "on_edge is 'jump'" in err and "'bisect'" in err
+
+
 def test_run_as_json(capsys):
     code, out, err = ask(capsys, "run", "heavy-top", "--rule", "midpoint", "--step", "1/100",
                          "--steps", "5", "--json", "-")  # fmt: skip
