@@ -33,7 +33,7 @@ PER_DECADE = {False: 10, True: 40}  # steps hω tried, thorough or not
 LOWEST, HIGHEST = -1.0, 1.4  # decades of hω
 LONGER = 8
 FAR = 10  # times the size of the true motion's region
-RETURNS, MOST_STEPS = 3, 10**7  # of the slow motion, where a family names its period
+RETURNS = 3  # of the slow motion, where a family names its period
 DRIFT = 0.01  # of the energy's terms: a smaller shift is an exchange between fast and slow
 NOISE = 1e-10  # a band that is round-off does not resonate
 Runner = Callable[[Scheme, Fraction, int], Any]
@@ -62,8 +62,8 @@ def stability_map(
         for z in grid(thorough):
             step = Fraction(float(z) / family.frequency(stiffness))
             told = {"stiffness": float(stiffness), "z": float(z), "step": float(step)}
-            cover = min(MOST_STEPS, math.ceil(RETURNS * family.period / step))
-            inside = count if steps else max(count, cover)
+            cover = math.ceil(RETURNS * family.period / step)
+            inside = count if steps or cover > family.most else max(count, cover)
             column.append(told | one_run(scheme, step, inside, measures, run, far))
         resonant(column)
         rows += column

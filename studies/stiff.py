@@ -20,7 +20,8 @@ class Family:
 
     title: the family's, without the number that varies. region: ‖x‖ that the true motion does not
     exceed, None where it knows no bound. held(s): hω up to which an error of the energy of (hω)²
-    of its terms leaves the motion bounded. period: of the slow motion, if a run must cover some.
+    of its terms leaves the motion bounded. period: of the slow motion, if a run must cover some;
+    most: steps that are taken for it.
     """
 
     scene: str
@@ -33,6 +34,7 @@ class Family:
     region: Callable[[Fraction], float] | None = None
     held: Callable[[Fraction], float] | None = None
     period: float = 0.0
+    most: int = 10**7
 
     def scheme(self, derived: Scheme, stiffness: Fraction) -> Scheme:
         """The scheme of that variant, from the one that was derived at the scene's own values."""
@@ -87,7 +89,8 @@ FAMILIES = {
     family.scene: family
     for family in (
         Family("fpu", "ω", _numbers(50, 100, 200, 500, 1000, 10**4), _fpu, float,
-               "Fermi–Pasta–Ulam chain", "oscillatory energy", region=lambda omega: 3.0),
+               "Fermi–Pasta–Ulam chain", "oscillatory energy", region=lambda omega: 3.0,
+               period=2e4, most=400_000),
         Family("spring-pendulum", "k", _numbers(*(10**k for k in range(2, 9))), _spring,
                lambda k: math.sqrt(k), "Pendulum on a stiff spring", region=lambda k: 1.5),
         Family("kepler", "e", _numbers("0.6", "0.9", "0.97", "0.99", "0.997", "0.999"), _kepler,

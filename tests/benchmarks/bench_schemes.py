@@ -56,11 +56,11 @@ def bench_scheme(benchmark, scene, rule, tmp_path, monkeypatch):
 
 STARTS = {
     "discmech list": ["list"],
-    "discmech run pendulum": ["run", "pendulum", "--steps", "10"],
-    "discmech order pendulum --rule midpoint --digits 16": [
-        "order", "pendulum", "--rule", "midpoint", "--digits", "16",
-    ],
-}  # fmt: skip
+    "discmech reference pendulum": ["reference", "pendulum"],
+    "discmech run pendulum --steps 10": ["run", "pendulum", "--steps", "10"],
+    "discmech order pendulum --rule midpoint": ["order", "pendulum", "--rule", "midpoint"],
+    "discmech stability harmonic --rule midpoint": ["stability", "harmonic", "--rule", "midpoint"],
+}
 
 
 @pytest.mark.parametrize("name", STARTS)
