@@ -93,12 +93,18 @@ def verify(
 
 
 def about_scheme(scheme: Scheme) -> dict[str, Any]:
-    """{"scene", "rule", "retraction", "self_adjoint"} of a scheme."""
+    """{"scene", "rule", "retraction", "self_adjoint"}; None where stages are not found."""
+    from integrators.tangent import StagesNotFound
+
+    try:
+        self_adjoint: bool | None = scheme.self_adjoint
+    except StagesNotFound:
+        self_adjoint = None
     return {
         "scene": scheme.scene.name,
         "rule": scheme.rule.name,
         "retraction": scheme.scene.groupoid.retraction,
-        "self_adjoint": scheme.self_adjoint,
+        "self_adjoint": self_adjoint,
     }
 
 

@@ -112,7 +112,8 @@ def _cell(cases: Sequence[Case]) -> Cell:
 def adjoints(result: Result) -> list[str]:
     """Of each rule, where it is self-adjoint and where it is not."""
     found: dict[str, dict[bool, list[str]]] = {}
-    for scheme in result.get("schemes") or []:
+    known = [s for s in result.get("schemes") or [] if s["self_adjoint"] is not None]
+    for scheme in known:
         places = found.setdefault(rule_name(scheme), {True: [], False: []})
         places[bool(scheme["self_adjoint"])].append(str(scheme["scene"]))
     lines = []
