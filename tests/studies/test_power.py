@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import random
 
 import pytest
 import sympy
 
+from integrators import driver
 from integrators.identities import first_violation
 from studies.case import Choice
 from studies.command import main
 from studies.journal import Journal
 from studies.power import measuring
-from studies.power.catalogue import everything
+from studies.power.catalogue import SOLVER, STAGED, everything
 from studies.power.equivalents import proof
 from studies.power.faults import NoPlace
 from studies.power.measuring import of_fault, of_rule
@@ -77,6 +79,17 @@ def test_names_are_unique_and_every_site_is_there():
         "rule", "fraction", "path", "velocity", "rate", "groupoid", "retraction", "equation",
         "coefficients", "solver", "form",
     }  # fmt: skip
+
+
+def test_what_a_fault_of_the_solver_changes_stands_in_the_driver():
+    """Else the fault would have no place and be left out without a word."""
+    text = inspect.getsource(driver)
+    for words, (old, new) in SOLVER.items():
+        assert old in text and old != new, words
+    stale = [f for f in CATALOGUE if f.words in ("stale stages", "a stale velocity")]
+    assert {(f.scene, f.rule) for f in stale} == set(STAGED)
+    for fault in stale:
+        assert fault.operate(f"def correct(\n{text}", None) != text
 
 
 @pytest.mark.parametrize("name", OPERATORS)
