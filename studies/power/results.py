@@ -45,10 +45,9 @@ def power(
         *(["--thorough"] if thorough else []),
         *(["--only", shlex.quote(only)] if only else []),
     ]
-    journal = Journal("-".join(["power", *(["thorough"] if thorough else [])]), Choice())
-    found = measure(faults[::every], rules[::every], jobs, progress, None if only else journal)
-    if not only:
-        journal.close()
+    journal = Journal("power-" + ("only" if only else "all" if thorough else "sample"), Choice())
+    found = measure(faults[::every], rules[::every], jobs, progress, journal)
+    journal.close()
     return result(*found, " ".join(["discmech power", *words]))
 
 
