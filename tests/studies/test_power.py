@@ -20,8 +20,9 @@ from studies.power.equivalents import proof
 from studies.power.faults import NoPlace
 from studies.power.measuring import of_fault, of_rule
 from studies.power.operators import OPERATORS
-from studies.power.results import result
+from studies.power.results import RULES, result, sampled
 from studies.power.sites import faulty_scheme, sound_scheme
+from studies.power.valid import KINDS, random_rule
 from studies.rendering.page import lone_page
 
 CATALOGUE = everything()
@@ -182,6 +183,17 @@ def test_the_page_has_the_tables_the_command_and_the_survivor_first():
     )
     assert "Faults, by the study that caught them" in page
     assert page.index("no study says no") < page.index("it is")
+
+
+def test_the_sample_has_faults_of_every_site_and_rules_of_every_kind():
+    """Every twelfth seed would be of one kind: kinds take turns."""
+    sites = [f.site.split(".")[0] for f in CATALOGUE]
+    chosen = sampled(range(len(CATALOGUE)), lambda i: sites[i])
+    assert {sites[i] for i in chosen} == set(sites) and len(chosen) < len(sites) / 8
+    kinds = [random_rule(seed).name.rpartition("-")[0] for seed in range(RULES)]
+    some = sampled(range(RULES), lambda seed: kinds[seed])
+    assert {kinds[seed] for seed in some} == set(KINDS) and len(some) == 3 * len(KINDS)
+    assert some == sampled(range(RULES), lambda seed: kinds[seed])
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
