@@ -185,8 +185,14 @@ def _printer() -> Any:
                 return f"{self._print(e.args[0])}[{e.args[1]}]"
             name = name if is_table(e) else FUNCTIONS.get(name, "")
             if not name:
+                called = type(e).__name__
+                if called in ("sign", "DiracDelta"):
+                    raise BadInput(
+                        "the derivative of Abs cannot be put into a kernel: write the Lagrangian "
+                        "without Abs (the root of a square is one too)."
+                    )
                 raise BadInput(
-                    f"the function {type(e).__name__} cannot be put into a kernel; "
+                    f"the function {called} cannot be put into a kernel; "
                     f"there are {', '.join(FUNCTIONS)}, powers and roots."
                 )
             return f"{name}({', '.join(self._print(a) for a in e.args)})"

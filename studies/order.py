@@ -212,6 +212,14 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         wrong = _departure(case, measurement["rows"], measurement["certain"])
         if wrong:
             return Verdict("fail", wrong, expected)
+        errors = [r["error"] for r in measurement["rows"] if r["error"] is not None]
+        if max(errors) <= _floor(case, measurement["certain"]):
+            return Verdict(
+                "inconclusive",
+                "every error is round-off: the method is exact on this scene, which says nothing "
+                "of its order; take another scene.",
+                expected,
+            )
         return Verdict(
             "inconclusive",
             "fewer than four step sizes lie on a straight line above round-off; "

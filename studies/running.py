@@ -271,10 +271,13 @@ def _diagnose(study: ModuleType, case: Case, measurement: dict[str, Any], said: 
         said.reason = f"{said.reason} Cause: {found['cause']}: {found['sentence']}"
 
 
-def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict[str, Any]:
+def run_case(
+    study: ModuleType, case: Case, progress: Progress = silent, *, causes: bool = True
+) -> dict[str, Any]:
     """One case's result; a step that fails marks the case and is not raised.
 
     So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
+    causes: whether the cause of what did not pass is looked for.
     """
     begun = time.perf_counter()
     measurement: dict[str, Any] = {"measured": {}, "rows": []}
@@ -283,7 +286,7 @@ def run_case(study: ModuleType, case: Case, progress: Progress = silent) -> dict
     try:
         measurement = study.measure(case, progress)
         verdict = study.judge(case, measurement)
-        if verdict.verdict != "pass" and hasattr(study, "diagnose"):
+        if causes and verdict.verdict != "pass" and hasattr(study, "diagnose"):
             _diagnose(study, case, measurement, verdict)
     except StepFailure as failure:
         verdict = Verdict("fail", str(failure))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from integrators import BadInput, Discretisation, Scene, scenes
+from integrators import BadInput, Discretisation, Scene, Scheme, scenes
 
 from . import NAMES, get, lookup
 from .case import Choice, Progress, silent, worst
@@ -75,6 +75,9 @@ def verify(
 ) -> dict[str, Any]:
     """Run the studies; one result {"study": "verify", "verdict", "cases"}: cases name theirs.
 
+    "schemes" says of each scene and rule whether the method is self-adjoint, which is derived and
+    not judged: no rule declares it.
+
     Raises `BadInput` for wrong files and names, and for rules that no chosen scene can use.
     """
     choice = request.choice()
@@ -83,8 +86,26 @@ def verify(
     if not held:
         needs = "; ".join(f"{study.NAME}: {study.NEEDS}" for study in asked)
         raise BadInput(f"no study applies to what was chosen ({needs}).")
-    results, _ = run_studies(held, choice, progress, keep=True, jobs=jobs, told=told)
-    return joined("verify", results)
+    results, schemes = run_studies(
+        held, choice, progress, keep=True, jobs=jobs, told=told, also=about_scheme
+    )
+    return {**joined("verify", results), "schemes": schemes}
+
+
+def about_scheme(scheme: Scheme) -> dict[str, Any]:
+    """{"scene", "rule", "retraction", "self_adjoint"}; None where stages are not found."""
+    from integrators.tangent import StagesNotFound
+
+    try:
+        self_adjoint: bool | None = scheme.self_adjoint
+    except StagesNotFound:
+        self_adjoint = None
+    return {
+        "scene": scheme.scene.name,
+        "rule": scheme.rule.name,
+        "retraction": scheme.scene.groupoid.retraction,
+        "self_adjoint": self_adjoint,
+    }
 
 
 def joined(name: str, results: Sequence[dict[str, Any]]) -> dict[str, Any]:

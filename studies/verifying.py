@@ -97,7 +97,7 @@ def _show(result: dict[str, Any], seconds: float) -> None:
     screen.print(verdicts.table(result))
     if "comparison" in result:
         screen.print(verdicts.side_by_side(result))
-    for paragraph in verdicts.troubles(result):
+    for paragraph in (*verdicts.adjoints(result), *verdicts.troubles(result)):
         screen.print(paragraph, highlight=False, markup=False, soft_wrap=True)
     print(f"{verdicts.summary(result)} ({seconds:.0f} s)")
 

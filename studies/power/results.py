@@ -5,6 +5,7 @@ A fault is a control: something wrong on purpose, which has to be caught.
 
 from __future__ import annotations
 
+import random
 import shlex
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -17,7 +18,7 @@ from .catalogue import everything
 from .measuring import SCENES, Result, measure
 from .valid import random_rule
 
-SAMPLE = 12  # of so many faults and rules one, unless all are asked for
+SAMPLE = 12  # of so many faults of a site and rules of a kind one, unless all are asked for
 RULES = 200
 OUTCOMES = ("caught", "equivalent", "survives")
 ABOUT = (
@@ -40,16 +41,28 @@ def power(
     """
     faults = [i for i, fault in enumerate(everything()) if only in fault.name]
     rules = [seed for seed in range(RULES) if only in rule_name(seed)]
-    every = 1 if thorough or only else SAMPLE
+    if not (thorough or only):
+        faults = sampled(faults, lambda i: everything()[i].site.split(".")[0])
+        rules = sampled(rules, lambda seed: random_rule(seed).name.rpartition("-")[0])
     words = [
         *(["--thorough"] if thorough else []),
         *(["--only", shlex.quote(only)] if only else []),
     ]
-    journal = Journal("-".join(["power", *(["thorough"] if thorough else [])]), Choice())
-    found = measure(faults[::every], rules[::every], jobs, progress, None if only else journal)
-    if not only:
-        journal.close()
-    return result(*found, " ".join(["discmech power", *words]))
+    journal = Journal("power-" + ("only" if only else "all" if thorough else "sample"), Choice())
+    found = measure(faults, rules, jobs, progress, journal)
+    journal.close()
+    note = "" if thorough or only else "A sample; discmech power --thorough takes all."
+    return result(*found, " ".join(["discmech power", *words]), note)
+
+
+def sampled(numbers: Sequence[int], kind: Callable[[int], str]) -> list[int]:
+    """One in `SAMPLE` of each kind, at least one, chosen by a fixed seed, in order."""
+    kinds: dict[str, list[int]] = {}
+    for number in numbers:
+        kinds.setdefault(kind(number), []).append(number)
+    generator = random.Random("discmech power")
+    chosen = [generator.sample(n, -(-len(n) // SAMPLE)) for n in kinds.values()]
+    return sorted(number for several in chosen for number in several)
 
 
 def rule_name(seed: int) -> str:
@@ -57,18 +70,19 @@ def rule_name(seed: int) -> str:
     return f"{SCENES[seed // 6 % len(SCENES)]} {random_rule(seed).name}"
 
 
-def result(faults: Sequence[Result], valid: Sequence[Result], command: str) -> dict[str, Any]:
+def result(
+    faults: Sequence[Result], valid: Sequence[Result], command: str, note: str = ""
+) -> dict[str, Any]:
     """The result of a study: verdict, counts, tables, and a case each with its command."""
     outcomes = [outcome(fault) for fault in faults]
     survivors = [f["name"] for f in faults if outcome(f) == "survives"]
     alarms = [v["name"] for v in valid if v["caught"]]
     seconds = sum(one["seconds"] for one in (*faults, *valid))
-    every = "--thorough" in command
     return {
         "schema": 1, "study": "power", "command": command,
         "verdict": "fail" if survivors or alarms else "pass",
         "record": record(seconds, {"faults": len(faults), "rules": len(valid)}),
-        "notes": [] if every else ["A sample; discmech power --thorough takes all."],
+        "notes": [note] if note else [],
         "faults": len(faults), "caught": outcomes.count("caught"),
         "equivalent": outcomes.count("equivalent"), "survivors": survivors,
         "rules": len(valid), "false_alarms": alarms, "seconds": seconds,

@@ -53,7 +53,8 @@ def _quadrature(nodes: Nodes, order: int, name: str) -> Discretisation:
             for c, w in nodes
         )  # fmt: skip
 
-    return Discretisation(name, formula, order, f"random: {nodes}")
+    written = ", ".join(f"{c} (weight {w})" for c, w in nodes)
+    return Discretisation(name, formula, order, f"random nodes: {written}")
 
 
 def _first(generator: random.Random, name: str) -> Discretisation:

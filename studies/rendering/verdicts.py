@@ -76,7 +76,8 @@ def overview(result: Result) -> dict[str, Any]:
                    for cell in cells)]
         for names, cells in rows
     ]  # fmt: skip
-    about = "What each study says, with the number of digits in brackets."
+    about = "What each study says, with the number of digits in brackets. "
+    about += " ".join(adjoints(result))
     return {"title": "Overview", "about": about, "heads": heads, "lines": lines}
 
 
@@ -106,6 +107,22 @@ def _cell(cases: Sequence[Case]) -> Cell:
             words = f"{sum(verdict(case) == 'pass' for case in same)} of {len(same)}"
         shown.append((worst, words, digits))
     return shown
+
+
+def adjoints(result: Result) -> list[str]:
+    """Of each rule, where it is self-adjoint and where it is not."""
+    found: dict[str, dict[bool, list[str]]] = {}
+    known = [s for s in result.get("schemes") or [] if s["self_adjoint"] is not None]
+    for scheme in known:
+        places = found.setdefault(rule_name(scheme), {True: [], False: []})
+        places[bool(scheme["self_adjoint"])].append(str(scheme["scene"]))
+    lines = []
+    for name, places in found.items():
+        kinds = ((True, "self-adjoint (a step back undoes a step)"), (False, "not self-adjoint"))
+        said = [f"{words} on {', '.join(dict.fromkeys(places[is_so]))}"
+                for is_so, words in kinds if places[is_so]]  # fmt: skip
+        lines.append(f"{name}: {'; '.join(said)}.")
+    return lines
 
 
 def comparison(result: Result) -> dict[str, Any]:

@@ -104,6 +104,10 @@ CASES = {
         lambda: with_lagrangian(
             lambda x, v, p: v[0] ** 2 / 2 + sympy.gamma(x[0])).flow(1).trajectory(1),
         "the function gamma cannot be put into a kernel; there are sin, cos"),
+    "an absolute value": (
+        lambda: with_lagrangian(
+            lambda x, v, p: v[0] ** 2 / 2 - sympy.sqrt(x[0] ** 2)).flow(1).trajectory(1),
+        "derivative of Abs .*write the Lagrangian without Abs"),
     "no velocity": (lambda: with_lagrangian(lambda x, v, p: x[0] ** 2),
                     "bad with midpoint: .*does not depend on u, so FL is singular everywhere"),
     "discrete only": (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.studies.measuring import result
+from studies.assertions import assert_order
 
 ORDERS = {
     "gauss-1": 2, "gauss-2": 4, "gauss-3": 6, "gauss-4": 8,
@@ -17,7 +17,6 @@ ORDERS = {
 @pytest.mark.parametrize("scene", ["pendulum", "rigid-body", "heavy-top"])
 @pytest.mark.parametrize(("rule", "order"), ORDERS.items())
 def test_orders_2_to_8_on_a_pair_groupoid_a_group_and_an_action(scene, rule, order):
-    found = result("order", scene, rule, 50, 32)
-    assert found["verdict"] == "pass", found["reason"]
+    found = assert_order(rule, scene, digits=50, steps=32)
     assert found["expected"]["order"] == order
     assert found["measured"]["order"] == pytest.approx(order, abs=0.05)

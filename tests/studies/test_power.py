@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import random
 
 import pytest
 import sympy
 
+from integrators import driver
 from integrators.identities import first_violation
 from studies.case import Choice
 from studies.command import main
 from studies.journal import Journal
 from studies.power import measuring
-from studies.power.catalogue import everything
+from studies.power.catalogue import SOLVER, STAGED, everything
 from studies.power.equivalents import proof
 from studies.power.faults import NoPlace
 from studies.power.measuring import of_fault, of_rule
 from studies.power.operators import OPERATORS
-from studies.power.results import result
+from studies.power.results import RULES, result, sampled
 from studies.power.sites import faulty_scheme, sound_scheme
+from studies.power.valid import KINDS, random_rule
 from studies.rendering.page import lone_page
 
 CATALOGUE = everything()
@@ -36,6 +39,7 @@ CAUGHT = {
     "pendulum midpoint: rule, double #0": "order 50",
     "pendulum trapezoidal: fraction, half #0": "order 50",
     "pendulum midpoint: groupoid.target, times h #0": "refused",
+    "kepler midpoint: rule, index #0": "refused",  # |z|, whose kernel would need a sign
     "pendulum midpoint: equation.plus_at_points, sign #0": "symplecticity 50",
     "pendulum midpoint: equation.gain_at_points, factor 1.01 #0": "symplecticity 16",
     "pendulum midpoint: solver, Newton stops at the root of round-off": "symplecticity 50",
@@ -77,6 +81,17 @@ def test_names_are_unique_and_every_site_is_there():
         "rule", "fraction", "path", "velocity", "rate", "groupoid", "retraction", "equation",
         "coefficients", "solver", "form",
     }  # fmt: skip
+
+
+def test_what_a_fault_of_the_solver_changes_stands_in_the_driver():
+    """Else the fault would have no place and be left out without a word."""
+    text = inspect.getsource(driver)
+    for words, (old, new) in SOLVER.items():
+        assert old in text and old != new, words
+    stale = [f for f in CATALOGUE if f.words in ("stale stages", "a stale velocity")]
+    assert {(f.scene, f.rule) for f in stale} == set(STAGED)
+    for fault in stale:
+        assert fault.operate(f"def correct(\n{text}", None) != text
 
 
 @pytest.mark.parametrize("name", OPERATORS)
@@ -168,6 +183,17 @@ def test_the_page_has_the_tables_the_command_and_the_survivor_first():
     )
     assert "Faults, by the study that caught them" in page
     assert page.index("no study says no") < page.index("it is")
+
+
+def test_the_sample_has_faults_of_every_site_and_rules_of_every_kind():
+    """Every twelfth seed would be of one kind: kinds take turns."""
+    sites = [f.site.split(".")[0] for f in CATALOGUE]
+    chosen = sampled(range(len(CATALOGUE)), lambda i: sites[i])
+    assert {sites[i] for i in chosen} == set(sites) and len(chosen) < len(sites) / 8
+    kinds = [random_rule(seed).name.rpartition("-")[0] for seed in range(RULES)]
+    some = sampled(range(RULES), lambda seed: kinds[seed])
+    assert {kinds[seed] for seed in some} == set(KINDS) and len(some) == 3 * len(KINDS)
+    assert some == sampled(range(RULES), lambda seed: kinds[seed])
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):

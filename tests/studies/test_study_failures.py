@@ -156,3 +156,14 @@ def test_progress_goes_from_nothing_to_all(monkeypatch):
 def test_wrong_names_in_python_have_a_message(ask, message):
     with pytest.raises(BadInput, match=message):
         ask()
+
+
+def test_a_method_that_is_exact_on_a_scene_has_no_order_there():
+    """A free particle: every rule is right to round-off, so no ladder would help."""
+    from integrators import Scene, pair
+    from studies import check
+
+    free = Scene("free", pair(1), lambda x, v, p: v[0] ** 2 / 2, x0=[1], v0=["1/3"], duration=10,
+                 step="1/10")  # fmt: skip
+    (case,) = check("order", [free], ["midpoint"], [30], steps=4)["cases"]
+    assert case["verdict"] == "inconclusive" and "exact on this scene" in case["reason"]

@@ -64,8 +64,12 @@ def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, capsys):
     lines = out.splitlines()
     assert lines[0].startswith("✓ order: my-pendulum, two-thirds, 50 digits: 2.000")
     assert "verify: pass" in out and "All 4 cases pass." in lines[-1]
+    assert (
+        "two-thirds: self-adjoint (a step back undoes a step) on my-pendulum, kepler." in lines[-2]
+    )
     found = json.loads((folder / "found.json").read_text())
     assert found["study"] == "verify" and found["verdict"] == "pass"
+    assert [s["self_adjoint"] for s in found["schemes"]] == [True, True]
     assert {(c["study"], c["scene"]) for c in found["cases"]} == {
         (study, scene)
         for study in ("order", "symplecticity")
@@ -85,6 +89,7 @@ def test_a_wrong_rule_fails_with_one_sentence_that_names_the_cause(folder, capsy
     assert "Cause: gauge" in told
     assert "again: discmech order kepler --rule wrong.py:a-third --digits 50" in told
     assert "✗ symplecticity" not in told  # every discrete Lagrangian gives a symplectic map
+    assert "a-third: not self-adjoint on kepler." in told
 
 
 def test_the_command_that_is_printed_runs_for_a_rule_of_one_s_own(folder, capsys):
