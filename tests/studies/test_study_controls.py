@@ -217,7 +217,7 @@ def free_motion(monkeypatch):
 
 def test_nothing_but_round_off_is_inconclusive(monkeypatch):
     found = free_motion(monkeypatch)
-    assert found["verdict"] == "inconclusive" and "--steps" in found["reason"]
+    assert found["verdict"] == "inconclusive" and "exact on this scene" in found["reason"]
     assert len(found["rows"]) == 6  # went on looking for a window, and gave up
     assert found["measured"] == {"order": None, "interval": None, "points": 0}
     assert all(row["why_not"] == "round-off" for row in found["rows"][:-1])
