@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol
@@ -17,7 +18,7 @@ import numpy as np
 
 from integrators import Scheme
 from integrators.discretisations import Discretisation
-from integrators.errors import CannotMeasure
+from integrators.errors import CannotMeasure, StepFailure
 from integrators.scene import Scene
 
 from .case import scheme_of
@@ -115,7 +116,8 @@ class RuleContestant:
         parts = max(1, problem.checkpoints)
         self.first = max(1, round((first or usual) / parts)) * parts
         begun = time.perf_counter()
-        self.scheme.flow(problem.duration / self.first).trajectory(1)
+        with suppress(StepFailure):  # compiled it is anyway; the ladder tells what fails
+            self.scheme.flow(problem.duration / self.first).trajectory(1)
         self.setup = time.perf_counter() - begun
 
     def ladder(self) -> Iterator[int]:

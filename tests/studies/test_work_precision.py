@@ -218,6 +218,17 @@ def test_rules_of_high_order_begin_at_their_loose_end():
         assert yardstick.errors(first)["error"] > 1e-4, name
 
 
+def test_a_setting_that_fails_is_told_and_the_next_is_tried():
+    """It must not end the race of all methods."""
+    scene = scenes.get("rigid-body").with_values(duration=100)
+    problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), scene.duration)
+    yardstick = Yardstick(problem, equations_of(problem.scheme))
+    contestant = RuleContestant(problem, discretisations.get("gauss-2"), first=16)
+    rows = contest.climb(contestant, yardstick, "error", 0.5).rows
+    assert "did not converge" in rows[0]["cause"] and rows[0]["error"] is None
+    assert any(row["error"] is not None for row in rows)
+
+
 def test_checkpoints_lie_on_steps():
     scene = scenes.get("kepler")
     problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), scene.duration)
