@@ -18,6 +18,7 @@ from collections.abc import Callable
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
+from .differentiation import jacobian
 from .errors import BadInput
 
 if TYPE_CHECKING:
@@ -156,13 +157,18 @@ class Groupoid(ABC):
         return self._at(found, x=x, u=u, h=h)
 
     def inversion_tangent(self, x: Any, u: Any, w: Any, h: Any) -> tuple[Any, Any]:
-        """(∂ι/∂x, ∂ι/∂u) at w = ι(x, u), by differentiating p(x, u, ι(x, u)) = 0 exactly."""
-        s = self._symbols
-        p = self.product(s["x"], s["u"], s["v"], s["h"])
-        p_x, p_u, p_v = (
-            self._at(p.jacobian(s[name]) if len(s[name]) else 0 * p[:, :0], x=x, u=u, v=w, h=h)
-            for name in ("x", "u", "v")
-        )
+        """(∂ι/∂x, ∂ι/∂u) at numbers w = ι(x, u), by differentiating p(x, u, ι(x, u)) = 0 exactly.
+
+        In each column the others are numbers before p is differentiated: of a product with a
+        connection p is far too long to be differentiated as it stands.
+        """
+        values, slopes = {"x": x, "u": u, "v": w}, []
+        for name, at in values.items():
+            letters = self._symbols[name]
+            at_x, at_u, at_v = ({**values, name: letters}[k] for k in values)
+            p = self.product(at_x, at_u, at_v, h)
+            slopes.append(self._at(jacobian(p, list(letters)), **{name: at}))
+        p_x, p_u, p_v = slopes
         return -p_v.LUsolve(p_x) if self.dim_x else p_x, -p_v.LUsolve(p_u)
 
     @cached_property
