@@ -48,4 +48,4 @@ def _panel(
         end_labels(axes, labels)
 
     spoken = f"{title}: " + "; ".join(f"{x:g}: {y:.3g} seconds" for x, y in points)
-    return Panel(title, f"seconds, {subtitle}", xlabel, spoken, draw)
+    return Panel(title, f"processor seconds, {subtitle}", xlabel, spoken, draw)
