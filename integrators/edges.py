@@ -46,7 +46,7 @@ class Refuse:
 
     def coefficients(self, translate: int) -> Any:
         """The kernels' coefficients in the chart of a translate: here there is only e."""
-        return self.flow.machine.coefficients()
+        return self.flow.machine.c
 
     def place(self, g: Any) -> tuple[int, Any]:
         """(translate, u) of an element; here there is only e (`in_own_chart`)."""

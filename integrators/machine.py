@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,7 @@ OK = 0
 
 @dataclass
 class Run:
-    """The arrays that the driver works on, and where it is; rows as in `flow.Trajectory`.
+    """The arrays that the driver works on, and where it is; rows as in `running.Trajectory`.
 
     `translates`: of each row, the translate that its u is written in; `changes`: how often an edge
     was met.
@@ -78,6 +79,11 @@ class Machine:
             q[len(q) - len(letters) :] = letters
         return q
 
+    @cached_property
+    def c(self) -> Any:
+        """The coefficients of a whole step, in the chart of e."""
+        return self.coefficients()
+
     def coefficients(self, key: int = 0, translate: Any = None, halvings: int = 0) -> Any:
         """c at h/2^halvings and the translate number `key`.
 
@@ -85,8 +91,20 @@ class Machine:
         """
         if (key, halvings) not in self._known:
             q = self.q_of(translate, halvings)
-            self._known[key, halvings] = self.flow._prepared(self.kernels["prepare"], q)
+            self._known[key, halvings] = self.prepared(self.kernels["prepare"], q)
         return self._known[key, halvings]
+
+    def prepared(self, prepare: Any, q: list[Any]) -> Any:
+        """c of q, by one of the module's functions; raises `BadInput` as `coefficients` does."""
+        try:
+            return np.array(prepare(q), dtype=self.numbers.dtype)
+        except (ZeroDivisionError, OverflowError, ValueError) as error:
+            scheme = self.flow.scheme
+            raise BadInput(
+                f"{scheme.scene.name} with {scheme.rule.name}: FL is singular or a coefficient is "
+                f"not finite ({error}); every velocity needs its kinetic energy, and parameters "
+                "their proper units."
+            ) from None
 
     # -- the state: x, μ, their compensations, carried functions, the solver's memory -----------
 
@@ -106,7 +124,7 @@ class Machine:
         return Run(lead, steps, every, xs, us, mus, counts, totals, translates)
 
     def lead(self, x: Any, mu: Any, c: Any, guess: Any) -> tuple[Any, ...]:
-        """(state, c) at (x, μ), with nothing lost yet and one guess of u."""
+        """What `advance` takes first: (state, c) at (x, μ), nothing lost yet, one guess of u."""
         n, m, shape = self.n, self.m, self._shape
         kept, solved, affine = shape["carried"], shape["solved"], shape["affine"]
         state = self.numbers.zeros(state_length(n, m, solved, kept, affine))
@@ -129,12 +147,22 @@ class Machine:
         if self._shape["affine"]:
             return
         at = 2 * (self.n + self.m) + self._shape["carried"]
-        self.flow._remember(state[at:], guess, self._shape["solved"])
+        self.remember(state[at:], guess, self._shape["solved"])
         state[-4:-2] = [0, 0]
+
+    def remember(self, memory: Any, guess: Any, solved: int) -> None:
+        """Fill a solver's memory: the guess five times, with stages of 0 (a straight path)."""
+        for i in range(5):
+            memory[i * solved : i * solved + len(guess)] = guess
+        memory[-2], memory[-1] = self.kernels["HUGE"], sum(abs(g) for g in guess)
 
     def history(self, state: Any) -> list[Any]:
         """The past solutions, latest first (none where no step is solved iteratively)."""
         return [] if self._shape["affine"] else [past.copy() for past in self._past(state)]
+
+    def last_solution(self, lead: tuple[Any, ...]) -> dict[str, Any]:
+        """{"u": that from which Newton started}, empty where no step is solved iteratively."""
+        return {} if self._shape["affine"] else {"u": self._past(lead[0])[0]}
 
     def _past(self, state: Any) -> list[Any]:
         at = 2 * (self.n + self.m) + self._shape["carried"]

@@ -39,7 +39,7 @@ def _FL(flow: Flow, x: Any, u: Any, translate: int) -> Any:
     from sympy import Float, Matrix
 
     try:
-        found = flow.first_substep.geometry_in(translate).at(x, u)["minus_u"]
+        found = flow.parts[0].geometry_in(translate).at(x, u)["minus_u"]
         return Matrix(found.tolist()).applyfunc(lambda e: Float(str(e), flow.numbers.digits + 5))
     except (ArithmeticError, ValueError):  # the maps have no value there, or one that is infinite
         return None

@@ -14,6 +14,7 @@ import numpy as np
 
 from integrators import BadInput, Scheme, retractions
 from integrators.flow import Flow
+from integrators.legendre import maps_at
 
 from .case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation
@@ -184,7 +185,7 @@ def _residuals(flow: Flow) -> tuple[float, float]:
     Both relative to ‖μ‖: the largest ‖F⁻(x, u)/h − μ‖ in the flow's own numbers, and what more
     digits say of F⁻ and F⁺ at the same points; of a composition those of its first substep.
     """
-    run, flow = flow.trajectory(ROWS), flow.first_substep
+    run, flow = flow.trajectory(ROWS), flow.parts[0]
     more = Flow(flow.scheme, flow.step, flow.digits + 34)
     residual = noise = 0.0
     size = _size(run.mu)
@@ -192,7 +193,7 @@ def _residuals(flow: Flow) -> tuple[float, float]:
         maps = []
         for f in (flow, more):
             with f.numbers.working():
-                here = f._arrow(*f._vectors(x, u))
+                here = maps_at(f, *f._vectors(x, u))
                 maps.append({k: f.numbers.public(here[k] / f._h) for k in ("minus", "plus")})
         residual = max(residual, float(max(abs(maps[0]["minus"] - mu))) / size)
         off = [max(abs(float(a - b)) for a, b in zip(maps[1][k], maps[0][k], strict=True))

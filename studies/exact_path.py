@@ -19,6 +19,7 @@ from integrators import Scheme
 from integrators.arithmetic import arithmetic
 from integrators.compiling import run_text
 from integrators.flow import Flow
+from integrators.legendre import maps_at
 from integrators.quadrature import rule as quadrature
 from integrators.tangent import text_of
 
@@ -131,7 +132,7 @@ def truncation(scheme: Scheme) -> Truncation:
         flow = Flow(scheme.origin, step, DIGITS)
         with numbers.working():
             h = numbers.number(step)
-            maps = [flow._arrow(a.x, a.u) for a in pair]
+            maps = [maps_at(flow, a.x, a.u) for a in pair]
             mu, mu_after = (np.array(p, dtype=object) for p in (pair[0].mu, pair[0].mu_after))
             size = max(_norm(mu), _norm(mu_after))
             gaps = (maps[0]["minus"] / h - mu, maps[0]["plus"] / h - mu_after)

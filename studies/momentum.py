@@ -11,6 +11,7 @@ import numpy as np
 
 from integrators import Scheme
 from integrators.flow import Flow
+from integrators.legendre import maps_at
 from integrators.momentum import Conserved
 from integrators.scene import Scene
 
@@ -149,7 +150,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     run = flow.trajectory(COUNT)
     rows_of = with_terms(scheme, formula_of(scheme, worst), 30)
     with flow.numbers.working():
-        arrows = [flow._arrow(*flow._vectors(x, u)) for x, u in zip(run.x, run.u, strict=True)]
+        arrows = [maps_at(flow, *flow._vectors(x, u)) for x, u in zip(run.x, run.u, strict=True)]
         before = np.array([here["minus"] / flow._h for here in arrows])
         after = np.array([here["plus"] / flow._h for here in arrows])
         ends = np.array([here["target"] for here in arrows]).reshape(run.x.shape)

@@ -125,7 +125,7 @@ def kept_bytes(flow: Flow) -> int:
 
     shape = flow._kernels["SHAPE"]
     lengths = (shape["dim_x"], shape["dim_u"], shape["solved"], shape["carried"])
-    return 8 * (state_length(*lengths, shape["affine"]) + len(flow._c))
+    return 8 * (state_length(*lengths, shape["affine"]) + len(flow.machine.c))
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from integrators.flow import Flow, Trajectory
+from integrators.legendre import arrow_from, maps_at, step_along
 from integrators.tangent import newton
 
 from .case import Case
@@ -90,8 +91,8 @@ def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[
         def defect(after_x: Any, after_mu: Any, k: int = k) -> float:
             return float(flow.step_defect(run.x[k], run.mu[k], after_x, after_mu, u0=run.u[k]))
 
-        first = _parts(flow)[0]
-        here = first._arrow(x, u)
+        first = flow.parts[0]
+        here = maps_at(first, x, u)
         off = max(off, float(max(abs(here["minus"] / first._h - mu))) / size)
         if not flow.scheme.substeps:
             own = max(own, defect(here["target"], mu + (here["plus"] - here["minus"]) / flow._h))
@@ -125,19 +126,15 @@ def _said(swept: Mapping[float, float]) -> str:
     return ", ".join(f"{d:.1e} at {t:.0e}" for t, d in swept.items())
 
 
-def _parts(flow: Flow) -> list[Flow]:
-    return list(getattr(flow, "parts", [flow]))
-
-
 def _step(flow: Flow, x: Any, mu: Any, guess: Any, off: float) -> tuple[Any, Any]:
     """(x′, μ′) by the Legendre maps, each substep left off by that much of μ."""
     numbers = flow.numbers
-    for part in _parts(flow):
-        guess = part._arrow_of(x, mu, guess)
-        here = part._arrow(x, guess)
+    for part in flow.parts:
+        guess = arrow_from(part, x, mu, guess)
+        here = maps_at(part, x, guess)
         if off:
             left = 0 * mu + numbers.number(off) * part._h
-            here = part._arrow(x, guess + np.asarray(numbers.solve(here["minus_u"], left)))
+            here = maps_at(part, x, guess + np.asarray(numbers.solve(here["minus_u"], left)))
         x, mu = here["target"], mu + (here["plus"] - here["minus"]) / part._h
     return x, mu
 
@@ -149,13 +146,13 @@ def _at(
     residual in the flow, that velocity, the same to round-off, its change for a residual of 1)."""
     geometry, numbers = flow.geometry, flow.numbers
     x, u = flow._vectors(x, u)
-    here = flow._arrow(x, u)
+    here = maps_at(flow, x, u)
     if kind == "pullback":
         base, wanted = here["target"], here["plus"]
         own = flow._evolve(here, x, u)[1]
 
         def defect(v: np.ndarray) -> float:
-            there = flow._arrow(base, v)
+            there = maps_at(flow, base, v)
             return float(flow._pullback(here, there, geometry.tangent(here, there)))
     else:
         mus = np.array([numbers.number(e) for e in mu], dtype=numbers.dtype)
@@ -163,15 +160,15 @@ def _at(
         own = flow._solve(x, mus, u)
 
         def defect(v: np.ndarray) -> float:
-            return float(flow._poisson(base, mus, flow._step_at(flow._arrow(base, v))))
+            return float(flow._poisson(base, mus, step_along(flow, maps_at(flow, base, v))))
 
     def change(v: np.ndarray) -> np.ndarray:
-        at = flow._arrow(base, v)
+        at = maps_at(flow, base, v)
         return np.asarray(numbers.solve(at["minus_u"], wanted - at["minus"]))
 
     polished = newton(change, own, 0, numbers.eps)
     polished = own if polished is None else polished
     size = max(abs(e) for e in wanted) or numbers.number(1)
-    off = float(max(abs(flow._arrow(base, own)["minus"] - wanted)) / size)
-    shift = numbers.solve(flow._arrow(base, polished)["minus_u"], 0 * wanted + size)
+    off = float(max(abs(maps_at(flow, base, own)["minus"] - wanted)) / size)
+    shift = numbers.solve(maps_at(flow, base, polished)["minus_u"], 0 * wanted + size)
     return defect, off, own, polished, np.asarray(shift)

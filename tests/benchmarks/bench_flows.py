@@ -114,12 +114,12 @@ def bench_correction_on_se3(benchmark, compiled, retraction):
         return dw
 
     mu, w = tuple(run.mu[0]), tuple(float(v) for v in scene.v0)
-    found = ours(STEPS, mu, w, flow._c)
+    found = ours(STEPS, mu, w, flow.machine.c)
     if retraction is cayley:
         assert found == pytest.approx(c([*mu, *w, *w], h)[12:], rel=1e-12)
     interleaved(
         benchmark,
-        lambda: ours(STEPS, mu, w, flow._c),
+        lambda: ours(STEPS, mu, w, flow.machine.c),
         {"plain C (Cayley)": lambda: c([*mu, *w, *w], h)},
     )
 

@@ -27,6 +27,8 @@ from integrators.compiling import _MARK, kernel_file, run_text
 from integrators.composed_flow import ComposedFlow
 from integrators.discretisations import midpoint, trapezoidal
 from integrators.flow import Flow
+from integrators.legendre import maps_at
+from integrators.starting import Start
 from studies import get
 from studies.case import Case
 from studies.diagnosis import _residuals as residuals
@@ -103,7 +105,8 @@ def wrong_start(flow):
     scene = flow.scheme.scene
     with flow.numbers.working():
         x, v = flow._vectors(scene.x0, scene.v0)
-        flow.__dict__["_own_start"] = (x, flow._arrow(x, v)["minus"] / flow._h, v)
+        mu = maps_at(flow, x, v)["minus"] / flow._h
+        flow.starting.__dict__["own"] = Start(x, mu, v)
 
 
 def damped(flow):
