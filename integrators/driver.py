@@ -97,8 +97,8 @@ def solve_newton(x, mu, k, memo, c):
             here = norm(w)
             scale = here if here > scale * DECAY else scale * DECAY
             return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), 1, size, OK
-        count, total = count + 1, total + 1
-        status, kappa = judge(size, before, norm(w), scale, kappa, count)
+        count, total, here = count + 1, total + 1, norm(w)
+        status, kappa = judge(size, before, here, scale, kappa, count)
         if status == OK:
             break
         before = size
@@ -108,7 +108,6 @@ def solve_newton(x, mu, k, memo, c):
             before, count, tries, w = HUGE, 0, 2, u1
     if status != OK:
         return w, memo, total, size, status
-    here = norm(w)
     scale = here if here > scale * DECAY else scale * DECAY
     if age < 6 or age % 16 == 0:
         order = best_order(w, u1, u2, u3, u4, u5, age)
