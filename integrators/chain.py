@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .atoms import Atom
-from .differentiation import gradient, jacobian
+from .differentiation import jacobian
 from .symbols import SceneSymbols
 
 
@@ -51,7 +51,7 @@ class ChainRule:
     def adjoints(self, f: Any) -> Adjoints:
         """Derivatives of the scalar f with respect to everything it depends on."""
         ends = [c for c in (self.s.x, self.s.u, self.s.stages) if len(c)]
-        slope = {_key(c): _gradient(f, c) for c in (*ends, *(a.z for a in self.given))}
+        slope = {_key(c): jacobian([f], c).T for c in (*ends, *(a.z for a in self.given))}
         turned = []
         for atom in self.given:  # each node from its value down to its chart values
             weight = slope[_key(atom.z)][0] if atom.kind == "value" else 0
@@ -257,9 +257,3 @@ class ChainRule:
 
 def _key(column: Any) -> str:
     return str(column[0])
-
-
-def _gradient(f: Any, column: Any) -> Any:
-    from sympy import Matrix
-
-    return Matrix(len(column), 1, gradient(f, list(column)))

@@ -1,4 +1,4 @@
-"""Gradients of large sums, each term differentiated only by the letters it holds.
+"""Derivatives of large sums, each term differentiated only by the letters it holds.
 
 Sympy's `diff` asks every term of an expression about every letter: with the pair potentials of many
 bodies that is nearly all of the time a derivation takes. The derivatives here are the same, sums
@@ -9,14 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
-
-
-def gradient(f: Any, letters: Sequence[Any]) -> list[Any]:
-    """[∂f/∂v for v in letters], of a scalar expression."""
-    from sympy import S
-
-    found = _slopes(f, frozenset(letters), {})
-    return [found.get(v, S.Zero) for v in letters]
 
 
 def jacobian(column: Any, letters: Sequence[Any]) -> Any:
