@@ -75,6 +75,11 @@ class Starting:
                 f"{scheme.scene.name}: element0 is the first step of a discrete Lagrangian given "
                 "on the group; give mu0 (and u0) instead."
             )
+        if scheme.substeps:
+            raise BadInput(
+                f"{scheme.scene.name}: {scheme.rule.name} is a composition, whose step is no one "
+                "element; give mu0 (and u0) instead of element0."
+            )
         g, (x, _) = self._in_group(element), self.rounded(x0 or scheme.scene.x0, scheme.scene.v0)
         translate, u = flow.edge.place(g)
         mu = flow.geometry_in(translate).at(x, u)["minus"] / flow._h

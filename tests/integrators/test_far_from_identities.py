@@ -15,6 +15,7 @@ from integrators import (
     scenes,
 )
 from integrators.algebras import se, sl, so, sp, su
+from integrators.composition import compose
 
 MOSER_VESELOV = scenes.get("moser-veselov")
 
@@ -89,6 +90,9 @@ def test_what_cannot_be_done_is_said():
         Scheme(MOSER_VESELOV, rectangle).flow(1, on_edge="jump")
     with pytest.raises(BadInput, match="leave these out"):
         flow.trajectory(1, element0=np.eye(3), mu0=[1, 2, 3])
+    composed = Scheme(MOSER_VESELOV, compose(rectangle, "triple-jump")).flow(1)
+    with pytest.raises(BadInput, match="is a composition, whose step is no one element"):
+        composed.trajectory(1, element0=np.eye(3))
     with pytest.raises(BadInput, match="run is of another flow"):
         flow.elements(Scheme(scenes.get("pendulum"), rectangle).flow(1).trajectory(1))
     given = on_group(lambda x, g, h, p: g[0, 0] / h)
