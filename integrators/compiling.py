@@ -110,7 +110,7 @@ def _key(scheme: Scheme, what: str) -> str:
 def kernel_file(scheme: Scheme, without: frozenset[str] = frozenset()) -> Path:
     """The scheme's module in the cache, derived and written if it is not there.
 
-    without: savings that are not made (`kernels.SAVINGS`).
+    without: savings that are not made (`savings.SAVINGS`).
     """
     return _module_file([scheme], "entry", lambda: KernelBuilder(scheme, without).build(), without)
 

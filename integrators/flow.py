@@ -40,7 +40,7 @@ class Flow:
     or a non-finite one, and another on_edge.
     """
 
-    #: savings that the kernels do not make (`kernels.SAVINGS`), so that they can be measured
+    #: savings that the kernels do not make (`savings.SAVINGS`), so that they can be measured
     without: frozenset[str] = frozenset()
 
     def __init__(

@@ -18,19 +18,11 @@ from . import driver
 from .elimination import loop_text, solve
 from .equations import Scheme
 from .errors import BadInput
-from .evaluation import evaluate_matrix
-from .identities import is_zero, random_point
 from .outlining import Outliner
 from .printing import Coefficients, Parameters, function_text
+from .savings import carried, is_affine, pivot_rows
 from .vectors import vector_text
 from .watching import watch_text
-
-#: what a kernel leaves out where it can
-SAVINGS = {
-    "direct": "no Newton iteration where the equations of a step are affine in u",
-    "coefficients": "what depends on the step and the parameters alone is computed once a flow",
-    "carried": "costly functions of x at the end of a step are handed on to the next",
-}
 
 
 @dataclass(frozen=True)
@@ -49,7 +41,7 @@ class KernelTexts:
 class KernelBuilder:
     """Derives the kernels' expressions from a scheme and writes their text.
 
-    without: names of SAVINGS that are not made, so that they can be measured.
+    without: names of `savings.SAVINGS` that are not made, so that they can be measured.
     """
 
     def __init__(self, scheme: Scheme, without: frozenset[str] = frozenset()) -> None:
@@ -57,7 +49,6 @@ class KernelBuilder:
         plain = "coefficients" in without
         self.coefficients = Parameters(scheme.s.q) if plain else Coefficients(scheme.s.q)
         self.x, self.u, self.w, self.mu = scheme.x, scheme.u, scheme.w, scheme.s.mu
-        self.end = scheme.s.y
         self.outliner = Outliner(self._hoist)
 
     @cached_property
@@ -76,58 +67,13 @@ class KernelBuilder:
 
     @cached_property
     def affine(self) -> bool:
-        """Whether E is affine in w, so that one correction solves it.
-
-        Decided by comparing ∂E/∂w at two random w of the same x, h and parameters.
-        """
-        if "direct" in self.without:
-            return False
-        letters = {*self.w, *(z for a in self.scheme.chain.atoms for z in a.z)}
-        if not set().union(*(e.free_symbols for e in self.jacobian)) & letters:
-            return True
-        symbols = [*self.x, *self.w, *self.scheme.s.q]
-        first, other = (
-            random_point(symbols, small=(*self.w, self.scheme.h), seed=i) for i in (0, 1)
-        )
-        second = {**first, **{u: other[u] for u in self.w}}
-        one, two = (self._at(self.jacobian, point) for point in (first, second))
-        return all(is_zero(a - b) for a, b in zip(one, two, strict=True))
-
-    def _pivot_rows(self) -> list[int]:
-        """The order of the rows in which elimination meets large pivots, at a random point.
-
-        Chosen when the kernel is generated, so it costs a step nothing; where it is a poor choice
-        Newton only takes more corrections.
-        """
-        m = len(self.w)
-        if m <= 3:
-            return list(range(m))
-        from scipy.linalg import lu_factor
-
-        point = random_point([*self.x, *self.w, *self.scheme.s.q], (*self.w, self.scheme.h))
-        numbers = evaluate_matrix(self._at(self.jacobian, point), 16 + 1)
-        _, swaps = lu_factor([[float(numbers[i, j]) for j in range(m)] for i in range(m)])
-        rows = list(range(m))
-        for i, j in enumerate(swaps):
-            rows[i], rows[j] = rows[j], rows[i]
-        return rows
-
-    def _at(self, matrix: Any, point: dict[Any, Any]) -> Any:
-        """The matrix at a numerical point; the atoms are evaluated first."""
-        constants = self.scheme.s.constant_values(100)
-        return matrix.xreplace(self.scheme.chain.values({**point, **constants}))
+        """Whether one correction solves a step (`savings.is_affine`)."""
+        return "direct" not in self.without and is_affine(self.scheme, self.jacobian)
 
     @cached_property
     def carried(self) -> list[tuple[Any, Any]]:
-        """Costly functions of x in F⁻ that F⁺ needs at the end point: [(at x, at y)]."""
-        if "carried" in self.without:
-            return []
-        scheme = self.scheme
-        to_end = dict(zip(self.x, self.end, strict=True))
-        constants = set(scheme.s.q) - {scheme.h}  # the next step may be of another size
-        old = _costly([*scheme.minus_at_points, *self.jacobian], self.x, constants)
-        new = _costly(scheme.gain_at_points, self.end, constants)
-        return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
+        """The functions of x that are handed on: [(at x, at y)] (`savings.carried`)."""
+        return [] if "carried" in self.without else carried(self.scheme, self.jacobian)
 
     @cached_property
     def shape(self) -> dict[str, Any]:
@@ -239,7 +185,8 @@ class KernelBuilder:
             jacobian = scheme.written_out(jacobian).xreplace(zero)
         wanted = [*self.mu, *[0] * len(scheme.s.stages)]
         residual = Matrix(wanted) - system
-        dw, steps = solve(jacobian, residual, self.coefficients, self._pivot_rows())
+        pivots = pivot_rows(scheme, self.jacobian)
+        dw, steps = solve(jacobian, residual, self.coefficients, pivots)
         entries = [(s, type(values)(self._with_k(values))) for s, values in steps]
         points = [] if self.affine else self._points(jacobian, residual)
         before = [*points, *entries]
@@ -289,10 +236,10 @@ class KernelBuilder:
         before = self._define_xi
         if len(self.x):
             before.append((list(d_symbols), dx))
-        inner = self._points(gain, increment, known=self.end)  # it is known from the increment
+        inner = self._points(gain, increment, known=scheme.y)  # it is known from the increment
         used = [*gain, *at_end, *(e for _, values in inner for e in values)]
-        if any(set(self.end) & e.free_symbols for e in used):
-            before.append((list(self.end), list(self.x + d_symbols)))
+        if any(set(scheme.y) & e.free_symbols for e in used):
+            before.append((list(scheme.y), list(self.x + d_symbols)))
         before += inner
         before.append(
             ([f"n{i}" for i in range(len(at_end))], [self.coefficients.hoist(b) for b in at_end])
@@ -322,29 +269,6 @@ def _absolute(e: Any) -> Any:
     from sympy import Abs
 
     return Abs(e, evaluate=False)
-
-
-def _costly(entries: Any, variables: Any, constants: set[Any]) -> list[Any]:
-    """Largest subexpressions that are functions or roots of `variables` and constants alone."""
-    wanted = set(variables)
-    found: list[Any] = []
-    visited: set[Any] = set()
-
-    def visit(e: Any) -> None:
-        if e in visited or not e.free_symbols & wanted:
-            return
-        visited.add(e)
-        costly = e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))
-        if costly and e.free_symbols <= wanted | constants:
-            if e not in found:
-                found.append(e)
-            return
-        for a in e.args:
-            visit(a)
-
-    for entry in entries:
-        visit(entry)
-    return found
 
 
 def solver_text(affine: bool) -> list[str]:

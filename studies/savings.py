@@ -16,7 +16,7 @@ from integrators.composition import Composition
 from integrators.errors import CannotMeasure
 from integrators.flow import Flow
 from integrators.groupoids.lie_group import LieGroup
-from integrators.kernels import SAVINGS
+from integrators.savings import SAVINGS
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
 from .racing import race

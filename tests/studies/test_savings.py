@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from integrators import midpoint, scenes, trapezoidal
-from integrators.kernels import SAVINGS
+from integrators.savings import SAVINGS
 from studies import get, savings
 from studies.case import Choice, scheme_of
 from studies.rendering import tables
