@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def check_letters(scheme: Scheme) -> None:
     """Raise `BadInput` if L_d holds unknown symbols, not u, or not every stage."""
     s, of = scheme.s, _named(scheme)
-    L_d = scheme.discrete_lagrangian_at_points
+    L_d = scheme.at_points.discrete_lagrangian
     known = {*s.x, *s.u, *s.stages, *s.q, *(z for a in scheme.chain.given for z in a.z)}
     unknown = L_d.free_symbols - known
     if unknown:
@@ -59,7 +59,7 @@ def check_regular(scheme: Scheme) -> None:
     """
     s = scheme.s
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
-    asked = {("FL", of_what): scheme.slope_at_points}
+    asked = {("FL", of_what): scheme.at_points.slope}
     if scheme.scene.lagrangian is not None:
         from .continuous import mass_matrix
 

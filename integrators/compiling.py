@@ -92,17 +92,17 @@ def _key(scheme: Scheme, what: str) -> str:
     """Digest of all that the kernels depend on: L_d, the points, the groupoid's maps, q."""
     s = scheme.s
     parts = [
-        scheme.discrete_lagrangian_at_points,
+        scheme.at_points.discrete_lagrangian,
         scheme.rho,
         scheme.L,
         scheme.R,
-        scheme.increment_at_points,
+        scheme.at_points.increment,
         s.q,
         [(a.kind, a.z, a.value) for a in scheme.chain.given],
         scheme.mark,
     ]
     if scheme.element is not None:
-        parts.append(scheme.branch_at_points)
+        parts.append(scheme.element.branch)
     text = "\n".join([what, _generator(), *map(str, parts)])
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 

@@ -2,12 +2,8 @@
 
 L_d is kept as a function of (x, u), of the internal stages s where a rule has some, and of the
 *atoms* that the rule asks for: points b(x, u; θh), points and velocities of a curve. Each is a
-letter with known derivatives. Two facts then keep every expression small, on every groupoid:
-
-    e→_γ(f∘β) = 0   and   e←_γ(f∘β) = ρ^i_γ(y) ∂f/∂y^i        (f a function of the base)
-
-so the end point y = b(x, u; h) never has to be differentiated in F⁻ or F⁺: what is rational in a
-Cayley chart stays polynomial.
+letter with known derivatives. What is derived in these letters is small and goes to the kernels
+(`integrators.at_points`); here it is written out in (x, u; h), as the paper has it.
 
 With stages a scheme is the system F⁻(x, u, s) = hμ, ∂L_d/∂s = 0. What is derived on (x, u) alone
 (FL, W, Ω) are Schur complements: s follows x and u.
@@ -18,8 +14,9 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from .at_points import AtPoints
 from .atoms import Atom, GroupoidForRule, LagrangianForRule
-from .chain import Adjoints, ChainRule
+from .chain import ChainRule
 from .checks import check_letters, check_regular, check_start
 from .composition import Composition, Substep, adjoint
 from .discretisations import Discretisation, own
@@ -28,7 +25,6 @@ from .groupoid import check_axioms
 from .on_group import Element, OnGroup
 from .scene import Scene
 from .symbols import SceneSymbols
-from .tables import opaque
 
 if TYPE_CHECKING:
     from .flow import Flow
@@ -62,7 +58,7 @@ class Scheme:
         if isinstance(scene.discrete_lagrangian, OnGroup):
             self.element = g = Element(scene.discrete_lagrangian, scene.groupoid, s)
             self._seen.atoms.append(g.atom)
-            given = self.of_element(g.given.formula, "its discrete Lagrangian")
+            given = g.expression(g.given.formula, "its discrete Lagrangian")
         elif scene.discrete_lagrangian is not None:
             given = s.call(
                 scene.discrete_lagrangian, "its discrete Lagrangian", s.x, s.u, s.h, s.parameters
@@ -72,9 +68,8 @@ class Scheme:
             arguments = [LagrangianForRule(s, self._seen), self._seen, s.x, s.u, s.h]
             arguments += [s.stage_columns] if rule.stages else []
             given = s.call(rule.formula, f"rule {rule.name}", *arguments)
-        #: L_d with the points (and velocities) as atoms
-        self.discrete_lagrangian_at_points = given
         self.chain = ChainRule(self._seen.atoms, s)
+        self.at_points = AtPoints(self, given)
         self.points: tuple[Atom, ...] = tuple(a for a in self.chain.given if a.kind == "point")
         #: what a step solves for: u, then the stages
         self.w = s.u.col_join(s.stages) if rule.stages else s.u
@@ -115,38 +110,12 @@ class Scheme:
     @cached_property
     def discrete_lagrangian(self) -> Any:
         """L_d(x, u; h), or L_d(x, u, s; h) before the stages s are eliminated."""
-        return self.written_out(self.discrete_lagrangian_at_points)
+        return self.written_out(self.at_points.discrete_lagrangian)
 
     @cached_property
     def rho(self) -> Any:
         """ρ(x), n×m."""
         return self.scene.groupoid.rho(self.x, self.h)
-
-    def of_element(self, function: Any, what: str) -> Any:
-        """function(x, g, h, p) as an expression in x and the letters of g."""
-        s = self.s
-        value = s.call(function, what, s.x, self.element.g, s.h, s.parameters)
-        return s.scalar(value, what).expand()
-
-    @cached_property
-    def branch_at_points(self) -> Any:
-        """The number that tells solutions on the group apart (`on_group.OnGroup`)."""
-        given = self.element.given
-        return self.of_element(given.branch or given.formula, "its branch")
-
-    @cached_property
-    def target_at_points(self) -> Any:
-        """y = b(x, u; h), n×1; x·g where L_d is given on the group."""
-        if self.element is not None:
-            return self.element.target(self.x)
-        return self.scene.groupoid.target(self.x, self.u, self.h)
-
-    @cached_property
-    def increment_at_points(self) -> Any:
-        """y − x with the difference cancelled, n×1."""
-        if self.element is not None:
-            return self.element.increment(self.x)
-        return self.scene.groupoid.increment(self.x, self.u, self.h)
 
     @cached_property
     def L(self) -> Any:
@@ -166,17 +135,17 @@ class Scheme:
     @cached_property
     def legendre_minus(self) -> Any:
         """F⁻_γ = e→_γ(L_d), m×1 (paper, remark in section 2.5)."""
-        return self.written_out(self.minus_at_points)
+        return self.written_out(self.at_points.minus)
 
     @cached_property
     def legendre_plus(self) -> Any:
         """F⁺_γ = e←_γ(L_d), m×1 (paper, remark in section 2.5)."""
-        return self.written_out(self.plus_at_points)
+        return self.written_out(self.at_points.plus)
 
     @cached_property
     def stage_equations(self) -> Any:
         """∂L_d/∂s, which vanish, k·m×1 (none without stages)."""
-        return self.written_out(self.stages_at_points)
+        return self.written_out(self.at_points.stage_equations)
 
     @cached_property
     def residual(self) -> Any:
@@ -185,7 +154,7 @@ class Scheme:
         With stages also in s and r, those of this step and the next.
         """
         s = self.s
-        end = self.written_out(self.target_at_points)
+        end = self.written_out(self.at_points.target)
         after = [*self.v, *end, *s.vector("r", len(s.stages))]
         pairs = zip([*self.u, *self.x, *s.stages], after, strict=True)
         return self.legendre_plus - self.legendre_minus.subs(list(pairs), simultaneous=True)
@@ -196,10 +165,10 @@ class Scheme:
 
         With stages the derivative along ∂L_d/∂s = 0, still written in (x, u, s).
         """
-        slope = self.written_out(self.total(self.minus_at_points, self.u))
+        slope = self.written_out(self.chain.total(self.at_points.minus, self.u))
         if len(self.s.stages):
-            across = self.written_out(self.total(self.minus_at_points, self.s.stages))
-            of_stages = [self.written_out(self.total(self.stages_at_points, c))
+            across = self.written_out(self.chain.total(self.at_points.minus, self.s.stages))
+            of_stages = [self.written_out(self.chain.total(self.at_points.stage_equations, c))
                          for c in (self.s.stages, self.u)]  # fmt: skip
             slope -= across * of_stages[0].LUsolve(of_stages[1])
         return -slope.T
@@ -279,84 +248,6 @@ class Scheme:
         if on_edge != "refuse":
             raise BadInput(f'{self.rule.name} is a composition: on_edge is "refuse" only.')
         return ComposedFlow(self, step, digits)
-
-    # -- with the points as atoms: small expressions, for the kernels -----------------------------
-
-    @cached_property
-    def _adjoints(self) -> Adjoints:
-        return self.chain.adjoints(self.discrete_lagrangian_at_points)
-
-    @cached_property
-    def minus_at_points(self) -> Any:
-        """F⁻ with the points as atoms, m×1."""
-        d = self._adjoints
-        result = self.R.T * d.u - self.rho.T * d.x
-        for point, d_z in d.at_points:
-            result += point.moved[0].T * d_z
-        for point, part in d.turned:
-            result -= part if point.base == self.x else 0 * part
-        return self._cancelled(result)
-
-    @cached_property
-    def plus_at_points(self) -> Any:
-        """F⁺ with the points as atoms, m×1."""
-        d = self._adjoints
-        result = self.L.T * d.u
-        for point, d_z in d.at_points:
-            result += point.moved[1].T * d_z
-        for point, part in d.turned:
-            result += part if point.base == self.y else 0 * part
-        return self._cancelled(result)
-
-    @cached_property
-    def gain_at_points(self) -> Any:
-        """F⁺ − F⁻ with what they share cancelled, m×1: recomputing F⁺ would let momenta drift."""
-        d = self._adjoints
-        # like terms of functions cancel as they stand: writing their factors out would take long
-        difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
-        result = difference.T * d.u + self.rho.T * d.x
-        for point, d_z in d.at_points:
-            right, left = point.moved
-            result += (left - right).T * d_z
-        for _, part in d.turned:
-            result += part
-        return self._cancelled(result)
-
-    def _cancelled(self, column: Any) -> Any:
-        """Polynomials in the letters of g written out, so that h/h and x·g − x·g cancel."""
-        if self.element is None:
-            return column
-        letters = list(self.element.g)
-        return column.applyfunc(lambda e: e.expand().collect(letters))
-
-    @cached_property
-    def minus_along_right(self) -> Any:
-        """e→_γ(F⁻) at a fixed x in column γ, m×m: ∂F⁻/∂u · R, where L_d is given on the group."""
-        minus, element = self.minus_at_points, self.element
-        return self._cancelled(minus.jacobian(list(element.g)) * element.fields[0])
-
-    @cached_property
-    def stages_at_points(self) -> Any:
-        """∂L_d/∂s with the points as atoms, k·m×1."""
-        return self._adjoints.s
-
-    @cached_property
-    def system_at_points(self) -> Any:
-        """E = (F⁻, ∂L_d/∂s): what a step solves for w = (u, s), against (hμ, 0)."""
-        stages = self.stages_at_points
-        return self.minus_at_points.col_join(stages) if len(stages) else self.minus_at_points
-
-    def total(self, column: Any, variable: Any) -> Any:
-        """d(column)/d(variable) through the atoms; the variable is x, u or s."""
-        return self.chain.total(column, variable)
-
-    @cached_property
-    def slope_at_points(self) -> Any:
-        """∂E/∂w, square."""
-        from sympy import Matrix
-
-        parts = [self.total(self.system_at_points, c) for c in (self.u, self.s.stages) if len(c)]
-        return Matrix.hstack(*parts)
 
     def written_out(self, expression: Any) -> Any:
         """The expression (or matrix) with every atom replaced by its value in (x, u, s; h).

@@ -55,8 +55,8 @@ class KernelBuilder:
     def jacobian(self) -> Any:
         """∂(E/h)/∂w, square, through the points: ∂(F⁻/h)/∂u without stages."""
         if self.scheme.element is not None:  # along e→: ∂F⁻/∂u · R
-            return self._over_h(self.scheme.minus_along_right)
-        return self._over_h(self.scheme.slope_at_points)
+            return self._over_h(self.scheme.at_points.minus_along_right)
+        return self._over_h(self.scheme.at_points.slope)
 
     def _over_h(self, matrix: Any) -> Any:
         """matrix/h term by term, so that powers of h cancel before they are ever rounded."""
@@ -178,7 +178,7 @@ class KernelBuilder:
         from sympy import Matrix
 
         scheme = self.scheme
-        system, jacobian = self._over_h(scheme.system_at_points), self.jacobian
+        system, jacobian = self._over_h(scheme.at_points.system), self.jacobian
         if self.affine:
             zero = dict.fromkeys(self.w, 0)
             system = scheme.written_out(system).xreplace(zero)
@@ -228,8 +228,8 @@ class KernelBuilder:
         the longest path it costs nothing.
         """
         scheme = self.scheme
-        gain = self._over_h(scheme.gain_at_points)
-        increment = scheme.increment_at_points
+        gain = self._over_h(scheme.at_points.gain)
+        increment = scheme.at_points.increment
         dx = [self._hoist(e) for e in increment]
         d_symbols = scheme.s.vector("d", len(self.x))
         at_end = [b for _, b in self.carried]

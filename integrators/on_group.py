@@ -110,6 +110,20 @@ class Element:
         adjoint = [algebra.coordinates(B * e * inverse) for e in algebra._matrices]
         return self.groupoid.L(self.s.x, self.s.u, self.s.h) * Matrix.hstack(*adjoint)
 
+    def expression(self, function: Any, what: str) -> Any:
+        """function(x, g, h, p) as an expression in x and the letters of g.
+
+        Raises `BadInput`, which names the function by `what`, if it gives none.
+        """
+        s = self.s
+        value = s.call(function, what, s.x, self.g, s.h, s.parameters)
+        return s.scalar(value, what).expand()
+
+    @cached_property
+    def branch(self) -> Any:
+        """The number that tells solutions apart (`OnGroup`), in x and the letters of g."""
+        return self.expression(self.given.branch or self.given.formula, "its branch")
+
     def target(self, x: Any) -> Any:
         """x·g, n×1."""
         return x if isinstance(self.groupoid, LieGroup) else self.groupoid.moved(x, self.g)

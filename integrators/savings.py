@@ -61,8 +61,8 @@ def carried(scheme: Scheme, slope: Any) -> list[tuple[Any, Any]]:
     """Costly functions of x in F⁻ that F⁺ needs at the end point: [(at x, at y)]."""
     to_end = dict(zip(scheme.x, scheme.y, strict=True))
     constants = set(scheme.s.q) - {scheme.h}  # the next step may be of another size
-    old = _costly([*scheme.minus_at_points, *slope], scheme.x, constants)
-    new = _costly(scheme.gain_at_points, scheme.y, constants)
+    old = _costly([*scheme.at_points.minus, *slope], scheme.x, constants)
+    new = _costly(scheme.at_points.gain, scheme.y, constants)
     return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
 
 

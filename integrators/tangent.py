@@ -199,30 +199,26 @@ def _generated(scheme: Scheme, numbers: Any, what: str) -> Any:
 
 
 def _local_text(scheme: Scheme) -> str:
-    s = scheme.s
-    minus, plus = scheme.minus_at_points, scheme.plus_at_points
-    target = scheme.target_at_points
-    of_target = (
-        (scheme.total(target, s.x), scheme.total(target, s.u)) if len(scheme.x) else ([], [])
-    )
+    s, at, total = scheme.s, scheme.at_points, scheme.chain.total
+    minus, plus, target = at.minus, at.plus, at.target
+    of_target = (total(target, s.x), total(target, s.u)) if len(scheme.x) else ([], [])
     parts = [target, scheme.rho, scheme.L_at_translate, scheme.R, minus, plus, *of_target]
-    parts += [scheme.total(minus, s.x), scheme.total(minus, s.u)]
-    parts += [scheme.total(plus, s.x), scheme.total(plus, s.u)]
+    parts += [total(minus, s.x), total(minus, s.u), total(plus, s.x), total(plus, s.u)]
     if len(s.stages):
-        parts += [scheme.total(minus, s.stages), scheme.total(plus, s.stages)]
-        parts += [scheme.total(scheme.stages_at_points, c) for c in (s.x, s.u, s.stages)]
+        parts += [total(minus, s.stages), total(plus, s.stages)]
+        parts += [total(at.stage_equations, c) for c in (s.x, s.u, s.stages)]
     return text_of(scheme, "local", {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
 def _stages_text(scheme: Scheme) -> str:
-    s, equations = scheme.s, scheme.stages_at_points
-    parts = [equations, scheme.total(equations, s.stages)]
+    s, equations = scheme.s, scheme.at_points.stage_equations
+    parts = [equations, scheme.chain.total(equations, s.stages)]
     return text_of(scheme, "stages", {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
 def _branch_text(scheme: Scheme) -> str:
     vectors = {"x": scheme.s.x, "u": scheme.s.u}
-    return text_of(scheme, "branch", vectors, [[scheme.branch_at_points]])
+    return text_of(scheme, "branch", vectors, [[scheme.element.branch]])
 
 
 def _natural_text(scheme: Scheme) -> str:

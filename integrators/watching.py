@@ -90,7 +90,7 @@ def watch_text(builder: KernelBuilder) -> list[str]:
              for e, (kind, _) in zip(letters, extents, strict=True)]  # fmt: skip
     texts, branch = [codes, text("extents", [value for _, value in extents])], ""
     if scheme.element is not None:
-        texts.append(text("branch", [scheme.branch_at_points]))
+        texts.append(text("branch", [scheme.element.branch]))
         branch = _BRANCH
     size = sizes[0] if len(sizes) == 1 else f"max({', '.join(sizes)})"
     return [*texts, _WATCH.format(letters=", ".join(letters) + ",", size=size, branch=branch)]

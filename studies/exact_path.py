@@ -201,6 +201,6 @@ def _discrete_lagrangian(scheme: Scheme, arrow: Arrow, flow: Flow) -> Any:
     """L_d at an arrow."""
     s = scheme.s
     text = text_of(scheme, "action", {"x": s.x, "u": s.u, "s": s.stages},
-                   [[scheme.discrete_lagrangian_at_points]])  # fmt: skip
+                   [[scheme.at_points.discrete_lagrangian]])  # fmt: skip
     function = run_text(text, flow.numbers.namespace())["action"]
     return function(arrow.x, arrow.u, flow.geometry.stages(arrow.x, arrow.u), flow._q)[0]

@@ -90,8 +90,8 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
     def terms(expression: Any, named: dict[Any, Any] | None = None) -> list[Any]:
         return ascending(expression, s.h, base, named)
 
-    plus = [terms(e / s.h, below) for e in scheme.plus_at_points]
-    minus = [terms(e / s.h, below) for e in scheme.minus_at_points]
+    plus = [terms(e / s.h, below) for e in scheme.at_points.plus]
+    minus = [terms(e / s.h, below) for e in scheme.at_points.minus]
     for letter, value in below.items():
         after[letter] = _after(letter)
         for symbol, names in ((letter, ("x", "u")), (after[letter], ("y", "v"))):
@@ -106,7 +106,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
         "retraction": scheme.scene.groupoid.retraction,
         "notation": _notation(scheme),
         "lagrangian_mathml": typeset.sum(terms(s.lagrangian)) if scheme.scene.lagrangian else "",
-        "discrete_lagrangian_mathml": typeset.sum(terms(scheme.discrete_lagrangian_at_points)),
+        "discrete_lagrangian_mathml": typeset.sum(terms(scheme.at_points.discrete_lagrangian)),
         "points_mathml": [
             typeset.equation([z], terms(b))
             for column, value in values for z, b in zip(column, value, strict=True)

@@ -29,8 +29,8 @@ def proof(fault: Fault) -> str:
 
 def _same_equations(scheme: Scheme, sound: Scheme) -> str:
     """E, F⁺ − F⁻ and the target are those of the sound scheme: Newton's matrix alone is not."""
-    for name in ("system_at_points", "gain_at_points", "plus_at_points"):
-        one, other = (s.written_out(getattr(s, name)) for s in (scheme, sound))
+    for name in ("system", "gain", "plus"):
+        one, other = (s.written_out(getattr(s.at_points, name)) for s in (scheme, sound))
         if first_violation(one - other, [*scheme.w, scheme.h]) is not None:
             return ""
     return (

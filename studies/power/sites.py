@@ -29,6 +29,14 @@ from integrators.identities import first_violation
 from .faults import Fault, NoPlace, scene_of
 from .interpreted import interpret
 
+#: attributes of `Scheme.at_points` by their names in faults, which stay: a name is a fault's seed
+EQUATIONS = {
+    "minus_at_points": "minus",
+    "plus_at_points": "plus",
+    "gain_at_points": "gain",
+    "slope_at_points": "slope",
+    "stages_at_points": "stage_equations",
+}
 IN_RULE = ("rule", "fraction", "path", "velocity", "rate")
 
 
@@ -77,10 +85,11 @@ def faulty_scheme(fault: Fault) -> Scheme:
     if site in IN_RULE and not _differs(scheme, sound_scheme(fault)):
         raise NoPlace(f"{fault.name}: the discrete Lagrangian is the same.")
     if site == "equation":
-        changed = fault.changed(getattr(scheme, name), scheme.h)
-        for known in ("system_at_points", "slope_at_points"):  # they follow from F⁻
-            scheme.__dict__.pop(known, None)
-        scheme.__dict__[name] = changed
+        equations, name = scheme.at_points, EQUATIONS[name]
+        changed = fault.changed(getattr(equations, name), scheme.h)
+        for known in ("system", "slope"):  # they follow from F⁻
+            equations.__dict__.pop(known, None)
+        equations.__dict__[name] = changed
     if site == "form":
         return interpret(scheme, form=(name, lambda tensor: fault.operate(tensor, None)))
     if site == "solver":

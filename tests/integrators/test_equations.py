@@ -138,11 +138,11 @@ def test_legendre_maps_from_their_definitions(scene, rule):
     minus = [point.right(point.x, point.u, a) for a in range(m)]
     assert all_close(point.at(of.legendre_plus), plus)
     assert all_close(point.at(of.legendre_minus), minus)
-    gain = point.at(of.written_out(of.gain_at_points))
+    gain = point.at(of.written_out(of.at_points.gain))
     assert all_close(gain, [p - q for p, q in zip(plus, minus, strict=True)])
     # and a wrong sign of ρ, which no group would show, is seen
-    if point.g.dim_x and not all(d == 0 for d in (of.rho.T * of._adjoints.x)):
-        flipped = of.legendre_minus + 2 * of.rho.T * of.written_out(of._adjoints.x)
+    if point.g.dim_x and not all(d == 0 for d in (of.rho.T * of.at_points._adjoints.x)):
+        flipped = of.legendre_minus + 2 * of.rho.T * of.written_out(of.at_points._adjoints.x)
         assert not all_close(point.at(flipped), minus, 10)
 
 

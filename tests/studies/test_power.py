@@ -114,9 +114,9 @@ def test_a_fault_that_changes_nothing_is_none():
 
 def test_the_sound_scheme_is_left_alone():
     fault = CATALOGUE[index("pendulum midpoint: equation.minus_at_points, sign #0")]
-    before = sound_scheme(fault).minus_at_points.copy()
-    assert faulty_scheme(fault).minus_at_points != before
-    assert sound_scheme(fault).minus_at_points == before
+    before = sound_scheme(fault).at_points.minus.copy()
+    assert faulty_scheme(fault).at_points.minus != before
+    assert sound_scheme(fault).at_points.minus == before
 
 
 @pytest.mark.parametrize("seed", range(4))

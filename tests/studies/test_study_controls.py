@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import sympy
 
-from integrators import BadInput, LocalGroupoid, Scene, Scheme, discretisation, scenes
+from integrators import BadInput, LocalGroupoid, Scene, discretisation, scenes
+from integrators.at_points import AtPoints
 from integrators.discretisations import midpoint, rectangle, trapezoidal
 from integrators.momentum import Conserved
 from studies import check, controls, get
@@ -233,13 +234,13 @@ def test_every_point_that_is_left_out_has_a_reason(monkeypatch):
 @pytest.fixture
 def wrong_gain(tmp_path, monkeypatch):
     """Schemes whose μ′ − μ = F⁺ − F⁻ is off by a part in 10⁹, as by a wrong simplification."""
-    right = Scheme.gain_at_points.func
+    right = AtPoints.gain.func
 
     def gain(self):
         return right(self) * (1 + sympy.Rational(1, 10**9))
 
     monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path / "kernels"))  # of no use to anybody else
-    monkeypatch.setattr(Scheme, "gain_at_points", property(gain))
+    monkeypatch.setattr(AtPoints, "gain", property(gain))
 
 
 @pytest.mark.parametrize(
@@ -354,9 +355,9 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_elsewhere_too(
     wrong_gain, monkeypatch, study, digits
 ):
     def gain(self):
-        return self.plus_at_points * sympy.Rational(999, 1000) - self.minus_at_points
+        return self.plus * sympy.Rational(999, 1000) - self.minus
 
-    monkeypatch.setattr(Scheme, "gain_at_points", property(gain))
+    monkeypatch.setattr(AtPoints, "gain", property(gain))
     found = run_case(get(study), case(study, copy("pendulum"), midpoint, digits))
     assert found["verdict"] in ("fail", "inconclusive" if study == "order" else "fail")
 
