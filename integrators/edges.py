@@ -66,10 +66,12 @@ class Refuse:
     def slack(self) -> Any:
         """The largest change of the branch's number in a step (HUGE: not watched).
 
-        In one chart it is watched where the map keeps the number: there any change is an error.
+        In one chart it is watched where the map keeps the number: there any change is an error. Of
+        a composition each substep has a number of its own size, which the others do not keep.
         """
-        element = self.flow.scheme.element
-        return self._kept_slack if element is not None and element.given.kept else self.huge
+        scheme = self.flow.scheme
+        watched = scheme.element is not None and scheme.element.given.kept and not scheme.substeps
+        return self._kept_slack if watched else self.huge
 
     @property
     def _kept_slack(self) -> Any:
