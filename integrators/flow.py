@@ -12,13 +12,13 @@ import numpy as np
 from .arithmetic import arithmetic
 from .checks import check_momentum
 from .compiling import load_kernels
-from .edges import ON_EDGE, Refuse, in_own_chart, policy
+from .edges import ON_EDGE, Refuse, policy
 from .equations import Scheme
 from .errors import BadInput
 from .exact import exact_rational
 from .legendre import Step, arrow_before, maps_at, step_from
 from .machine import Machine
-from .running import Trajectory, run_from
+from .running import Trajectory, element_of, first_u, run_from
 from .starting import Start, Starting
 from .tangent import LocalGeometry, frobenius, relative_defect
 
@@ -103,10 +103,7 @@ class Flow:
                 f"{self.scheme.scene.name}: that run is of another flow; ask the flow that made it."
             )
         with self.numbers.working():
-            chart = self.edge.chart
-            rows = zip(run.u, run.translates, strict=True)
-            number = self.numbers.number
-            found = [chart.element(self._h * np.array([number(e) for e in u]), B) for u, B in rows]
+            found = [element_of(self, run, row) for row in range(len(run.u))]
             return self.numbers.public(np.array(found))
 
     def evolve(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -135,8 +132,7 @@ class Flow:
     def inverse_legendre(self, x: Any, mu: Any) -> np.ndarray:
         """A u with F⁻(x, u) = hμ: where F⁻ folds, the one that Newton reaches from v0."""
         with self.numbers.working():
-            run = run_from(self, self.starting.at(x, mu), 0)
-            return self.numbers.public(self._own_u(run))
+            return self.numbers.public(first_u(self, self.starting.at(x, mu)))
 
     def solutions(self, x: Any, mu: Any) -> list[Solution]:
         """The elements g with F⁻(x, g) = hμ that Newton finds through the cover (section 4.3).
@@ -248,24 +244,11 @@ class Flow:
         scene = self.scheme.scene
         return self._vectors(scene.x0, scene.v0 if u0 is None else u0)[1]
 
-    def _solve(self, x: Any, mu: Any, guess: Any = None, branch: Any = None) -> np.ndarray:
-        """The u with F⁻(x, u) = hμ, on the branch of that number if one is given."""
-        start = Start(x, mu, self._guess(guess))
-        return self._own_u(run_from(self, start, 0, branch=branch))
-
-    def _own_u(self, run: Trajectory) -> np.ndarray:
-        """u of a run's first row in the chart of e; raises `BadInput` where that chart ends."""
-        u = np.array([self.numbers.number(e) for e in run.u[0]], dtype=self.numbers.dtype)
-        if not (J := int(run.translates[0])):
-            return u
-        element = self.edge.chart.element(self._h * u, J)
-        return np.asarray(in_own_chart(self, element))
-
     def _evolve(self, here: dict[str, Any], x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
         y, branch = here["target"], None
         if self.scheme.element is not None:
             branch = self.geometry.branch(x, u)
-        return y, self._solve(y, here["plus"] / self._h, u, branch)
+        return y, first_u(self, Start(y, here["plus"] / self._h, u), branch)
 
 
 def _is_whole(value: Any) -> bool:

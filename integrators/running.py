@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .edges import Refuse, in_own_chart
 from .failing import failure_of_run
 from .machine import Run
 from .neighbourhoods import margin_of
 
 if TYPE_CHECKING:
-    from .edges import Refuse
     from .flow import Flow
     from .starting import Start
 
@@ -72,6 +72,28 @@ def run_from(
     if status:
         raise failure_of_run(flow, run, status, found)
     return found
+
+
+def first_u(flow: Flow, start: Start, branch: object = None) -> np.ndarray:
+    """The u with F⁻(x, u) = hμ in the chart of e, as a run from there begins.
+
+    Raises `StepFailure` if it is not found, `BadInput` where that chart ends.
+    """
+    run = run_from(flow, start, 0, branch=branch)
+    if run.translates[0]:
+        return np.asarray(in_own_chart(flow, element_of(flow, run, 0)))
+    return _velocity(flow, run, 0)
+
+
+def element_of(flow: Flow, run: Trajectory, row: int) -> np.ndarray:
+    """The group element g = τ(hu) B of a row, N×N; the flow's numbers must be at work."""
+    u = flow._h * _velocity(flow, run, row)
+    return flow.edge.chart.element(u, int(run.translates[row]))
+
+
+def _velocity(flow: Flow, run: Trajectory, row: int) -> np.ndarray:
+    """u of a row, in the flow's own numbers again."""
+    return np.array([flow.numbers.number(e) for e in run.u[row]], dtype=flow.numbers.dtype)
 
 
 def _advance(flow: Flow, edge: Refuse, run: Run, progress: Callable[[int], None] | None) -> int:

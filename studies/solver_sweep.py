@@ -14,6 +14,8 @@ import numpy as np
 
 from integrators.flow import Flow, Trajectory
 from integrators.legendre import arrow_from, maps_at, step_along
+from integrators.running import first_u
+from integrators.starting import Start
 from integrators.tangent import newton
 
 from .case import Case
@@ -157,7 +159,7 @@ def _at(
     else:
         mus = np.array([numbers.number(e) for e in mu], dtype=numbers.dtype)
         base, wanted = x, mus * flow._h
-        own = flow._solve(x, mus, u)
+        own = first_u(flow, Start(x, mus, u))
 
         def defect(v: np.ndarray) -> float:
             return float(flow._poisson(base, mus, step_along(flow, maps_at(flow, base, v))))

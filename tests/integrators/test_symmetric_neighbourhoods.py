@@ -30,6 +30,7 @@ from integrators import (
 from integrators.charts import GroupChart
 from integrators.discretisations import get as rule
 from integrators.neighbourhoods import chart_extents, chart_reach
+from integrators.running import first_u
 
 
 @pytest.mark.parametrize("name", [*GROUPOIDS, *LARGE])
@@ -204,9 +205,9 @@ def test_the_evolution_operator_stays_on_the_branch(moser_veselov):
 
 def test_an_arrow_that_has_no_u_is_said(moser_veselov):
     flow = moser_veselov.flow(1, on_edge="bisect")
-    run = flow.trajectory(0, element0=np.diag([-1.0, -1.0, 1.0]))
+    start = flow.starting.at(None, None, element0=np.diag([-1.0, -1.0, 1.0]))
     with pytest.raises(BadInput, match="edge of its chart"):
-        flow._own_u(run)
+        first_u(flow, start)
 
 
 def test_one_chart_says_so_where_it_would_go_on_along_another_branch(moser_veselov):
