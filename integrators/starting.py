@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,8 +18,7 @@ if TYPE_CHECKING:
     from .flow import Flow
 
 
-@dataclass(frozen=True)
-class Start:
+class Start(NamedTuple):
     """x, μ, and a guess of the first solution: u in the chart of a translate."""
 
     x: np.ndarray
