@@ -103,7 +103,7 @@ class Multiple:
             return {**functions, "sqrt": g.sqrt, "R": g.mpfr, "PI": g.const_pi(),
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
                     "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
-                    "workspace": lambda length: [g.mpfr(0)] * length,
+                    "workspace": lambda rows, columns: [[g.mpfr(0)] * columns for _ in range(rows)],
                     "zeros": self.zeros, "linear_solve": self.solve}  # fmt: skip
 
     def number(self, value: Any, what: str = "value") -> Any:

@@ -160,7 +160,8 @@ class Writer:
         return Value(types.float64, value)
 
     def _entry(self, node: Any) -> Any:
-        if isinstance(node.value, ast.Name) and isinstance(self.known.get(node.value.id), Value):
+        held = node.value.value if isinstance(node.value, ast.Subscript) else node.value
+        if isinstance(held, ast.Name) and isinstance(self.known.get(held.id), Value):
             return self._number(self.builder.load(self._place(node)))
         return self.value(node.value)[ast.literal_eval(node.slice)]
 
@@ -169,12 +170,15 @@ class Writer:
         from llvmlite import ir
         from numba.np import arrayobj
 
+        indices = [*node.slice.elts] if isinstance(node.slice, ast.Tuple) else [node.slice]
+        if isinstance(node.value, ast.Subscript):  # a[i][j], as lists of lists have it
+            node = node.value
+            indices.insert(0, node.slice)
         held = self.known[node.value.id]
         if held.type.layout != "C":
             raise self._unknown(node)
         array = arrayobj.make_array(held.type)(self.context, self.builder, held.value)
         whole = ir.IntType(64)
-        indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         at: Any = None
         for axis, index in enumerate(map(self.value, indices)):
             number = index.value if isinstance(index, Value) else ir.Constant(whole, index)
@@ -195,7 +199,7 @@ class Writer:
         if name == "R":
             return float(arguments[0])
         if name == "workspace":
-            return self._workspace(arguments[0])
+            return self._workspace(arguments)
         if name == "abs":
             from llvmlite import ir
 
@@ -255,21 +259,22 @@ class Writer:
         found = context.get_function(kind, signature)(self.builder, values)
         return unpacked(self.builder, signature.return_type, found)
 
-    def _workspace(self, length: int) -> Value:
-        """A one-dimensional array of zeros on the stack."""
+    def _workspace(self, shape: list[int]) -> Value:
+        """An array of zeros on the stack."""
         from llvmlite import ir
         from numba.core import cgutils, types
         from numba.np import arrayobj
 
-        kind, whole, builder = types.Array(types.float64, 1, "C"), ir.IntType(64), self.builder
+        kind, whole, builder = types.Array(types.float64, 2, "C"), ir.IntType(64), self.builder
+        length = shape[0] * shape[1]
         place = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), length))
         cgutils.memset(builder, place, ir.Constant(whole, 8 * length), 0)
         array = arrayobj.make_array(kind)(self.context, builder)
         arrayobj.populate_array(
             array,
             data=builder.bitcast(place, ir.DoubleType().as_pointer()),
-            shape=[ir.Constant(whole, length)],
-            strides=[ir.Constant(whole, 8)],
+            shape=[ir.Constant(whole, n) for n in shape],
+            strides=[ir.Constant(whole, n) for n in (8 * shape[1], 8)],
             itemsize=ir.Constant(whole, 8),
             meminfo=None,
         )

@@ -50,18 +50,18 @@ def twice(x):
 @njit
 def halved(a, count):
     for i in range(count):
-        a[i] /= 2
+        a[i][2 * i] /= 2
 
 
 @straight()
 def worked(x):
-    rows = workspace(3)  # noqa: F821
-    rows[0] = x[0]
-    rows[2] = x[1]
-    halved(rows, 3)
-    s0 = rows[0]
-    s1 = rows[1]
-    return (s0, s1, rows[2])
+    rows = workspace(2, 3)  # noqa: F821
+    rows[0][0] = x[0]
+    rows[1][2] = x[1]
+    halved(rows, 2)
+    s0 = rows[0][0]
+    s1 = rows[0, 1]
+    return (s0, s1, rows[1][2])
 
 
 @pytest.mark.parametrize("flags", [(), FAST], ids=["exact", "fast"])

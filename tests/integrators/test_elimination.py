@@ -1,0 +1,32 @@
+"""The loop that solves large systems: one text for compiled doubles and for exact numbers."""
+
+import random
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from numba import njit
+
+from integrators.elimination import eliminate
+
+
+def system(m, zeros):
+    """m equations in fractions, with zeros on the diagonal where rows must be exchanged."""
+    chance = random.Random(m)
+    rows = [[Fraction(chance.randint(-50, 50), 16) for _ in range(m)] for _ in range(m)]
+    for i in range(zeros):
+        rows[i][i] = Fraction(0)
+    solution = [Fraction(chance.randint(-9, 9), 4) for _ in range(m)]
+    right = [sum(a * b for a, b in zip(row, solution, strict=True)) for row in rows]
+    return [[*row, e] for row, e in zip(rows, right, strict=True)], solution
+
+
+@pytest.mark.parametrize(("m", "zeros"), [(1, 0), (2, 2), (13, 0), (13, 5), (27, 27)])
+def test_the_loop_solves(m, zeros):
+    rows, solution = system(m, zeros)
+    a = np.array([[float(e) for e in row] for row in rows])
+    njit(eliminate)(a, m)
+    size = np.linalg.cond(np.array([[float(e) for e in row[:m]] for row in rows]))
+    assert np.allclose(a[:, m], [float(e) for e in solution], rtol=0, atol=1e-14 * size)
+    eliminate(rows, m)
+    assert [row[m] for row in rows] == solution
