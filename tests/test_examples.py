@@ -35,6 +35,12 @@ def test_galerkin_rule():
     assert list(orders(found).values()) == pytest.approx([4, 4], abs=0.01)
 
 
+def test_exact_series():
+    found = example("exact_series").main()
+    assert found["verdict"] == "pass"
+    assert list(orders(found).values()) == pytest.approx([8], abs=0.001)
+
+
 def test_splitting():
     found, run = example("splitting").main()
     assert found["verdict"] == "pass"
