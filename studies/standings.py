@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -78,19 +79,21 @@ def _key(accuracy: float) -> str:
 def cost(
     rows: Sequence[dict[str, Any]], axes: tuple[str, str], accuracies: Sequence[float] = REACHED
 ) -> dict[str, float | None]:
-    """Per accuracy the least work that reaches it, interpolated in log–log; None if none does."""
-    points = sorted(
+    """Per accuracy the least work that reaches it; None if none does.
+
+    That of the line through the runs in log–log, in the order of the ladder. In the order of work
+    two runs that take about as long would change places by chance, and the cost with them.
+    """
+    points = [
         (row[axes[0]], max(row[axes[1]], 1e-300))
         for row in rows
         if row[axes[0]] and row[axes[1]] is not None
-    )
+    ]
     found: dict[str, float | None] = {}
     for accuracy in accuracies:
-        at = next((i for i, (_, error) in enumerate(points) if error <= accuracy), None)
-        value = None if at is None else points[at][0]
-        if at:  # between the run before, which is not as accurate, and this one
-            (w0, e0), (w1, e1) = points[at - 1], points[at]
-            part = math.log(e0 / accuracy) / math.log(e0 / e1)
-            value = w0 * (w1 / w0) ** part
-        found[_key(accuracy)] = value
+        works = [work for work, error in points if error <= accuracy]
+        for (w0, e0), (w1, e1) in itertools.pairwise(points):
+            if (e0 <= accuracy) is not (e1 <= accuracy):
+                works.append(w0 * (w1 / w0) ** (math.log(e0 / accuracy) / math.log(e0 / e1)))
+        found[_key(accuracy)] = min(works, default=None)
     return found
