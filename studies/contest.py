@@ -32,6 +32,9 @@ WORK = {
     "iterations": "Newton iterations",
 }
 
+#: times the budget that the timing may take: the least rounds of all runs use up one (a ladder ends
+#: there), the rest is for runs whose median they leave unknown, if there are any
+REPEATING = 3
 GIVEN_UP = 4  # runs without an end within the budget: after as many no other is tried
 
 
@@ -48,7 +51,8 @@ def hold_race(
 ) -> dict[str, dict[str, Any]]:
     """Per method {rows, measured, floor, ...}; see `studies.work_precision.measure`.
 
-    `budget`: seconds of timing for all methods together. `first`: steps of the rules' first run.
+    `budget`: seconds of the least timing for all methods together, of which they may take
+    `REPEATING` times as many until their medians are known. `first`: steps of the rules' first run.
     """
     scheme = scheme_of(scene, rules[0])
     equations = equations_of(scheme)
@@ -71,7 +75,8 @@ def hold_race(
         climbs.append(climb(contestant, yardstick, axes[1], each))
     progress(f"{scene.name}: timing", 0.5)
     timed = [pair for each in climbs for pair in each.runs]
-    for (row, _), timing in zip(timed, race([run for _, run in timed], budget), strict=True):
+    timings = race([run for _, run in timed], REPEATING * budget)
+    for (row, _), timing in zip(timed, timings, strict=True):
         row |= {"seconds": timing.median, "seconds_low": timing.low, "seconds_high": timing.high,
                 "samples": timing.samples, "outliers": timing.outliers}  # fmt: skip
     whole = {"floor": yardstick.floors, "duration": float(problem.duration), "periods": periods,

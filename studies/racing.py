@@ -13,12 +13,18 @@ import random
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 LEAST, MOST = 5, 31  # rounds
 SHORTEST = 1e-3  # seconds: a shorter run is repeated within a sample, against noise and the clock
-KNOWN = 0.03  # a median is known when its interval is this narrow, relatively
+#: seconds: before each sample of a shorter run it is called once untimed. The first call after
+#: another run finds caches and branch predictors cold and takes 20 to 100 µs more: up to four times
+#: as long, and not the same from process to process
+WARM = 5e-3
+#: a median is known when the interval that holds it with this confidence is so narrow, relatively
+CONFIDENCE, KNOWN = 0.9, 0.04
 
 
 @dataclass(frozen=True)
@@ -26,7 +32,10 @@ class Timing:
     """Seconds of one run: median, quartiles, number of samples and of outliers among them.
 
     An outlier lies beyond three interquartile ranges above the upper quartile (or below the lower
-    one); it is counted, and kept in the median.
+    one); it is counted, and kept in the median. The median is `known` when half of its interval
+    between order statistics (David, Nagaraja, Order Statistics, 7.1) is at most `KNOWN` of it. That
+    takes nothing for granted of how times scatter, and five samples must all agree: the quartiles
+    of so few are close to each other by chance too often to stop at.
     """
 
     median: float
@@ -34,6 +43,7 @@ class Timing:
     high: float
     samples: int
     outliers: int
+    known: bool
 
     @classmethod
     def of(cls, seconds: Sequence[float]) -> Timing:
@@ -41,12 +51,21 @@ class Timing:
         low, median, high = (float(q) for q in np.percentile(seconds, (25, 50, 75)))
         reach = 3 * (high - low)
         outliers = sum(not low - reach <= s <= high + reach for s in seconds)
-        return cls(median, low, high, len(seconds), outliers)
+        ordered, rank = sorted(seconds), _rank(len(seconds))
+        known = rank > 0 and ordered[-rank] - ordered[rank - 1] <= 2 * KNOWN * median
+        return cls(median, low, high, len(seconds), outliers, known)
 
-    @property
-    def known(self) -> bool:
-        """Whether the interval of the median, 1.58 IQR/√n (McGill, Tukey, Larsen), is narrow."""
-        return 1.58 * (self.high - self.low) <= KNOWN * self.median * math.sqrt(self.samples)
+
+@lru_cache(maxsize=64)
+def _rank(samples: int) -> int:
+    """The largest r such that the median lies, with `CONFIDENCE`, between the r-th smallest and the
+    r-th largest of so many samples; 0 if they are too few for any."""
+    outside, rank = 0.0, 0
+    while True:
+        outside += 2 * math.comb(samples, rank) / 2**samples
+        if outside > 1 - CONFIDENCE:
+            return rank
+        rank += 1
 
 
 def race(
@@ -64,15 +83,18 @@ def race(
     collecting, begun = gc.isenabled(), clock()
     gc.disable()
     try:
-        inner = [_repeats(run, clock) for run in runs]
+        plans = [_plan(run, clock) for run in runs]
         order = list(range(len(runs)))
         for done in range(1, MOST + 1):
             chance.shuffle(order)
             for k in order:
-                start = clock()
-                for _ in range(inner[k]):
+                warm, repeats = plans[k]
+                if warm:
                     runs[k]()
-                samples[k].append((clock() - start) / inner[k])
+                start = clock()
+                for _ in range(repeats):
+                    runs[k]()
+                samples[k].append((clock() - start) / repeats)
             if done >= LEAST:
                 order = [k for k in order if not Timing.of(samples[k]).known]
                 if clock() - begun > budget:
@@ -83,8 +105,16 @@ def race(
     return [Timing.of(s) for s in samples]
 
 
-def _repeats(run: Callable[[], object], clock: Callable[[], float]) -> int:
-    """How often a run is repeated within one sample."""
-    start = clock()
-    run()
-    return max(1, min(1000, math.ceil(SHORTEST / max(clock() - start, 1e-9))))
+def _plan(run: Callable[[], object], clock: Callable[[], float]) -> tuple[bool, int]:
+    """Whether a run is called once untimed before a sample, and how often within it.
+
+    By the fastest of three calls: the first is cold, and any may be disturbed.
+    """
+    fastest = math.inf
+    for _ in range(3):
+        start = clock()
+        run()
+        fastest = min(fastest, clock() - start)
+        if fastest >= WARM:
+            return False, 1
+    return True, max(1, min(1000, math.ceil(SHORTEST / max(fastest, 1e-9))))

@@ -39,12 +39,12 @@ class Machine:
     def __init__(self):
         self.now, self.calls = 0.0, []
 
-    def run(self, name, seconds):
+    def run(self, name, seconds, cold=0.0):
         times = itertools.cycle(seconds)
 
         def call():
+            self.now += next(times) + cold * (self.calls[-1:] != [name])
             self.calls.append(name)
-            self.now += next(times)
 
         return call
 
@@ -58,10 +58,10 @@ def test_a_steady_run_is_known_after_the_least_rounds():
 
 def test_runs_take_turns_and_only_the_unknown_go_on():
     machine = Machine()
-    runs = [machine.run("steady", [1.0]), machine.run("rough", [1.0, 2.0, 4.0])]
+    runs = [machine.run("steady", [1.0]), machine.run("rough", [1.0, 3.0])]
     steady, rough = racing.race(runs, 1e9, lambda: machine.now)
     assert (steady.samples, rough.samples) == (racing.LEAST, racing.MOST)
-    rounds = machine.calls[2 : 2 + 2 * racing.LEAST]  # after one call each that sets the repeats
+    rounds = machine.calls[2 : 2 + 2 * racing.LEAST]  # after one call each: long runs need no more
     pairs = list(zip(rounds[::2], rounds[1::2], strict=True))
     assert all(set(pair) == {"steady", "rough"} for pair in pairs)
     assert len(set(pairs)) == 2  # not always in the same order
@@ -78,6 +78,44 @@ def test_short_runs_are_repeated_within_a_sample():
     (timing,) = racing.race([machine.run("a", [1e-6])], 1.0, lambda: machine.now)
     assert timing.median == pytest.approx(1e-6)
     assert len(machine.calls) >= racing.LEAST * racing.SHORTEST / 1e-6
+
+
+def test_the_first_call_after_another_run_is_not_timed():
+    """Else a sample of few repeats is longer than one of many, and the number is set by chance."""
+    machine = Machine()
+    runs = [machine.run(name, [3e-4], cold=5e-4) for name in "ab"]
+    for timing in racing.race(runs, 1.0, lambda: machine.now):
+        assert timing.high == pytest.approx(3e-4)
+    stretches = [len(list(same)) for _, same in itertools.groupby(machine.calls)]
+    assert set(stretches[2:]) <= {5, 10}  # after the plans: one call to warm up, and four of 1.2 ms
+
+
+def test_a_disturbed_first_call_does_not_set_the_repeats():
+    machine = Machine()
+    times = [4e-3, *[3e-5] * 1000]
+    (timing,) = racing.race([machine.run("a", times)], 1.0, lambda: machine.now)
+    assert len(machine.calls) == 3 + racing.LEAST * (1 + 34) and timing.known
+
+
+def test_close_quartiles_of_few_samples_are_no_knowledge():
+    """The median of five samples is anywhere between the first and the last of them."""
+    few = [1.0, 1.01, 1.02, 1.03, 1.3]
+    assert not racing.Timing.of(few).known
+    assert racing.Timing.of([*few[:4], 1.05]).known
+    assert racing.Timing.of([*few, 1.0, 1.02, 1.01]).known  # of eight, one may lie apart
+    assert not racing.Timing.of([1.0] * 4).known
+
+
+@pytest.mark.parametrize("samples", range(1, racing.MOST + 1))
+def test_the_interval_of_the_median_has_its_confidence(samples):
+    """By the definition: fewer than r of n fair coins show heads, or fewer than r tails."""
+    rank = racing._rank(samples)
+
+    def sure(r):
+        return 1 - 2 * sum(math.comb(samples, k) for k in range(r)) / 2**samples
+
+    assert rank == 0 or sure(rank) >= racing.CONFIDENCE
+    assert sure(rank + 1) < racing.CONFIDENCE
 
 
 def test_an_outlier_is_flagged_and_kept():
@@ -100,6 +138,28 @@ def test_costs_lie_on_the_line_between_runs():
     rows = [{"seconds": 3.0, "error": 1e-9}]
     assert standings.cost(rows, ("seconds", "error")) == {"1e-04": 3.0, "1e-08": 3.0, "1e-12": None}
     assert set(standings.cost([], ("seconds", "error")).values()) == {None}
+
+
+def test_costs_do_not_jump_where_two_runs_take_the_same_time():
+    """LSODA on the heavy top: of rtol 1e-9 and 1e-10 now this, now that is a little faster."""
+
+    def cost(ninth, tenth):
+        runs = ((0.43, 7e-8), (ninth, 1.3e-8), (tenth, 4e-10), (0.60, 2e-11))
+        rows = [{"seconds": seconds, "error": error} for seconds, error in runs]
+        return standings.cost(rows, ("seconds", "error"))["1e-08"]
+
+    assert cost(0.5401, 0.54) == pytest.approx(cost(0.54, 0.5401), rel=1e-3)
+
+
+def test_the_least_work_counts_where_the_line_turns():
+    """More work with a larger error, and a looser setting that is slower and right by chance."""
+    axes = ("seconds", "error")
+    down_and_up = [
+        {"seconds": s, "error": e} for s, e in ((1, 1e-3), (2, 1e-5), (4, 1e-3), (8, 1e-9))
+    ]
+    assert standings.cost(down_and_up, axes)["1e-04"] == pytest.approx(math.sqrt(2))
+    slower = [{"seconds": s, "error": e} for s, e in ((3, 1e-5), (1, 1e-3), (2, 1e-5))]
+    assert standings.cost(slower, axes)["1e-04"] == pytest.approx(math.sqrt(2))
 
 
 # -- truth ----------------------------------------------------------------------------------------
