@@ -16,7 +16,6 @@ from .discretisations import (
     rectangle,
     trapezoidal,
 )
-from .equations import Scheme
 from .errors import BadInput, DiscmechError, StepFailure
 from .groupoid import Groupoid
 from .groupoids import LocalGroupoid, action, lie_group, pair, product
@@ -24,6 +23,7 @@ from .momentum import Conserved
 from .on_group import on_group
 from .retractions import cayley, exponential
 from .scene import Scene
+from .scheme import Scheme
 
 __all__ = [
     "BadInput",

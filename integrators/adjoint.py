@@ -13,12 +13,12 @@ from .identities import random_point
 from .tangent import LocalGeometry
 
 if TYPE_CHECKING:
-    from .equations import Scheme
+    from .equations import DiscreteEquations
 
 DIGITS = 50
 
 
-def is_self_adjoint(scheme: Scheme) -> bool:
+def is_self_adjoint(scheme: DiscreteEquations) -> bool:
     """Whether L_d* and L_d have the same Legendre maps: Φ₋ₕ is then the inverse of Φₕ.
 
     Decided at two random points to 40 of 50 digits (`integrators.identities`), in x, u, h and the
@@ -27,7 +27,7 @@ def is_self_adjoint(scheme: Scheme) -> bool:
     return all(_gap(scheme, seed) < 10.0**-40 for seed in range(2))
 
 
-def _gap(scheme: Scheme, seed: int) -> float:
+def _gap(scheme: DiscreteEquations, seed: int) -> float:
     groupoid, s, numbers = scheme.scene.groupoid, scheme.s, arithmetic(DIGITS)
     letters = [*s.x, *s.u, s.h, *s.parameter_list]
     point = random_point(letters, (*s.u, s.h), seed)

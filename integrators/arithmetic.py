@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from .elementary import FUNCTIONS
 from .errors import BadInput
 from .exact import exact
-from .printing import FUNCTIONS
 
 GUARD_DIGITS = 12
 

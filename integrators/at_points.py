@@ -17,7 +17,7 @@ from .chain import Adjoints
 from .tables import opaque
 
 if TYPE_CHECKING:
-    from .equations import Scheme
+    from .equations import DiscreteEquations
 
 
 class AtPoints:
@@ -26,7 +26,7 @@ class AtPoints:
     `discrete_lagrangian`: L_d, with the points (and velocities) that its rule asked for as letters.
     """
 
-    def __init__(self, scheme: Scheme, discrete_lagrangian: Any) -> None:
+    def __init__(self, scheme: DiscreteEquations, discrete_lagrangian: Any) -> None:
         self.scheme, self.discrete_lagrangian = scheme, discrete_lagrangian
 
     @cached_property

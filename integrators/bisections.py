@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 
 from .arithmetic import arithmetic
-from .compiling import run_text
 from .errors import BadInput
 from .exact import exact_rational, exact_vector
 from .groupoid import Groupoid
+from .interpreting import run_text
 from .printing import function_text
 from .tangent import newton
 

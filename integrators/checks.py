@@ -11,11 +11,11 @@ from .exact import exact, to_sympy
 from .identities import null_direction, random_point, shown
 
 if TYPE_CHECKING:
-    from .equations import Scheme
+    from .equations import DiscreteEquations
     from .scene import Scene
 
 
-def check_letters(scheme: Scheme) -> None:
+def check_letters(scheme: DiscreteEquations) -> None:
     """Raise `BadInput` if L_d holds unknown symbols, not u, or not every stage."""
     s, of = scheme.s, _named(scheme)
     L_d = scheme.at_points.discrete_lagrangian
@@ -44,13 +44,13 @@ def check_letters(scheme: Scheme) -> None:
             )
 
 
-def _named(scheme: Scheme) -> str:
+def _named(scheme: DiscreteEquations) -> str:
     """The scene with the rule, and where a rule of the user's is."""
     place = line_of(scheme.rule.formula)
     return (f"{place}: " if place else "") + f"{scheme.scene.name} with {scheme.rule.name}"
 
 
-def check_regular(scheme: Scheme) -> None:
+def check_regular(scheme: DiscreteEquations) -> None:
     """Raise `BadInput` if ∂E/∂w (FL, without stages) or ∂²l/∂ξ² is singular at two random points.
 
     The second too: where it is singular, terms O(h²) of the potential can make FL regular, but
@@ -79,7 +79,7 @@ def check_regular(scheme: Scheme) -> None:
         )
 
 
-def check_start(scheme: Scheme, scene: Scene) -> None:
+def check_start(scheme: DiscreteEquations, scene: Scene) -> None:
     """Raise `BadInput` unless the start satisfies every constraint (as |Γ|² = 1), exactly."""
     from sympy import simplify
 
@@ -99,7 +99,7 @@ def check_start(scheme: Scheme, scene: Scene) -> None:
             )
 
 
-def check_momentum(scheme: Scheme, x: Any, mu: Any) -> None:
+def check_momentum(scheme: DiscreteEquations, x: Any, mu: Any) -> None:
     """Raise `BadInput` unless (x, μ), numbers of any arithmetic, satisfy every constraint.
 
     They may come from a row of a run, so not exactly: up to 2⁻²⁶ of what a relative change of every
@@ -118,7 +118,7 @@ def check_momentum(scheme: Scheme, x: Any, mu: Any) -> None:
             )
 
 
-def _constraints(scheme: Scheme, scene: Scene) -> Iterator[tuple[str, Any, Any]]:
+def _constraints(scheme: DiscreteEquations, scene: Scene) -> Iterator[tuple[str, Any, Any]]:
     """(name, formula in x and μ, its value) of the quantities with a value."""
     s = scheme.s
     for quantity in scene.symmetries:
@@ -128,7 +128,7 @@ def _constraints(scheme: Scheme, scene: Scene) -> Iterator[tuple[str, Any, Any]]
             yield quantity.name, *_with_parameters(scheme, [formula]), wanted
 
 
-def _with_parameters(scheme: Scheme, expressions: list[Any]) -> list[Any]:
+def _with_parameters(scheme: DiscreteEquations, expressions: list[Any]) -> list[Any]:
     """The expressions with the parameters' exact values."""
     s = scheme.s
     values = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))

@@ -2,41 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
 from .compiling import load_composed
 from .composed_machine import ComposedMachine
+from .composition import Substep
+from .equations import DiscreteEquations
 from .errors import CannotMeasure
 from .flow import Flow
-
-if TYPE_CHECKING:
-    from .equations import Scheme
 
 
 class ComposedFlow(Flow):
     """The one-step map on the dual of a composition; a row's u is that of the first substep.
 
+    schemes: of the composed rule, and of its adjoint if a substep is one of that.
+
     A composition has no Ψ on the groupoid's arrows of its own, so `evolve`, `devolve`, `tangent`
     and `pullback_defect` raise `CannotMeasure`; its structure is judged by `poisson_defect`.
     """
 
-    def __init__(self, scheme: Scheme, step: Any, digits: int = 16) -> None:
-        super().__init__(scheme, step, digits)
-        of_kind = [scheme, *([scheme.adjoint] if any(s.adjoint for s in scheme.substeps) else [])]
+    def __init__(
+        self,
+        schemes: Sequence[DiscreteEquations],
+        substeps: Sequence[Substep],
+        step: Any,
+        digits: int = 16,
+    ) -> None:
+        super().__init__(schemes[0], step, digits)
         made: dict[tuple[Fraction, bool], Flow] = {}
-        self.schemes = of_kind
-        self.kinds = np.array([int(s.adjoint) for s in scheme.substeps], dtype=np.int64)
+        self.schemes = schemes
+        self.kinds = np.array([int(s.adjoint) for s in substeps], dtype=np.int64)
         #: one flow each substep, shared where size and kind are the same
         self.parts = []
-        for substep in scheme.substeps:
+        for substep in substeps:
             size = _fraction(substep.coefficient(digits + 30)) * self.step
             key = (size, substep.adjoint)
             if key not in made:
-                made[key] = Flow(of_kind[substep.adjoint], size, digits)
+                made[key] = Flow(schemes[substep.adjoint], size, digits)
             self.parts.append(made[key])
 
     def evolve(self, x: Any, u: Any) -> NoReturn:

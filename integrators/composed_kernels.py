@@ -15,12 +15,12 @@ from .vectors import memory_text, whole_state_text
 from .watching import watch_text
 
 if TYPE_CHECKING:
-    from .equations import Scheme
+    from .equations import DiscreteEquations
 
 _SUFFIX = "_of_adjoint"
 
 
-def composed_text(schemes: list[Scheme]) -> str:
+def composed_text(schemes: list[DiscreteEquations]) -> str:
     """The module's text for [rule] (self-adjoint) or [rule, its adjoint]."""
     builders = [KernelBuilder(scheme) for scheme in schemes]
     units = [_unit(builder) for builder in builders]

@@ -270,10 +270,8 @@ def compose(rule: Any, name: str) -> Any:
     It is called name:rule, as in kahan-li-8:midpoint. Raises `BadInput` for unknown names and for
     compositions of compositions.
     """
-    from .equations import Scheme
-
-    if isinstance(rule, Scheme):
-        return Scheme(rule.scene, compose(rule.rule, name))
+    if isinstance(getattr(rule, "rule", None), Discretisation):  # a scheme
+        return type(rule)(rule.scene, compose(rule.rule, name))
     if name not in METHODS:
         raise unknown("composition", name, METHODS)
     if not isinstance(rule, Discretisation) or isinstance(rule, Composition):

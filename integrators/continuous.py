@@ -8,9 +8,9 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-from .compiling import run_text
-from .equations import Scheme
+from .equations import DiscreteEquations
 from .errors import BadInput, CannotMeasure
+from .interpreting import run_text
 from .printing import function_text
 from .scene import Scene
 from .symbols import SceneSymbols
@@ -82,7 +82,7 @@ def state_function(s: SceneSymbols, parts: list[Any], numbers: Any) -> Any:
     return run_text(text, namespace)["state_function"]
 
 
-def initial_momentum(scheme: Scheme, scene: Scene, numbers: Any) -> list[Any]:
+def initial_momentum(scheme: DiscreteEquations, scene: Scene, numbers: Any) -> list[Any]:
     """μ₀ = ∂l/∂ξ(x₀, v₀), in an arithmetic."""
     s = scheme.s
     if scene.lagrangian is None:

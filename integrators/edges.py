@@ -69,8 +69,8 @@ class Refuse:
         In one chart it is watched where the map keeps the number: there any change is an error. Of
         a composition each substep has a number of its own size, which the others do not keep.
         """
-        scheme = self.flow.scheme
-        watched = scheme.element is not None and scheme.element.given.kept and not scheme.substeps
+        element, one = self.flow.scheme.element, len(self.flow.parts) == 1
+        watched = element is not None and element.given.kept and one
         return self._kept_slack if watched else self.huge
 
     @property

@@ -9,7 +9,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from .printing import FUNCTIONS
+from .arithmetic import arithmetic
+from .elementary import FUNCTIONS
 
 
 def evaluate(expression: Any, digits: int) -> Any:
@@ -17,8 +18,6 @@ def evaluate(expression: Any, digits: int) -> Any:
 
     It has that many digits and guard digits.
     """
-    from .arithmetic import arithmetic
-
     numbers = arithmetic(digits)
     with numbers.working():
         return _value(expression, numbers, {})
@@ -27,8 +26,6 @@ def evaluate(expression: Any, digits: int) -> Any:
 def evaluate_matrix(matrix: Any, digits: int) -> Any:
     """A sympy matrix of numbers with its entries as Floats."""
     from sympy import Float, I
-
-    from .arithmetic import arithmetic
 
     numbers = arithmetic(digits)
     known: dict[Any, Any] = {}
@@ -44,8 +41,6 @@ def evaluate_matrix(matrix: Any, digits: int) -> Any:
 
 def number(expression: Any, bits: int) -> Any:
     """The same as an mpmath number that is right to so many bits."""
-    from .arithmetic import arithmetic
-
     digits = -(-bits * 30103 // 4_000_000) * 40 + 20  # few different precisions
     numbers = arithmetic(digits)
     with numbers.working():

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from .bisections import Bisection
-from .compiling import run_text
-from .equations import Scheme
 from .errors import BadInput
+from .interpreting import run_text
 from .printing import function_text
+from .scheme import Scheme
 from .tangent import newton
 
 Arrow = tuple[np.ndarray, np.ndarray]

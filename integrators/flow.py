@@ -13,7 +13,7 @@ from .arithmetic import arithmetic
 from .checks import check_momentum
 from .compiling import load_kernels
 from .edges import ON_EDGE, Refuse, policy
-from .equations import Scheme
+from .equations import DiscreteEquations
 from .errors import BadInput
 from .exact import exact_rational
 from .legendre import Step, arrow_before, maps_at, step_from
@@ -44,7 +44,7 @@ class Flow:
     without: frozenset[str] = frozenset()
 
     def __init__(
-        self, scheme: Scheme, step: Any, digits: int = 16, on_edge: str = "refuse"
+        self, scheme: DiscreteEquations, step: Any, digits: int = 16, on_edge: str = "refuse"
     ) -> None:
         self.scheme, self.digits, self.on_edge = scheme, digits, on_edge
         self.step = exact_rational(step, "step")

@@ -16,7 +16,7 @@ from typing import Any
 
 from . import driver
 from .elimination import loop_text, solve
-from .equations import Scheme
+from .equations import DiscreteEquations
 from .errors import BadInput
 from .outlining import Outliner
 from .printing import Coefficients, Parameters, function_text
@@ -44,7 +44,7 @@ class KernelBuilder:
     without: names of `savings.SAVINGS` that are not made, so that they can be measured.
     """
 
-    def __init__(self, scheme: Scheme, without: frozenset[str] = frozenset()) -> None:
+    def __init__(self, scheme: DiscreteEquations, without: frozenset[str] = frozenset()) -> None:
         self.scheme, self.without = scheme, without
         plain = "coefficients" in without
         self.coefficients = Parameters(scheme.s.q) if plain else Coefficients(scheme.s.q)

@@ -11,15 +11,9 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
+from .elementary import FUNCTIONS
 from .errors import BadInput
-from .tables import is_table
-
-#: sympy function → name in the generated text; each exists in math, numpy-like and gmpy2 worlds
-FUNCTIONS = {
-    "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos", "atan": "atan",
-    "atan2": "atan2", "sinh": "sinh", "cosh": "cosh", "tanh": "tanh", "exp": "exp", "log": "log",
-    "Abs": "abs",
-}  # fmt: skip
+from .tables import is_table, together
 
 
 class Coefficients:
@@ -117,8 +111,6 @@ def statements(
 ) -> tuple[list[tuple[str, str]], list[str]]:
     """Common subexpressions taken out: ([(name, code)], [code of each output])."""
     from sympy import cse, numbered_symbols
-
-    from .retractions.stumpff import together
 
     found, reduced = cse(
         together(list(outputs)), symbols=numbered_symbols(letter, real=True), list=True

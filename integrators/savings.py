@@ -12,7 +12,7 @@ from .evaluation import evaluate_matrix
 from .identities import is_zero, random_point
 
 if TYPE_CHECKING:
-    from .equations import Scheme
+    from .equations import DiscreteEquations
 
 #: what a kernel leaves out where it can
 SAVINGS = {
@@ -22,7 +22,7 @@ SAVINGS = {
 }
 
 
-def is_affine(scheme: Scheme, slope: Any) -> bool:
+def is_affine(scheme: DiscreteEquations, slope: Any) -> bool:
     """Whether E, of ∂E/∂w = slope, is affine in w, so that one correction solves it.
 
     Decided by comparing the slope at two random w of the same x, h and parameters.
@@ -37,7 +37,7 @@ def is_affine(scheme: Scheme, slope: Any) -> bool:
     return all(is_zero(a - b) for a, b in zip(one, two, strict=True))
 
 
-def pivot_rows(scheme: Scheme, slope: Any) -> list[int]:
+def pivot_rows(scheme: DiscreteEquations, slope: Any) -> list[int]:
     """The order of the rows in which elimination meets large pivots, at a random point.
 
     So a step looks for none; where it is a poor choice Newton only takes more corrections.
@@ -57,7 +57,7 @@ def pivot_rows(scheme: Scheme, slope: Any) -> list[int]:
     return rows
 
 
-def carried(scheme: Scheme, slope: Any) -> list[tuple[Any, Any]]:
+def carried(scheme: DiscreteEquations, slope: Any) -> list[tuple[Any, Any]]:
     """Costly functions of x in F⁻ that F⁺ needs at the end point: [(at x, at y)]."""
     to_end = dict(zip(scheme.x, scheme.y, strict=True))
     constants = set(scheme.s.q) - {scheme.h}  # the next step may be of another size
@@ -66,7 +66,7 @@ def carried(scheme: Scheme, slope: Any) -> list[tuple[Any, Any]]:
     return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
 
 
-def _at(scheme: Scheme, matrix: Any, point: dict[Any, Any]) -> Any:
+def _at(scheme: DiscreteEquations, matrix: Any, point: dict[Any, Any]) -> Any:
     """The matrix at a numerical point; the atoms are evaluated first."""
     constants = scheme.s.constant_values(100)
     return matrix.xreplace(scheme.chain.values({**point, **constants}))

@@ -73,7 +73,7 @@ class Starting:
                 f"{scheme.scene.name}: element0 is the first step of a discrete Lagrangian given "
                 "on the group; give mu0 (and u0) instead."
             )
-        if scheme.substeps:
+        if len(flow.parts) > 1:
             raise BadInput(
                 f"{scheme.scene.name}: {scheme.rule.name} is a composition, whose step is no one "
                 "element; give mu0 (and u0) instead of element0."

@@ -13,12 +13,26 @@ from functools import cache
 from typing import Any
 
 _TEXTS: dict[str, Callable[[], str]] = {}
+_COLLECTORS: list[Callable[[list[Any]], list[Any]]] = []
 
 
 def register(name: str, text: Callable[[], str]) -> str:
     """Let generated text call the function of that name; `text()` defines it. Returns the name."""
     _TEXTS[name] = text
     return name
+
+
+def collect(collector: Callable[[list[Any]], list[Any]]) -> Callable[[list[Any]], list[Any]]:
+    """Decorator: expressions pass through this before their common subexpressions are taken out."""
+    _COLLECTORS.append(collector)
+    return collector
+
+
+def together(expressions: list[Any]) -> list[Any]:
+    """The expressions with functions that are cheaper together as entries of one table."""
+    for collector in _COLLECTORS:
+        expressions = collector(expressions)
+    return expressions
 
 
 def with_tables(text: str) -> str:

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from .compiling import cached_text, run_text
-from .equations import Scheme
+from .compiling import cached_text
+from .equations import DiscreteEquations
+from .interpreting import run_text
 from .printing import function_text
 from .tables import with_tables
 
@@ -55,7 +56,7 @@ def newton(
 class LocalGeometry:
     """A scheme's maps and their derivatives as numbers at a point, in one arithmetic."""
 
-    def __init__(self, scheme: Scheme, numbers: Any, q: list[Any]) -> None:
+    def __init__(self, scheme: DiscreteEquations, numbers: Any, q: list[Any]) -> None:
         self.scheme, self.numbers, self.q = scheme, numbers, q
         self.n, self.m, self.k = len(scheme.x), len(scheme.u), len(scheme.s.stages)
 
@@ -186,7 +187,7 @@ class LocalGeometry:
 
 
 @lru_cache(maxsize=512)
-def _generated(scheme: Scheme, numbers: Any, what: str) -> Any:
+def _generated(scheme: DiscreteEquations, numbers: Any, what: str) -> Any:
     """`local`, `stages` or `natural` of a scheme in an arithmetic, derived once, kept on disk."""
     build = {
         "local": _local_text,
@@ -198,7 +199,7 @@ def _generated(scheme: Scheme, numbers: Any, what: str) -> Any:
     return run_text(text, numbers.namespace())[what]
 
 
-def _local_text(scheme: Scheme) -> str:
+def _local_text(scheme: DiscreteEquations) -> str:
     s, at, total = scheme.s, scheme.at_points, scheme.chain.total
     minus, plus, target = at.minus, at.plus, at.target
     of_target = (total(target, s.x), total(target, s.u)) if len(scheme.x) else ([], [])
@@ -210,25 +211,25 @@ def _local_text(scheme: Scheme) -> str:
     return text_of(scheme, "local", {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
-def _stages_text(scheme: Scheme) -> str:
+def _stages_text(scheme: DiscreteEquations) -> str:
     s, equations = scheme.s, scheme.at_points.stage_equations
     parts = [equations, scheme.chain.total(equations, s.stages)]
     return text_of(scheme, "stages", {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
-def _branch_text(scheme: Scheme) -> str:
+def _branch_text(scheme: DiscreteEquations) -> str:
     vectors = {"x": scheme.s.x, "u": scheme.s.u}
     return text_of(scheme, "branch", vectors, [[scheme.element.branch]])
 
 
-def _natural_text(scheme: Scheme) -> str:
+def _natural_text(scheme: DiscreteEquations) -> str:
     s, groupoid = scheme.s, scheme.scene.groupoid
     structure = [c / s.h for c in groupoid.structure_functions(s.x, s.h)]
     parts = [groupoid.rho(s.x, s.h) / s.h, [entry for c in structure for entry in c]]
     return text_of(scheme, "natural", {"x": s.x}, parts)
 
 
-def text_of(scheme: Scheme, name: str, vectors: dict[str, Any], parts: Any) -> str:
+def text_of(scheme: DiscreteEquations, name: str, vectors: dict[str, Any], parts: Any) -> str:
     """Text of a function name(vectors..., q) of a scheme that gives parts, for `run_text`."""
     from sympy import Symbol
 

@@ -198,10 +198,11 @@ def _chart_bound(case: Case, vector: np.ndarray) -> dict[str, Any]:
     if case.scene.lagrangian is None:
         return nothing
     plain = _in_chart(case.scene)
-    flow = scheme_of(plain, discretisations.rectangle).flow(STEP, case.digits)
+    scheme = scheme_of(plain, discretisations.rectangle)
+    flow = scheme.flow(STEP, case.digits)
     at = plain.with_values(v0=[float(e) for e in vector])
     try:
-        run = flow.scheme.at(v0=at.v0).flow(STEP, case.digits).trajectory(0)
+        run = scheme.at(v0=at.v0).flow(STEP, case.digits).trajectory(0)
     except StepFailure:
         return nothing
     return {"chart_turn": turn_of(np.asarray(flow.elements(run)[0], float)),

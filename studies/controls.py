@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from integrators import Scheme
 from integrators.arithmetic import arithmetic
 from integrators.continuous import state_function, vector_field
+from integrators.equations import DiscreteEquations
 from integrators.flow import Flow
 from integrators.tangent import relative_defect
 
@@ -43,7 +43,7 @@ DAMPING = "1e-6"
 class RungeKutta:
     """A Runge–Kutta step on (x, μ) with its exact derivative, in any arithmetic."""
 
-    def __init__(self, scheme: Scheme, tableau: Tableau, digits: int) -> None:
+    def __init__(self, scheme: DiscreteEquations, tableau: Tableau, digits: int) -> None:
         self.numbers = arithmetic(digits)
         self.n, self.size = len(scheme.x), len(scheme.x) + len(scheme.u)
         self.field = _field(scheme, digits)
@@ -72,7 +72,7 @@ class RungeKutta:
 
 
 @cache
-def _field(scheme: Scheme, digits: int) -> Any:
+def _field(scheme: DiscreteEquations, digits: int) -> Any:
     f = vector_field(scheme.s)
     derivative = f.jacobian([*scheme.x, *scheme.s.mu])
     return state_function(scheme.s, [f, derivative], arithmetic(digits))

@@ -17,8 +17,8 @@ import numpy as np
 
 from integrators import Scheme
 from integrators.arithmetic import arithmetic
-from integrators.compiling import run_text
 from integrators.flow import Flow
+from integrators.interpreting import run_text
 from integrators.legendre import maps_at
 from integrators.quadrature import rule as quadrature
 from integrators.tangent import text_of

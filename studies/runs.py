@@ -13,6 +13,7 @@ import numpy as np
 from integrators import Scheme, StepFailure
 from integrators.arithmetic import Double, arithmetic
 from integrators.continuous import energy, state_function
+from integrators.equations import DiscreteEquations
 from integrators.flow import Flow, Trajectory
 
 from .case import Case, Progress
@@ -39,7 +40,7 @@ def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Traj
 Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
 
 
-def with_terms(scheme: Scheme, quantity: Any, digits: int) -> Rows:
+def with_terms(scheme: DiscreteEquations, quantity: Any, digits: int) -> Rows:
     """A function of a run that gives, per row, a quantity's components and their sums of
     absolute terms, (r, k) each."""
     from sympy import Abs, Add
@@ -87,7 +88,7 @@ def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.nda
         return np.array([float(d / s) if d else 0.0 for d, s in zip(drifts, scale, strict=True)])
 
 
-def energy_errors(scheme: Scheme, run: Trajectory, digits: int = 16) -> np.ndarray:
+def energy_errors(scheme: DiscreteEquations, run: Trajectory, digits: int = 16) -> np.ndarray:
     """(H − H₀)/scale per row, signed; scale is the largest sum of absolute terms of H."""
     values, terms = with_terms(scheme, _energy(scheme), digits)(run)
     with arithmetic(digits).working():
@@ -96,7 +97,7 @@ def energy_errors(scheme: Scheme, run: Trajectory, digits: int = 16) -> np.ndarr
 
 
 @lru_cache(maxsize=256)
-def _energy(scheme: Scheme) -> Any:
+def _energy(scheme: DiscreteEquations) -> Any:
     return energy(scheme.s)
 
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from integrators import Scheme
 from integrators.compiling import kernel_file
 from integrators.composition import Composition
+from integrators.equations import DiscreteEquations
 from integrators.errors import CannotMeasure
 from integrators.flow import Flow
 from integrators.groupoids.lie_group import LieGroup
@@ -107,7 +107,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {"rows": rows, "measured": {"times": {r["variant"]: r["times"] for r in rows[1:]}}}
 
 
-def operations(scheme: Scheme, without: frozenset[str] = frozenset()) -> tuple[int, int]:
+def operations(scheme: DiscreteEquations, without: frozenset[str] = frozenset()) -> tuple[int, int]:
     """(of one correction, of one update): arithmetic operations and functions in the kernel."""
     text = kernel_file(scheme.origin, without).read_text(encoding="utf-8")
     counts = {}

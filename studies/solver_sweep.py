@@ -96,7 +96,7 @@ def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[
         first = flow.parts[0]
         here = maps_at(first, x, u)
         off = max(off, float(max(abs(here["minus"] / first._h - mu))) / size)
-        if not flow.scheme.substeps:
+        if len(flow.parts) == 1:
             own = max(own, defect(here["target"], mu + (here["plus"] - here["minus"]) / flow._h))
         taken = max(taken, defect(run.x[k + 1], run.mu[k + 1]))
         for tolerance in swept:
@@ -108,7 +108,7 @@ def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[
                 "swept": [[t, d] for t, d in swept.items()]}  # fmt: skip
     if taken <= limit or solved > limit:
         return None
-    if (off if flow.scheme.substeps else own) > limit:
+    if (own if len(flow.parts) == 1 else off) > limit:
         return named(
             "solver residual",
             f"the velocities of the run solve F⁻(x, u) = hμ to {off:.1e} only, and the defect "

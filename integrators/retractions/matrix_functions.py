@@ -16,6 +16,7 @@ from itertools import combinations_with_replacement
 from typing import Any
 
 from ..exact import floats_exact
+from ..interpreting import run_text
 from ..printing import code
 from ..tables import entry, register, with_tables
 from . import matrix_numbers
@@ -110,8 +111,6 @@ def _table(function: MatrixFunction, order: int) -> Any:
 
 @lru_cache(maxsize=256)
 def _numerical(function: MatrixFunction, order: int, numbers: Any) -> Any:
-    from ..compiling import run_text
-
     text = with_tables(function.text(order))
     return run_text(text, numbers.namespace())[f"matrix_{function.digest}_{order}"]
 
@@ -119,7 +118,5 @@ def _numerical(function: MatrixFunction, order: int, numbers: Any) -> Any:
 @lru_cache(maxsize=64)
 def in_arithmetic(numbers: Any) -> Any:
     """`matrix_numbers.matrix_function` on numbers of that kind."""
-    from ..compiling import run_text
-
     text = "@aside\n" + inspect.getsource(matrix_numbers.matrix_function)
     return run_text(text, numbers.namespace())["matrix_function"]

@@ -10,7 +10,8 @@ from __future__ import annotations
 from functools import cache, lru_cache
 from typing import Any
 
-from ..tables import entry, register
+from ..interpreting import run_text
+from ..tables import collect, entry, register
 
 
 def stumpff(k: int, z: Any) -> Any:
@@ -62,6 +63,7 @@ def _class() -> Any:
     return Stumpff
 
 
+@collect
 def together(expressions: list[Any]) -> list[Any]:
     """The expressions with each c_k(z) as an entry of one call (c_0, …, c_K)(z), K = 3, 7, 11 …"""
     found = set().union(*(e.atoms(_class()) for e in expressions))
@@ -90,8 +92,6 @@ def _value(k: int, z: Any, prec: int) -> Any:
 
 @lru_cache(maxsize=64)
 def _numerical(most: int, numbers: Any) -> Any:
-    from ..compiling import run_text
-
     return run_text(library(most), numbers.namespace())[f"stumpff_{most}"]
 
 

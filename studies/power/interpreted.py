@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from integrators import Scheme
-from integrators.compiling import composed_file, kernel_body, kernel_file, run_text
+from integrators.compiling import composed_file, kernel_body, kernel_file
 from integrators.composed_flow import ComposedFlow
 from integrators.driver import SINGULAR
 from integrators.flow import Flow
+from integrators.interpreting import run_text
 
 Edit = Callable[[str], str]
 Form = tuple[str, Callable[[Any], Any]]
@@ -28,7 +29,11 @@ def interpret(scheme: Scheme, edit: Edit | None = None, form: Form | None = None
     """
 
     def flow(step: Any, digits: int = 16) -> Flow:
-        made = (_ComposedFlow if scheme.substeps else _Flow)(scheme, step, digits)
+        made: _Flow | _ComposedFlow
+        if scheme.substeps:
+            made = _ComposedFlow(scheme.substep_schemes, scheme.substeps, step, digits)
+        else:
+            made = _Flow(scheme, step, digits)
         made.edit = edit
         if form is not None:
             name, change = form

@@ -14,9 +14,9 @@ from everything import SCENES
 from sympy import Float, Matrix, Rational
 
 from integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
-from integrators.compiling import run_text
 from integrators.discretisations import get
 from integrators.galerkin import gauss, lobatto
+from integrators.interpreting import run_text
 from integrators.printing import Call, function_text
 
 #: one rule a scene in the fast suite, each rule on some; all of them in the slow one

@@ -23,10 +23,11 @@ from integrators import (
     scenes,
     so,
 )
-from integrators.compiling import _MARK, kernel_file, run_text
+from integrators.compiling import _MARK, kernel_file
 from integrators.composed_flow import ComposedFlow
 from integrators.discretisations import midpoint, trapezoidal
 from integrators.flow import Flow
+from integrators.interpreting import run_text
 from integrators.legendre import maps_at
 from integrators.starting import Start
 from studies import get
