@@ -24,7 +24,6 @@ from integrators import (
     so,
 )
 from integrators.compiling import _MARK, kernel_file
-from integrators.composed_flow import ComposedFlow
 from integrators.discretisations import midpoint, trapezoidal
 from integrators.flow import Flow
 from integrators.interpreting import run_text
@@ -77,7 +76,7 @@ class Broken(Case):
         fault = self.fault
 
         def flow(step: Any, digits: int = 16) -> Flow:
-            made = (ComposedFlow if sound.substeps else Flow)(sound, step, digits)
+            made = sound.flow(step, digits)
             fault(made)
             return made
 
