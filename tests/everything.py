@@ -218,6 +218,10 @@ def arrows(groupoid, stratum, h, seed=0):
             point[name] *= Rational(31415, 10000) / Rational(str(turning))
         elif groupoid.retraction == "exponential" and stratum == "edge":
             point[name] /= 10**6
+        if hasattr(groupoid, "connection") and stratum == "edge":
+            # the group alone has an edge; a connection is a polynomial in the base, and a thousand
+            # away its third derivatives leave difference quotients no digit
+            point[name][:n, 0] = point[name][:n, 0] / 1000
         if groupoid.name.startswith("affine") and stratum != "near":
             # the edge of this chart is 1 + hu₀ = 0
             factor = Rational(1, 1000 + number) if stratum == "edge" else Rational(3 + number, 2)

@@ -22,7 +22,7 @@ def covered(row: Row) -> list[str]:
     fits = {
         EVERYWHERE: lambda g: True,
         MATRIX: lambda g: hasattr(g, "algebra"),
-        CAYLEY: lambda g: getattr(g, "retraction", None) == "cayley",
+        CAYLEY: lambda g: hasattr(g, "algebra") and g.retraction == "cayley",
         ACTIONS: lambda g: hasattr(g, "algebra") and g.dim_x,
     }[row.how]
     return [name for name, g in GROUPOIDS.items() if fits(g)]

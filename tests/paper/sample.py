@@ -14,6 +14,7 @@ from collections.abc import Callable
 from copy import copy
 from typing import Any
 
+import mpmath
 from sympy import Matrix, Rational, eye, zeros
 
 from .cubic import Cubic
@@ -186,6 +187,8 @@ class Sample:
 
 
 def rank(matrix: Any) -> int:
-    """The rank, with numbers below 10⁻⁴⁰ of the largest taken for zero."""
-    scale = max((abs(number(e)) for e in matrix), default=Rational(1))
-    return matrix.rank(iszerofunc=lambda e: abs(number(e)) <= scale * Rational(1, 10**40))
+    """The rank, with singular values below 10⁻⁴⁰ of the largest taken for zero."""
+    with mpmath.workdps(120):
+        entries = [[mpmath.mpf(e.p) / e.q for e in map(number, row)] for row in matrix.tolist()]
+        values = mpmath.svd(mpmath.matrix(entries), compute_uv=False) if entries else []
+        return sum(value > max(values) * mpmath.mpf(10) ** -40 for value in values)
