@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from functools import cache
 
@@ -189,9 +190,14 @@ def test_energy_over_ten_thousand_steps(scene, rule):
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "rule"), named(BUILT_IN))
 def test_energy_over_a_million_steps(scene, rule):
-    """A hundred times as long, the same band; of round-off alone √100 times 1e-14 may be left."""
+    """A hundred times as long, the same band, but where round-off alone is left (1e-14): that wanders.
+
+    The range of a random walk grows as the root of its length, and is 1.60 ± 0.47 times that root
+    (Feller, Ann. Math. Stat. 22, 1951): of two walks one has easily thrice the other's.
+    """
     short = keeps_energy_in_a_band(scene, rule, 10**4)
-    assert keeps_energy_in_a_band(scene, rule, None) <= max(2 * short, 1e-13)
+    wandering = 3 * math.sqrt(100) * short if short < 1e-13 else 0.0
+    assert keeps_energy_in_a_band(scene, rule, None) <= max(2 * short, wandering, 1e-13)
 
 
 def test_implicit_midpoint_keeps_the_quadratic_energy_exactly():
