@@ -45,7 +45,7 @@ def of_order(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         "lagrangian": found.lagrangian,
         "legendre": found.legendre,
         "residual": found.residual,
-        "order_of_legendre": found.order,
+        "order_of_legendre": found.order_of_legendre,
         "order_of_points": found.order_of_points,
     }
     if found.order < wanted - NEAR:
@@ -60,7 +60,10 @@ def _of_rule(
     scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str, Any]
 ) -> dict[str, Any]:
     """Gauge, retraction or discrete Lagrangian: L_d is not of the declared order."""
-    off = f"‖F±/h − μ‖ on exact arrows is {found.legendre[-1]:.1e} at h = {found.steps[-1]:.2g}"
+    off = f"‖F±/h − μ‖ on exact arrows is {found.legendre[-1]:.1e}"
+    if found.order < found.order_of_legendre:
+        off = f"‖F⁺ − F⁻‖/h where exact arrows meet is {found.residual[-1]:.1e}, relative to ‖μ‖,"
+    off += f" at h = {found.steps[-1]:.2g}"
     for name in retractions.BUILT_IN:
         if scheme.scene.groupoid.retraction in (None, name):
             continue
@@ -68,7 +71,7 @@ def _of_rule(
             other = truncation(scheme_of(in_chart(scheme.scene, name), scheme.rule))
         except BadInput:  # that retraction does not fit the algebra
             continue
-        evidence[f"order_of_legendre_{name}"] = other.order
+        evidence[f"order_of_legendre_{name}"] = other.order_of_legendre
         if other.order > wanted - NEAR:
             return named(
                 "retraction",
@@ -81,16 +84,16 @@ def _of_rule(
         return named(
             "gauge",
             f"L_d differs from one of order {wanted} by what the discrete Euler–Lagrange equations "
-            "do not see, such as f(b(x, u)) − f(x): points would be of order "
+            "do not see, such as a factor or f(b(x, u)) − f(x): points would be of order "
             f"{_figure(found.order_of_points)}, but momenta are of order {found.order:.2f} "
-            f"({off}); take the term out, or declare that order.",
+            f"({off}); take it out, or declare that order.",
             evidence,
         )
     if found.order < 1 - NEAR:
         return named(
             "discrete Lagrangian",
-            f"the rule is not consistent: {off} and does not sink as h does, as of a rule of order "
-            "1; L_d has to be h·L(x, u) + O(h²), so look for a factor that is missing.",
+            f"the rule is not consistent: {off} and does not sink as of a rule of order 1; L_d has "
+            "to be h·L(x, u) + O(h²), so look for a factor, or a part of L, that is missing.",
             evidence,
         )
     return named(
@@ -168,7 +171,7 @@ def _start_gap(case: Case, flow: Flow) -> float:
 
     from reference import solution
 
-    run, exact = flow.trajectory(ROWS), solution(case.scene, 0, 30)
+    run, exact = flow.trajectory(ROWS), solution(case.scene, 0, case.digits + 15)
     with mpmath.workdps(case.digits + 15):
         gap = [mpmath.mpf(a) - b for a, b in zip(run.mu[0], exact.mu, strict=True)]
         return float(mpmath.norm(gap)) / _size(run.mu)

@@ -94,7 +94,16 @@ class Truncation:
 
     @property
     def order(self) -> float:
-        """Of the Legendre transforms, and so of the method: errors O(h^r)."""
+        """r of the method, whose errors are O(h^r): the smaller of the two below.
+
+        h^{r+1} E(x, u) too much in L_d shows in the Legendre transforms by ∂E/∂u, and where E does
+        not depend on u, as a potential, in the equations alone.
+        """
+        return min(self.order_of_legendre, self.order_of_points)
+
+    @property
+    def order_of_legendre(self) -> float:
+        """r of the Legendre transforms, ‖F±/h − μ‖ = O(h^r)."""
         return slope(self.steps, self.legendre)
 
     @property

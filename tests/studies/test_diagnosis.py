@@ -32,6 +32,7 @@ from integrators.starting import Start
 from studies import get
 from studies.case import Case
 from studies.diagnosis import _residuals as residuals
+from studies.diagnosis import _start_gap as start_gap
 from studies.exact_path import truncation
 from studies.running import run_case
 
@@ -154,6 +155,13 @@ def test_a_gauge_term_moves_the_momenta_alone(scene):
     assert found["evidence"]["order_of_points"] == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.parametrize("digits", [30, 50])
+def test_a_sound_start_is_none_however_many_digits_it_is_held_against(digits):
+    """The top's start is no finite decimal: it is compared to the digits of the run."""
+    case = order("heavy-top", midpoint, digits)
+    assert start_gap(case, case.scheme.flow("0.01", digits)) < 10.0 ** (1 - digits)
+
+
 @pytest.mark.slow
 def test_a_chart_in_which_the_rule_loses_its_order_is_told_beside_the_other():
     found = cause(order(spherical(), constant))
@@ -239,6 +247,23 @@ def test_a_rule_that_is_not_consistent_is_not_advised_to_declare_its_order(formu
     assert found["cause"] == "discrete Lagrangian" and "not consistent" in found["sentence"]
     assert "declare" not in found["sentence"]
     assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found, abs=0.05)
+
+
+@pytest.mark.parametrize("scene", ["pendulum", "heavy-top"])
+@pytest.mark.parametrize(("excess", "order_found"), [(-1, 0), ("h", 1)])
+def test_a_part_that_holds_no_velocity_is_told_by_the_equations(scene, excess, order_found):
+    """h^{r+1} E(x) in L_d is O(h^{r+1}) in ‖F±/h − μ‖, as if the method were one order better."""
+
+    @discretisation(order=2)
+    def slip(L, G, x, u, h):
+        factor = h if excess == "h" else excess
+        return h * L(G.target(x, u, h / 2), u) + h * factor * L(x, 0 * u)
+
+    found = cause(order(scene, slip, digits=50))
+    assert found["cause"] == "discrete Lagrangian"
+    assert ("not consistent" in found["sentence"]) is (order_found == 0)
+    assert found["evidence"]["order_of_points"] == pytest.approx(order_found, abs=0.1)
+    assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found + 1, abs=0.1)
 
 
 # -- symplecticity --------------------------------------------------------------------------------
