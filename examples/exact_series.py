@@ -7,13 +7,14 @@ degree k
 
     (k − 1) S_k = −½ Σ ⟨μ_a, I⁻¹ μ_b⟩,   a + b = k, without what S_k itself adds to μ.
 
-Written for SO(3), where ad ξᵀ v = v × ξ, and for principal axes. In Cayley's chart it is another
-series (and this one of another order): use the scene below, or --retraction exponential.
+Written for SO(3), where ad ξᵀ v = v × ξ, and for principal axes; another Lagrangian is refused. In
+Cayley's chart it is another series (and this one of order 2): use the scene below, or
+--retraction exponential.
 """
 
 from sympy import QQ, bernoulli, factorial, hessian, ring
 
-from integrators import discretisation, exponential, lie_group, scenes, so
+from integrators import BadInput, discretisation, exponential, lie_group, scenes, so
 from studies import check, show
 
 body = scenes.get("rigid-body").with_values(
@@ -25,6 +26,9 @@ def series(order):
     @discretisation(order=order, name=f"exact-series-{order}")
     def rule(L, G, x, u, h):
         inertia = hessian(L(x, u), list(u)).diagonal()
+        kinetic = sum(m * e**2 for m, e in zip(inertia, u, strict=True)) / 2
+        if len(u) != 3 or (L(x, u) - kinetic).expand() != 0:
+            raise BadInput(f"exact-series-{order} is for a free body of SO(3) in principal axes.")
         R, *xi = ring("xi:3", QQ.frac_field(*sorted(inertia.free_symbols, key=str)))
         moments = [R.domain.from_sympy(e) for e in inertia]
         S = total = sum(m * e**2 for m, e in zip(moments, xi, strict=True)) / 2
