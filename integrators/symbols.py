@@ -142,9 +142,11 @@ class SceneSymbols:
                 f"the parameters are: {known}."
             ) from error
         except Exception as error:
+            # what is made for numbers alone says that it has another type
+            mend = "write it with sympy functions" if isinstance(error, TypeError) else "mend it"
             raise BadInput(
                 f"{self._at(function, what, error)} could not be evaluated with symbols "
-                f"({type(error).__name__}: {error}); write it with sympy functions."
+                f"({type(error).__name__}: {error}); {mend}."
             ) from error
         return self.scalar(value, what, function)
 
