@@ -223,12 +223,23 @@ _SHORT: dict[str, Callable[[dict[str, Any]], str]] = {
 
 
 def troubles(result: Result) -> list[str]:
-    """One paragraph for each case that did not pass, failures first: what, why, how to see it."""
+    """One paragraph for each case that did not pass, failures first: what, why, how to see it.
+
+    Cases of one scene and rule that have one reason, as a rule that cannot be used, share one.
+    """
     cases = [case for case in result["cases"] if verdict(case) != "pass"]
-    found = []
+    alike: dict[tuple[Any, ...], list[Case]] = {}
     for case in sorted(cases, key=lambda case: VERDICTS.index(verdict(case))):
-        name = f"{MARKS[verdict(case)]} {case['study']}: {case_name(case)}"
-        found.append(f"{name}: {case.get('reason')}\n  again: {case.get('command')}")
+        place = (case.get(part) for part in ("scene", "rule", "retraction", "reason"))
+        alike.setdefault((verdict(case), *place), []).append(case)
+    found = []
+    for (said, *_), (first, *more) in alike.items():
+        others = ", ".join(dict.fromkeys(str(case["study"]) for case in more))
+        found.append(
+            f"{MARKS[said]} {first['study']}: {case_name(first)}: {first.get('reason')}"
+            + (f"\n  and so {len(more)} more of {others}" if more else "")
+            + f"\n  again: {first.get('command')}"
+        )
     return found
 
 
