@@ -99,11 +99,12 @@ def _list(options: argparse.Namespace) -> int:
     if options.json:
         write(options.json, json.dumps(found, indent=1))
         return PASS
+    width = max(map(len, found["scenes"]))
     for kind, names in found.items():
         print(f"{kind}:")
         for name in names:
             title = scenes.get(name).title if kind == "scenes" else ""
-            print(f"  {name:<16}{title}".rstrip())
+            print(f"  {name:<{width}}  {title}".rstrip())
     return PASS
 
 

@@ -102,7 +102,8 @@ def _of(file: UserFile, held: Mapping[str, _Thing], name: str, kind: str) -> tup
     asked = name if name in held else name.replace("_", "-")
     if asked not in held:
         near = get_close_matches(asked, held, 1)
-        hint = f"did you mean {near[0]}?" if near else f"there is {', '.join(held)}."
+        there = f"there {'is' if len(held) == 1 else 'are'} {', '.join(held)}."
+        hint = f"did you mean {near[0]}?" if near else there
         raise BadInput(f'{file.path} has no {kind} "{name}": {hint}')
     return (held[asked],)
 

@@ -47,7 +47,8 @@ def test_list_names_everything(capsys):
     assert (code, err) == (0, "")
     for name in (*scenes.names(), *discretisations.BUILT_IN, *NAMES, "LocalGroupoid"):
         assert f"  {name}" in out
-    assert scenes.get("kepler").title in out
+    for name in scenes.names():  # words stay apart, however long the name
+        assert f"  {name} " in out and f"  {scenes.get(name).title}\n" in out
 
 
 def test_list_as_json(capsys, tmp_path):
