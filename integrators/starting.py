@@ -78,7 +78,8 @@ class Starting:
                 f"{scheme.scene.name}: {scheme.rule.name} is a composition, whose step is no one "
                 "element; give mu0 (and u0) instead of element0."
             )
-        g, (x, _) = self._in_group(element), self.rounded(x0 or scheme.scene.x0, scheme.scene.v0)
+        g, scene = self._in_group(element), scheme.scene
+        x, _ = self.rounded(scene.x0 if x0 is None else x0, scene.v0)
         translate, u = flow.edge.place(g)
         mu = flow.geometry_in(translate).at(x, u)["minus"] / flow._h
         # where FL is singular at g, μ does not tell g apart, and the run would begin elsewhere
@@ -100,8 +101,8 @@ class Starting:
             off = None
         if off is None or not off <= 2**20 * self.numbers.eps * (1 + np.max(abs(g))):
             raise BadInput(
-                f"{scene.name}: element0 is no element of {scene.groupoid.name}; give an "
-                f"{chart.size}×{chart.size} matrix of that group."
+                f"{scene.name}: element0 is no element of {scene.groupoid.name}; give a "
+                f"matrix of that group, {chart.size}×{chart.size}."
             )
         return np.asarray(g)
 

@@ -11,6 +11,7 @@ from integrators import (
     Scene,
     Scheme,
     StepFailure,
+    action,
     discretisations,
     exponential,
     lie_group,
@@ -98,9 +99,27 @@ def test_compositions_of_what_is_given_on_the_group_have_their_order(rule, order
     assert [np.log2(a / b) for a, b in pairwise(gaps)] == pytest.approx([order] * 3, abs=0.05)
 
 
+@pytest.mark.parametrize("given", [list, tuple, np.array])
+def test_a_run_from_an_element_begins_at_the_x0_that_is_given(given):
+    """An array's truth is no question of Python's, and an empty list is no x of a top."""
+    top = Scene(
+        name="top-on-group", groupoid=action(so(3)), x0=[0, 0, 1], v0=["0.1", 0, 0],
+        discrete_lagrangian=on_group(
+            lambda x, g, h, p: (3 - g[0, 0] - g[1, 1] - g[2, 2]) / h - h * (x + g.T * x)[0]
+        ),
+    )  # fmt: skip
+    flow = Scheme(top, rectangle).flow("0.1", on_edge="bisect")
+    run = flow.trajectory(1, element0=np.eye(3), x0=given([0.6, 0.0, 0.8]))
+    assert run.x[0].tolist() == [0.6, 0.0, 0.8]
+    with pytest.raises(BadInput, match="a vector of 0 entries"):
+        flow.trajectory(1, element0=np.eye(3), x0=given([]))
+
+
 def test_what_cannot_be_done_is_said():
     flow = Scheme(MOSER_VESELOV, rectangle).flow(1, on_edge="bisect")
-    with pytest.raises(BadInput, match="is no element of group"):
+    with pytest.raises(
+        BadInput, match=r"is no element of group.*; give a matrix of that group, 3×3"
+    ):
         flow.trajectory(1, element0=np.diag([1, 1, -1]))
     with pytest.raises(BadInput, match="on_edge is 'jump'"):
         Scheme(MOSER_VESELOV, rectangle).flow(1, on_edge="jump")
