@@ -260,11 +260,15 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     """The cause of an order below the expected one, or of errors that stop sinking too early."""
     order, wanted = measurement["measured"]["order"], case.scheme.order
-    errors = [r["error"] for r in measurement["rows"] if r["error"] is not None]
-    if wanted is None or len(errors) < 2 or (order is not None and order > wanted):
+    rows = [r for r in measurement["rows"] if r["error"] is not None]
+    if wanted is None or len(rows) < 2 or (order is not None and order > wanted):
         return None
-    if order is None and not errors[-1] > max(errors[-2] / 1.5, STUCK):
-        return None
+    if order is None:
+        (before, last), halvings = rows[-2:], math.log2(rows[-2]["step"] / rows[-1]["step"])
+        stuck = last["error"] > max(before["error"] / 1.5, STUCK)
+        slow = before["error"] < last["error"] * 2 ** (wanted * halvings)
+        if not stuck and not (slow and _departure(case, rows, measurement["certain"])):
+            return None
     from .diagnosis import of_order
 
     return of_order(case, measurement)

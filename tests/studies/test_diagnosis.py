@@ -155,6 +155,18 @@ def test_a_gauge_term_moves_the_momenta_alone(scene):
     assert found["evidence"]["order_of_points"] == pytest.approx(2, abs=0.1)
 
 
+def test_errors_on_no_straight_line_have_a_cause_too():
+    """Local orders of 0.94, 0.97, 0.99 are no asymptotic window, and not those of order 2."""
+
+    @discretisation(order=2)
+    def slip(L, G, x, u, h):
+        return h * (L(x, u) / 4 + L(G.target(x, u, h / 2), u) / 4 + L(G.target(x, u, h), u) / 2)
+
+    found = run_case(get("order"), order("heavy-top", slip, digits=16))
+    assert found["verdict"] == "fail" and found["measured"]["order"] is None
+    assert found["diagnosis"]["cause"] == "gauge"
+
+
 @pytest.mark.parametrize("digits", [30, 50])
 def test_a_sound_start_is_none_however_many_digits_it_is_held_against(digits):
     """The top's start is no finite decimal: it is compared to the digits of the run."""
