@@ -190,7 +190,7 @@ def test_energy_over_ten_thousand_steps(scene, rule):
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "rule"), named(BUILT_IN))
 def test_energy_over_a_million_steps(scene, rule):
-    """A hundred times as long, the same band, but where round-off alone is left (1e-14): that wanders.
+    """A hundred times as long, the same band, but for round-off (1e-14): that wanders.
 
     The range of a random walk grows as the root of its length, and is 1.60 ± 0.47 times that root
     (Feller, Ann. Math. Stat. 22, 1951): of two walks one has easily thrice the other's.
