@@ -196,7 +196,9 @@ def _wanted_limit(expected: dict[str, Any]) -> str:
 def _wanted_stability(expected: dict[str, Any]) -> str:
     if "bounded_up_to" in expected:
         but = (
-            "; escapes only where the energy is that near to one" if expected.get("escapes") else ""
+            "; escapes and resonances only where the energy is that near to one"
+            if expected.get("escapes")
+            else ""
         )
         return f"bounded up to hω = {expected['bounded_up_to']:g}{but}"
     if "bounded" in expected:
