@@ -166,7 +166,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Linear: the interval is what runs on both sides of its ends say, and the step symplectic.
 
     Maps: bounded wherever hω ≤ 1/2; an escape, or an energy that wanders as far at one step alone,
-    counts where the family says that the energy's error cannot make it; on fpu the exchange of energy at hω = 1/10 is right to a tenth.
+    counts where the family says that the energy's error cannot make it; on fpu the exchange of
+    energy at hω = 1/10 is right to a tenth.
     Controls: no interval at all, no bounded cell at all.
     """
     measured = measurement["measured"]
