@@ -17,6 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from .differentiation import jacobian
 from .exact import floats_exact
 from .groupoid import Groupoid
 from .symbols import SceneSymbols
@@ -145,19 +146,20 @@ class GroupoidForRule:
                  for i, c in enumerate(columns)]  # fmt: skip
         self._add(Atom("velocity", z, Matrix([n * e for n, e in zip(N, o, strict=True)]),
                        list(zip(columns, first, strict=True))))  # fmt: skip
-        for a, z_a in zip(columns, first, strict=True):
-            n_a, d_a = N.jacobian(a), D.jacobian(a)
+        d = [jacobian(D, a) for a in columns]
+        for a, z_a, d_a in zip(columns, first, d, strict=True):
+            n_a = jacobian(N, a)
             rows = range(len(z))
             inner = [(k, i) for k in rows for i in range(len(a))]
             values = Matrix([(n_a[k, i] - z[k] * d_a[k, i]) * o[k] for k, i in inner])
-            slopes = [
-                (b, Matrix(len(inner), len(b), [
-                    (n_a[k, i].diff(v) - z_b[k, j] * d_a[k, i]
-                     - z_a[k, i] * D[k].diff(v) - z[k] * d_a[k, i].diff(v)) * o[k]
-                    for k, i in inner for j, v in enumerate(b)
-                ]))
-                for b, z_b in zip(columns, first, strict=True)
-            ]  # fmt: skip
+            slopes = []
+            for b, z_b, d_b in zip(columns, first, d, strict=True):
+                n_ab, d_ab = jacobian(list(n_a), b), jacobian(list(d_a), b)
+                slopes.append((b, Matrix(len(inner), len(b), [
+                    (n_ab[row, j] - z_b[k, j] * d_a[k, i]
+                     - z_a[k, i] * d_b[k, j] - z[k] * d_ab[row, j]) * o[k]
+                    for row, (k, i) in enumerate(inner) for j in range(len(b))
+                ])))  # fmt: skip
             self._add(Atom("velocity", z_a.reshape(len(inner), 1), values, slopes))
         return z
 
