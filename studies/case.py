@@ -59,6 +59,18 @@ class Choice:
                     apply = [discretisations.own]
                 yield from ((chart, rule) for rule in apply)
 
+    def unheeded(self) -> list[str]:
+        """A sentence for each scene named that has no use for the rules that were chosen."""
+        found = []
+        for scene in self.scenes if self.rules else ():
+            rules = [rule.name for rule in self.rules if rule is not discretisations.own]
+            if scene.discrete_lagrangian is not None and rules:
+                found.append(
+                    f"{scene.name} gives its discrete Lagrangian itself: "
+                    f"{', '.join(rules)} has no part in it."
+                )
+        return found
+
     def _charts(self, scene: Scene) -> list[Scene]:
         """The scene in each retraction asked for, or as it is; one that uses none comes once."""
         if scene.groupoid.retraction is None or not self.retractions:

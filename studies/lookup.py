@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any, TypeVar
 
 from integrators import BadInput, Discretisation, Scene, discretisations, scenes
@@ -91,6 +92,9 @@ def _in_file(word: str) -> tuple[UserFile | None, str]:
     path, found, name = word.partition(".py:")
     if found:
         return load(f"{path}.py"), name
+    path_like = Path(word).suffix or "/" in word
+    if not word.endswith(".py") and path_like and Path(word).exists():
+        raise BadInput(f"{word} is no Python file: name a .py file with rules or scenes.")
     return (load(word), "") if word.endswith(".py") else (None, word)
 
 

@@ -119,7 +119,10 @@ def run_studies(
                 "verdict": worst(c["verdict"] for c in cases),
                 "command": f"discmech {study.NAME}",
                 "record": record(sum(c["seconds"] for c in cases), {"steps": choice.steps}),
-                "notes": study.notes(choice) if hasattr(study, "notes") else [],
+                "notes": [
+                    *choice.unheeded(),
+                    *(study.notes(choice) if hasattr(study, "notes") else []),
+                ],
                 "cases": cases,
             }
         )

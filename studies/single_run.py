@@ -5,14 +5,22 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import sys
 import time
-from typing import Any
+from math import isfinite
+from typing import TYPE_CHECKING, Any
 
 from integrators import StepFailure, retractions
 
 from . import lookup
 from .options import RULE_HELP, count, digits_in
 from .output import progress_shown, write
+
+if TYPE_CHECKING:
+    from integrators.equations import DiscreteEquations
+    from integrators.flow import Trajectory
+
+RESOLVED = 0.1  # energy error, of the energy's terms, beyond which a run shows another motion
 
 
 def add_to(commands: Any) -> None:
@@ -77,6 +85,7 @@ def run_scene(options: argparse.Namespace) -> int:
             ]
         )
 
+    off = _energy_error(flow.scheme, run, digits)
     found = {
         "schema": 1, "scene": scene.name, "rule": rule.name,
         "retraction": scene.groupoid.retraction, "digits": digits,
@@ -84,6 +93,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "t": numbers(run.t), "x": numbers(run.x), "u": numbers(run.u), "mu": numbers(run.mu),
         "newton": {"mean": run.newton_mean, "max": run.newton_max},
         "margin": run.margin, "edges": run.edges,
+        "energy_error": None if off is None or not isfinite(off) else off,
         "seconds": seconds, "failure": None if failure is None else str(failure),
     }  # fmt: skip
     if options.json:
@@ -92,7 +102,26 @@ def run_scene(options: argparse.Namespace) -> int:
         _print_run(found)
     if failure is not None:
         raise failure
+    if off is not None and not off <= RESOLVED:
+        told = f"is off by {off:.2g} of its terms" if isfinite(off) else "is no number any more"
+        print(
+            f"discmech: the energy {told}: steps of {float(step):.6g} do not resolve this motion; "
+            "take smaller ones (--step).",
+            file=sys.stderr,
+        )
     return 0
+
+
+def _energy_error(scheme: DiscreteEquations, run: Trajectory, digits: int) -> float | None:
+    """The largest error of the energy in the run's rows, over its terms; None if it has none."""
+    import numpy as np
+
+    from .runs import energy_errors
+
+    if scheme.scene.lagrangian is None or not len(run.t):
+        return None
+    with np.errstate(all="ignore"):
+        return float(np.abs(energy_errors(scheme, run, digits)).max())
 
 
 def _decimal(value: Any, digits: int) -> str:
@@ -110,6 +139,8 @@ def _print_run(run: dict[str, Any]) -> None:
     if run["margin"] < 1:
         met = f"; its edge was met {run['edges']} times" if run["edges"] else ""
         print(f"smallest margin to the edge of the chart: {run['margin']:.3g}{met}")
+    if run["energy_error"] is not None:
+        print(f"largest energy error: {run['energy_error']:.2e} of the energy's terms")
     if not run["t"]:
         return
     for name in ("x", "u", "mu"):

@@ -173,6 +173,27 @@ def test_a_negative_step_may_stand_apart(capsys, step):
     assert ask(capsys, "run", "pendulum", "--step", step, "--steps", "2")[0] == 0
 
 
+@pytest.mark.parametrize(("step", "said"), [("5", "do not resolve this motion"), ("1/50", "")])
+def test_run_says_that_its_steps_do_not_resolve_the_motion(capsys, step, said):
+    """At a step of 5 the planet is 80 orbits away, and Störmer–Verlet has nothing to solve."""
+    code, out, err = ask(capsys, "run", "kepler", "--step", step)
+    assert code == 0 and "largest energy error" in out
+    assert said in err and bool(said) == bool(err)
+
+
+def test_a_scene_that_takes_no_rule_says_so(capsys):
+    words = ("order", "moser-veselov", "--digits", "16", "--rule")
+    assert "midpoint has no part in it" in ask(capsys, *words, "midpoint")[1]
+    assert "no part" not in ask(capsys, *words, "own")[1]
+
+
+def test_a_file_that_is_none_of_python_s_is_told(capsys, tmp_path):
+    (tmp_path / "notes.md").write_text("# my rule")
+    for path in (tmp_path, tmp_path / "notes.md"):
+        code, _, err = ask(capsys, "verify", str(path))
+        assert code == 2 and f"{path} is no Python file" in err
+
+
 def test_run_prints_something_to_read(capsys, tmp_path):
     file = tmp_path / "run.json"
     code, out, _ = ask(capsys, "run", "kepler", "--steps", "3", "--json", str(file))
