@@ -65,9 +65,10 @@ class Choice:
         for scene in self.scenes if self.rules else ():
             rules = [rule.name for rule in self.rules if rule is not discretisations.own]
             if scene.discrete_lagrangian is not None and rules:
+                have = "has" if len(rules) == 1 else "have"
                 found.append(
                     f"{scene.name} gives its discrete Lagrangian itself: "
-                    f"{', '.join(rules)} has no part in it."
+                    f"{', '.join(rules)} {have} no part in it."
                 )
         return found
 

@@ -86,18 +86,18 @@ def _answer(options: argparse.Namespace) -> int:
     if options.html:
         write(options.html, _page(request, result))
     if not quiet:
-        _show(result, time.perf_counter() - begun)
+        _show(result, request.choice().unheeded(), time.perf_counter() - begun)
     return EXIT[result["verdict"]]
 
 
-def _show(result: dict[str, Any], seconds: float) -> None:
+def _show(result: dict[str, Any], notes: list[str], seconds: float) -> None:
     from .rendering import verdicts
 
     screen = console()
     screen.print(verdicts.table(result))
     if "comparison" in result:
         screen.print(verdicts.side_by_side(result))
-    for paragraph in (*verdicts.adjoints(result), *verdicts.troubles(result)):
+    for paragraph in (*verdicts.adjoints(result), *notes, *verdicts.troubles(result)):
         screen.print(paragraph, highlight=False, markup=False, soft_wrap=True)
     print(f"{verdicts.summary(result)} ({seconds:.0f} s)")
 

@@ -185,6 +185,8 @@ def test_a_scene_that_takes_no_rule_says_so(capsys):
     words = ("order", "moser-veselov", "--digits", "16", "--rule")
     assert "midpoint has no part in it" in ask(capsys, *words, "midpoint")[1]
     assert "no part" not in ask(capsys, *words, "own")[1]
+    words = ("verify", "examples/two_thirds.py", "--scene", "moser-veselov", "--study", "energy")
+    assert "two-thirds has no part in it" in ask(capsys, *words, "--steps", "100")[1]
 
 
 def test_a_file_that_is_none_of_python_s_is_told(capsys, tmp_path):
