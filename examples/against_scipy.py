@@ -8,7 +8,7 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from integrators import Scheme, scenes, trapezoidal
+from discmech import Scheme, scenes, trapezoidal
 
 
 def main(duration=2000.0, step=0.1):

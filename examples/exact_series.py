@@ -14,8 +14,7 @@ Cayley's chart it is another series (and this one of order 2): use the scene bel
 
 from sympy import QQ, bernoulli, factorial, hessian, ring
 
-from integrators import BadInput, discretisation, exponential, lie_group, scenes, so
-from studies import check, show
+from discmech import BadInput, check, discretisation, exponential, lie_group, scenes, show, so
 
 body = scenes.get("rigid-body").with_values(
     name="free-body", groupoid=lie_group(so(3), exponential)

@@ -6,8 +6,7 @@ The path in the chart is w(θ) = θu + θ(1 − θ)s; s is found by making L_d s
 
 from sympy import Rational
 
-from integrators import discretisation
-from studies import check, show
+from discmech import check, discretisation, show
 
 
 @discretisation(order=4, stages=1)

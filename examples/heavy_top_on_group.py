@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from integrators import Conserved, Scene, Scheme, action, on_group, rectangle, so
-from studies import check, show
+from discmech import Conserved, Scene, Scheme, action, check, on_group, rectangle, show, so
 
 
 def top(x: Any, g: Any, h: Any, p: Any) -> Any:

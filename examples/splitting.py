@@ -5,8 +5,7 @@ A scene names its fast part with `fast=`; the rule asks for it with `L.fast`. He
 is not bound by the fast frequency alone.
 """
 
-from integrators import Scene, Scheme, discretisation, pair
-from studies import check, show
+from discmech import Scene, Scheme, check, discretisation, pair, show
 
 scene = Scene(
     name="two-springs",

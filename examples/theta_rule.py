@@ -5,8 +5,7 @@ Of order 1 for every θ but 1/2, where it is the midpoint rule and of order 2.
 
 from sympy import Rational
 
-from integrators import discretisation
-from studies import check, show
+from discmech import check, discretisation, show
 
 
 def theta_rule(theta, order):

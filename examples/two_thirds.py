@@ -2,8 +2,7 @@
 
 import sympy
 
-from integrators import Scene, Scheme, discretisation, pair
-from studies import check, show
+from discmech import Scene, Scheme, check, discretisation, pair, show
 
 
 @discretisation(order=2)

@@ -4,8 +4,7 @@ A right action is a map (x, g) ↦ x·g with x·e = x and (x·g)·g′ = x·(gg�
 first scheme is built, and a wrong one is refused with the law that fails.
 """
 
-from integrators import BadInput, Scene, Scheme, action, midpoint, sl
-from studies import check, show
+from discmech import BadInput, Scene, Scheme, action, check, midpoint, show, sl
 
 
 def moebius(x, g):

@@ -4,8 +4,7 @@ L, R, structure constants and the references follow from the matrices. The Cayle
 not map this algebra into its group, so the exponential is taken.
 """
 
-from integrators import MatrixAlgebra, Scene, exponential, lie_group
-from studies import check, show
+from discmech import MatrixAlgebra, Scene, check, exponential, lie_group, show
 
 similarity = MatrixAlgebra(
     "sim(2)",

@@ -4,8 +4,7 @@ The weights 1/4 and 3/4 belong to the nodes 0 and 2/3 (Radau); here the second n
 converges, is symplectic and keeps its momenta: only the order tells.
 """
 
-from integrators import discretisation
-from studies import check, show
+from discmech import check, discretisation, show
 
 
 @discretisation(order=2)

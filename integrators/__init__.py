@@ -8,22 +8,13 @@ from __future__ import annotations
 
 from . import scenes
 from .algebras import MatrixAlgebra, se, sl, so, sp, su
-from .discretisations import (
-    Discretisation,
-    discretisation,
-    imex,
-    midpoint,
-    rectangle,
-    trapezoidal,
-)
 from .errors import BadInput, DiscmechError, StepFailure
-from .groupoid import Groupoid
+from .flows.scheme import Scheme
 from .groupoids import LocalGroupoid, action, lie_group, pair, product
-from .momentum import Conserved
-from .on_group import on_group
+from .groupoids.groupoid import Groupoid
 from .retractions import cayley, exponential
-from .scene import Scene
-from .scheme import Scheme
+from .rules import Discretisation, discretisation, imex, midpoint, rectangle, trapezoidal
+from .scene import Conserved, Scene, on_group
 
 __all__ = [
     "BadInput",

@@ -10,7 +10,8 @@ from math import prod
 from typing import Any
 
 from .errors import BadInput
-from .exact import exact_matrices, floats_exact
+from .numbers.exact import exact_matrices, floats_exact
+from .numbers.lazy import sympy
 
 Nested = tuple[tuple[Any, ...], ...]
 
@@ -61,9 +62,7 @@ class MatrixAlgebra:
 
     def hat(self, xi: Sequence[Any]) -> Any:
         """The N×N sympy matrix ξ^γ e_γ of the coordinates ξ (length m)."""
-        from sympy import zeros
-
-        return sum((c * e for c, e in zip(xi, self._matrices, strict=True)), zeros(self.size))
+        return sum((c * e for c, e in zip(xi, self._matrices, strict=True)), sympy.zeros(self.size))
 
     def coordinates(self, matrix: Any) -> Any:
         """The m×1 coordinates of an N×N sympy matrix that lies in the algebra."""
@@ -81,24 +80,18 @@ class MatrixAlgebra:
 
     def contains(self, matrix: Any) -> bool:
         """Whether the matrix is a combination of the basis (exactly)."""
-        from sympy import simplify
-
         rest = matrix - self.hat(self.coordinates(matrix))
-        return all(simplify(entry) == 0 for entry in rest)
+        return all(sympy.simplify(entry) == 0 for entry in rest)
 
     @cached_property
     def _matrices(self) -> list[Any]:
         """The basis with sympy's numbers; floats and complex ones are their exact values."""
-        from sympy import Matrix
-
-        return [Matrix(e).applyfunc(floats_exact) for e in self.basis]
+        return [sympy.Matrix(e).applyfunc(floats_exact) for e in self.basis]
 
     @cached_property
     def dual(self) -> Any:
         """The m×N² matrix that reads coordinates off a matrix (least squares, exact)."""
-        from sympy import Matrix
-
-        columns = Matrix.hstack(*[e.reshape(self.size**2, 1) for e in self._matrices])
+        columns = sympy.Matrix.hstack(*[e.reshape(self.size**2, 1) for e in self._matrices])
         gram = columns.H * columns
         if gram.det() == 0:
             raise BadInput(
@@ -113,9 +106,7 @@ class MatrixAlgebra:
 
         Raises `BadInput` if a commutator leaves the span of the basis.
         """
-        from sympy import zeros
-
-        constants = [zeros(self.dim) for _ in range(self.dim)]
+        constants = [sympy.zeros(self.dim) for _ in range(self.dim)]
         for m, n in combinations(range(self.dim), 2):
             a, b = self._matrices[m], self._matrices[n]
             bracket = a * b - b * a
@@ -130,9 +121,9 @@ class MatrixAlgebra:
 
     def ad(self, xi: Sequence[Any]) -> Any:
         """The m×m matrix of η ↦ [ξ, η], with entries Ĉ^γ_{μν} ξ^μ."""
-        from sympy import Matrix
-
-        return Matrix.vstack(*[(Matrix([list(xi)]) * c) for c in self.structure_constants])
+        return sympy.Matrix.vstack(
+            *[(sympy.Matrix([list(xi)]) * c) for c in self.structure_constants]
+        )
 
     @cached_property
     def ideals(self) -> list[Any]:
@@ -140,26 +131,25 @@ class MatrixAlgebra:
 
         They are eigenspaces of a random map that commutes with every ad_ξ.
         """
-        from sympy import QQ, Matrix, Symbol, eye, factor_list, kronecker_product
         from sympy.polys.matrices import DomainMatrix
 
-        one, unit = eye(self.dim), eye(self.dim).tolist()
+        one, unit = sympy.eye(self.dim), sympy.eye(self.dim).tolist()
         rows = [
-            kronecker_product(one, a.T) - kronecker_product(a, one)
+            sympy.kronecker_product(one, a.T) - sympy.kronecker_product(a, one)
             for a in (self.ad(row) for row in unit)
         ]
-        system = DomainMatrix.from_Matrix(Matrix.vstack(*rows)).convert_to(QQ)
+        system = DomainMatrix.from_Matrix(sympy.Matrix.vstack(*rows)).convert_to(sympy.QQ)
         kernel = system.nullspace().to_Matrix()
-        weights = Matrix([[(7919 * (i + 1)) % 101 for i in range(kernel.rows)]])
+        weights = sympy.Matrix([[(7919 * (i + 1)) % 101 for i in range(kernel.rows)]])
         commuting = (weights * kernel).reshape(self.dim, self.dim)
-        t = Symbol("t")
-        factors = [f.as_expr() for f, _ in factor_list(commuting.charpoly(t).as_expr())[1]]
+        t = sympy.Symbol("t")
+        factors = [f.as_expr() for f, _ in sympy.factor_list(commuting.charpoly(t).as_expr())[1]]
         roots = [-f.coeff(t, 0) / f.coeff(t, 1) for f in factors if f.as_poly(t).degree() == 1]
         spaces = [(commuting - r * one).nullspace() for r in roots]
         basis = [v for space in spaces for v in space]
         if len(roots) < 2 or len(basis) != self.dim:
             return [one]
-        change = Matrix.hstack(*basis)
+        change = sympy.Matrix.hstack(*basis)
         back, found, at = change.inv(), [], 0
         for space in spaces:
             pick = slice(at, at + len(space))
@@ -175,11 +165,10 @@ class MatrixAlgebra:
         """
         if not self._complex:
             return self
-        from sympy import im, re
 
         basis = []
         for e in self._matrices:
-            a, b = e.applyfunc(re), e.applyfunc(im)
+            a, b = e.applyfunc(sympy.re), e.applyfunc(sympy.im)
             basis.append(a.row_join(-b).col_join(b.row_join(a)))
         twice = [_elementary(2 * n, {(i, j): B[i % n][j % n] for i in range(2 * n)
                                      for j in range(2 * n) if i // n == j // n})
@@ -191,9 +180,7 @@ class MatrixAlgebra:
     @cached_property
     def adjoint(self) -> tuple[Nested, ...]:
         """The m×m matrices of ad along each basis matrix, as a basis is given."""
-        from sympy import eye
-
-        ads = [self.ad(row) for row in eye(self.dim).tolist()]
+        ads = [self.ad(row) for row in sympy.eye(self.dim).tolist()]
         return tuple(tuple(map(tuple, a.tolist())) for a in ads)
 
     @cached_property

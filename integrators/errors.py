@@ -59,7 +59,7 @@ class StepFailure(DiscmechError, RuntimeError):
 
     Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu and,
     for an implicit scheme, the u from which Newton started),
-    cause (str), trajectory (`integrators.flow.Trajectory` up to the failure, or None), mend (str).
+    cause (str), trajectory (`Trajectory` up to the failure, or None), mend (str).
     """
 
     def __init__(

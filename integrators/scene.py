@@ -7,13 +7,64 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, Literal
 
 from .errors import BadInput
-from .exact import exact_nested, exact_rational, exact_vector
-from .groupoid import Groupoid
-from .momentum import Conserved
-from .on_group import OnGroup
+from .groupoids.groupoid import Groupoid
+from .numbers.exact import exact_nested, exact_rational, exact_vector
+
+
+@dataclass(frozen=True)
+class Conserved:
+    """A quantity formula(x, mu, p) → expression or column of them.
+
+    x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters. With
+    `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
+    quantity is a constraint: the start must have exactly this value (|Γ|² = 1). With `stretch` it
+    is compared over so many steps at a time, the attitude starting anew at e: where the attitude
+    grows exponentially (SL(2)), its digits say nothing over a whole run.
+    """
+
+    name: str
+    formula: Callable[[Any, Any, Any], Any]
+    kind: Literal["momentum map", "Casimir", "first integral"] = "momentum map"
+    attitude: bool = False
+    value: Any = None
+    stretch: int | None = None
+
+    @property
+    def to_roundoff(self) -> bool:
+        """Whether a variational integrator keeps it to round-off."""
+        return self.kind != "first integral"
+
+
+@dataclass(frozen=True)
+class OnGroup:
+    """A discrete Lagrangian formula(x, g, h, p): x (n×1) and g (N×N) are sympy matrices.
+
+    `branch(x, g, h, p)`: a number that tells apart the solutions of F⁻(x, g) = hμ; of several the
+    one is taken whose number is nearest to the last step's. L_d itself if none is given.
+    `kept`: whether the map keeps that number exactly, so that any change shows a wrong branch.
+    `order`: the order of the method in (x, μ), where it is known.
+    """
+
+    formula: Callable[..., Any]
+    branch: Callable[..., Any] | None = None
+    kept: bool = False
+    order: int | None = None
+
+
+def on_group(
+    formula: Callable[..., Any] | None = None,
+    *,
+    branch: Callable[..., Any] | None = None,
+    kept: bool = False,
+    order: int | None = None,
+) -> Any:
+    """Mark formula(x, g, h, p) as given on the group; with options it is a decorator."""
+    if formula is not None:
+        return OnGroup(formula, branch, kept, order)
+    return lambda f: OnGroup(f, branch, kept, order)
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +78,7 @@ class Scene:
     discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such; or
     on_group(formula(x, g, h, p)) for one of the group element g, then with lagrangian= too if there
     is a continuous system that it approximates.
-    Numbers are exact (`integrators.exact`). `duration` is the time the studies run to, `step` a
+    Numbers are exact (`exact`). `duration` is the time the studies run to, `step` a
     step size that resolves the motion at second order (default: duration/1000).
 
     Raises `BadInput` for wrong shapes, non-finite numbers and missing parts.

@@ -32,7 +32,7 @@ def file_of(name: str) -> Path:
 
 def names() -> list[str]:
     """The scenes that have a table: those with a continuous Lagrangian."""
-    from integrators import scenes
+    from discmech.integrators import scenes
 
     return [name for name in scenes.names() if scenes.get(name).lagrangian is not None]
 
@@ -82,7 +82,7 @@ def _parsed(path: Path, stamp: tuple[int, int]) -> Table:
 @cache
 def _registered(name: str) -> str | None:
     """The fingerprint of the scene that comes with discmech under this name."""
-    from integrators import scenes
+    from discmech.integrators import scenes
 
     return Problem.of(scenes.get(name)).key if name in scenes.names() else None
 

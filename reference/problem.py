@@ -82,7 +82,7 @@ def scene_of(scene: Any) -> Any:
                 f"{scene!r} is no scene; give a Scene or the name of one, such as 'pendulum'"
             )
         return scene
-    from integrators import scenes
+    from discmech.integrators import scenes
 
     names = list(scenes.names())
     if scene in names:

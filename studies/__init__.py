@@ -1,6 +1,6 @@
 """Studies: each measures one property of a scheme and judges it; rendering is apart.
 
-from studies import check, show
+from discmech.studies import check, show
 show(check("order", scenes=[scene], rules=[rule]))
 """
 
@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from integrators import Discretisation, Scene
+    from discmech.integrators import Discretisation, Scene
 
 #: the studies, in the order of the report
 NAMES = (
@@ -33,7 +33,7 @@ __all__ = ["NAMES", "check", "get", "show"]
 def get(name: str) -> ModuleType:
     """The module of a study; raises `BadInput` for an unknown name."""
     if name not in NAMES:
-        from integrators import BadInput
+        from discmech.integrators import BadInput
 
         raise BadInput(f'there is no study "{name}": there are {", ".join(NAMES)}.')
     return import_module(f".{name.replace('-', '_')}", __name__)

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from integrators.continuous import energy
-from integrators.errors import CannotMeasure
+from discmech.integrators.equations.continuous import energy
+from discmech.integrators.errors import CannotMeasure
 
 from .contestants import Problem, States
 from .runs import relative_drifts, with_terms
@@ -115,7 +115,7 @@ class Yardstick:
 
 def _reference(problem: Problem) -> np.ndarray:
     """Certified (x, μ) at the checkpoints, rounded once, (k, n+m)."""
-    from reference import solutions
+    from discmech.reference import solutions
 
     found = solutions(problem.scene, problem.times, digits=20, proof=False)
     worst = min(s.certain_digits for s in found)

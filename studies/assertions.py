@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from integrators import BadInput, Discretisation, Scene
+from discmech.integrators import BadInput, Discretisation, Scene
 
 from . import get, lookup
 from .case import Case, in_chart

@@ -13,9 +13,10 @@ from dataclasses import astuple, dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
-from integrators import BadInput, Scheme, discretisations, retractions, scenes
-from integrators.discretisations import Discretisation
-from integrators.scene import Scene
+from discmech.integrators import BadInput, Scheme, retractions, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import Discretisation
+from discmech.integrators.scene import Scene
 
 from . import lookup
 

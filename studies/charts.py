@@ -13,10 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from integrators import Scheme, StepFailure, discretisations
-from integrators.arrows import arrow, defects, regularity, residual, singular_sign
-from integrators.on_group import OnGroup
-from integrators.scene import Scene
+from discmech.integrators import Scheme, StepFailure
+from discmech.integrators import rules as discretisations
+from discmech.integrators.geometry.transitions import (
+    arrow,
+    defects,
+    regularity,
+    residual,
+    singular_sign,
+)
+from discmech.integrators.scene import OnGroup, Scene
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
 from .runs import Rows, relative_drifts, with_terms
@@ -173,8 +179,8 @@ def _factorised(case: Case, g: Any, after: Any) -> float | None:
         return None
     import mpmath
 
-    from reference.failures import ReferenceFailure
-    from reference.moser_veselov import step
+    from discmech.reference.failures import ReferenceFailure
+    from discmech.reference.moser_veselov import step
 
     with mpmath.workdps(case.digits + 15):
         number = float if case.digits == 16 else _multiple

@@ -11,7 +11,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from integrators import BadInput, StepFailure, discretisations, scenes
+from discmech.integrators import BadInput, StepFailure, scenes
+from discmech.integrators import rules as discretisations
 
 from . import NAMES, references, single_run, verifying
 from .options import add_choices, add_study, add_thorough, as_typed, choice_of, jobs

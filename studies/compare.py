@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from integrators import BadInput
+from discmech.integrators import BadInput
 
 from .case import Progress, silent
 from .running import Told, unheard

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from integrators import BadInput, StepFailure
-from integrators.discretisations import Discretisation
-from integrators.errors import CannotMeasure
-from integrators.scene import Scene
+from discmech.integrators import BadInput, StepFailure
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.rules import Discretisation
+from discmech.integrators.scene import Scene
 
 from .accuracy import METRICS, Yardstick
 from .case import Progress, scheme_of

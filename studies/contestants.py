@@ -16,10 +16,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from integrators import Scheme
-from integrators.discretisations import Discretisation
-from integrators.errors import CannotMeasure, StepFailure
-from integrators.scene import Scene
+from discmech.integrators import Scheme
+from discmech.integrators.errors import CannotMeasure, StepFailure
+from discmech.integrators.rules import Discretisation
+from discmech.integrators.scene import Scene
 
 from .case import scheme_of
 

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from integrators.arithmetic import arithmetic
-from integrators.continuous import state_function, vector_field
-from integrators.equations import DiscreteEquations
-from integrators.flow import Flow
-from integrators.tangent import relative_defect
+from discmech.integrators.equations.continuous import state_function, vector_field
+from discmech.integrators.equations.discrete_equations import DiscreteEquations
+from discmech.integrators.flows.flow import Flow
+from discmech.integrators.geometry.local_geometry import relative_defect
+from discmech.integrators.numbers.arithmetic import arithmetic
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from integrators import scenes
+from discmech.integrators import scenes
 
 from .case import Progress, silent
 from .record import record
@@ -33,7 +33,7 @@ def measure(
 
     A case passes if all digits that were asked for are proven.
     """
-    from reference.equations import equations_of
+    from discmech.reference.equations import equations_of
 
     equations = equations_of(scenes.get(SCENE))
     jobs = [("digits", d, SHORT) for d in digits] + [("time", 50, Fraction(t)) for t in times]
@@ -83,8 +83,8 @@ def _case(kind: str, row: dict[str, Any]) -> dict[str, Any]:
 
 def _timed(equations: Any, digits: int, t: Fraction) -> dict[str, Any]:
     """One certified integration, without any table or cache; the better of two if it is short."""
-    from reference.bounded import bounded_integration
-    from reference.series import compile_series
+    from discmech.reference.bounded import bounded_integration
+    from discmech.reference.series import compile_series
 
     program = compile_series(equations)
     best = math.inf

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from integrators import BadInput, Scheme, retractions
-from integrators.flow import Flow
-from integrators.legendre import maps_at
+from discmech.integrators import BadInput, Scheme, retractions
+from discmech.integrators.flows.flow import Flow
+from discmech.integrators.flows.newton_step import maps_at
 
 from .case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation
@@ -169,7 +169,7 @@ def _start_gap(case: Case, flow: Flow) -> float:
     """‖μ₀ of the run − μ₀ of the reference‖ over the largest ‖μ‖ of a few steps."""
     import mpmath
 
-    from reference import solution
+    from discmech.reference import solution
 
     run, exact = flow.trajectory(ROWS), solution(case.scene, 0, case.digits + 15)
     with mpmath.workdps(case.digits + 15):
@@ -209,8 +209,8 @@ def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
     """(relative gap of the reference to the witness, the witness's own change by halving)."""
     import mpmath
 
-    from integrators import discretisations
-    from reference import solution
+    from discmech.integrators import rules as discretisations
+    from discmech.reference import solution
 
     scheme = scheme_of(case.scene, discretisations.get(WITNESS))
     steps = max(8, round(duration / Fraction(case.scene.step)))

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from integrators import Scheme
-from integrators.arithmetic import arithmetic
-from integrators.flow import Flow
-from integrators.interpreting import run_text
-from integrators.legendre import maps_at
-from integrators.quadrature import rule as quadrature
-from integrators.tangent import text_of
+from discmech.integrators import Scheme
+from discmech.integrators.flows.flow import Flow
+from discmech.integrators.flows.newton_step import maps_at
+from discmech.integrators.geometry.local_geometry import text_of
+from discmech.integrators.numbers.arithmetic import arithmetic
+from discmech.integrators.numbers.interpreting import run_text
+from discmech.integrators.rules.quadrature import rule as quadrature
 
 DIGITS, NODES = 50, 12
 HALVINGS = 4
@@ -46,7 +46,7 @@ def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
     u = w(1) of dw/dθ = L(x, w) ξ(t + θh), w(0) = 0: collocation at Gauss nodes, of order 24 at the
     end, its equations solved by iteration (each gains a power of h).
     """
-    from reference import solutions
+    from discmech.reference import solutions
 
     numbers = arithmetic(DIGITS)
     nodes, weights, inner = _collocation()
@@ -163,7 +163,7 @@ def _times(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[Fraction]
 
 def _sweep(scheme: Scheme, steps: Sequence[Fraction]) -> None:
     """The references at all times in one go; they are kept."""
-    from reference import solutions
+    from discmech.reference import solutions
 
     nodes = _collocation()[0]
     places = [0, *nodes, 1, *(1 + c for c in nodes), 2]

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from integrators import Scheme, StepFailure, discretisations, scenes
-from integrators.scenes.fpu import HALF
+from discmech.integrators import Scheme, StepFailure, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.scenes.fpu import HALF
 
 from .case import scheme_of
 from .stiff import FAMILIES

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from integrators import BadInput, Scheme, StepFailure
-from integrators.continuous import energy
-from integrators.scene import Scene
+from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators.equations.continuous import energy
+from discmech.integrators.scene import Scene
 
 from .case import Case, Choice, Progress, Verdict, silent
 from .edges import EXTREMES, Extreme
@@ -166,7 +166,7 @@ class _Values:
 @lru_cache(maxsize=256)
 def _truth_of(name: str, values: _Values, end: Fraction) -> State | None:
     """The certified (x, μ) at the end, None where the reference has none."""
-    from reference import ReferenceFailure, solution
+    from discmech.reference import ReferenceFailure, solution
 
     try:
         found = solution(values.scene, end, digits=15, proof=False)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from integrators.errors import CannotMeasure
+from discmech.integrators.errors import CannotMeasure
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from integrators.compiling import cache_folder
-from integrators.exact import flatten
+from discmech.integrators.compiler.modules import cache_folder
+from discmech.integrators.numbers.exact import flatten
 
 from .case import Case, Choice
 from .lookup import stamp

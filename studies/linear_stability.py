@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from integrators import Scheme, StepFailure, scenes
-from integrators.discretisations import Discretisation, midpoint
+from discmech.integrators import Scheme, StepFailure, scenes
+from discmech.integrators.rules import Discretisation, midpoint
 
 from .case import scheme_of
 from .controls import RungeKutta, Tableau

@@ -7,8 +7,9 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
-from integrators import BadInput, Discretisation, Scene, discretisations, scenes
-from integrators.composition import METHODS, Composition, compose
+from discmech.integrators import BadInput, Discretisation, Scene, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.rules.composition import METHODS, Composition, compose
 
 from .userfile import UserFile, load, loaded
 
@@ -62,7 +63,7 @@ def file_of(thing: Discretisation | Scene) -> UserFile | None:
     """The file that defines it, if one that was loaded does; a scene in any chart."""
     for file in reversed(loaded()):
         if isinstance(thing, Discretisation):
-            if file.rules.get(thing.name) == thing:
+            if file.discretisations.get(thing.name) == thing:
                 return file
         elif (held := file.scenes.get(thing.name)) is not None and (
             (held.lagrangian, held.discrete_lagrangian)

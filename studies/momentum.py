@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from integrators import Scheme
-from integrators.flow import Flow
-from integrators.legendre import maps_at
-from integrators.momentum import Conserved
-from integrators.scene import Scene
+from discmech.integrators import Scheme
+from discmech.integrators.flows.flow import Flow
+from discmech.integrators.flows.newton_step import maps_at
+from discmech.integrators.scene import Conserved, Scene
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
 from .runs import bins, interval, long_run, relative_drifts, with_terms

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from integrators import Scheme, StepFailure
-from integrators.continuous import energy
+from discmech.integrators import Scheme, StepFailure
+from discmech.integrators.equations.continuous import energy
 
 from .runs import relative_drifts, with_terms
 from .stiff import Family

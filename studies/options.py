@@ -7,7 +7,7 @@ import math
 import shlex
 from typing import TYPE_CHECKING, Any
 
-from integrators import BadInput, retractions
+from discmech.integrators import BadInput, retractions
 
 from . import lookup
 

@@ -7,8 +7,8 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from integrators import StepFailure
-from integrators.composition import Composition
+from discmech.integrators import StepFailure
+from discmech.integrators.rules.composition import Composition
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
 from .fitting import BENT, asymptotic_window
@@ -59,7 +59,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """
     import mpmath
 
-    from reference import solution
+    from discmech.reference import solution
 
     _ = case.scheme  # what cannot be used is said before a reference is made for it
     duration, first = ladder(case)

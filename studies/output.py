@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from integrators import BadInput
+from discmech.integrators import BadInput
 
 #: exit codes; bad input has 2
 EXIT = {"pass": 0, "fail": 1, "inconclusive": 3}
@@ -20,7 +20,7 @@ def write(file: str, text: str) -> None:
     if file == "-":
         print(text)
         return
-    from integrators.compiling import write_atomically
+    from discmech.integrators.compiler.modules import write_atomically
 
     path = Path(file)
     try:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from integrators import Scene, pair
+from discmech.integrators import Scene, pair
 
 from .case import Progress, silent
 
@@ -116,7 +116,7 @@ def problems() -> list[Published]:
 
 def measure(progress: Progress = silent) -> list[dict[str, Any]]:
     """A row a problem: its numbers, ours, and the digits that are right, one by one and in all."""
-    from reference import progress_to, solution
+    from discmech.reference import progress_to, solution
 
     rows = []
     asked = problems()

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from integrators import BadInput, scenes
+from discmech.integrators import BadInput, scenes
 
 from . import lookup
 from .output import EXIT, console, progress_shown, writable, write
@@ -54,8 +54,8 @@ def add_to(commands: Any) -> None:
 
 
 def _reference(options: argparse.Namespace) -> int:
-    from reference import ReferenceFailure
-    from reference.failures import Damaged, Uncertain, WrongDigits
+    from discmech.reference import ReferenceFailure
+    from discmech.reference.failures import Damaged, Uncertain, WrongDigits
 
     modes = (options.rebuild, options.check, options.published, options.costs)
     writable(options.json)
@@ -79,7 +79,7 @@ def _reference(options: argparse.Namespace) -> int:
 
 def _one(options: argparse.Namespace) -> int:
     """One scene at one time."""
-    from reference import progress_to, solution
+    from discmech.reference import progress_to, solution
 
     scene = lookup.scene(options.scene)
     try:
@@ -137,7 +137,7 @@ def _print(result: dict[str, Any]) -> None:
 
 def _tables(options: argparse.Namespace) -> int:
     """Rebuild or check frozen tables."""
-    from reference import frozen, progress_to
+    from discmech.reference import frozen, progress_to
 
     asked = options.rebuild or options.check
     names = frozen.names() if "all" in asked else [scenes.get(name).name for name in asked]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from integrators import Scheme
-from integrators.exact import flatten
-from integrators.scene import Scene
-from integrators.symbols import SceneSymbols
+from discmech.integrators import Scheme
+from discmech.integrators.equations.symbols import SceneSymbols
+from discmech.integrators.numbers.exact import flatten
+from discmech.integrators.scene import Scene
 
 from . import NAMES, get
 from .case import Choice, Progress, silent
@@ -74,7 +74,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
 
     Exact: terms are only collected in powers of h and factored. F⁺ and F⁻ are divided by h.
     """
-    from integrators.kernels import KernelBuilder
+    from discmech.integrators.compiler.kernels import KernelBuilder
 
     from .rendering.formulas import Typesetter, ascending
 

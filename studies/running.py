@@ -14,8 +14,8 @@ from functools import lru_cache
 from types import ModuleType
 from typing import Any
 
-from integrators import BadInput, Scheme, StepFailure
-from integrators.errors import CannotMeasure
+from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators.errors import CannotMeasure
 
 from . import get
 from .case import DETAILS, Case, Choice, Progress, Verdict, silent, worst
@@ -263,7 +263,7 @@ def cores() -> int:
 
 def _diagnose(study: ModuleType, case: Case, measurement: dict[str, Any], said: Verdict) -> None:
     """Add the cause, where one can be told; the verdict stays what it is."""
-    from reference import ReferenceFailure
+    from discmech.reference import ReferenceFailure
 
     try:
         found = study.diagnose(case, measurement)
@@ -284,7 +284,7 @@ def run_case(
     """
     begun = time.perf_counter()
     measurement: dict[str, Any] = {"measured": {}, "rows": []}
-    from reference import ReferenceFailure
+    from discmech.reference import ReferenceFailure
 
     try:
         measurement = study.measure(case, progress)

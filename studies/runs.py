@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from integrators import Scheme, StepFailure
-from integrators.arithmetic import Double, arithmetic
-from integrators.continuous import energy, state_function
-from integrators.equations import DiscreteEquations
-from integrators.flow import Flow, Trajectory
+from discmech.integrators import Scheme, StepFailure
+from discmech.integrators.equations.continuous import energy, state_function
+from discmech.integrators.equations.discrete_equations import DiscreteEquations
+from discmech.integrators.flows.flow import Flow, Trajectory
+from discmech.integrators.numbers.arithmetic import Double, arithmetic
 
 from .case import Case, Progress
 

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from integrators.compiling import kernel_file
-from integrators.composition import Composition
-from integrators.equations import DiscreteEquations
-from integrators.errors import CannotMeasure
-from integrators.flow import Flow
-from integrators.groupoids.lie_group import LieGroup
-from integrators.savings import SAVINGS
+from discmech.integrators.compiler.modules import kernel_file
+from discmech.integrators.compiler.omissions import SAVINGS
+from discmech.integrators.equations.discrete_equations import DiscreteEquations
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.flows.flow import Flow
+from discmech.integrators.groupoids.lie_group import LieGroup
+from discmech.integrators.rules.composition import Composition
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
 from .racing import race
@@ -121,7 +121,7 @@ def operations(scheme: DiscreteEquations, without: frozenset[str] = frozenset())
 
 def kept_bytes(flow: Flow) -> int:
     """Of a state between two steps (with compensations and Newton's memory), and coefficients."""
-    from integrators.vectors import state_length
+    from discmech.integrators.compiler.tuple_operations import state_length
 
     shape = flow._kernels["SHAPE"]
     lengths = (shape["dim_x"], shape["dim_u"], shape["solved"], shape["carried"])

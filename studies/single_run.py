@@ -10,15 +10,15 @@ import time
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from integrators import StepFailure, retractions
+from discmech.integrators import StepFailure, retractions
 
 from . import lookup
 from .options import RULE_HELP, count, digits_in
 from .output import progress_shown, write
 
 if TYPE_CHECKING:
-    from integrators.equations import DiscreteEquations
-    from integrators.flow import Trajectory
+    from discmech.integrators.equations.discrete_equations import DiscreteEquations
+    from discmech.integrators.flows.flow import Trajectory
 
 RESOLVED = 0.1  # energy error, of the energy's terms, beyond which a run shows another motion
 
@@ -49,8 +49,8 @@ def add_to(commands: Any) -> None:
 
 def run_scene(options: argparse.Namespace) -> int:
     """Exit code 0; a step that fails is raised once its part of the run is written."""
-    from integrators import Scheme
-    from integrators.exact import exact_rational
+    from discmech.integrators import Scheme
+    from discmech.integrators.numbers.exact import exact_rational
 
     scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
     if options.retraction:

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from integrators.flow import Flow, Trajectory
-from integrators.legendre import arrow_from, maps_at, step_along
-from integrators.running import first_u
-from integrators.starting import Start
-from integrators.tangent import newton
+from discmech.integrators.flows.flow import Flow, Trajectory
+from discmech.integrators.flows.initial_state import Start
+from discmech.integrators.flows.newton_step import arrow_from, maps_at, step_along
+from discmech.integrators.flows.run import first_u
+from discmech.integrators.geometry.local_geometry import newton
 
 from .case import Case
 from .diagnosis import named

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from integrators import Scheme, discretisations, midpoint, scenes
+from discmech.integrators import Scheme, midpoint, scenes
+from discmech.integrators import rules as discretisations
 
 from . import controls, exchange, linear_stability
 from .case import Case, Choice, Progress, Verdict, silent

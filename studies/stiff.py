@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from integrators import Scheme
+from discmech.integrators import Scheme
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from integrators import StepFailure, discretisations, scenes
-from integrators.errors import CannotMeasure
+from discmech.integrators import StepFailure, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.errors import CannotMeasure
 
 from . import controls
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent

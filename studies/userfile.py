@@ -11,7 +11,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from integrators import BadInput, Discretisation, Scene, discretisations, scenes
+from discmech.integrators import BadInput, Discretisation, Scene, scenes
+from discmech.integrators import rules as discretisations
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from integrators import BadInput, Discretisation, Scene, Scheme, scenes
+from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
 
 from . import NAMES, get, lookup
 from .case import Choice, Progress, silent, worst
@@ -94,7 +94,7 @@ def verify(
 
 def about_scheme(scheme: Scheme) -> dict[str, Any]:
     """{"scene", "rule", "retraction", "self_adjoint"}; None where stages are not found."""
-    from integrators.tangent import StagesNotFound
+    from discmech.integrators.geometry.local_geometry import StagesNotFound
 
     try:
         self_adjoint: bool | None = scheme.self_adjoint

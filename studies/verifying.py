@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from integrators import BadInput
+from discmech.integrators import BadInput
 
 from . import NAMES
 from .options import RULE_HELP, count, digits_in, jobs

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from integrators import discretisations, retractions
-from integrators.discretisations import Discretisation
-from integrators.scene import Scene
+from discmech.integrators import retractions
+from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import Discretisation
+from discmech.integrators.scene import Scene
 
 from .case import Case, Choice, Progress, Verdict, silent
 from .lookup import word_for

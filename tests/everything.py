@@ -11,7 +11,7 @@ import pytest
 import sympy
 from sympy import Matrix, Rational
 
-from integrators import (
+from discmech.integrators import (
     LocalGroupoid,
     MatrixAlgebra,
     Scene,
@@ -33,7 +33,7 @@ from integrators import (
     su,
     trapezoidal,
 )
-from integrators.discretisations import own
+from discmech.integrators.rules import own
 
 # -- algebras -------------------------------------------------------------------------------------
 

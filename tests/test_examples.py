@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from integrators import BadInput, Scheme, scenes
+from discmech.integrators import BadInput, Scheme, scenes
 
 FOLDER = Path(__file__).resolve().parent.parent / "examples"
 

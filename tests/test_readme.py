@@ -45,7 +45,7 @@ def test_the_first_block_is_the_example():
 
 def test_the_rule_of_the_readme_passes_what_it_claims(namespace):
     """The example is an honest one: its declared order is the measured one, on every groupoid."""
-    from studies import check
+    from discmech import check
 
     found = check(
         "order", [namespace["mine"], "heavy-top"], [namespace["two_thirds"]], [50], steps=64
@@ -54,7 +54,7 @@ def test_the_rule_of_the_readme_passes_what_it_claims(namespace):
 
 
 def test_the_groupoid_of_the_readme_satisfies_the_axioms(namespace):
-    from integrators import Scene, Scheme, midpoint
+    from discmech import Scene, Scheme, midpoint
 
     scene = Scene("readme-affine", namespace["affine_line"],
                   lambda x, v, p: v.dot(v) / 2, v0=["0.3", "0.2"], step="0.1")  # fmt: skip
@@ -62,8 +62,8 @@ def test_the_groupoid_of_the_readme_satisfies_the_axioms(namespace):
 
 
 def test_the_lines_of_the_command_parse():
-    from studies.command import _parser
-    from studies.options import choice_of
+    from discmech.studies.command import _parser
+    from discmech.studies.options import choice_of
 
     lines = commands("discmech")
     assert len(lines) >= 7
@@ -74,7 +74,7 @@ def test_the_lines_of_the_command_parse():
 
 
 def test_the_cheap_lines_of_the_command_run(tmp_path, monkeypatch, capsys):
-    from studies.command import main
+    from discmech.studies.command import main
 
     monkeypatch.chdir(tmp_path)
     for words in commands("discmech"):
@@ -105,7 +105,7 @@ def test_every_link_and_folder_is_there():
 
 
 def test_the_table_of_studies_is_complete():
-    from studies import NAMES
+    from discmech.studies import NAMES
 
     table = re.findall(r"^\| ([a-z-]+) \|", TEXT, re.M)
     assert [name for name in table if name in NAMES] == list(NAMES)

@@ -9,6 +9,7 @@ from typing import Any
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput, line_of
+from ..numbers.lazy import sympy
 from ..retractions import Retraction, cayley
 from .lie_group import RetractionGroupoid
 from .local import column_of
@@ -33,11 +34,9 @@ class ActionGroupoid(RetractionGroupoid):
     @cached_property
     def _increment(self) -> Any:
         """Written with x·(e + d) − x first, d being symbols, so that cancelling stays small."""
-        from sympy import Matrix, Symbol, cancel, eye
-
         s, size = self._symbols, self.algebra.size
-        d = Matrix(size, size, lambda i, j: Symbol(f"d_{i}_{j}"))
-        increment = (self.moved(s["x"], eye(size) + d) - s["x"]).applyfunc(cancel)
+        d = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"d_{i}_{j}"))
+        increment = (self.moved(s["x"], sympy.eye(size) + d) - s["x"]).applyfunc(sympy.cancel)
         values = dict(zip(d, self.displacement(s["u"], s["h"]), strict=True))
         return increment.xreplace(values)
 
@@ -48,14 +47,12 @@ class ActionGroupoid(RetractionGroupoid):
     @cached_property
     def _anchor(self) -> Any:
         """ρ̂(x) in `_symbols`."""
-        from sympy import Matrix, Symbol, cancel, eye
-
         size = self.algebra.size
-        g = Matrix(size, size, lambda i, j: Symbol(f"g_{i}_{j}"))
+        g = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"g_{i}_{j}"))
         slopes = self.moved(self._symbols["x"], g).jacobian(g.reshape(size**2, 1))
-        slopes = slopes.subs(dict(zip(g, eye(size), strict=True)))
+        slopes = slopes.subs(dict(zip(g, sympy.eye(size), strict=True)))
         columns = [slopes * e.reshape(size**2, 1) for e in self.algebra._matrices]
-        return Matrix.hstack(*columns).applyfunc(cancel)
+        return sympy.Matrix.hstack(*columns).applyfunc(sympy.cancel)
 
     def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
         """∂z/∂u = ρ(z) L⁻¹ at the step θh: small, since it is written with z."""
@@ -114,9 +111,9 @@ class RowAction(ActionGroupoid):
     @cached_property
     def _anchor(self) -> Any:
         """Columns x·e_γ."""
-        from sympy import Matrix
-
-        return Matrix.hstack(*[self.moved(self._symbols["x"], e) for e in self.algebra._matrices])
+        return sympy.Matrix.hstack(
+            *[self.moved(self._symbols["x"], e) for e in self.algebra._matrices]
+        )
 
 
 class UserAction(ActionGroupoid):

@@ -20,7 +20,8 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoid import Groupoid
+from ..numbers.lazy import sympy
+from .groupoid import Groupoid
 from .lie_group import LieGroup
 from .local import column_of
 from .pair import PairGroupoid
@@ -80,16 +81,14 @@ class ConnectionGroupoid(ProductGroupoid):
 
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """h times those of the frame (ē_i, e_a): curvature, and the bracket with A."""
-        from sympy import zeros
-
         n, k = (g.dim_u for g in self.parts)
         constants = [c / h for c in self.parts[1].structure_functions(x[:0, :], h)]
         A = self._A(x)
         slopes = self._at(self._slopes, x=x)  # row a + k·i: ∂A^a_i/∂x^j
-        found = [zeros(n + k) for _ in range(n)]
+        found = [sympy.zeros(n + k) for _ in range(n)]
         for a, c in enumerate(constants):
             d = slopes[a::k, :]
-            block = zeros(n + k)
+            block = sympy.zeros(n + k)
             block[:n, :n] = d - d.T + A.T * c * A
             block[:n, n:] = -A.T * c
             block[n:, :n] = -c * A
@@ -114,12 +113,10 @@ class ConnectionGroupoid(ProductGroupoid):
     @cached_property
     def _matrix(self) -> Any:
         """A(x) in `_symbols`, k×n."""
-        from sympy import Matrix
-
         n, k = (g.dim_u for g in self.parts)
 
         def entries(x: Any) -> list[Any]:
-            given = Matrix(self.connection(x))  # type: ignore[misc]
+            given = sympy.Matrix(self.connection(x))  # type: ignore[misc]
             if given.shape != (k, n):
                 raise BadInput(f"{self.name}: A(x) is {given.shape}, but must be {(k, n)}.")
             return list(given)
@@ -140,7 +137,5 @@ class ConnectionGroupoid(ProductGroupoid):
         return sum((slopes[k * i : k * i + k, :] * e for i, e in enumerate(w)), 0 * slopes[:k, :])
 
     def _sheared(self, corner: Any, block: Any) -> Any:
-        from sympy import eye, zeros
-
         n, k = (g.dim_u for g in self.parts)
-        return eye(n).row_join(zeros(n, k)).col_join(corner.row_join(block))
+        return sympy.eye(n).row_join(sympy.zeros(n, k)).col_join(corner.row_join(block))

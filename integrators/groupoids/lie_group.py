@@ -8,8 +8,9 @@ from typing import Any
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
-from ..groupoid import Groupoid
+from ..numbers.lazy import sympy
 from ..retractions import Retraction, cayley
+from .groupoid import Groupoid
 
 
 class RetractionGroupoid(Groupoid):
@@ -107,9 +108,7 @@ class LieGroup(RetractionGroupoid):
 
     def rho(self, x: Any, h: Any) -> Any:
         """The 0×m matrix: a group has no base to move on."""
-        from sympy import zeros
-
-        return zeros(0, self.dim_u)
+        return sympy.zeros(0, self.dim_u)
 
     def _in_chart(self, retraction: Retraction) -> LieGroup:
         return LieGroup(self.algebra, retraction)

@@ -7,8 +7,9 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput, line_of
-from ..exact import floats_exact
-from ..groupoid import Groupoid
+from ..numbers.exact import floats_exact
+from ..numbers.lazy import sympy
+from .groupoid import Groupoid
 
 
 class LocalGroupoid(Groupoid):
@@ -65,7 +66,6 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
     Raises `BadInput` (naming `what`, and the line where the function is the user's) if it cannot be
     evaluated with symbols or has another length.
     """
-    from sympy import Matrix
 
     def said(error: BaseException | None = None) -> str:
         place = line_of(function, error)
@@ -84,4 +84,4 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
         ) from error
     if len(entries) != length:
         raise BadInput(f"{said()} returned {len(entries)} entries, but {length} are needed.")
-    return Matrix(length, 1, entries)
+    return sympy.Matrix(length, 1, entries)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoid import Groupoid
+from ..numbers.lazy import sympy
+from .groupoid import Groupoid
 
 
 class PairGroupoid(Groupoid):
@@ -34,9 +35,7 @@ class PairGroupoid(Groupoid):
 
     def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
         """The identity."""
-        from sympy import eye
-
-        return eye(self.dim_u)
+        return sympy.eye(self.dim_u)
 
     def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
         return dw

@@ -7,7 +7,8 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoid import Groupoid
+from ..numbers.lazy import sympy
+from .groupoid import Groupoid
 
 
 class ProductGroupoid(Groupoid):
@@ -68,12 +69,10 @@ class ProductGroupoid(Groupoid):
 
     def element(self, u: Any, h: Any) -> Any:
         """The element of the part that comes from a matrix group; of two such, block-diagonal."""
-        from sympy import Matrix
-
         if not self.retraction:
             return super().element(u, h)
         found = [g.element(w, h) for g, w in self._each(self.fibre(u)) if g.retraction]
-        return Matrix.diag(*found)
+        return sympy.Matrix.diag(*found)
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:
         """Both increments, n×1."""
@@ -103,12 +102,10 @@ class ProductGroupoid(Groupoid):
 
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """Those of both: fields of different parts commute."""
-        from sympy import zeros
-
         first, second = (g.structure_functions(y, h) for g, y in self._each(self.base(x)))
         return [
-            *(_blocks([c, zeros(len(second))]) for c in first),
-            *(_blocks([zeros(len(first)), c]) for c in second),
+            *(_blocks([c, sympy.zeros(len(second))]) for c in first),
+            *(_blocks([sympy.zeros(len(first)), c]) for c in second),
         ]
 
     def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
@@ -135,15 +132,11 @@ class ProductGroupoid(Groupoid):
 
 
 def _stacked(columns: Any) -> Any:
-    from sympy import Matrix
-
-    return Matrix.vstack(*columns)
+    return sympy.Matrix.vstack(*columns)
 
 
 def _blocks(matrices: Any) -> Any:
-    from sympy import Matrix
-
-    return Matrix.diag(*matrices)
+    return sympy.Matrix.diag(*matrices)
 
 
 def product(

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
+from ..numbers.lazy import sympy
 from .retraction import Retraction
 
 
@@ -27,45 +28,33 @@ class Cayley(Retraction):
             )
 
     def element(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        from sympy import cancel, eye
-
-        e, a = eye(algebra.size), algebra.hat(xi) / 2
-        return (_inverse(e - a) * (e + a)).applyfunc(cancel)
+        e, a = sympy.eye(algebra.size), algebra.hat(xi) / 2
+        return (_inverse(e - a) * (e + a)).applyfunc(sympy.cancel)
 
     def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        from sympy import cancel, eye
-
-        return (self.element(algebra, xi) - eye(algebra.size)).applyfunc(cancel)
+        return (self.element(algebra, xi) - sympy.eye(algebra.size)).applyfunc(sympy.cancel)
 
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
-        from sympy import expand, eye
-
-        e, a = eye(algebra.size), algebra.hat(xi) / 2
+        e, a = sympy.eye(algebra.size), algebra.hat(xi) / 2
         left, right = _between(algebra, e + a, e - a), _between(algebra, e - a, e + a)
-        return left.applyfunc(expand), right.applyfunc(expand)
+        return left.applyfunc(sympy.expand), right.applyfunc(sympy.expand)
 
     def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        from sympy import cancel, eye
-
-        e, a = eye(algebra.size), algebra.hat(xi) / 2
-        return _between(algebra, _inverse(e + a), _inverse(e - a)).applyfunc(cancel)
+        e, a = sympy.eye(algebra.size), algebra.hat(xi) / 2
+        return _between(algebra, _inverse(e + a), _inverse(e - a)).applyfunc(sympy.cancel)
 
     def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
-        from sympy import eye
-
         # cay(2a) cay(2b) = cay(2c) with c = (e − a)⁻¹ (a + b) (e + ab)⁻¹ (e − a):
         # both g − e and g + e have the factors (e − a)⁻¹ and (e − b)⁻¹, which cancel.
-        e, a, b = eye(algebra.size), algebra.hat(xi) / 2, algebra.hat(eta) / 2
+        e, a, b = sympy.eye(algebra.size), algebra.hat(xi) / 2, algebra.hat(eta) / 2
         c = _times(_inverse(e - a), a + b, _inverse(e + _times(a, b)), e - a)
         return 2 * algebra.coordinates(c)
 
 
 def _between(algebra: MatrixAlgebra, left: Any, right: Any) -> Any:
     """The m×m matrix of η ↦ left·η·right."""
-    from sympy import Matrix, eye
-
-    basis = [algebra.hat(row) for row in eye(algebra.dim).tolist()]
-    return Matrix.hstack(*[algebra.coordinates(left * eta * right) for eta in basis])
+    basis = [algebra.hat(row) for row in sympy.eye(algebra.dim).tolist()]
+    return sympy.Matrix.hstack(*[algebra.coordinates(left * eta * right) for eta in basis])
 
 
 def _times(*factors: Any) -> Any:
@@ -80,10 +69,10 @@ def _times(*factors: Any) -> Any:
 
 def _inverse(matrix: Any) -> Any:
     """Adjugate over determinant: entries stay small rational functions."""
-    from sympy import expand, factor_terms
-
-    determinant = expand(matrix.det(method="berkowitz"))
-    return matrix.adjugate(method="berkowitz").applyfunc(expand) / factor_terms(determinant)
+    determinant = sympy.expand(matrix.det(method="berkowitz"))
+    return matrix.adjugate(method="berkowitz").applyfunc(sympy.expand) / sympy.factor_terms(
+        determinant
+    )
 
 
 cayley = Cayley()

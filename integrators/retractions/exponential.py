@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..algebras import MatrixAlgebra
+from ..numbers.lazy import sympy
+from .ad_spectrum import turnings
 from .logarithm import logarithm
 from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction
 from .retraction import Retraction
 from .stumpff import stumpff
-from .turning import turnings
 
 
 @dataclass(frozen=True)
@@ -41,23 +42,19 @@ class Exponential(Retraction):
         return first
 
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
-        from sympy import eye
-
         if not turnings(algebra):
             right = MatrixFunction(DEXP_INVERSE, algebra.adjoint)(xi)
             return right + algebra.ad(xi), right
-        g, half = eye(algebra.dim), algebra.ad(xi) / 2
+        g, half = sympy.eye(algebra.dim), algebra.ad(xi) / 2
         for turning in turnings(algebra):
             g += turning.even(xi, _coth)
         return g + half, g - half
 
     def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
         """(1 − e⁻ˢ)/s = 1 − s c₂(−s²) + s² c₃(−s²) at s = ad_ξ."""
-        from sympy import eye
-
         if not turnings(algebra):
             return MatrixFunction(DEXP, algebra.adjoint)(-xi)
-        total = eye(algebra.dim)
+        total = sympy.eye(algebra.dim)
         for turning in turnings(algebra):
             total -= turning.odd(xi, lambda z: stumpff(2, z))
             total += turning.even(xi, lambda z: stumpff(3, z))
@@ -65,8 +62,6 @@ class Exponential(Retraction):
 
     def lag(self, algebra: MatrixAlgebra, xi: Any, theta: Any) -> Any:
         """(e⁻ˢ − e^(−θs))/(1 − e⁻ˢ) at s = ad_ξ, as (θ − 1) + s·(odd part) + s²·(even part)."""
-        from sympy import eye
-
         parts = turnings(algebra)
         if not parts:
             return super().lag(algebra, xi, theta)
@@ -80,7 +75,7 @@ class Exponential(Retraction):
             c1, c3, inner = (stumpff(k, z * t**2 / 4) for k, t in ((1, 1), (3, 1), (3, middle)))
             return middle * (middle**2 * inner - c3) / (8 * c1)
 
-        total = (theta - 1) * eye(algebra.dim)
+        total = (theta - 1) * sympy.eye(algebra.dim)
         for turning in parts:
             total += turning.odd(xi, odd) + turning.even(xi, even)
         return total
@@ -91,10 +86,8 @@ class Exponential(Retraction):
 
 def _complex_form(algebra: MatrixAlgebra, real: Any) -> Any:
     """The N×N matrix whose real 2N×2N form is given; where the algebra is real, that itself."""
-    from sympy import I
-
     n = algebra.size
-    return real if algebra.real is algebra else real[:n, :n] + I * real[n:, :n]
+    return real if algebra.real is algebra else real[:n, :n] + sympy.I * real[n:, :n]
 
 
 def _coth(z: Any) -> Any:

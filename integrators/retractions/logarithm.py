@@ -13,33 +13,30 @@ import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
-from ..evaluation import number
+from ..numbers.evaluation import number
+from ..numbers.lazy import sympy
 from .matrix_functions import DISPLACEMENT, in_arithmetic
 
 
 def logarithm(algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
     """The m×1 coordinates of log(exp ξ exp η), as sympy functions of the entries of ξ and η."""
-    from sympy import Matrix
-
     if not any(xi):
-        return Matrix(eta)
+        return sympy.Matrix(eta)
     if not any(eta):
-        return Matrix(xi)
+        return sympy.Matrix(xi)
     make = _class(algebra)
-    return Matrix([make(i, *xi, *eta) for i in range(algebra.dim)])
+    return sympy.Matrix([make(i, *xi, *eta) for i in range(algebra.dim)])
 
 
 @lru_cache(maxsize=64)
 def _class(algebra: MatrixAlgebra) -> Any:
-    from sympy import Float, Function, Matrix
-
     m = algebra.dim
 
-    class Logarithm(Function):
+    class Logarithm(sympy.Function):
         """Entry i of the product; the other arguments are ξ and η."""
 
         def _split(self) -> tuple[Any, Any]:
-            return Matrix(self.args[1 : m + 1]), Matrix(self.args[m + 1 :])
+            return sympy.Matrix(self.args[1 : m + 1]), sympy.Matrix(self.args[m + 1 :])
 
         def _eval_is_real(self) -> bool:
             return True
@@ -59,7 +56,7 @@ def _class(algebra: MatrixAlgebra) -> Any:
         def _eval_evalf(self, prec: int) -> Any:
             if not all(a.is_number for a in self.args):
                 return None
-            return Float._new(number(self, prec)._mpf_, prec)
+            return sympy.Float._new(number(self, prec)._mpf_, prec)
 
     Logarithm.__name__ = f"logarithm_{algebra.name}"
     return Logarithm
@@ -68,8 +65,6 @@ def _class(algebra: MatrixAlgebra) -> Any:
 @lru_cache(maxsize=4096)
 def _slope(algebra: MatrixAlgebra, *columns: Any) -> Any:
     """R(p) R(ξ)⁻¹ dξ + L(p) L(η)⁻¹ dη, m×1."""
-    from sympy import ImmutableMatrix
-
     from .exponential import exponential
 
     xi, eta, d_xi, d_eta = columns
@@ -80,7 +75,7 @@ def _slope(algebra: MatrixAlgebra, *columns: Any) -> Any:
         total += right * (exponential.inverse_left_field(algebra, -xi) * d_xi)
     if any(d_eta):
         total += left * (exponential.inverse_left_field(algebra, eta) * d_eta)
-    return ImmutableMatrix(total)
+    return sympy.ImmutableMatrix(total)
 
 
 @lru_cache(maxsize=4096)

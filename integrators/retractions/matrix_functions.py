@@ -15,10 +15,11 @@ from functools import cached_property, lru_cache
 from itertools import combinations_with_replacement
 from typing import Any
 
-from ..exact import floats_exact
-from ..interpreting import run_text
-from ..printing import code
-from ..tables import entry, register, with_tables
+from ..numbers.exact import floats_exact
+from ..numbers.interpreting import run_text
+from ..numbers.lazy import sympy
+from ..numbers.multi_output import entry, register, with_tables
+from ..numbers.printing import code
 from . import matrix_numbers
 
 Nested = tuple[tuple[Any, ...], ...]
@@ -44,11 +45,9 @@ class MatrixFunction:
 
     def __call__(self, xi: Any) -> Any:
         """The N×N sympy matrix of its entries at ξ (m×1)."""
-        from sympy import Matrix
-
         size = len(self.basis[0])
         table = _table(self, 0)(*xi)
-        return Matrix(size, size, [entry(table, i) for i in range(size**2)])
+        return sympy.Matrix(size, size, [entry(table, i) for i in range(size**2)])
 
     def directions(self, order: int) -> list[tuple[int, ...]]:
         """Which partial derivatives a table of that order holds, in its order."""
@@ -83,12 +82,10 @@ class MatrixFunction:
 @lru_cache(maxsize=256)
 def _table(function: MatrixFunction, order: int) -> Any:
     """The sympy function whose entries are the partial derivatives of that order."""
-    from sympy import Function
-
     size = len(function.basis[0]) ** 2
     places = {d: i for i, d in enumerate(function.directions(order))}
 
-    class Table(Function):
+    class Table(sympy.Function):
         def slope(self, index: int, s: Any) -> Any:
             which, at = divmod(index, size)
             chosen = list(places)[which]

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..algebras import MatrixAlgebra
+from ..numbers.lazy import sympy
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,4 @@ class Retraction(ABC):
 
     def element(self, algebra: MatrixAlgebra, xi: Any) -> Any:
         """τ(ξ), N×N."""
-        from sympy import eye
-
-        return eye(algebra.size) + self.displacement(algebra, xi)
+        return sympy.eye(algebra.size) + self.displacement(algebra, xi)

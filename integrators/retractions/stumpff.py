@@ -10,8 +10,9 @@ from __future__ import annotations
 from functools import cache, lru_cache
 from typing import Any
 
-from ..interpreting import run_text
-from ..tables import collect, entry, register
+from ..numbers.interpreting import run_text
+from ..numbers.lazy import sympy
+from ..numbers.multi_output import collect, entry, register
 
 
 def stumpff(k: int, z: Any) -> Any:
@@ -21,16 +22,14 @@ def stumpff(k: int, z: Any) -> Any:
 
 @cache
 def _class() -> Any:
-    from sympy import Float, Function, Rational, factorial
-
-    class Stumpff(Function):
+    class Stumpff(sympy.Function):
         """c_k(z), known by its derivatives and by its value at 0."""
 
         nargs = 2
 
         @classmethod
         def eval(cls, k: Any, z: Any) -> Any:
-            return Rational(1, factorial(k)) if z == 0 else None
+            return sympy.Rational(1, sympy.factorial(k)) if z == 0 else None
 
         def _eval_derivative(self, s: Any) -> Any:
             k, z = self.args
@@ -46,7 +45,7 @@ def _class() -> Any:
             k, z = int(self.args[0]), self.args[1]
             if not z.is_number:
                 return None
-            return Float._new(_value(k, z, prec)._mpf_, prec)
+            return sympy.Float._new(_value(k, z, prec)._mpf_, prec)
 
         def in_arithmetic(self, numbers: Any, values: Any) -> Any:
             """c_k of a number, by the text that the kernels have."""
@@ -57,7 +56,7 @@ def _class() -> Any:
             """The same as an entry of c_0, …, c_most, which generated text computes together."""
             k, z = self.args
             name = register(f"stumpff_{most}", lambda: library(most))
-            return entry(Function(name, real=True)(z), k)
+            return entry(sympy.Function(name, real=True)(z), k)
 
     Stumpff.__name__ = "stumpff"
     return Stumpff

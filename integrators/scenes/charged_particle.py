@@ -3,8 +3,8 @@
 from typing import Any
 
 from ..groupoids import pair
-from ..momentum import Conserved
-from ..scene import Scene
+from ..numbers.lazy import sympy
+from ..scene import Conserved, Scene
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
@@ -14,10 +14,8 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 def guiding_centre(x: Any, mu: Any, p: Any) -> Any:
     """(μ₁ − ½qBx₂, μ₂ + ½qBx₁): translations change L by a total derivative only."""
-    from sympy import Matrix
-
     half = p.charge * p.field / 2
-    return Matrix([mu[0] - half * x[1], mu[1] + half * x[0]])
+    return sympy.Matrix([mu[0] - half * x[1], mu[1] + half * x[0]])
 
 
 scene = Scene(

@@ -3,17 +3,18 @@
 from typing import Any
 
 from ..groupoids import pair
+from ..numbers.lazy import sympy
 from ..scene import Scene
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
-    from sympy import cos
-
     m1, m2 = p.mass
     l1, l2 = p.length
     kinetic = (m1 + m2) * l1**2 * v[0] ** 2 / 2 + m2 * l2**2 * v[1] ** 2 / 2
-    coupling = m2 * l1 * l2 * v[0] * v[1] * cos(x[0] - x[1])
-    potential = -(m1 + m2) * p.gravity * l1 * cos(x[0]) - m2 * p.gravity * l2 * cos(x[1])
+    coupling = m2 * l1 * l2 * v[0] * v[1] * sympy.cos(x[0] - x[1])
+    potential = -(m1 + m2) * p.gravity * l1 * sympy.cos(x[0]) - m2 * p.gravity * l2 * sympy.cos(
+        x[1]
+    )
     return kinetic + coupling - potential
 
 

@@ -3,8 +3,7 @@
 from typing import Any
 
 from ..groupoids import pair
-from ..momentum import Conserved
-from ..scene import Scene
+from ..scene import Conserved, Scene
 
 HALF = 3  # stiff springs; x = (their middles, their extensions)
 

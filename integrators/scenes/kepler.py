@@ -3,14 +3,12 @@
 from typing import Any
 
 from ..groupoids import pair
-from ..momentum import Conserved
-from ..scene import Scene
+from ..numbers.lazy import sympy
+from ..scene import Conserved, Scene
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
-    from sympy import sqrt
-
-    return v.dot(v) / 2 + p.strength / sqrt(x.dot(x))
+    return v.dot(v) / 2 + p.strength / sympy.sqrt(x.dot(x))
 
 
 scene = Scene(

@@ -4,8 +4,7 @@ from typing import Any
 
 from ..algebras import se
 from ..groupoids import lie_group
-from ..momentum import Conserved
-from ..scene import Scene
+from ..scene import Conserved, Scene
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:

@@ -4,8 +4,7 @@ from typing import Any
 
 from ..algebras import so
 from ..groupoids import action
-from ..momentum import Conserved
-from ..scene import Scene
+from ..scene import Conserved, Scene
 from .heavy_top import SYMMETRIES, lagrangian
 
 

@@ -4,18 +4,15 @@ from typing import Any
 
 from ..algebras import so
 from ..groupoids import lie_group
-from ..momentum import Conserved
-from ..on_group import on_group
-from ..scene import Scene
+from ..numbers.lazy import sympy
+from ..scene import Conserved, Scene, on_group
 from .rigid_body import lagrangian
 
 
 def mass_matrix(p: Any) -> Any:
     """Λ = ½ tr(I) e − I; positive where the strict triangle inequalities hold for I."""
-    from sympy import diag
-
     half = sum(p.inertia) / 2
-    return diag(*[half - p.inertia[i] for i in range(3)])
+    return sympy.diag(*[half - p.inertia[i] for i in range(3)])
 
 
 def kinetic(x: Any, g: Any, h: Any, p: Any) -> Any:

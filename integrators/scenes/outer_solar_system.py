@@ -4,8 +4,8 @@ from itertools import combinations
 from typing import Any
 
 from ..groupoids import pair
-from ..momentum import Conserved
-from ..scene import Scene
+from ..numbers.lazy import sympy
+from ..scene import Conserved, Scene
 
 
 def _bodies(z: Any) -> list[Any]:
@@ -13,11 +13,9 @@ def _bodies(z: Any) -> list[Any]:
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
-    from sympy import sqrt
-
     kinetic = sum(m * w.dot(w) for m, w in zip(p.masses, _bodies(v), strict=True)) / 2
     pairs = combinations(zip(p.masses, _bodies(x), strict=True), 2)
-    return kinetic + p.G * sum(m * n / sqrt((a - b).dot(a - b)) for (m, a), (n, b) in pairs)
+    return kinetic + p.G * sum(m * n / sympy.sqrt((a - b).dot(a - b)) for (m, a), (n, b) in pairs)
 
 
 def _spin(x: Any, mu: Any, p: Any) -> Any:

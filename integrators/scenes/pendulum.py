@@ -3,14 +3,13 @@
 from typing import Any
 
 from ..groupoids import pair
+from ..numbers.lazy import sympy
 from ..scene import Scene
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
-    from sympy import cos
-
     inertia = p.mass * p.length**2
-    return inertia * v[0] ** 2 / 2 + p.mass * p.gravity * p.length * cos(x[0])
+    return inertia * v[0] ** 2 / 2 + p.mass * p.gravity * p.length * sympy.cos(x[0])
 
 
 scene = Scene(

@@ -5,8 +5,7 @@ from typing import Any
 
 from ..algebras import so
 from ..groupoids import lie_group
-from ..momentum import Conserved
-from ..scene import Scene
+from ..scene import Conserved, Scene
 
 ALGEBRA = so(4)
 

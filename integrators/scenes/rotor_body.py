@@ -4,16 +4,14 @@ from typing import Any
 
 from ..algebras import so
 from ..groupoids import lie_group, pair, product
-from ..momentum import Conserved
-from ..scene import Scene
+from ..numbers.lazy import sympy
+from ..scene import Conserved, Scene
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
     """½ Ω·IΩ + ½ J (Ω₃ + α̇)² + k cos α, with v = (α̇, Ω)."""
-    from sympy import cos
-
     body = sum(p.inertia[i] * v[1 + i] ** 2 for i in range(3)) / 2
-    return body + p.rotor * (v[3] + v[0]) ** 2 / 2 + p.spring * cos(x[0])
+    return body + p.rotor * (v[3] + v[0]) ** 2 / 2 + p.spring * sympy.cos(x[0])
 
 
 scene = Scene(

@@ -4,8 +4,8 @@ from typing import Any
 
 from ..algebras import sl
 from ..groupoids import lie_group
-from ..momentum import Conserved
-from ..scene import Scene
+from ..numbers.lazy import sympy
+from ..scene import Conserved, Scene
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
@@ -14,11 +14,9 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 def spatial(A: Any, mu: Any, p: Any) -> Any:
     """A M A⁻¹ with μ_γ = tr(M e_γ), its entries 11, 21 and 12."""
-    from sympy import Matrix
-
-    body = Matrix([[mu[0] / 2, mu[2]], [mu[1], -mu[0] / 2]])
+    body = sympy.Matrix([[mu[0] / 2, mu[2]], [mu[1], -mu[0] / 2]])
     turned = A * body * A.adjugate()  # det A = 1
-    return Matrix([turned[0, 0], turned[1, 0], turned[0, 1]])
+    return sympy.Matrix([turned[0, 0], turned[1, 0], turned[0, 1]])
 
 
 scene = Scene(

@@ -3,14 +3,13 @@
 from typing import Any
 
 from ..groupoids import pair
+from ..numbers.lazy import sympy
 from ..scene import Scene
 
 
 def fast(x: Any, p: Any) -> Any:
     """The spring."""
-    from sympy import sqrt
-
-    return p.stiffness * (sqrt(x.dot(x)) - p.length) ** 2 / 2
+    return p.stiffness * (sympy.sqrt(x.dot(x)) - p.length) ** 2 / 2
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:

@@ -4,8 +4,7 @@ from typing import Any
 
 from ..algebras import su
 from ..groupoids import lie_group, pair, product
-from ..momentum import Conserved
-from ..scene import Scene
+from ..scene import Conserved, Scene
 
 
 def field(x: Any) -> Any:

@@ -11,9 +11,9 @@ from functools import lru_cache
 from importlib.util import find_spec
 from typing import Any
 
-from integrators import BadInput
-from integrators.scene import Scene
-from integrators.symbols import SceneSymbols
+from discmech.integrators import BadInput
+from discmech.integrators.equations.symbols import SceneSymbols
+from discmech.integrators.scene import Scene
 
 from ..contestants import Contestant, Problem
 

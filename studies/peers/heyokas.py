@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from integrators.errors import CannotMeasure
+from discmech.integrators.errors import CannotMeasure
 
 from ..contestants import MOST_ROWS, NoEnd, Problem, States
 

@@ -6,7 +6,7 @@ import argparse
 import json
 from typing import Any
 
-from integrators import BadInput
+from discmech.integrators import BadInput
 
 from ..options import count
 from ..output import EXIT, console, progress_shown, writable, write

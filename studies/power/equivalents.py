@@ -1,14 +1,14 @@
 """Proofs that a changed object is as valid as the one before: nothing is left to be caught.
 
-An identity of analytic functions is decided at random rational points (`integrators.identities`).
+An identity of analytic functions is decided at random rational points (`identities`).
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from integrators import Scheme
-from integrators.identities import first_violation
+from discmech.integrators import Scheme
+from discmech.integrators.numbers.identities import first_violation
 
 from .faults import Fault
 from .sites import IN_RULE, faulty_scheme, sound_scheme

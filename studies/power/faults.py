@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from integrators import Scheme, scenes
-from integrators.identities import first_violation
-from integrators.scene import Scene
+from discmech.integrators import Scheme, scenes
+from discmech.integrators.numbers.identities import first_violation
+from discmech.integrators.scene import Scene
 
 from ..case import Case
 from .operators import OPERATORS, Operator

@@ -11,12 +11,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from integrators import Scheme
-from integrators.compiling import composed_file, kernel_body, kernel_file
-from integrators.composed_flow import ComposedFlow
-from integrators.driver import SINGULAR
-from integrators.flow import Flow
-from integrators.interpreting import run_text
+from discmech.integrators import Scheme
+from discmech.integrators.compiler.driver import SINGULAR
+from discmech.integrators.compiler.modules import composed_file, kernel_body, kernel_file
+from discmech.integrators.flows.composed_flow import ComposedFlow
+from discmech.integrators.flows.flow import Flow
+from discmech.integrators.numbers.interpreting import run_text
 
 Edit = Callable[[str], str]
 Form = tuple[str, Callable[[Any], Any]]

@@ -11,7 +11,8 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any
 
-from integrators import BadInput, discretisations
+from discmech.integrators import BadInput
+from discmech.integrators import rules as discretisations
 
 from .. import get
 from ..case import Case

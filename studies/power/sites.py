@@ -21,10 +21,11 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Any
 
-from integrators import BadInput, Scheme, discretisations
-from integrators.composition import Composition
-from integrators.discretisations import Discretisation
-from integrators.identities import first_violation
+from discmech.integrators import BadInput, Scheme
+from discmech.integrators import rules as discretisations
+from discmech.integrators.numbers.identities import first_violation
+from discmech.integrators.rules import Discretisation
+from discmech.integrators.rules.composition import Composition
 
 from .faults import Fault, NoPlace, scene_of
 from .interpreted import interpret

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from integrators import Scheme
-from integrators.composition import Composition, Method
-from integrators.discretisations import Discretisation, midpoint, trapezoidal
-from integrators.scene import Scene
+from discmech.integrators import Scheme
+from discmech.integrators.rules import Discretisation, midpoint, trapezoidal
+from discmech.integrators.rules.composition import Composition, Method
+from discmech.integrators.scene import Scene
 
 from ..case import Case, scheme_of
 from .interpreted import interpret

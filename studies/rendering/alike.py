@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.palette import PAPER, Mark
+from discmech.studies.rendering.palette import PAPER, Mark
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

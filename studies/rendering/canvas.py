@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.palette import GRID, INK, MUTED, PAPER
-from studies.rendering.svg import inline_panels
-from studies.rendering.typeset import figure_text
-from studies.rendering.wording import power_of_ten
+from discmech.studies.rendering.palette import GRID, INK, MUTED, PAPER
+from discmech.studies.rendering.svg import inline_panels
+from discmech.studies.rendering.typeset import figure_text
+from discmech.studies.rendering.wording import power_of_ten
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

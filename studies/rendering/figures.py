@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from studies.rendering import (
+from discmech.studies.rendering import (
     plot_charts,
     plot_costs,
     plot_drift,
@@ -16,8 +16,8 @@ from studies.rendering import (
     plot_symplecticity,
     plot_work,
 )
-from studies.rendering.canvas import Drawing, Panel, Sheet, render
-from studies.rendering.captions import (
+from discmech.studies.rendering.canvas import Drawing, Panel, Sheet, render
+from discmech.studies.rendering.captions import (
     CHARTS,
     CONTROLS,
     CONVERGENCE,
@@ -32,8 +32,8 @@ from studies.rendering.captions import (
     SPRINGS,
     WORK,
 )
-from studies.rendering.palette import Mark, marks
-from studies.rendering.wording import Case, Result, is_control, mapping, rule_name
+from discmech.studies.rendering.palette import Mark, marks
+from discmech.studies.rendering.wording import Case, Result, is_control, mapping, rule_name
 
 Titles = Mapping[str, str]
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.palette import GRID, WORDS
-from studies.rendering.typeset import figure_text
+from discmech.studies.rendering.palette import GRID, WORDS
+from discmech.studies.rendering.typeset import figure_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

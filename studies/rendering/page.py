@@ -6,23 +6,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.mathml import display
-from studies.rendering.publish import published
-from studies.rendering.summary import headline, machine, merged, runs, tally, trouble
-from studies.rendering.tables import columns, file_name, write_tables
-from studies.rendering.wording import (
-    STUDIES,
-    VERDICTS,
-    Case,
-    Result,
-    is_control,
-    verdict,
-)
+from discmech.studies.rendering.mathml import display
+from discmech.studies.rendering.publish import published
+from discmech.studies.rendering.summary import headline, machine, merged, runs, tally, trouble
+from discmech.studies.rendering.tables import columns, file_name, write_tables
+from discmech.studies.rendering.wording import STUDIES, VERDICTS, Case, Result, is_control, verdict
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-    from studies.rendering.figures import Plate
+    from discmech.studies.rendering.figures import Plate
 
 LONGEST_FORMULA = 60_000  # characters of MathML; longer ones are linked, not shown
 FORMULAE = 1_000_000  # and of all of them together
@@ -39,7 +32,7 @@ def write_report(
 
     An older report in the folder stays whole until this one is, and for good if this one fails.
     """
-    from studies.rendering.figures import plates
+    from discmech.studies.rendering.figures import plates
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     studies = merged(results)
@@ -69,7 +62,7 @@ def lone_page(
     tables: what stands above the studies, each {"title", "about", "heads", "lines"}, a line a list
     of cells.
     """
-    from studies.rendering.figures import plates
+    from discmech.studies.rendering.figures import plates
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     studies = merged(results)

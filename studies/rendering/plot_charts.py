@@ -5,9 +5,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.canvas import Panel, Sheet, log_axis
-from studies.rendering.palette import BLUE, GREEN, GRID, INK, MUTED, ORANGE, SKY, VERMILLION
-from studies.rendering.wording import Case, mapping, number, rows
+from discmech.studies.rendering.canvas import Panel, Sheet, log_axis
+from discmech.studies.rendering.palette import (
+    BLUE,
+    GREEN,
+    GRID,
+    INK,
+    MUTED,
+    ORANGE,
+    SKY,
+    VERMILLION,
+)
+from discmech.studies.rendering.wording import Case, mapping, number, rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

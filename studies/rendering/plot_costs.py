@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from studies.rendering.canvas import Panel, Sheet, log_axis, log_limits
-from studies.rendering.labels import end_labels
-from studies.rendering.palette import BLUE, MUTED
+from discmech.studies.rendering.canvas import Panel, Sheet, log_axis, log_limits
+from discmech.studies.rendering.labels import end_labels
+from discmech.studies.rendering.palette import BLUE, MUTED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from studies.rendering.wording import Case
+    from discmech.studies.rendering.wording import Case
 
 SHEET = Sheet(width=3.4, right=1.1, columns=2)
 

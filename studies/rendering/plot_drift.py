@@ -6,13 +6,21 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.alike import shares
-from studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
-from studies.rendering.labels import end_labels
-from studies.rendering.palette import GRID, INK, MUTED, Mark
-from studies.rendering.plot_symplecticity import round_off
-from studies.rendering.typeset import figure_text
-from studies.rendering.wording import Case, mapping, number, rows, rule_name, scientific, verdict
+from discmech.studies.rendering.alike import shares
+from discmech.studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
+from discmech.studies.rendering.labels import end_labels
+from discmech.studies.rendering.palette import GRID, INK, MUTED, Mark
+from discmech.studies.rendering.plot_symplecticity import round_off
+from discmech.studies.rendering.typeset import figure_text
+from discmech.studies.rendering.wording import (
+    Case,
+    mapping,
+    number,
+    rows,
+    rule_name,
+    scientific,
+    verdict,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

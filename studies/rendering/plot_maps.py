@@ -8,10 +8,10 @@ from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.canvas import Panel, Sheet, log_axis, note, tick_text
-from studies.rendering.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
-from studies.rendering.typeset import figure_text
-from studies.rendering.wording import Case, mapping, number, rows, rule_name
+from discmech.studies.rendering.canvas import Panel, Sheet, log_axis, note, tick_text
+from discmech.studies.rendering.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
+from discmech.studies.rendering.typeset import figure_text
+from discmech.studies.rendering.wording import Case, mapping, number, rows, rule_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.alike import Share, shares
-from studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
-from studies.rendering.labels import end_labels
-from studies.rendering.palette import MUTED, PAPER, Mark
-from studies.rendering.wording import Case, mapping, number, rows, rule_name, verdict
+from discmech.studies.rendering.alike import Share, shares
+from discmech.studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
+from discmech.studies.rendering.labels import end_labels
+from discmech.studies.rendering.palette import MUTED, PAPER, Mark
+from discmech.studies.rendering.wording import Case, mapping, number, rows, rule_name, verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

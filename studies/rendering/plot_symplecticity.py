@@ -6,11 +6,28 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
-from studies.rendering.labels import end_labels
-from studies.rendering.palette import BLUE, GRID, INK, MUTED, PAPER, VERMILLION, WORDS, Mark
-from studies.rendering.typeset import figure_text
-from studies.rendering.wording import Case, mapping, number, rows, rule_name, scientific, verdict
+from discmech.studies.rendering.canvas import Panel, Sheet, log_axis, log_limits, note
+from discmech.studies.rendering.labels import end_labels
+from discmech.studies.rendering.palette import (
+    BLUE,
+    GRID,
+    INK,
+    MUTED,
+    PAPER,
+    VERMILLION,
+    WORDS,
+    Mark,
+)
+from discmech.studies.rendering.typeset import figure_text
+from discmech.studies.rendering.wording import (
+    Case,
+    mapping,
+    number,
+    rows,
+    rule_name,
+    scientific,
+    verdict,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

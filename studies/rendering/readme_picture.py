@@ -1,4 +1,6 @@
-"""The README's picture, from a finished report: python -m studies.rendering.readme_picture.
+"""The README's picture, from a finished report.
+
+Run it by python -m discmech.studies.rendering.readme_picture.
 
 Arguments, both optional: the report's folder (reports/build) and the file (docs/convergence.png).
 """
@@ -20,8 +22,8 @@ def picture(report: Path) -> bytes:
     """Convergence of all rules on six scenes as PNG, black on white in few colours."""
     from PIL import Image
 
-    from integrators import scenes
-    from studies.rendering.figures import plates
+    from discmech.integrators import scenes
+    from discmech.studies.rendering.figures import plates
 
     result: dict[str, Any] = json.loads((report / "tables" / "order.json").read_text("utf-8"))
     cases = [c for c in result["cases"] if c["scene"] in SCENES and c["digits"] == DIGITS]

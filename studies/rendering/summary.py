@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from studies.rendering.tables import file_name
-from studies.rendering.wording import (
+from discmech.studies.rendering.tables import file_name
+from discmech.studies.rendering.wording import (
     STUDIES,
     VERDICTS,
     Case,

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.typeset import tex
-from studies.rendering.wording import (
+from discmech.studies.rendering.typeset import tex
+from discmech.studies.rendering.wording import (
     NONE,
     VERDICTS,
     Case,

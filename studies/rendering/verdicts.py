@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from studies.rendering.wording import (
+from discmech.studies.rendering.wording import (
     NONE,
     VERDICTS,
     Case,
@@ -245,6 +245,6 @@ def troubles(result: Result) -> list[str]:
 
 def summary(result: Result) -> str:
     """All 34 cases pass."""
-    from studies.rendering.summary import headline
+    from discmech.studies.rendering.summary import headline
 
     return headline([result])["text"]

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from integrators import Scheme, cayley, exponential, midpoint, scenes, trapezoidal
+from discmech.integrators import Scheme, cayley, exponential, midpoint, scenes, trapezoidal
 
 HERE = Path(__file__).parent
 STEPS, ROUNDS = 2_000_000, 15  # long enough that starting a run does not count
@@ -159,7 +159,9 @@ def bench_heavy_top_beside_scipy(benchmark):
 
 def unwatched(scheme, step, monkeypatch, tmp_path):
     """The same flow without the look at the chart's extent and the branch after every step."""
-    from integrators import compiling, kernels, watching
+    from discmech.integrators.compiler import edge_guard as watching
+    from discmech.integrators.compiler import kernels
+    from discmech.integrators.compiler import modules as compiling
 
     nothing = ["EDGE, STRAYED = 3, 4\n", watching._NOTHING]
     monkeypatch.setattr(kernels, "watch_text", lambda builder: nothing)

@@ -11,13 +11,13 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from integrators import scenes
-from reference.bounded import bounded_integration
-from reference.equations import equations_of
-from reference.exact import to_mpf
-from reference.extrapolation import extrapolate
-from reference.series import compile_series
-from reference.taylor import TaylorSettings, integrate
+from discmech.integrators import scenes
+from discmech.reference.bounded import bounded_integration
+from discmech.reference.equations import equations_of
+from discmech.reference.exact import to_mpf
+from discmech.reference.extrapolation import extrapolate
+from discmech.reference.series import compile_series
+from discmech.reference.taylor import TaylorSettings, integrate
 
 DIGITS = 50
 

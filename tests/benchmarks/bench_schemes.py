@@ -11,8 +11,18 @@ import time
 
 import pytest
 
-from integrators import Scene, Scheme, lie_group, midpoint, rectangle, scenes, so, sp, trapezoidal
-from integrators.compiling import kernel_file, load_kernels
+from discmech.integrators import (
+    Scene,
+    Scheme,
+    lie_group,
+    midpoint,
+    rectangle,
+    scenes,
+    so,
+    sp,
+    trapezoidal,
+)
+from discmech.integrators.compiler.modules import kernel_file, load_kernels
 
 
 def free_body(algebra):
@@ -33,7 +43,7 @@ RULES = [midpoint, trapezoidal]
 
 def measure(scene, rule):
     """(seconds to derive the equations and write the kernels, seconds to compile them)."""
-    from integrators.arithmetic import arithmetic
+    from discmech.integrators.numbers.arithmetic import arithmetic
 
     Scheme(scenes.get("harmonic"), rectangle).flow("0.1").trajectory(1)  # imports do not count
     begun = time.perf_counter()
@@ -79,7 +89,7 @@ def bench_start(benchmark, name):
     """A command as a whole process, its kernels compiled before."""
 
     def run():
-        command = [sys.executable, "-m", "studies.command", *STARTS[name]]
+        command = [sys.executable, "-m", "discmech.studies.command", *STARTS[name]]
         subprocess.run(command, check=True, capture_output=True, env=dict(os.environ))
 
     run()

@@ -5,7 +5,7 @@ import pytest
 import sympy
 from everything import SCENES, flow, scheme
 
-from integrators import (
+from discmech.integrators import (
     BadInput,
     Conserved,
     DiscmechError,
@@ -25,8 +25,8 @@ from integrators import (
     so,
     trapezoidal,
 )
-from integrators.discretisations import get as rule_called
-from integrators.groupoid import check_axioms
+from discmech.integrators.groupoids.groupoid import check_axioms
+from discmech.integrators.rules import get as rule_called
 
 NAN, INF = float("nan"), float("inf")
 

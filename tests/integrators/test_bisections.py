@@ -9,7 +9,7 @@ import sympy
 from scipy.spatial.transform import Rotation
 from sympy import Rational
 
-from integrators import (
+from discmech.integrators import (
     BadInput,
     LocalGroupoid,
     Scene,
@@ -23,9 +23,9 @@ from integrators import (
     so,
     trapezoidal,
 )
-from integrators.bisections import Bisection, common_complement, complement_slope
-from integrators.charts import GroupChart
-from integrators.evolution import GeneralOperator
+from discmech.integrators.bisections.bisection import Bisection, common_complement, complement_slope
+from discmech.integrators.bisections.evolution_operator import GeneralOperator
+from discmech.integrators.bisections.translates import GroupChart
 from tests.everything import SCENES, affine_action, affine_group, framed_plane
 
 STEP = Rational(3, 10)

@@ -14,7 +14,7 @@ import sympy
 from everything import OWN_SCENES
 from sympy import Matrix, Rational
 
-from integrators import (
+from discmech.integrators import (
     LocalGroupoid,
     Scene,
     Scheme,
@@ -30,7 +30,7 @@ from integrators import (
     su,
     trapezoidal,
 )
-from integrators.kernels import KernelBuilder
+from discmech.integrators.compiler.kernels import KernelBuilder
 
 RULES = [rectangle, midpoint, trapezoidal]
 rules = pytest.mark.parametrize("rule", RULES, ids=lambda r: r.name)

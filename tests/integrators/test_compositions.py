@@ -10,11 +10,11 @@ import pytest
 from everything import SCENES
 from everything import scheme as plain_scheme
 
-from integrators import BadInput, Scheme, StepFailure, midpoint, rectangle
-from integrators.composition import METHODS, Composition, Substep, adjoint, compose
-from integrators.discretisations import get, names
-from integrators.errors import CannotMeasure
-from integrators.exact import exact_rational
+from discmech.integrators import BadInput, Scheme, StepFailure, midpoint, rectangle
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.numbers.exact import exact_rational
+from discmech.integrators.rules import get, names
+from discmech.integrators.rules.composition import METHODS, Composition, Substep, adjoint, compose
 
 DIGITS = 50
 CASES = [

@@ -11,11 +11,20 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from integrators import BadInput, Scene, Scheme, StepFailure, lie_group, rectangle, scenes, so
-from integrators.algebras import se, sl, sp, su
-from integrators.arrows import arrow, defects, residual
-from integrators.charts import GroupChart
-from integrators.on_group import on_group
+from discmech.integrators import (
+    BadInput,
+    Scene,
+    Scheme,
+    StepFailure,
+    lie_group,
+    rectangle,
+    scenes,
+    so,
+)
+from discmech.integrators.algebras import se, sl, sp, su
+from discmech.integrators.bisections.translates import GroupChart
+from discmech.integrators.geometry.transitions import arrow, defects, residual
+from discmech.integrators.scene import on_group
 
 
 def chordal(weights):

@@ -4,11 +4,11 @@ import pytest
 import sympy
 from sympy import cos, exp, sin, sqrt, symbols
 
-from integrators import scenes
-from integrators.differentiation import jacobian
-from integrators.identities import first_violation
-from integrators.symbols import SceneSymbols
-from integrators.tables import held
+from discmech.integrators import scenes
+from discmech.integrators.equations.symbols import SceneSymbols
+from discmech.integrators.numbers.differentiation import jacobian
+from discmech.integrators.numbers.identities import first_violation
+from discmech.integrators.numbers.multi_output import held
 
 x, y, z, a = symbols("x y z a", real=True, positive=True)
 EXPRESSIONS = [

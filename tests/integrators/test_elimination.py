@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from integrators.elimination import eliminate
+from discmech.integrators.compiler.elimination import eliminate
 
 
 def system(m, zeros):

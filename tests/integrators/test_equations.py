@@ -2,7 +2,7 @@
 
 `discrete_lagrangian_of` writes L_d out from the rule and the groupoid alone, and the Legendre maps
 are taken from the paper's definition by curves in the groupoid: nothing is shared with the shortcut
-by points that `integrators.equations` takes.
+by points that `integrators.equations.discrete_equations` takes.
 """
 
 import mpmath
@@ -25,7 +25,7 @@ from everything import (
 )
 from sympy import Matrix, Rational, eye
 
-from integrators import Scene, Scheme, midpoint, pair, rectangle, trapezoidal
+from discmech.integrators import Scene, Scheme, midpoint, pair, rectangle, trapezoidal
 
 DIGITS = 60
 EPS = Rational(1, 10**40)

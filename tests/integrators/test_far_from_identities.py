@@ -6,21 +6,23 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from integrators import (
+from discmech.integrators import (
     BadInput,
     Scene,
     Scheme,
     StepFailure,
     action,
-    discretisations,
     exponential,
     lie_group,
     on_group,
     rectangle,
     scenes,
 )
-from integrators.algebras import se, sl, so, sp, su
-from integrators.composition import compose
+from discmech.integrators import (
+    rules as discretisations,
+)
+from discmech.integrators.algebras import se, sl, so, sp, su
+from discmech.integrators.rules.composition import compose
 
 MOSER_VESELOV = scenes.get("moser-veselov")
 

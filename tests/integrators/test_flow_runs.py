@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from everything import ALIKE, ALWAYS, SCENES, SCHEMES, flow, named, scheme
 
-import integrators
-from integrators import Scene, Scheme, StepFailure, midpoint, pair, trapezoidal
-from integrators.compiling import kernel_file
+import discmech.integrators as integrators
+from discmech.integrators import Scene, Scheme, StepFailure, midpoint, pair, trapezoidal
+from discmech.integrators.compiler.modules import kernel_file
 
 ROOT = Path(integrators.__file__).parents[1]
 SOME = [
@@ -108,8 +108,8 @@ def test_memory_is_that_of_the_rows(steps):
 FIRST = """
 import sys, warnings
 warnings.simplefilter("ignore")
-from integrators import Scheme, midpoint, scenes
-import integrators.compiling as compiling
+from discmech.integrators import Scheme, midpoint, scenes
+import discmech.integrators.compiler.modules as compiling
 if "--sealed" in sys.argv:
     def build(self):
         raise AssertionError("derived again")
@@ -166,7 +166,7 @@ def test_steps_parameters_and_starts_compile_nothing_new(own_cache, monkeypatch)
         scene.with_values(parameters={"stiffness": 2, "mass": "1/3"}),
         scene.with_values(x0=["0.7"], v0=[1], duration=3),
     ]
-    import integrators.compiling as compiling
+    import discmech.integrators.compiler.modules as compiling
 
     monkeypatch.setattr(compiling.KernelBuilder, "build", None)
     assert all(kernel_file(Scheme(s, trapezoidal)) == file for s in changed)
@@ -202,7 +202,7 @@ def test_a_cache_that_cannot_be_written_is_no_obstacle(tmp_path, monkeypatch):
 
 
 def test_nothing_half_written_stays(tmp_path, monkeypatch):
-    from integrators import compiling
+    from discmech.integrators.compiler import modules as compiling
 
     def refuse(*_):
         raise OSError("disk full")

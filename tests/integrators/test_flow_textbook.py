@@ -232,7 +232,7 @@ def test_attitude_turns_with_the_body():
     """A_{k+1} = A_k cay(hu_k): A stays a rotation and A μ is constant in space."""
     from everything import SCENES
 
-    from integrators import Scheme, midpoint
+    from discmech.integrators import Scheme, midpoint
 
     free = flow("rigid-body", "midpoint", "1/10").trajectory(300)
     run = Scheme(SCENES["rigid-body"].with_attitude(), midpoint).flow("1/10").trajectory(300)

@@ -12,9 +12,18 @@ import sympy
 from everything import ARROWS, GROUPOIDS, LARGE, STEPS, arrows, compose, cross
 from sympy import Matrix, Rational, Symbol, eye, zeros
 
-from integrators import BadInput, LocalGroupoid, Scene, Scheme, lie_group, pair, rectangle, so
-from integrators.evaluation import evaluate
-from integrators.groupoid import axioms, check_axioms
+from discmech.integrators import (
+    BadInput,
+    LocalGroupoid,
+    Scene,
+    Scheme,
+    lie_group,
+    pair,
+    rectangle,
+    so,
+)
+from discmech.integrators.groupoids.groupoid import axioms, check_axioms
+from discmech.integrators.numbers.evaluation import evaluate
 
 everywhere = pytest.mark.parametrize("stratum", ARROWS)
 at_steps = pytest.mark.parametrize("h", STEPS, ids=str)

@@ -7,20 +7,22 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from integrators import (
+from discmech.integrators import (
     BadInput,
     Scene,
     Scheme,
-    discretisations,
     imex,
     midpoint,
     pair,
     scenes,
     trapezoidal,
 )
-from integrators.errors import CannotMeasure
-from integrators.identities import first_violation
-from studies.case import Choice
+from discmech.integrators import (
+    rules as discretisations,
+)
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.numbers.identities import first_violation
+from discmech.studies.case import Choice
 
 
 def two_springs(x, v, p):
@@ -82,7 +84,7 @@ def test_the_adiabatic_invariant_of_fpu_over_long_times(omega):
 
 def test_trapezoidal_cannot_take_that_step():
     """Störmer–Verlet ends at ωh = 2; at ωh = 10 its numbers leave the range of doubles."""
-    from integrators import StepFailure
+    from discmech.integrators import StepFailure
 
     with pytest.raises(StepFailure, match="no longer finite"):
         Scheme(scenes.get("fpu"), trapezoidal).flow("1/5").trajectory(2000)

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from integrators import Scheme, rectangle, scenes
-from reference.moser_veselov import step
+from discmech.integrators import Scheme, rectangle, scenes
+from discmech.reference.moser_veselov import step
 from tests.test_examples import example
 
 MASS = ("1.75", "1.25", "0.75")
@@ -92,7 +92,7 @@ def test_shrunk_steps_are_those_of_the_smaller_step():
 
 @pytest.mark.slow
 def test_a_heavy_top_turns_by_any_angle_a_step():
-    from integrators.arrows import arrow, defects, residual
+    from discmech.integrators.geometry.transitions import arrow, defects, residual
 
     flow = Scheme(example("heavy_top_on_group").scene, rectangle).flow(1, on_edge="bisect")
     translates = set()

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from integrators import Scheme, rectangle, scenes
-from integrators.arrows import arrow, regularity
-from reference.moser_veselov import step
+from discmech.integrators import Scheme, rectangle, scenes
+from discmech.integrators.geometry.transitions import arrow, regularity
+from discmech.reference.moser_veselov import step
 
 MASS = ("1.75", "1.25", "0.75")
 

@@ -14,8 +14,8 @@ import sympy
 from everything import SCENES
 from sympy import Matrix, Rational, zeros
 
-import integrators
-from integrators import (
+import discmech.integrators as integrators
+from discmech.integrators import (
     BadInput,
     MatrixAlgebra,
     Scene,
@@ -30,8 +30,8 @@ from integrators import (
     su,
     trapezoidal,
 )
-from integrators.exact import exact, exact_nested, exact_vector, flatten
-from integrators.retractions import cayley
+from discmech.integrators.numbers.exact import exact, exact_nested, exact_vector, flatten
+from discmech.integrators.retractions import cayley
 
 # -- exact numbers --------------------------------------------------------------------------------
 
@@ -354,10 +354,10 @@ def loaded_by(statement):
 @pytest.mark.parametrize(
     "statement",
     [
-        "import integrators",
-        "from integrators import scenes; scenes.all_scenes()",
-        "from integrators import *; Scene('a', pair(1), lambda x, v, p: 0, x0=[1], v0=['0.5'])",
-        "from integrators import so, se, sl, sp; so(4), se(3), sl(3), sp(4)",
+        "import discmech",
+        "from discmech.integrators import scenes; scenes.all_scenes()",
+        "from discmech import *; Scene('a', pair(1), lambda x, v, p: 0, x0=[1], v0=['0.5'])",
+        "from discmech.integrators import so, se, sl, sp; so(4), se(3), sl(3), sp(4)",
     ],
 )
 def test_importing_is_light(statement):
@@ -367,7 +367,7 @@ def test_importing_is_light(statement):
 def test_a_flow_in_double_precision_loads_no_matplotlib():
     statement = (
         "import warnings; warnings.simplefilter('ignore'); "
-        "from integrators import *; from integrators import scenes; "
+        "from discmech.integrators import *; from discmech.integrators import scenes; "
         "Scheme(scenes.get('harmonic'), trapezoidal).flow('0.1').trajectory(2)"
     )
     loaded = loaded_by(statement)

@@ -3,7 +3,7 @@
 import mpmath
 import pytest
 
-from integrators.quadrature import NodeValue, rule
+from discmech.integrators.rules.quadrature import NodeValue, rule
 
 FAMILIES = {"gauss": (1, lambda n: 2 * n), "lobatto": (2, lambda n: 2 * n - 2)}
 

@@ -11,7 +11,7 @@ import pytest
 from everything import ALGEBRAS, ARROWS
 from sympy import Matrix, Rational, Symbol, eye, zeros
 
-from integrators import (
+from discmech.integrators import (
     BadInput,
     MatrixAlgebra,
     Scene,
@@ -22,16 +22,16 @@ from integrators import (
     sl,
     so,
     su,
-)  # fmt: skip
-from integrators.evaluation import evaluate_matrix
-from integrators.retractions.matrix_functions import (
+)
+from discmech.integrators.numbers.evaluation import evaluate_matrix
+from discmech.integrators.retractions.ad_spectrum import turnings
+from discmech.integrators.retractions.matrix_functions import (
     DEXP,
     DEXP_INVERSE,
     DISPLACEMENT,
     MatrixFunction,
-)  # fmt: skip
-from integrators.retractions.retraction import Retraction
-from integrators.retractions.turning import turnings
+)
+from discmech.integrators.retractions.retraction import Retraction
 
 EPS = Rational(1, 10**30)
 CLOSED = ["so(3)", "su(2)", "sl(2)", "se(2)", "se(3)", "so(4)", "heisenberg", "pair of so(3)"]

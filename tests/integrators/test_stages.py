@@ -13,11 +13,11 @@ import sympy
 from everything import SCENES
 from sympy import Float, Matrix, Rational
 
-from integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
-from integrators.discretisations import get
-from integrators.galerkin import gauss, lobatto
-from integrators.interpreting import run_text
-from integrators.printing import Call, function_text
+from discmech.integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
+from discmech.integrators.numbers.interpreting import run_text
+from discmech.integrators.numbers.printing import Call, function_text
+from discmech.integrators.rules import get
+from discmech.integrators.rules.galerkin import gauss, lobatto
 
 #: one rule a scene in the fast suite, each rule on some; all of them in the slow one
 FAST = [("pendulum", "lobatto-3"), ("kepler", "gauss-2"), ("moving-mass", "gauss-1"),
@@ -299,7 +299,7 @@ def test_double_precision_is_50_digits_rounded(scene, rule):
 
 
 def test_nodes_that_are_alike_are_one_function():
-    from integrators.kernels import KernelBuilder
+    from discmech.integrators.compiler.kernels import KernelBuilder
 
     text = KernelBuilder(Scheme(SCENES["rigid-body"], get("gauss-2"))).build()
     solver = text[text.index("def correct") : text.index("def update")]

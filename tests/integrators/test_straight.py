@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from integrators.instructions import Writer
-from integrators.straight import straight
+from discmech.integrators.compiler.llvm_instructions import Writer
+from discmech.integrators.compiler.straight_line import straight
 
 R = float
 FAST = "contract", "arcp", "nsz", "reassoc"

@@ -8,7 +8,7 @@ from everything import ALGEBRAS, GROUPOIDS, LARGE
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from integrators import (
+from discmech.integrators import (
     BadInput,
     LocalGroupoid,
     Scene,
@@ -27,10 +27,10 @@ from integrators import (
     su,
     trapezoidal,
 )
-from integrators.charts import GroupChart
-from integrators.discretisations import get as rule
-from integrators.neighbourhoods import chart_extents, chart_reach
-from integrators.running import first_u
+from discmech.integrators.bisections.translates import GroupChart
+from discmech.integrators.flows.run import first_u
+from discmech.integrators.groupoids.chart_margin import chart_extents, chart_reach
+from discmech.integrators.rules import get as rule
 
 
 @pytest.mark.parametrize("name", [*GROUPOIDS, *LARGE])

@@ -7,8 +7,8 @@ from typing import Any
 
 from sympy import Matrix, Rational, eye, zeros
 
-from integrators import LocalGroupoid
-from integrators.groupoids.action import UserAction
+from discmech.integrators import LocalGroupoid
+from discmech.integrators.groupoids.action import UserAction
 
 from .curves import minus_by_curve, plus_by_curve
 from .numbers import columns, slope

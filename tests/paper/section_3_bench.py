@@ -8,7 +8,7 @@ from typing import Any
 
 from sympy import zeros
 
-from integrators import Scene, Scheme, rectangle
+from discmech.integrators import Scene, Scheme, rectangle
 
 from .curves import W_by_curves, minus_by_curve, plus_by_curve
 from .numbers import numbers

@@ -8,7 +8,7 @@ from typing import Any
 
 from sympy import Matrix, diag, eye, symbols
 
-from integrators import Scheme, cayley, rectangle, scenes, so
+from discmech.integrators import Scheme, cayley, rectangle, scenes, so
 
 from .rows import SYMBOLIC, Claim, checked, definition, printed, same
 from .section_3_so3 import E, as_printed, h, now, pair_with, then

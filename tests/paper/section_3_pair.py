@@ -7,7 +7,7 @@ from typing import Any
 
 from sympy import Function, Matrix, Symbol, symbols, zeros
 
-from integrators import Scene, Scheme, midpoint, pair, trapezoidal
+from discmech.integrators import Scene, Scheme, midpoint, pair, trapezoidal
 
 from .rows import SYMBOLIC, Claim, checked, definition, same
 

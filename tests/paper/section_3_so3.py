@@ -7,7 +7,7 @@ from typing import Any
 
 from sympy import Function, Matrix, Rational, eye, symbols
 
-from integrators import cayley, so
+from discmech.integrators import cayley, so
 
 from .rows import SYMBOLIC, Claim, checked, printed, same
 

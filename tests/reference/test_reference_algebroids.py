@@ -5,11 +5,11 @@ import sympy
 from everything import GROUPOIDS, OWN_SCENES, frame
 from sympy import Matrix, Rational
 
-from integrators import Scene, scenes
-from reference import ReferenceFailure, solution
-from reference.algebroid import Algebroid, algebroid_of, in_frame
-from reference.equations import equations_of
-from reference.exact import parameter_values
+from discmech.integrators import Scene, scenes
+from discmech.reference import ReferenceFailure, solution
+from discmech.reference.algebroid import Algebroid, algebroid_of, in_frame
+from discmech.reference.equations import equations_of
+from discmech.reference.exact import parameter_values
 
 
 def scene_on(groupoid, **changes):

@@ -10,15 +10,15 @@ import pytest
 import sympy
 from elementary import FUNCTIONS, X, one_equation
 
-from integrators import scenes
-from reference import bounded, enclosure, frozen, propagation, remainders, solution
-from reference.balls import jacobian
-from reference.enclosure import enclose
-from reference.equations import equations_of
-from reference.exact import to_mpf
-from reference.majorants import Unproven
-from reference.series import compile_series
-from reference.taylor import TaylorSettings, integrate
+from discmech.integrators import scenes
+from discmech.reference import bounded, enclosure, frozen, propagation, remainders, solution
+from discmech.reference.balls import jacobian
+from discmech.reference.enclosure import enclose
+from discmech.reference.equations import equations_of
+from discmech.reference.exact import to_mpf
+from discmech.reference.majorants import Unproven
+from discmech.reference.series import compile_series
+from discmech.reference.taylor import TaylorSettings, integrate
 
 CUT_OFF = TaylorSettings(18, guard=20)  # the truncation makes the error
 ROUNDED = TaylorSettings(30, guard=0)  # the arithmetic makes it
@@ -152,8 +152,8 @@ def test_a_path_near_a_pole_of_a_step_is_no_proof():
     with gmpy2.context(gmpy2.get_context(), precision=100):
         state, size = [gmpy2.mpfr(1)], gmpy2.mpfr(-3) / 4  # x^2 = 1 + 2t is zero at t = -1/2
         nodes = program.nodes(20, state, [])
-    from reference.majorants import upward
-    from reference.taylor import Step
+    from discmech.reference.majorants import upward
+    from discmech.reference.taylor import Step
 
     with upward(), pytest.raises(Unproven, match="near zero"):
         remainders.Remainders(program, Step(nodes, size, []), 20, 100)

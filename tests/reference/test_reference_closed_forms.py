@@ -8,17 +8,17 @@ import mpmath
 import pytest
 import sympy
 
-from integrators import scenes
-from reference import solution
-from reference.agreement import agreement
-from reference.certify import form_at
-from reference.closed_forms import registry
-from reference.enclosure import enclose
-from reference.equations import equations_of
-from reference.exact import parameter_values, to_mpf
-from reference.problem import Problem
-from reference.series import compile_series
-from reference.taylor import TaylorSettings
+from discmech.integrators import scenes
+from discmech.reference import solution
+from discmech.reference.agreement import agreement
+from discmech.reference.certify import form_at
+from discmech.reference.closed_forms import registry
+from discmech.reference.enclosure import enclose
+from discmech.reference.equations import equations_of
+from discmech.reference.exact import parameter_values, to_mpf
+from discmech.reference.problem import Problem
+from discmech.reference.series import compile_series
+from discmech.reference.taylor import TaylorSettings
 
 PENDULUM = {
     "libration": {},
@@ -148,7 +148,7 @@ def test_a_form_that_is_wrong_in_the_21st_digit_is_no_authority(monkeypatch, pro
     assert right.certainty == ("enclosure" if proof else "agreement")
     assert re.search(r"closed form: .* functions agrees to [56]\d digits", right.evidence)
     wrong = late(registry()["pendulum"], 1 + Fraction(1, 10**20))
-    monkeypatch.setattr("reference.closed_forms.registry", lambda: {"pendulum": wrong})
+    monkeypatch.setattr("discmech.reference.closed_forms.registry", lambda: {"pendulum": wrong})
     found = solution(scene, "5.2", proof=proof)
     assert 18 <= found.certain_digits <= 21 and found.certainty == "agreement"
     assert "fewer than the 50 asked for" in found.evidence

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import pytest
 import sympy
 
-from integrators import scenes
-from reference import ReferenceFailure, solution
-from reference.equations import equations_of
+from discmech.integrators import scenes
+from discmech.reference import ReferenceFailure, solution
+from discmech.reference.equations import equations_of
 
 ALL = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
 

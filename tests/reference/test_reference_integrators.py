@@ -9,14 +9,14 @@ import pytest
 import sympy
 from elementary import FUNCTIONS, X, one_equation
 
-from integrators import scenes
-from reference import solution, solutions
-from reference.agreement import agreement
-from reference.equations import equations_of
-from reference.extrapolation import extrapolate
-from reference.series import compile_series
-from reference.states import all_blocks
-from reference.taylor import TaylorSettings, integrate
+from discmech.integrators import scenes
+from discmech.reference import solution, solutions
+from discmech.reference.agreement import agreement
+from discmech.reference.equations import equations_of
+from discmech.reference.extrapolation import extrapolate
+from discmech.reference.series import compile_series
+from discmech.reference.states import all_blocks
+from discmech.reference.taylor import TaylorSettings, integrate
 
 ALL = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
 
@@ -69,8 +69,8 @@ def test_order_of_the_local_polynomial():
     program, order = compile_series(equations), 9
     exact = {n: solution("pendulum", Fraction(1, n), digits=40).x[0] for n in (16, 32)}
     with gmpy2.context(gmpy2.get_context(), precision=200):
-        from reference.exact import to_mpf
-        from reference.taylor import polynomial
+        from discmech.reference.exact import to_mpf
+        from discmech.reference.taylor import polynomial
 
         series = program.coefficients(
             order, [gmpy2.mpfr(2), gmpy2.mpfr(0)], program.constants_at(60)

@@ -10,10 +10,10 @@ from fractions import Fraction
 
 import pytest
 
-from integrators import scenes
-from reference import ReferenceFailure, cache, certify, frozen, solution, store
-from reference.problem import Problem
-from reference.solution import forget
+from discmech.integrators import scenes
+from discmech.reference import ReferenceFailure, cache, certify, frozen, solution, store
+from discmech.reference.problem import Problem
+from discmech.reference.solution import forget
 
 
 @pytest.fixture

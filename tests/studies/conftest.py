@@ -12,4 +12,4 @@ def own_journal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Journals of unfinished studies go to the test's folder; compiled kernels stay shared."""
     folder = tmp_path / "cache"
     folder.mkdir()
-    monkeypatch.setattr("studies.journal.cache_folder", lambda: folder)
+    monkeypatch.setattr("discmech.studies.journal.cache_folder", lambda: folder)

@@ -7,11 +7,12 @@ from typing import Any
 
 from everything import DEAR, TURN
 
-from integrators import Scene, discretisations, scenes
-from integrators.discretisations import Discretisation
-from studies import get
-from studies.case import Case
-from studies.running import run_case
+from discmech.integrators import Scene, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import Discretisation
+from discmech.studies import get
+from discmech.studies.case import Case
+from discmech.studies.running import run_case
 
 BUILT_IN = [
     (s, r)

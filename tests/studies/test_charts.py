@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from integrators import scenes
-from studies import charts, get
-from studies.case import Choice
-from studies.rendering.figures import plates
-from studies.running import run_case
+from discmech.integrators import scenes
+from discmech.studies import charts, get
+from discmech.studies.case import Choice
+from discmech.studies.rendering.figures import plates
+from discmech.studies.running import run_case
 
 
 def the_case(**more):

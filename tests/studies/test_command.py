@@ -11,12 +11,13 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from integrators import Scheme, discretisations, midpoint, scenes
-from studies import NAMES
-from studies.command import _parser, main
-from studies.options import choice_of
+from discmech.integrators import Scheme, midpoint, scenes
+from discmech.integrators import rules as discretisations
+from discmech.studies import NAMES
+from discmech.studies.command import _parser, main
+from discmech.studies.options import choice_of
 
-LIGHT = "import sys; from studies.command import main; code = main(sys.argv[1:]); "
+LIGHT = "import sys; from discmech.studies.command import main; code = main(sys.argv[1:]); "
 
 
 def ask(capsys, *words):
@@ -35,7 +36,7 @@ def strict(text):
 
 
 def in_a_process(*words, code=None):
-    python = [sys.executable] + (["-c", code] if code else ["-m", "studies.command"])
+    python = [sys.executable] + (["-c", code] if code else ["-m", "discmech.studies.command"])
     return subprocess.run([*python, *words], capture_output=True, text=True, timeout=60)
 
 
@@ -63,7 +64,7 @@ def test_list_as_json(capsys, tmp_path):
 
 
 def test_every_groupoid_that_is_listed_can_be_imported(capsys):
-    import integrators
+    import discmech.integrators as integrators
 
     for name in strict(ask(capsys, "list", "--json", "-")[1])["groupoids"]:
         assert name in integrators.__all__
@@ -311,7 +312,7 @@ def test_controls_by_name(capsys):
 
 
 def test_the_command_of_a_result_names_its_controls():
-    from studies.options import as_typed
+    from discmech.studies.options import as_typed
 
     words = ["symplecticity", "heavy-top", "--control", "damped residual"]
     again = _parser().parse_args(shlex.split(as_typed(_parser().parse_args(words)))[1:])
@@ -319,7 +320,7 @@ def test_the_command_of_a_result_names_its_controls():
 
 
 def test_a_retraction_is_exchanged_and_the_command_says_so():
-    from studies.case import plain_cases
+    from discmech.studies.case import plain_cases
 
     words = ["order", "heavy-top", "pendulum", "--rule", "midpoint", "--digits", "16"]
     both = ["--retraction", "exponential", "--retraction", "cayley"]
@@ -340,8 +341,8 @@ def test_no_scene_is_every_scene_and_a_retraction_leaves_pairs_in():
 
 @pytest.mark.parametrize(("verdict", "code"), [("pass", 0), ("fail", 1), ("inconclusive", 3)])
 def test_exit_codes(capsys, monkeypatch, verdict, code):
-    from studies import get
-    from studies.case import Verdict
+    from discmech.studies import get
+    from discmech.studies.case import Verdict
 
     module = get("momentum")
     monkeypatch.setattr(
@@ -352,7 +353,7 @@ def test_exit_codes(capsys, monkeypatch, verdict, code):
 
 
 def test_not_a_number_never_reaches_the_json(capsys, monkeypatch):
-    from studies import get
+    from discmech.studies import get
 
     nothing = {"measured": {"drift": {"J": float("nan")}}, "steps": 1,
                "rows": [{"step": 1, "drift": {"J": float("inf")}}]}  # fmt: skip
@@ -455,7 +456,7 @@ def test_a_failed_write_leaves_the_old_file(capsys, tmp_path, monkeypatch):
 
 
 def test_where_the_result_goes_is_looked_at_before_the_study_runs(capsys, tmp_path, monkeypatch):
-    from studies import get
+    from discmech.studies import get
 
     monkeypatch.setattr(get("energy"), "measure", lambda *_: pytest.fail("measured in vain"))
     assert ask(capsys, "energy", "--json", str(tmp_path / "missing" / "a.json"))[0] == 2
@@ -508,7 +509,7 @@ def test_a_reader_that_goes_away_is_no_error():
     done = subprocess.run(
         [sys.executable, "-c",
          "import subprocess, sys\n"
-         "p = subprocess.Popen([sys.executable, '-m', 'studies.command', 'list'],"
+         "p = subprocess.Popen([sys.executable, '-m', 'discmech.studies.command', 'list'],"
          " stdout=subprocess.PIPE, stderr=subprocess.PIPE)\n"
          "p.stdout.close()\n"
          "print(p.stderr.read().decode()); sys.exit(p.wait())"],
@@ -527,4 +528,4 @@ def test_the_console_script_is_this_function():
     from pathlib import Path
 
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
-    assert project["project"]["scripts"] == {"discmech": "studies.command:main"}
+    assert project["project"]["scripts"] == {"discmech": "discmech.studies.command:main"}

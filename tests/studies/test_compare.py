@@ -7,8 +7,8 @@ import os
 
 import pytest
 
-from studies.command import main
-from studies.compare import comparison
+from discmech.studies.command import main
+from discmech.studies.compare import comparison
 from tests.studies.test_userfile import RULE
 
 

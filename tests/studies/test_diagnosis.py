@@ -11,30 +11,32 @@ from typing import Any
 import pytest
 import sympy
 
-import reference
-from integrators import (
+import discmech.reference as reference
+from discmech.integrators import (
     Scene,
     Scheme,
     discretisation,
-    discretisations,
     exponential,
     lie_group,
     pair,
     scenes,
     so,
 )
-from integrators.compiling import _MARK, kernel_file
-from integrators.discretisations import midpoint, trapezoidal
-from integrators.flow import Flow
-from integrators.interpreting import run_text
-from integrators.legendre import maps_at
-from integrators.starting import Start
-from studies import get
-from studies.case import Case
-from studies.diagnosis import _residuals as residuals
-from studies.diagnosis import _start_gap as start_gap
-from studies.exact_path import truncation
-from studies.running import run_case
+from discmech.integrators import (
+    rules as discretisations,
+)
+from discmech.integrators.compiler.modules import _MARK, kernel_file
+from discmech.integrators.flows.flow import Flow
+from discmech.integrators.flows.initial_state import Start
+from discmech.integrators.flows.newton_step import maps_at
+from discmech.integrators.numbers.interpreting import run_text
+from discmech.integrators.rules import midpoint, trapezoidal
+from discmech.studies import get
+from discmech.studies.case import Case
+from discmech.studies.diagnosis import _residuals as residuals
+from discmech.studies.diagnosis import _start_gap as start_gap
+from discmech.studies.exact_path import truncation
+from discmech.studies.running import run_case
 
 
 @discretisation(order=2)
@@ -217,7 +219,7 @@ def test_a_wrong_reference_is_told_by_a_witness(monkeypatch):
         found = true(scene, t, digits, attitude)
         return replace(found, x=[e * (1 + Fraction(1, 10**6)).__float__() for e in found.x])
 
-    monkeypatch.setattr("reference.solution", wrong)
+    monkeypatch.setattr("discmech.reference.solution", wrong)
     found = cause(order("kepler", midpoint))
     assert found["cause"] == "reference"
     assert 1e-8 < found["evidence"]["reference_gap"] < 1e-5
@@ -301,7 +303,7 @@ def test_structure_stays_however_well_steps_are_solved():
 
 def drifting(flow):
     """The momentum that is handed on is a little too small; every velocity is solved for."""
-    from studies.power.catalogue import SOLVER
+    from discmech.studies.power.catalogue import SOLVER
 
     body = kernel_file(flow.scheme).read_text().split(_MARK, 1)[1]
     old, new = SOLVER["damped residual"]
@@ -311,7 +313,7 @@ def drifting(flow):
 
 def impatient(flow):
     """Newton stops after two corrections."""
-    from studies.power.catalogue import SOLVER
+    from discmech.studies.power.catalogue import SOLVER
 
     body = kernel_file(flow.scheme).read_text().split(_MARK, 1)[1]
     old, new = SOLVER["Newton stops after two corrections"]

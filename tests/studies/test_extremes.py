@@ -8,13 +8,13 @@ from fractions import Fraction
 import pytest
 from sympy import Rational
 
-from integrators import discretisation, midpoint, scenes, trapezoidal
-from studies import get
-from studies.case import Choice, scheme_of
-from studies.edges import EXTREMES, Extreme
-from studies.extremes import FINE, WRONG, _size, _told, one_extreme
-from studies.running import run_study
-from studies.stiff import FAMILIES
+from discmech.integrators import discretisation, midpoint, scenes, trapezoidal
+from discmech.studies import get
+from discmech.studies.case import Choice, scheme_of
+from discmech.studies.edges import EXTREMES, Extreme
+from discmech.studies.extremes import FINE, WRONG, _size, _told, one_extreme
+from discmech.studies.running import run_study
+from discmech.studies.stiff import FAMILIES
 
 
 def told(error, estimate, energy=1e-9):

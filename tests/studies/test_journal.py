@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from integrators import scenes
-from integrators.discretisations import midpoint
-from studies import get, journal
-from studies.case import Choice
-from studies.command import INTERRUPTED, main
-from studies.running import run_study
+from discmech.integrators import scenes
+from discmech.integrators.rules import midpoint
+from discmech.studies import get, journal
+from discmech.studies.case import Choice
+from discmech.studies.command import INTERRUPTED, main
+from discmech.studies.running import run_study
 
 CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
                 rules=(midpoint,), digits=(16,), steps=10)  # fmt: skip
@@ -162,7 +162,7 @@ def test_from_the_command_line(study, kept, capsys, monkeypatch):
 
 
 def test_the_folder_is_that_of_the_environment(tmp_path, monkeypatch):
-    from integrators.compiling import cache_folder
+    from discmech.integrators.compiler.modules import cache_folder
 
     monkeypatch.setattr(journal, "cache_folder", cache_folder)
     monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path / "mine"))

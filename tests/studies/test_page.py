@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from studies.rendering import (
+from discmech.studies.rendering import (
     formulas,
     mathml,
     plot_drift,
@@ -25,11 +25,11 @@ from studies.rendering import (
     typeset,
     wording,
 )
-from studies.rendering.alike import Share, shares
-from studies.rendering.labels import spread
-from studies.rendering.page import write_report
-from studies.rendering.palette import Mark
-from studies.rendering.summary import headline, merged
+from discmech.studies.rendering.alike import Share, shares
+from discmech.studies.rendering.labels import spread
+from discmech.studies.rendering.page import write_report
+from discmech.studies.rendering.palette import Mark
+from discmech.studies.rendering.summary import headline, merged
 from tests.studies.made_up import MATHML, equations, results, scenes, spoiled
 
 
@@ -120,7 +120,7 @@ def test_a_failure_leaves_the_old_report(tmp_path: Path, monkeypatch: pytest.Mon
     page = write_report(few, [], [], tmp_path)
     (tmp_path / "kept.json").write_text("{}")
     before = contents(tmp_path)
-    monkeypatch.setattr("studies.rendering.page.machine", lambda _: 1 / 0)
+    monkeypatch.setattr("discmech.studies.rendering.page.machine", lambda _: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         write_report(results((16,))[:1], [], [], tmp_path)
     assert page.exists() and before == contents(tmp_path)
@@ -270,8 +270,9 @@ def test_formulas_are_collected_and_stay_exact() -> None:
 
 
 def test_equations_of_a_scheme_are_typeset() -> None:
-    from integrators import Scheme, discretisations, scenes
-    from studies.report import equations_of
+    from discmech.integrators import Scheme, scenes
+    from discmech.integrators import rules as discretisations
+    from discmech.studies.report import equations_of
 
     for scene, lines in (("kepler", 2), ("rigid-body", 3)):
         found = equations_of(Scheme(scenes.get(scene), discretisations.midpoint))

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from integrators import BadInput, discretisation, scenes
-from studies import assertions
-from studies.assertions import (
+from discmech.integrators import BadInput, discretisation, scenes
+from discmech.studies import assertions
+from discmech.studies.assertions import (
     Missed,
     assert_converges,
     assert_momentum,
@@ -22,7 +22,7 @@ from studies.assertions import (
 pytest_plugins = ["pytester"]
 
 RULE = """
-from integrators import discretisation
+from discmech.integrators import discretisation
 
 @discretisation()
 def two_thirds(L, G, x, u, h):
@@ -40,7 +40,7 @@ def ask(pytester, test, *words):
     """Run a test file in an empty folder with the plugin, and with nothing of this repository."""
     pytester.makepyfile(my_rule=RULE)
     pytester.makepyfile(test)
-    return pytester.runpytest_subprocess("-p", "no:discmech", "-p", "studies.plugin", "-p",
+    return pytester.runpytest_subprocess("-p", "no:discmech", "-p", "discmech.studies.plugin", "-p",
                                         "no:cacheprovider", *words, timeout=120)  # fmt: skip
 
 
@@ -81,8 +81,10 @@ def test_a_failure_prints_the_table_and_attaches_the_picture(pytester):
 
 def test_the_entry_point_is_the_plugin():
     declared = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
-    assert declared["project"]["entry-points"]["pytest11"] == {"discmech": "studies.plugin"}
-    plugin = importlib.import_module("studies.plugin")
+    assert declared["project"]["entry-points"]["pytest11"] == {
+        "discmech": "discmech.studies.plugin"
+    }
+    plugin = importlib.import_module("discmech.studies.plugin")
     assert plugin.pytest_runtest_makereport
     for name in ("order", "converges", "symplectic", "momentum", "reversible"):
         assert getattr(plugin, name) and getattr(assertions, f"assert_{name}").__doc__

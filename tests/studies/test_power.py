@@ -9,21 +9,21 @@ import random
 import pytest
 import sympy
 
-from integrators import driver
-from integrators.identities import first_violation
-from studies.case import Choice
-from studies.command import main
-from studies.journal import Journal
-from studies.power import measuring
-from studies.power.catalogue import SOLVER, STAGED, everything
-from studies.power.equivalents import proof
-from studies.power.faults import NoPlace
-from studies.power.measuring import of_fault, of_rule
-from studies.power.operators import OPERATORS
-from studies.power.results import RULES, result, sampled
-from studies.power.sites import faulty_scheme, sound_scheme
-from studies.power.valid import KINDS, random_rule
-from studies.rendering.page import lone_page
+from discmech.integrators.compiler import driver
+from discmech.integrators.numbers.identities import first_violation
+from discmech.studies.case import Choice
+from discmech.studies.command import main
+from discmech.studies.journal import Journal
+from discmech.studies.power import measuring
+from discmech.studies.power.catalogue import SOLVER, STAGED, everything
+from discmech.studies.power.equivalents import proof
+from discmech.studies.power.faults import NoPlace
+from discmech.studies.power.measuring import of_fault, of_rule
+from discmech.studies.power.operators import OPERATORS
+from discmech.studies.power.results import RULES, result, sampled
+from discmech.studies.power.sites import faulty_scheme, sound_scheme
+from discmech.studies.power.valid import KINDS, random_rule
+from discmech.studies.rendering.page import lone_page
 
 CATALOGUE = everything()
 

@@ -7,16 +7,16 @@ from dataclasses import replace
 import mpmath
 import pytest
 
-from reference import frozen, solution, store
-from reference.solution import forget
-from studies import costs, published
-from studies.command import main
+from discmech.reference import frozen, solution, store
+from discmech.reference.solution import forget
+from discmech.studies import costs, published
+from discmech.studies.command import main
 
 
 @pytest.fixture(autouse=True)
 def own_references(tmp_path, monkeypatch):
     (tmp_path / "references").mkdir()
-    monkeypatch.setattr("reference.cache.folder", lambda: tmp_path / "references")
+    monkeypatch.setattr("discmech.reference.cache.folder", lambda: tmp_path / "references")
 
 
 def ask(capsys, *words):
@@ -76,7 +76,7 @@ def test_zeros_at_the_end_are_digits_too(capsys):
 
 
 def test_too_few_digits_are_inconclusive(capsys, monkeypatch):
-    import reference
+    import discmech.reference as reference
 
     def poorer(*question):
         return replace(solution(*question), certain_digits=7)
@@ -110,7 +110,7 @@ def test_a_table_of_another_scene_fails_the_check(capsys, monkeypatch):
 
 
 def test_a_wrong_table_fails(capsys, monkeypatch):
-    from reference.failures import Uncertain, WrongDigits
+    from discmech.reference.failures import Uncertain, WrongDigits
 
     for failure, expected in ((WrongDigits, 1), (Uncertain, 3)):
 

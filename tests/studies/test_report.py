@@ -11,10 +11,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from integrators import StepFailure, scenes
-from studies import NAMES, get
-from studies.case import Verdict
-from studies.command import main
+from discmech.integrators import StepFailure, scenes
+from discmech.studies import NAMES, get
+from discmech.studies.case import Verdict
+from discmech.studies.command import main
 
 WORDS = [
     "report",
@@ -51,7 +51,7 @@ def made(tmp_path_factory):
 
     folder, journals = tmp_path_factory.mktemp("report") / "build", tmp_path_factory.mktemp("kept")
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
-        patch.setattr("studies.journal.cache_folder", lambda: journals)
+        patch.setattr("discmech.studies.journal.cache_folder", lambda: journals)
         replace_measurements(patch, measure)
         code = main([*WORDS, "--folder", str(folder)])
     page = folder / "index.html"
@@ -135,8 +135,8 @@ def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
 def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
     words, monkeypatch, tmp_path, capsys
 ):
-    from studies import report
-    from studies.power import results
+    from discmech.studies import report
+    from discmech.studies.power import results
 
     fault = {"name": "a b", "scene": "a", "rule": "b", "site": "rule", "what": "sign #0",
              "found": {"order 50": {"verdict": "pass", "reason": "", "seconds": 1.0}},

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from integrators import midpoint, scenes, trapezoidal
-from integrators.savings import SAVINGS
-from studies import get, savings
-from studies.case import Choice, scheme_of
-from studies.rendering import tables
-from studies.running import run_case
+from discmech.integrators import midpoint, scenes, trapezoidal
+from discmech.integrators.compiler.omissions import SAVINGS
+from discmech.studies import get, savings
+from discmech.studies.case import Choice, scheme_of
+from discmech.studies.rendering import tables
+from discmech.studies.running import run_case
 from tests.studies.measuring import case
 
 

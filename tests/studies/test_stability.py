@@ -10,10 +10,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from integrators import discretisation, discretisations, imex, midpoint, scenes, trapezoidal
-from studies import controls, exchange, get
-from studies.case import Choice, scheme_of
-from studies.linear_stability import (
+from discmech.integrators import discretisation, imex, midpoint, scenes, trapezoidal
+from discmech.integrators import rules as discretisations
+from discmech.studies import controls, exchange, get
+from discmech.studies.case import Choice, scheme_of
+from discmech.studies.linear_stability import (
     Oscillator,
     Spectrum,
     TableauOscillator,
@@ -22,7 +23,7 @@ from studies.linear_stability import (
     spectra,
     unstable_intervals,
 )
-from studies.nonlinear_stability import (
+from discmech.studies.nonlinear_stability import (
     CLASSES,
     RETURNS,
     limits,
@@ -30,9 +31,9 @@ from studies.nonlinear_stability import (
     resonant,
     stability_map,
 )
-from studies.rendering import plot_maps
-from studies.running import run_case, run_study
-from studies.stiff import FAMILIES
+from discmech.studies.rendering import plot_maps
+from discmech.studies.running import run_case, run_study
+from discmech.studies.stiff import FAMILIES
 from tests.studies.measuring import case
 
 # -- linear ---------------------------------------------------------------------------------------
@@ -100,7 +101,7 @@ def test_what_is_not_symplectic_leaves_the_circle(name):
 
 def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
     monkeypatch.setattr(
-        "studies.stability.TableauOscillator", lambda tableau: Oscillator(trapezoidal)
+        "discmech.studies.stability.TableauOscillator", lambda tableau: Oscillator(trapezoidal)
     )
     found = run_case(
         get("stability"), case("stability", "harmonic", "midpoint", control="explicit Euler")
@@ -109,7 +110,9 @@ def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
 
 
 def test_an_interval_that_runs_contradict_fails(monkeypatch):
-    monkeypatch.setattr("studies.linear_stability.unstable_intervals", lambda step: [(1.5, 1000.0)])
+    monkeypatch.setattr(
+        "discmech.studies.linear_stability.unstable_intervals", lambda step: [(1.5, 1000.0)]
+    )
     found = run_case(get("stability"), case("stability", "harmonic", "trapezoidal"))
     assert found["verdict"] == "fail" and "contradict" in found["reason"]
 
@@ -126,7 +129,7 @@ def made_up(energies, cause="", far_from_home=0.0):
 
     def runner(scheme, step, steps):
         if cause:
-            from integrators import StepFailure
+            from discmech.integrators import StepFailure
 
             raise StepFailure("s", "r", 1, 0.1, {"x": [0.0]}, cause, run)
         return run
@@ -235,7 +238,7 @@ def test_a_rule_that_is_lost_at_small_steps_fails(monkeypatch):
     def lost(family, derived, *arguments, **more):
         return [{"stiffness": 0.9, "z": 0.3, "class": "drifting"}]
 
-    monkeypatch.setattr("studies.stability.stability_map", lost)
+    monkeypatch.setattr("discmech.studies.stability.stability_map", lost)
     found = run_case(get("stability"), case("stability", "kepler", "midpoint"))
     assert found["verdict"] == "fail" and "drifting at hω = 0.3 and e = 0.9" in found["reason"]
 
@@ -249,7 +252,7 @@ def test_an_escape_fails_where_the_energy_forbids_it(monkeypatch, e, near, kind)
     def lost(family, derived, *arguments, **more):
         return [{"stiffness": e, "z": 0.3, "class": kind}]
 
-    monkeypatch.setattr("studies.stability.stability_map", lost)
+    monkeypatch.setattr("discmech.studies.stability.stability_map", lost)
     assert run_case(get("stability"), case("stability", "kepler", "midpoint"))["verdict"] == verdict
 
 

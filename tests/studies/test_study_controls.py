@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import sympy
 
-from integrators import BadInput, LocalGroupoid, Scene, discretisation, scenes
-from integrators.at_points import AtPoints
-from integrators.discretisations import midpoint, rectangle, trapezoidal
-from integrators.momentum import Conserved
-from studies import check, controls, get
-from studies.running import run_case
-from studies.symplecticity import CONTROL_SCENES, limit
+from discmech.integrators import BadInput, LocalGroupoid, Scene, discretisation, scenes
+from discmech.integrators.equations.legendre_maps import AtPoints
+from discmech.integrators.rules import midpoint, rectangle, trapezoidal
+from discmech.integrators.scene import Conserved
+from discmech.studies import check, controls, get
+from discmech.studies.running import run_case
+from discmech.studies.symplecticity import CONTROL_SCENES, limit
 from tests.studies.measuring import case, result
 
 CONTROLS = [
@@ -186,7 +186,7 @@ def test_a_first_order_error_that_shows_late_is_no_round_off(size):
 
 def perturbed(monkeypatch, size):
     """Make the order study compare with the solution for another gravity."""
-    import reference
+    import discmech.reference as reference
 
     def other(scene, *arguments, **more):
         gravity = 1 + sympy.Rational(size)
@@ -210,8 +210,8 @@ def test_a_slightly_wrong_reference_is_no_pass(monkeypatch, size):
 
 def free_motion(monkeypatch):
     """A motion that every rule gives exactly: the ladder is on the floor from its first rung on."""
-    monkeypatch.setattr("studies.order.RUNGS", {True: 4, False: 4})
-    monkeypatch.setattr("studies.order.MOST_RUNGS", {True: 6, False: 6})
+    monkeypatch.setattr("discmech.studies.order.RUNGS", {True: 4, False: 4})
+    monkeypatch.setattr("discmech.studies.order.MOST_RUNGS", {True: 6, False: 6})
     easy = copy("harmonic", parameters={"stiffness": 0}, v0=[1])
     return run_case(get("order"), case("order", easy, midpoint, 16, 4))
 
@@ -339,7 +339,7 @@ def test_energy_that_drifts_fails_and_energy_that_oscillates_passes(monkeypatch,
         with np.errstate(all="ignore"):
             return series(np.asarray(run.t, dtype=float))
 
-    monkeypatch.setattr("studies.energy.energy_errors", errors)
+    monkeypatch.setattr("discmech.studies.energy.energy_errors", errors)
     with np.errstate(all="ignore"):
         found = run_case(get("energy"), case("energy", "harmonic", midpoint, 16, 1000))
     assert found["verdict"] == verdict, found["reason"]
@@ -364,12 +364,12 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_elsewhere_too(
 
 def test_a_quantity_in_stretches_says_over_how_many_steps_it_was_followed(monkeypatch):
     """On sl2 the spatial momentum: three stretches of 20 steps here, in the rows where they are."""
-    from studies import momentum
-    from studies.rendering.tables import _drifts
+    from discmech.studies import momentum
+    from discmech.studies.rendering.tables import _drifts
 
     monkeypatch.setattr(momentum, "MOST_STRETCHES", 3)
     monkeypatch.setattr(momentum, "interval", lambda steps: 5)
-    monkeypatch.setattr("studies.runs.interval", lambda steps: 5)
+    monkeypatch.setattr("discmech.studies.runs.interval", lambda steps: 5)
     found = run_case(get("momentum"), case("momentum", "sl2", midpoint, 16, 100))
     over = found["expected"]["over"]
     assert over.pop("spatial momentum") == 60 and over and set(over.values()) == {100}

@@ -7,13 +7,13 @@ import warnings
 
 import pytest
 
-from integrators import BadInput, StepFailure, scenes
-from integrators.discretisations import midpoint, trapezoidal
-from reference import ReferenceFailure
-from studies import check, get
-from studies.case import Choice
-from studies.command import main
-from studies.running import run_case, run_study
+from discmech.integrators import BadInput, StepFailure, scenes
+from discmech.integrators.rules import midpoint, trapezoidal
+from discmech.reference import ReferenceFailure
+from discmech.studies import check, get
+from discmech.studies.case import Choice
+from discmech.studies.command import main
+from discmech.studies.running import run_case, run_study
 from tests.studies.measuring import case
 
 RESULT = {"measured": {"drift": {"J": 0.0}}, "rows": [], "steps": 10}
@@ -108,7 +108,7 @@ def test_an_order_ladder_that_fails_on_every_rung_fails(monkeypatch):
     def trajectory(self, *arguments, **more):
         raise step_failure("pendulum")
 
-    monkeypatch.setattr("integrators.flow.Flow.trajectory", trajectory)
+    monkeypatch.setattr("discmech.integrators.flows.flow.Flow.trajectory", trajectory)
     found = run_case(get("order"), case("order", "pendulum", midpoint, 16))
     assert found["verdict"] == "fail"
     assert "every run failed: Newton did not converge" in found["reason"]
@@ -160,8 +160,8 @@ def test_wrong_names_in_python_have_a_message(ask, message):
 
 def test_a_method_that_is_exact_on_a_scene_has_no_order_there():
     """A free particle: every rule is right to round-off, so no ladder would help."""
-    from integrators import Scene, pair
-    from studies import check
+    from discmech.integrators import Scene, pair
+    from discmech.studies import check
 
     free = Scene("free", pair(1), lambda x, v, p: v[0] ** 2 / 2, x0=[1], v0=["1/3"], duration=10,
                  step="1/10")  # fmt: skip

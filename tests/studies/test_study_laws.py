@@ -10,13 +10,13 @@ from functools import cache
 import pytest
 from everything import named
 
-from integrators import scenes
-from studies import NAMES, check, get
-from studies.assertions import assert_momentum, assert_order, assert_symplectic
-from studies.case import VERDICTS, Case, Choice, worst
-from studies.command import _parser
-from studies.options import choice_of
-from studies.rendering.tables import plain
+from discmech.integrators import scenes
+from discmech.studies import NAMES, check, get
+from discmech.studies.assertions import assert_momentum, assert_order, assert_symplectic
+from discmech.studies.case import VERDICTS, Case, Choice, worst
+from discmech.studies.command import _parser
+from discmech.studies.options import choice_of
+from discmech.studies.rendering.tables import plain
 from tests.studies.measuring import BUILT_IN, PAIRWISE, result
 
 with_quantities = [

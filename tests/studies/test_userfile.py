@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from integrators import BadInput, Scheme, discretisations, scenes
-from studies import lookup
-from studies.case import Case, Choice, in_chart
-from studies.journal import Journal
-from studies.userfile import load
+from discmech.integrators import BadInput, Scheme, scenes
+from discmech.integrators import rules as discretisations
+from discmech.studies import lookup
+from discmech.studies.case import Case, Choice, in_chart
+from discmech.studies.journal import Journal
+from discmech.studies.userfile import load
 
 RULE = '''"""Mine."""
-from integrators import discretisation, midpoint
-from integrators.composition import compose
+from discmech.integrators import discretisation, midpoint
+from discmech.integrators.composition import compose
 
 
 @discretisation(order=2)
@@ -20,7 +21,7 @@ def two_thirds(L, G, x, u, h):
     return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
 '''
 SCENE = """import sympy
-from integrators import Scene, pair
+from discmech.integrators import Scene, pair
 
 mine = Scene(
     name="my-pendulum", groupoid=pair(1), x0=[2], v0=[0], duration=10, step="1/50",
@@ -164,7 +165,7 @@ def test_wrong_words_have_a_message(file, ask, message):
     ],
 )
 def test_a_rule_that_fails_on_symbols_is_said_with_its_line(file, body, message):
-    text = "from integrators import discretisation\n\n@discretisation()\ndef mine(L, G, x, u, h):\n"
+    text = "from discmech import discretisation\n\n@discretisation()\ndef mine(L, G, x, u, h):\n"
     rule = lookup.rule(file(f"{text}    {body}\n"))
     with pytest.raises(BadInput, match=message):
         Scheme(scenes.get("kepler"), rule)
@@ -176,7 +177,7 @@ def test_a_lagrangian_that_fails_is_said_with_its_line(file):
         Scheme(scene, discretisations.midpoint)
 
 
-GROUPOID = """from integrators import LocalGroupoid, MatrixAlgebra, Scene, action, lie_group, sl
+GROUPOID = """from discmech import LocalGroupoid, MatrixAlgebra, Scene, action, lie_group, sl
 
 def of(groupoid, **more):
     return Scene("mine", groupoid, lambda x, v, p: v.dot(v) / 2, v0=[0] * groupoid.dim_u,

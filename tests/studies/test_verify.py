@@ -8,10 +8,10 @@ import sys
 
 import pytest
 
-from integrators import BadInput, scenes
-from studies import verify as verifying
-from studies.command import main
-from studies.verify import SCENES, Request, studies, verify
+from discmech.integrators import BadInput, scenes
+from discmech.studies import verify as verifying
+from discmech.studies.command import main
+from discmech.studies.verify import SCENES, Request, studies, verify
 from tests.studies.test_userfile import RULE, SCENE
 
 QUICK = ("--study", "order", "--study", "symplecticity", "--digits", "50", "--jobs", "1")
@@ -138,7 +138,7 @@ def test_a_scene_that_no_study_can_use_is_bad_input_and_not_inconclusive(folder,
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(folder, capsys, monkeypatch):
-    from studies import get
+    from discmech.studies import get
 
     monkeypatch.setenv("DISCMECH_CACHE", str(folder))
     words = ("verify", "good.py", "--scene", "kepler", *QUICK)
@@ -185,7 +185,7 @@ def test_verdicts_are_told_while_others_are_measured(folder, monkeypatch):
 
 @pytest.mark.slow
 def test_the_whole_command_in_processes_of_its_own(folder):
-    done = subprocess.run([sys.executable, "-m", "studies.command", "verify", "both.py"],
+    done = subprocess.run([sys.executable, "-m", "discmech.studies.command", "verify", "both.py"],
                           capture_output=True, text=True, timeout=600)  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     for scene in ("my-pendulum", *SCENES):

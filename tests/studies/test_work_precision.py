@@ -8,16 +8,17 @@ import math
 import numpy as np
 import pytest
 
-from integrators import BadInput, discretisation, discretisations, scenes
-from integrators.discretisations import BUILT_IN
-from studies import contest, get, peers, racing, standings
-from studies.accuracy import METRICS, UNIT, Yardstick
-from studies.case import Choice, scheme_of
-from studies.contestants import NoEnd, Problem, RuleContestant
-from studies.peers.equations import equations_of
-from studies.rendering import plot_work, tables
-from studies.running import run_study
-from studies.work_precision import HIGH_ORDER
+from discmech.integrators import BadInput, discretisation, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import BUILT_IN
+from discmech.studies import contest, get, peers, racing, standings
+from discmech.studies.accuracy import METRICS, UNIT, Yardstick
+from discmech.studies.case import Choice, scheme_of
+from discmech.studies.contestants import NoEnd, Problem, RuleContestant
+from discmech.studies.peers.equations import equations_of
+from discmech.studies.rendering import plot_work, tables
+from discmech.studies.running import run_study
+from discmech.studies.work_precision import HIGH_ORDER
 
 SCIPY = ("DOP853", "Radau", "LSODA")
 

@@ -1,0 +1,226 @@
+"""Local bisections of a groupoid and their translations, as numbers (paper, section 4.1).
+
+A local bisection through (x₀, u₀) is given by its section of α, linear in the base:
+
+    Σ_α(x) = (x, σ(x)),   σ(x) = u₀ + S (x − x₀)
+
+S = 0, the constant section, is taken for pair (translations of the base), groups (the element),
+actions and products: there it is a bisection wherever the chart reaches. In general S comes from
+the existence proof: the graph of S must be a complement of ker Tα (it is, being a graph) and of
+ker Tβ. Translations act on arrows near the identities:
+
+    L_Σ(x, u) = (z, p(z, σ(z), u))  with  b(z, σ(z)) = x,      R_Σ(x, u) = (x, p(x, u, σ(b(x, u))))
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..errors import BadInput
+from ..geometry.local_geometry import newton
+from ..groupoids.groupoid import Groupoid
+from ..numbers.arithmetic import arithmetic
+from ..numbers.exact import exact_rational, exact_vector
+from ..numbers.interpreting import run_text
+from ..numbers.printing import function_text
+
+
+class Bisection:
+    """A local bisection through the arrow (x0, u0) at step h, in an arithmetic.
+
+    x0: n numbers, u0: m numbers; `slope` is S, m×n: if left out 0, or for a `LocalGroupoid` found
+    by `complement_slope`. Raises `BadInput` if β is no diffeomorphism on it near x0, for other
+    shapes, what is no number, and a step of 0.
+    """
+
+    def __init__(
+        self, groupoid: Groupoid, x0: Any, u0: Any, step: Any, digits: int = 16, slope: Any = None
+    ) -> None:
+        if not isinstance(groupoid, Groupoid):
+            raise BadInput(f"a bisection of {groupoid!r}: give a groupoid, such as pair(1).")
+        self.groupoid, self.numbers = groupoid, arithmetic(digits)
+        n, m = self.n, self.m = groupoid.dim_x, groupoid.dim_u
+        self.step = exact_rational(step, "the step of a bisection")
+        if self.step == 0:
+            raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
+        if slope is None and groupoid.kind != "local":
+            slope = np.zeros((m, n))
+        if slope is not None and np.shape(slope) != (m, n):
+            raise BadInput(
+                f"{groupoid.name}: the slope of a bisection is {np.shape(slope)}, but must be "
+                f"{(m, n)}; leave it out, and it is chosen."
+            )
+        with self.numbers.working():
+            number = self.numbers.number
+            self.h = number(self.step)
+            self.x0 = self._vector(x0, n, "x0")
+            self.u0 = self._vector(u0, m, "u0")
+            here = self.maps(self.x0, self.u0, 0 * self.u0)
+            if slope is None:
+                slope = complement_slope(here["b_x"], here["b_u"])
+            rows = [[number(e) for e in row] for row in np.asarray(slope).reshape(m, n)]
+            self.slope = np.array(rows, dtype=self.numbers.dtype).reshape(m, n)
+            turned = np.asarray(here["b_x"] + here["b_u"] @ self.slope, dtype=float)
+            if self.n and not np.linalg.cond(turned) < 1e12:
+                raise BadInput(
+                    f"{groupoid.name}: β is no diffeomorphism on that section through x = {x0}; "
+                    "leave slope out, and it is chosen so that β is one."
+                )
+
+    def _vector(self, values: Any, length: int, name: str) -> np.ndarray:
+        exact_values = exact_vector(values, length, f"{self.groupoid.name}: {name}")
+        return np.array([self.numbers.number(e) for e in exact_values], dtype=self.numbers.dtype)
+
+    def section(self, x: np.ndarray) -> np.ndarray:
+        """σ(x), m."""
+        return np.asarray(self.u0 + self.slope @ (x - self.x0))
+
+    def source_of(self, y: np.ndarray) -> np.ndarray:
+        """The z with b(z, σ(z)) = y, n, by Newton from x0; α∘Σ_β of the paper.
+
+        Raises `BadInput` if y is too far from β(x0, u0).
+        """
+        if not self.n:
+            return y
+
+        def change(z: np.ndarray) -> np.ndarray:
+            at = self.maps(z, self.section(z), 0 * self.u0)
+            return np.asarray(
+                self.numbers.solve(at["b_x"] + at["b_u"] @ self.slope, y - at["target"])
+            )
+
+        found = newton(change, self.x0.copy(), 1, self.numbers.eps)
+        if found is None:
+            raise BadInput(
+                f"{self.groupoid.name}: {[float(e) for e in y]} is no target of an arrow of the "
+                "bisection; take one through a nearer arrow."
+            )
+        return found
+
+    def left(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+        """L_Σ(x, u) = h·(x, u) with h in Σ, β(h) = x; keeps the β-fibres."""
+        z = self.source_of(x)
+        return z, self.maps(z, self.section(z), u)["product"]
+
+    def right(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+        """R_Σ(x, u) = (x, u)·h with h in Σ, α(h) = b(x, u); keeps the α-fibres."""
+        y = self.maps(x, u, 0 * self.u0)["target"]
+        return x, self.maps(x, u, self.section(y))["product"]
+
+    def left_tangent(self, x: Any, u: Any) -> np.ndarray:
+        """T L_Σ at (x, u), (n+m)×(n+m)."""
+        z = self.source_of(x)
+        at = self.maps(z, self.section(z), u)
+        zero = self.numbers.zeros(self.n, self.m)
+        if not self.n:
+            return np.asarray(at["p_v"])
+        turned = at["b_x"] + at["b_u"] @ self.slope
+        one = self.numbers.matrix(np.eye(self.n).astype(self.numbers.dtype))
+        back = self.numbers.solve(turned, one)
+        along = (at["p_x"] + at["p_u"] @ self.slope) @ back
+        return np.vstack([np.hstack([back, zero]), np.hstack([along, at["p_v"]])])
+
+    def right_tangent(self, x: Any, u: Any) -> np.ndarray:
+        """T R_Σ at (x, u), (n+m)×(n+m)."""
+        y = self.maps(x, u, 0 * self.u0)["target"]
+        at = self.maps(x, u, self.section(y))
+        through = at["p_v"] @ self.slope
+        one = np.eye(self.n).astype(self.numbers.dtype)
+        zero = self.numbers.zeros(self.n, self.m)
+        bottom = np.hstack([at["p_x"] + through @ at["b_x"], at["p_u"] + through @ at["b_u"]])
+        return np.vstack([np.hstack([one, zero]), bottom])
+
+    def without_left(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+        """L_Σ⁻¹: the arrow that L_Σ takes to (x, u)."""
+        sigma = self.section(x)
+        near = self.maps(x, sigma, 0 * self.u0)["target"]
+
+        def change(v: np.ndarray) -> np.ndarray:
+            at = self.maps(x, sigma, v)
+            return np.asarray(self.numbers.solve(at["p_v"], u - at["product"]))
+
+        return near, self._found(newton(change, 0 * self.u0, 1, self.numbers.eps))
+
+    def without_right(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+        """R_Σ⁻¹: the arrow that R_Σ takes to (x, u)."""
+
+        def change(v: np.ndarray) -> np.ndarray:
+            slope = self.right_tangent(x, v)[self.n :, self.n :]
+            return np.asarray(self.numbers.solve(slope, u - self.right(x, v)[1]))
+
+        return x, self._found(newton(change, 0 * self.u0, 1, self.numbers.eps))
+
+    def _found(self, u: np.ndarray | None) -> np.ndarray:
+        if u is None:
+            raise BadInput(
+                f"{self.groupoid.name}: the arrow is too far from the bisection; take one through "
+                "a nearer arrow."
+            )
+        return u
+
+    def maps(self, x: Any, u: Any, v: Any) -> dict[str, np.ndarray]:
+        """b, p and their derivatives at (x, u), (b, v)."""
+        n, m = self.n, self.m
+        shapes = {"target": (n,), "product": (m,), "b_x": (n, n), "b_u": (n, m),
+                  "p_x": (m, n), "p_u": (m, m), "p_v": (m, m)}  # fmt: skip
+        values = _maps(self.groupoid, self.numbers)(list(x), list(u), list(v), self.h)
+        return {
+            name: np.array(value, dtype=self.numbers.dtype).reshape(shape)
+            for (name, shape), value in zip(shapes.items(), values, strict=True)
+        }
+
+
+@lru_cache(maxsize=64)
+def _maps(groupoid: Groupoid, numbers: Any) -> Any:
+    s = groupoid._symbols
+    x, u, v, h = s["x"], s["u"], s["v"], s["h"]
+    b, p = groupoid.target(x, u, h), groupoid.product(x, u, v, h)
+    parts: list[Any] = [b, p]
+    parts += [b.jacobian(w) if len(b) else [] for w in (x, u)]
+    parts += [p.jacobian(w) if len(w) else [] for w in (x, u, v)]
+    results = [list(part) for part in parts]
+    text = function_text("maps", {"x": x, "u": u, "v": v}, results)
+    text = text.replace("def maps(x, u, v):", "def maps(x, u, v, h):")
+    return run_text(text, numbers.namespace())["maps"]
+
+
+def complement_slope(b_x: Any, b_u: Any) -> np.ndarray:
+    """S (m×n) whose graph {(δx, S δx)} is a complement of ker Tα and of ker Tβ at an arrow.
+
+    The paper's existence proof: with A = ker Tα, B = ker Tβ, {c} a basis of A ∩ B completed by {a}
+    to A and by {b} to B, and {d} that complete these to TG, C = span{a + b, d}. Bases are
+    orthonormal, so that C is as far from both as can be. In double precision: C is only chosen.
+    """
+    b_x, b_u = np.asarray(b_x, dtype=float), np.asarray(b_u, dtype=float)
+    n, m = b_u.shape
+    if n == 0:
+        return np.zeros((m, 0))
+    A = np.vstack([np.zeros((n, m)), np.eye(m)])  # ker Tα: δx = 0
+    B = _kernel(np.hstack([b_x, b_u]))
+    C = common_complement(A, B)
+    return np.asarray(np.linalg.solve(C[:n].T, C[n:].T).T)
+
+
+def common_complement(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """A basis (columns) of a C with A ⊕ C = B ⊕ C = V (paper, lemma of section 4.1).
+
+    A and B: columns that span subspaces of equal dimension.
+    """
+    A, B = (np.linalg.qr(basis)[0] for basis in (A, B))
+    left, cosines, right = np.linalg.svd(A.T @ B)
+    principal_a, principal_b = A @ left, B @ right.T
+    apart = cosines < 1 - 1e-12  # a and b of these pairs are not in A ∩ B
+    sums = [principal_a[:, i] + principal_b[:, i] for i in np.flatnonzero(apart)]
+    both = np.hstack([A, principal_b[:, apart]])
+    rest = _kernel(both.T)
+    return np.column_stack([*sums, *rest.T])
+
+
+def _kernel(matrix: np.ndarray) -> np.ndarray:
+    """An orthonormal basis (columns) of the null space."""
+    _, sizes, rows = np.linalg.svd(matrix)
+    rank = int(np.sum(sizes > 1e-12 * max(sizes, default=1)))
+    return np.asarray(rows[rank:].T)

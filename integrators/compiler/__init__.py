@@ -1,0 +1,1 @@
+"""From symbolic rows to machine code, or to functions of numbers of any precision."""

@@ -1,0 +1,95 @@
+"""What the kernels of a scheme leave out because its equations do not need it.
+
+Decided once, when kernels are generated, so that a step asks nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from ..numbers.evaluation import evaluate_matrix
+from ..numbers.identities import is_zero, random_point
+
+if TYPE_CHECKING:
+    from ..equations.discrete_equations import DiscreteEquations
+
+#: what a kernel leaves out where it can
+SAVINGS = {
+    "direct": "no Newton iteration where the equations of a step are affine in u",
+    "coefficients": "what depends on the step and the parameters alone is computed once a flow",
+    "carried": "costly functions of x at the end of a step are handed on to the next",
+}
+
+
+def is_affine(scheme: DiscreteEquations, slope: Any) -> bool:
+    """Whether E, of ∂E/∂w = slope, is affine in w, so that one correction solves it.
+
+    Decided by comparing the slope at two random w of the same x, h and parameters.
+    """
+    letters = {*scheme.w, *(z for a in scheme.chain.atoms for z in a.z)}
+    if not set().union(*(e.free_symbols for e in slope)) & letters:
+        return True
+    symbols, small = [*scheme.x, *scheme.w, *scheme.s.q], (*scheme.w, scheme.h)
+    first, other = (random_point(symbols, small=small, seed=i) for i in (0, 1))
+    second = {**first, **{u: other[u] for u in scheme.w}}
+    one, two = (_at(scheme, slope, point) for point in (first, second))
+    return all(is_zero(a - b) for a, b in zip(one, two, strict=True))
+
+
+def pivot_rows(scheme: DiscreteEquations, slope: Any) -> list[int]:
+    """The order of the rows in which elimination meets large pivots, at a random point.
+
+    So a step looks for none; where it is a poor choice Newton only takes more corrections.
+    """
+    m = len(scheme.w)
+    if m <= 3:
+        return list(range(m))
+    from scipy.linalg import lu_factor
+
+    small = (*scheme.w, scheme.h)
+    point = random_point([*scheme.x, *scheme.w, *scheme.s.q], small)
+    numbers = evaluate_matrix(_at(scheme, slope, point), 16 + 1)
+    _, swaps = lu_factor([[float(numbers[i, j]) for j in range(m)] for i in range(m)])
+    rows = list(range(m))
+    for i, j in enumerate(swaps):
+        rows[i], rows[j] = rows[j], rows[i]
+    return rows
+
+
+def carried(scheme: DiscreteEquations, slope: Any) -> list[tuple[Any, Any]]:
+    """Costly functions of x in F⁻ that F⁺ needs at the end point: [(at x, at y)]."""
+    to_end = dict(zip(scheme.x, scheme.y, strict=True))
+    constants = set(scheme.s.q) - {scheme.h}  # the next step may be of another size
+    old = _costly([*scheme.at_points.minus, *slope], scheme.x, constants)
+    new = _costly(scheme.at_points.gain, scheme.y, constants)
+    return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
+
+
+def _at(scheme: DiscreteEquations, matrix: Any, point: dict[Any, Any]) -> Any:
+    """The matrix at a numerical point; the atoms are evaluated first."""
+    constants = scheme.s.constant_values(100)
+    return matrix.xreplace(scheme.chain.values({**point, **constants}))
+
+
+def _costly(entries: Iterable[Any], variables: Any, constants: set[Any]) -> list[Any]:
+    """Largest subexpressions that are functions or roots of `variables` and constants alone."""
+    wanted = set(variables)
+    found: list[Any] = []
+    visited: set[Any] = set()
+
+    def visit(e: Any) -> None:
+        if e in visited or not e.free_symbols & wanted:
+            return
+        visited.add(e)
+        costly = e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))
+        if costly and e.free_symbols <= wanted | constants:
+            if e not in found:
+                found.append(e)
+            return
+        for a in e.args:
+            visit(a)
+
+    for entry in entries:
+        visit(entry)
+    return found

@@ -1,0 +1,1 @@
+"""What is derived from one discrete Lagrangian: Legendre maps, residual, FL, W, Ω."""

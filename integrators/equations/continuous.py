@@ -1,0 +1,99 @@
+"""The continuous system on the dual algebroid: momentum, velocity, energy, vector field.
+
+ẋ = ρ̂(x) ξ,   μ̇_γ = ρ̂^i_γ ∂l/∂x^i − Ĉ^ν_{γμ} ξ^μ μ_ν,   μ = ∂l/∂ξ
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from ..errors import BadInput, CannotMeasure
+from ..numbers.interpreting import run_text
+from ..numbers.lazy import sympy
+from ..numbers.multi_output import with_tables
+from ..numbers.printing import function_text
+from ..scene import Scene
+from .discrete_equations import DiscreteEquations
+from .symbols import SceneSymbols
+
+
+def momentum(s: SceneSymbols) -> Any:
+    """∂l/∂ξ at (x, u), m×1."""
+    return sympy.Matrix(len(s.u), 1, [s.lagrangian.diff(v) for v in s.u])
+
+
+def mass_matrix(s: SceneSymbols) -> Any:
+    """∂²l/∂ξ² at (x, u), m×m."""
+    return momentum(s).jacobian(s.u)
+
+
+def velocity(s: SceneSymbols) -> Any:
+    """ξ(x, μ), m×1, for a Lagrangian that is quadratic in the velocity.
+
+    Raises `BadInput` if it is not, or if its mass matrix is singular.
+    """
+    mu = momentum(s)
+    mass = mass_matrix(s).applyfunc(lambda e: e.simplify())
+    if mass.free_symbols & set(s.u):
+        raise CannotMeasure(
+            f"{s.scene.name}: the Lagrangian is not quadratic in the velocity, so no closed form "
+            "of ξ(x, μ) exists; this study cannot be run on it."
+        )
+    if mass.det().simplify() == 0:
+        raise BadInput(
+            f"{s.scene.name}: the mass matrix ∂²l/∂ξ² is singular: {mass.tolist()}; every velocity "
+            "needs its kinetic energy."
+        )
+    return mass.LUsolve(s.mu - mu.xreplace(dict.fromkeys(s.u, 0)))
+
+
+def energy(s: SceneSymbols) -> Any:
+    """H(x, μ) = μ·ξ − l."""
+    xi = velocity(s)
+    return s.mu.dot(xi) - s.lagrangian.xreplace(dict(zip(s.u, xi, strict=True)))
+
+
+def vector_field(s: SceneSymbols) -> Any:
+    """(ẋ, μ̇) at (x, μ), (n+m)×1."""
+    groupoid = s.scene.groupoid
+    xi = velocity(s)
+    at = dict(zip(s.u, xi, strict=True))
+    rho = groupoid.rho(s.x, s.h) / s.h
+    force = sympy.Matrix(len(s.x), 1, [s.lagrangian.diff(w).xreplace(at) for w in s.x])
+    mu_dot = rho.T * force
+    for nu, c in enumerate(groupoid.structure_functions(s.x, s.h)):
+        mu_dot -= (c / s.h) * xi * s.mu[nu]
+    return (rho * xi).col_join(mu_dot)
+
+
+def state_function(s: SceneSymbols, parts: list[Any], numbers: Any) -> Any:
+    """f(x, mu, parameters) in an arithmetic, from expressions in (x, μ) and the parameters."""
+    numbered = {p: sympy.Symbol(f"p{i}", real=True) for i, p in enumerate(s.parameter_list)}
+    results = [[e.xreplace(numbered) for e in part] for part in parts]
+    vectors = {"x": s.x, "mu": s.mu, "p": list(numbered.values())}
+    namespace = numbers if isinstance(numbers, dict) else numbers.namespace()
+    text = with_tables(function_text("state_function", vectors, results))
+    return run_text(text, namespace)["state_function"]
+
+
+def initial_momentum(scheme: DiscreteEquations, scene: Scene, numbers: Any) -> list[Any]:
+    """μ₀ = ∂l/∂ξ(x₀, v₀), in an arithmetic."""
+    s = scheme.s
+    if scene.lagrangian is None:
+        raise CannotMeasure(
+            f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
+            "trajectory(..., mu0=...)."
+        )
+    f = _momentum_function(scheme.origin.s, numbers)
+    with numbers.working():
+        x = [numbers.number(v) for v in scene.x0]
+        v = [numbers.number(v) for v in scene.v0]
+        return list(f(x, v, [numbers.number(p) for p in s.parameter_values]))
+
+
+@lru_cache(maxsize=512)
+def _momentum_function(s: SceneSymbols, numbers: Any) -> Any:
+    """∂l/∂ξ as f(x, v, parameters)."""
+    swap = dict(zip(s.u, s.mu, strict=True))
+    return state_function(s, [[e.xreplace(swap) for e in momentum(s)]], numbers)

@@ -1,0 +1,113 @@
+"""Discrete Lagrangians given on the group itself, usable at any element (paper, section 4).
+
+L_d(x, g) is a function of the element g, an N×N matrix. Its entries are letters: a chart and a
+bisection only say how g is written in u. For a translate B of the group
+
+    g = τ(hu) B,     e→_γ g = h e_γ g,     e←_γ g = h g e_γ
+
+so F⁻ and F⁺ hold g alone, and the equations are the same whichever translate is in use. B and
+B⁻¹ are parameters of the kernel: another translate changes numbers, never code.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from ..errors import BadInput
+from ..groupoids.lie_group import LieGroup, RetractionGroupoid
+from ..numbers.lazy import sympy
+from ..scene import OnGroup
+
+if TYPE_CHECKING:
+    from .symbols import SceneSymbols
+
+
+class Element:
+    """The letters of g, its value τ(hu) B and how the invariant fields move it.
+
+    Raises `BadInput` unless the groupoid is a matrix group or an action of one, with real matrices.
+    """
+
+    def __init__(self, given: OnGroup, groupoid: Any, s: SceneSymbols) -> None:
+        self.given = given
+        if not isinstance(groupoid, RetractionGroupoid) or groupoid.algebra._complex:
+            raise BadInput(
+                f"{s.scene.name}: {groupoid.name} has no real group elements; a discrete "
+                "Lagrangian on the group needs lie_group(...) or action(...) with real matrices, "
+                "such as su(2).real."
+            )
+        self.groupoid: Any = groupoid
+        self.s = s
+        self.size = groupoid.algebra.size
+        self.g = _letters("g", self.size)
+
+    @cached_property
+    def value(self) -> Any:
+        """τ(hu) B, N×N."""
+        return self.groupoid.element(self.s.u, self.s.h) * self.s.translate[0]
+
+    @cached_property
+    def atom(self) -> Any:
+        """The letters of g as an atom of the scheme."""
+        from .letters import Atom
+
+        size = self.size**2
+        g, value = (matrix.reshape(size, 1) for matrix in (self.g, self.value))
+        return Atom("element", g, value, [(self.s.u, self.slope)], fields=self.fields)
+
+    @cached_property
+    def fields(self) -> tuple[Any, Any]:
+        """(h e_γ g, h g e_γ) as columns, N²×m each: e→ and e← on the letters."""
+        h, basis = self.s.h, self.groupoid.algebra._matrices
+        right = [(h * e * self.g).reshape(self.size**2, 1) for e in basis]
+        left = [(h * self.g * e).reshape(self.size**2, 1) for e in basis]
+        return sympy.Matrix.hstack(*right), sympy.Matrix.hstack(*left)
+
+    @cached_property
+    def slope(self) -> Any:
+        """∂g/∂u = (e→ g) R⁻¹, N²×m; R⁻¹ at u is L⁻¹ at −u, for τ is odd."""
+        g, s = self.groupoid, self.s
+        return self.fields[0] * g.tau.inverse_left_field(g.algebra, -s.h * s.u)
+
+    @cached_property
+    def left(self) -> Any:
+        """Columns: the left-invariant fields at g = τ(hu) B in the chart's u, L(u) Ad_B, m×m."""
+        algebra, (B, inverse) = self.groupoid.algebra, self.s.translate
+        adjoint = [algebra.coordinates(B * e * inverse) for e in algebra._matrices]
+        return self.groupoid.L(self.s.x, self.s.u, self.s.h) * sympy.Matrix.hstack(*adjoint)
+
+    def expression(self, function: Any, what: str) -> Any:
+        """function(x, g, h, p) as an expression in x and the letters of g.
+
+        Raises `BadInput`, which names the function by `what`, if it gives none.
+        """
+        s = self.s
+        value = s.call(function, what, s.x, self.g, s.h, s.parameters)
+        return s.scalar(value, what).expand()
+
+    @cached_property
+    def branch(self) -> Any:
+        """The number that tells solutions apart (`OnGroup`), in x and the letters of g."""
+        return self.expression(self.given.branch or self.given.formula, "its branch")
+
+    def target(self, x: Any) -> Any:
+        """x·g, n×1."""
+        return x if isinstance(self.groupoid, LieGroup) else self.groupoid.moved(x, self.g)
+
+    def increment(self, x: Any) -> Any:
+        """x·g − x, n×1."""
+        moved = self.target(x) - x
+        return moved.applyfunc(lambda e: sympy.collect(sympy.expand(e), list(x)))
+
+
+def _letters(letter: str, size: int) -> Any:
+    return sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"{letter}_{i}_{j}", real=True))
+
+
+def translate_letters(scene: Any) -> tuple[Any, ...]:
+    """The letters of B and of B⁻¹, N×N each; none where L_d is not given on the group."""
+    if not isinstance(scene.discrete_lagrangian, OnGroup):
+        return ()
+    algebra = getattr(scene.groupoid, "algebra", None)
+    return tuple(_letters(name, algebra.size) for name in ("B", "iB")) if algebra else ()

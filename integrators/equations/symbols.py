@@ -1,0 +1,193 @@
+"""The symbols a scene's expressions are written in, and its Lagrangian written in them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any
+
+from ..errors import BadInput, CannotMeasure, line_of
+from ..numbers.exact import flatten, floats_exact
+from ..numbers.lazy import sympy
+from ..scene import Scene
+from .on_group import translate_letters
+
+#: names that coordinates, coefficients and intermediate results have
+_TAKEN = re.compile(r"h|mu|(x|u|v|w|y|d|s|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
+
+
+def _rows(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else ()
+
+
+class SceneSymbols:
+    """Columns x, u, y, mu (natural momenta), the step h and the parameters of one scene.
+
+    With a rule of k internal stages also s, a column of k·m letters (`stages`), and the rule's
+    constants (`constant`).
+    """
+
+    def __init__(self, scene: Scene, stages: int = 0) -> None:
+        self.scene = scene
+        own = scene.groupoid._symbols
+        self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
+        self.y = self.vector("y", scene.groupoid.dim_x)
+        self.mu = self.vector("mu", scene.groupoid.dim_u)
+        self.stages = self.vector("s", stages * scene.groupoid.dim_u)
+        self.constants: dict[Any, Any] = {}
+        self.parameters = SimpleNamespace()
+        self.parameter_list: list[Any] = []
+        for name, value in scene.parameters.items():
+            setattr(self.parameters, name, self._parameter(name, value))
+        #: (B, B⁻¹) of the translate in use, where L_d is given on the group
+        self.translate = translate_letters(scene)
+
+    @staticmethod
+    def vector(letter: str, length: int) -> Any:
+        return sympy.Matrix(
+            length, 1, [sympy.Symbol(f"{letter}_{i}", real=True) for i in range(length)]
+        )
+
+    def _parameter(self, name: str, value: Any) -> Any:
+        if _TAKEN.fullmatch(name):
+            name = f"p.{name}"  # no identifier, so it is nobody else's symbol
+        if len({len(row) if isinstance(row, tuple) else 0 for row in _rows(value)}) > 1:
+            raise BadInput(f"{self.scene.name}: the rows of parameter {name} differ in length.")
+        if not isinstance(value, tuple):
+            symbol = sympy.Symbol(name, real=True)
+            self.parameter_list.append(symbol)
+            return symbol
+        rows = [row if isinstance(row, tuple) else (row,) for row in value]
+        symbols = [
+            [sympy.Symbol("_".join([name, *map(str, index)]), real=True) for index in indices]
+            for indices in (
+                [(i, j) if isinstance(value[i], tuple) else (i,) for j in range(len(row))]
+                for i, row in enumerate(rows)
+            )
+        ]
+        matrix = sympy.Matrix(symbols)
+        self.parameter_list.extend(matrix)
+        return matrix
+
+    @property
+    def q(self) -> list[Any]:
+        """What a kernel's `prepare` takes: h, the parameters, the rule's constants, B and B⁻¹."""
+        translate = [e for matrix in self.translate for e in matrix]
+        return [self.h, *self.parameter_list, *self.constants, *translate]
+
+    @property
+    def identity_translate(self) -> dict[Any, Any]:
+        """The values of the translate's letters for B = e."""
+        return {
+            b[i, j]: sympy.Integer(i == j)
+            for b in self.translate for i in range(b.rows) for j in range(b.cols)
+        }  # fmt: skip
+
+    @property
+    def stage_columns(self) -> list[Any]:
+        """The stages one by one: k columns m×1, as a rule is given them."""
+        m = len(self.u)
+        return [self.stages[i : i + m, :] for i in range(0, len(self.stages), m)]
+
+    def q_values(self, step: Any, numbers: Any) -> list[Any]:
+        """The values of `q` at a step, as numbers of an arithmetic."""
+        constants = [c(numbers.digits + 20) for c in self.constants.values()]
+        e = [int(entry) for entry in self.identity_translate.values()]
+        values = (step, *self.parameter_values, *constants, *e)
+        return [numbers.number(v) for v in values]
+
+    def constant(self, value: Callable[[int], Any]) -> Any:
+        """A letter for a number that `value(digits)` computes to any number of digits."""
+        for symbol, known in self.constants.items():
+            if known == value:
+                return symbol
+        symbol = sympy.Symbol(f"gn{len(self.constants)}", real=True)
+        self.constants[symbol] = value
+        return symbol
+
+    def constant_values(self, digits: int) -> dict[Any, Any]:
+        """The constants as sympy numbers of that many digits."""
+        return {c: sympy.Float(value(digits), digits) for c, value in self.constants.items()}
+
+    @property
+    def parameter_values(self) -> list[Any]:
+        """The exact values in the order of `parameter_list`."""
+        return flatten(tuple(self.scene.parameters.values()))
+
+    def call(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
+        """The scalar that a function of the user's gives for symbols.
+
+        What it raises, and what is no scalar, is turned into one clear sentence with the line.
+        """
+        try:
+            value = function(*arguments)
+        except BadInput as error:
+            place = line_of(function, error)
+            if not place or place in str(error):
+                raise
+            raise type(error)(f"{place}: {error}") from error
+        except AttributeError as error:
+            known = ", ".join(vars(self.parameters)) or "none"
+            raise BadInput(
+                f"{self._at(function, what, error)} asks for what is not there ({error}); "
+                f"the parameters are: {known}."
+            ) from error
+        except Exception as error:
+            # what is made for numbers alone says that it has another type
+            mend = "write it with sympy functions" if isinstance(error, TypeError) else "mend it"
+            raise BadInput(
+                f"{self._at(function, what, error)} could not be evaluated with symbols "
+                f"({type(error).__name__}: {error}); {mend}."
+            ) from error
+        return self.scalar(value, what, function)
+
+    def _at(self, function: Any, what: str, error: BaseException | None = None) -> str:
+        place = line_of(function, error)
+        return (f"{place}: " if place else "") + f"{self.scene.name}: {what}"
+
+    def scalar(self, value: Any, what: str, function: Any = None) -> Any:
+        """A sympy scalar of an expression or a 1×1 matrix, floats made exact.
+
+        Raises `BadInput` for anything else, naming the function that gave it.
+        """
+        if hasattr(value, "shape"):
+            if tuple(value.shape) != (1, 1):
+                raise BadInput(
+                    f"{self._at(function, what)} is a matrix {value.shape}, not a number."
+                )
+            value = value[0, 0]
+        try:
+            expression = sympy.sympify(value, strict=True)
+            if not isinstance(expression, sympy.Expr):
+                raise TypeError
+        except (sympy.SympifyError, TypeError, ValueError):
+            forgot = "; does it return what it computes?" if value is None else "."
+            raise BadInput(
+                f"{self._at(function, what)} is {value!r}, not an expression in its "
+                f"arguments{forgot}"
+            ) from None
+        return floats_exact(expression)
+
+    @cached_property
+    def lagrangian(self) -> Any:
+        """l(x, u) as an expression; raises `BadInput` if the scene has only a discrete one."""
+        return self.lagrangian_at(self.x, self.u)
+
+    def fast_at(self, x: Any) -> Any:
+        """The fast part of the potential at a column x; `CannotMeasure` if the scene names none."""
+        if self.scene.fast is None:
+            raise CannotMeasure(
+                f"{self.scene.name} names no fast part of its potential: give Scene(fast=...), or "
+                "use another rule."
+            )
+        return self.call(self.scene.fast, "its fast potential", x, self.parameters)
+
+    def lagrangian_at(self, x: Any, v: Any) -> Any:
+        """l at any columns x and v."""
+        if self.scene.lagrangian is None:
+            raise CannotMeasure(
+                f"{self.scene.name} has only a discrete Lagrangian, so this cannot be asked."
+            )
+        return self.call(self.scene.lagrangian, "its Lagrangian", x, v, self.parameters)

@@ -1,0 +1,1 @@
+"""Schemes and their flows: starts, steps, runs, failures."""

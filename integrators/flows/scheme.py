@@ -1,0 +1,112 @@
+"""A scene discretised by a rule: its equations, its order, its adjoint, its flows."""
+
+from __future__ import annotations
+
+from copy import copy
+from functools import cached_property
+from typing import Any
+
+from ..equations.checks import check_start
+from ..equations.discrete_equations import DiscreteEquations
+from ..errors import BadInput
+from ..geometry.adjoint import is_self_adjoint
+from ..rules.composition import Composition, Substep, adjoint
+from .composed_flow import ComposedFlow
+from .flow import Flow
+
+
+class Scheme(DiscreteEquations):
+    """A scene discretised by a rule.
+
+    Attributes: x, u (columns n×1, m×1), y, v (those of the next step), h, and `s` with the
+    parameters' symbols; what is derived from L_d is that of `DiscreteEquations`. Raises `BadInput`
+    if the groupoid violates its axioms, the rule or the Lagrangian cannot be evaluated, or L_d is
+    degenerate (FL singular everywhere).
+    """
+
+    def at(self, **values: Any) -> Scheme:
+        """The same scheme with other values: parameters, x0, v0, step, duration, name.
+
+        Nothing is derived or compiled again. Raises `BadInput` for values that do not fit, and for
+        a change of what was derived from (the Lagrangian, the groupoid).
+        """
+        if derived := set(values) & {"lagrangian", "groupoid", "discrete_lagrangian", "fast"}:
+            raise BadInput(
+                f"{self.scene.name}: another {min(derived)} makes another scheme; "
+                "derive it: Scheme(scene.with_values(...), rule)."
+            )
+        other = copy(self)
+        other.scene = self.scene.with_values(**values)
+        other.s = copy(self.s)
+        other.s.scene = other.scene
+        if len(self.s.parameter_values) != len(other.s.parameter_values):
+            raise BadInput(f"{self.scene.name}: a parameter has another shape than before.")
+        check_start(other, other.scene)
+        for part in ("base", "adjoint"):  # schemes themselves, if they were asked for
+            known = other.__dict__.pop(part, None)
+            if known is not None and known is not self:
+                other.__dict__[part] = known.at(**values)
+        return other
+
+    @cached_property
+    def self_adjoint(self) -> bool:
+        """Whether Φ₋ₕ is the inverse of Φₕ, derived from the Legendre maps."""
+        if isinstance(self.rule, Composition):
+            return True  # a palindrome of self-adjoint steps, or of Φ* and Φ in turn
+        return is_self_adjoint(self)
+
+    @cached_property
+    def base(self) -> Scheme:
+        """The scheme of the rule that a composition is composed of; else this one."""
+        rule = self.rule
+        return Scheme(self.scene, rule.base) if isinstance(rule, Composition) else self
+
+    @cached_property
+    def adjoint(self) -> Scheme:
+        """The scheme of the (base) rule's adjoint, whose step is the inverse of Φ₋ₕ."""
+        return Scheme(self.scene, adjoint(self.base.rule))
+
+    @cached_property
+    def substeps(self) -> tuple[Substep, ...]:
+        """The substeps of a composition; none of a rule of one step."""
+        if not isinstance(self.rule, Composition):
+            return ()
+        return self.rule.method.substeps(self.base.self_adjoint)
+
+    @property
+    def substep_schemes(self) -> list[Scheme]:
+        """The schemes that the substeps are steps of: this one, and its adjoint where one is."""
+        return [self, self.adjoint] if any(s.adjoint for s in self.substeps) else [self]
+
+    @cached_property
+    def order(self) -> int | None:
+        """The order in (x, μ) that this rule has on this scene; None if the rule states none.
+
+        A self-adjoint method has even order (Hairer, Lubich, Wanner, II.3): so the rectangle rule
+        gains one wherever it turns out self-adjoint, as on a group, where every rule is h·l(u).
+        A composition has its own order or its base's, whichever is higher.
+        """
+        if isinstance(self.rule, Composition):
+            of_base = self.base.order
+            return None if of_base is None else max(of_base, self.rule.method.order)
+        if self.element is not None:
+            return self.element.given.order
+        order, groupoid = self.rule.order, self.scene.groupoid
+        every_chart = groupoid.symmetric_chart or self._seen.gave_velocities
+        if order is not None and order > 1 and not every_chart:
+            return 1  # u is not the velocity of the middle of the step
+        if order is None or order % 2 == 0:
+            return order
+        return order + 1 if groupoid._inversion is not None and self.self_adjoint else order
+
+    def flow(self, step: Any, digits: int = 16, on_edge: str = "refuse") -> Flow:
+        """The flow at one step size; digits = 16 is compiled double precision, more is mpmath.
+
+        on_edge: "refuse", "bisect" or "shrink" where a step reaches the edge of its chart; a
+        composition has no other way than to refuse.
+        """
+        if not self.substeps:
+            return Flow(self, step, digits, on_edge)
+        if on_edge != "refuse":
+            raise BadInput(f'{self.rule.name} is a composition: on_edge is "refuse" only.')
+        return ComposedFlow(self.substep_schemes, self.substeps, step, digits)

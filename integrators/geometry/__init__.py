@@ -1,0 +1,1 @@
+"""First-order geometry of a step: TΨ, the prolongation, defects, transitions between arrows."""

@@ -1,0 +1,314 @@
+"""A Lie groupoid near its identities, in local coordinates (paper, section 3.2).
+
+Coordinates (x, u) ∈ Rⁿ×Rᵐ with α(x, u) = x and identities (x, 0). Two maps say everything:
+
+    target    y = b(x, u; h)
+    product   (x, u)(y, v) = (x, p(x, u, v; h)),   composable iff y = b(x, u; h)
+
+u is velocity-like: it is scaled by the step h (pair: b = x + hu; group: the element is τ(hu)).
+Whatever else the theory needs is derived here, once, by exact differentiation; a groupoid with a
+closed form of L or R may state it, and the laws in the tests hold it to the derived one.
+"""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
+
+from ..errors import BadInput
+from ..numbers.differentiation import jacobian
+from ..numbers.lazy import sympy
+
+if TYPE_CHECKING:
+    from .chart_margin import Position
+
+
+class Groupoid(ABC):
+    """The protocol: `dim_x` (n), `dim_u` (m), `target` and `product`; the rest is derived.
+
+    Vectors are sympy column matrices; h is a sympy number or symbol.
+    """
+
+    kind: str
+    dim_x: int
+    dim_u: int
+    #: What to change if the axioms fail, where the groupoid knows; ends the sentence.
+    mend: str = ""
+    #: Name of the retraction in use, or None for groupoids that need none.
+    retraction_name: str | None = None
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """A short name for tables, such as action(so(3))."""
+
+    @property
+    def place(self) -> str:
+        """Where in a file the user's own map is; empty for groupoids that are ours."""
+        return ""
+
+    def __repr__(self) -> str:
+        return self.name
+
+    @abstractmethod
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        """b(x, u; h), n×1 (paper, section 3.2)."""
+
+    @abstractmethod
+    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+        """p(x, u, v; h), m×1 (paper, section 3.2)."""
+
+    def element(self, u: Any, h: Any) -> Any:
+        """The matrix τ(hu), where the groupoid comes from a matrix group."""
+        raise BadInput(f"{self.name} has no group elements: its arrows are not matrices.")
+
+    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
+        """ξ = L(x, w; h)⁻¹ dw/dθ, m×1: the velocity at w of a curve w(θ) in the chart, t = θh.
+
+        In a group it is g⁻¹ dg/dt of g(t) = τ(hw(θ)); on pairs dw/dθ itself.
+        """
+        return self.inverse_left(x, w, h) * dw
+
+    def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
+        """L(x, w; h)⁻¹, m×m."""
+        return self._at(self._inverse_left, x=x, u=w, h=h)
+
+    @cached_property
+    def _inverse_left(self) -> Any:
+        s = self._symbols
+        return self.L(s["x"], s["u"], s["h"]).inv(method="ADJ").applyfunc(sympy.cancel)
+
+    @property
+    def left_is_identity(self) -> bool:
+        """Whether L = 1 everywhere, so that velocities are dw/dθ itself."""
+        return False
+
+    def constant(self, value: Callable[[int], Any]) -> Any:
+        """The number that `value(digits)` computes, to 100 digits; a scheme keeps it exact."""
+        return sympy.Float(value(100), 100)
+
+    def rho(self, x: Any, h: Any) -> Any:
+        """ρ(x) = ∂b/∂u (x, 0; h), n×m (paper, equation rho-L-R); h times the anchor ρ̂."""
+        return self._at(self.derived["rho"], x=x, h=h)
+
+    def L(self, x: Any, u: Any, h: Any) -> Any:
+        """L(x, u) = ∂p/∂v (x, u, 0; h), m×m (paper, equation rho-L-R)."""
+        return self._at(self.derived["L"], x=x, u=u, h=h)
+
+    def R(self, x: Any, v: Any, h: Any) -> Any:
+        """R(x, v) = ∂p/∂u (x, 0, v; h), m×m (paper, equation rho-L-R)."""
+        return self._at(self.derived["R"], x=x, u=v, h=h)
+
+    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+        """m matrices; entry [γ][μ, ν] is C^γ_{μν}(x) of [e_μ, e_ν] = C^γ_{μν} e_γ.
+
+        C^γ_{μν} = ∂²p^γ/∂u^μ∂v^ν − ∂²p^γ/∂v^μ∂u^ν at (x, 0, 0) (paper, section 3.2); h times Ĉ.
+        """
+        return [self._at(c, x=x, h=h) for c in self.derived["C"]]
+
+    def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
+        """(matrix group, the column ξ of its element) of each that takes part; here none."""
+        return []
+
+    def matrix_groups(self) -> list[Any]:
+        """The matrix groups that take part, as groupoids in the chart of a retraction."""
+        s = self._symbols
+        return [group for group, _ in self.group_parts(s["x"], s["u"], s["h"])]
+
+    def position(self, x: Any, u: Any, h: Any) -> Position:
+        """Where the arrow (x, u) lies in the symmetric neighbourhood (`neighbourhoods.Position`).
+
+        x: n numbers, u: m numbers, h: the step; a float is its binary value. Raises `BadInput` for
+        other shapes, what is no number, and a step of 0.
+        """
+        from .chart_margin import position
+
+        return position(self, x, u, h)
+
+    def with_retraction(self, retraction: Any) -> Groupoid:
+        """The same groupoid in another retraction's chart; itself where none is used.
+
+        Raises `BadInput` if the retraction does not fit.
+        """
+        return self
+
+    @property
+    def retraction(self) -> str | None:
+        """The retraction's name, None where none is used."""
+        return self.retraction_name
+
+    def inversion(self, x: Any, u: Any, h: Any) -> Any:
+        """ι(x, u) with p(x, u, ι) = 0, m×1: closed form (paper, section 3.2).
+
+        Raises `BadInput` where none could be derived: say `inverse=` then.
+        """
+        found = self._inversion
+        if found is None:
+            raise BadInput(
+                f"{self.name}: no closed form of the inversion was found; give it as "
+                "inverse=lambda x, u, h: ..."
+            )
+        return self._at(found, x=x, u=u, h=h)
+
+    def inversion_tangent(self, x: Any, u: Any, w: Any, h: Any) -> tuple[Any, Any]:
+        """(∂ι/∂x, ∂ι/∂u) at numbers w = ι(x, u), by differentiating p(x, u, ι(x, u)) = 0 exactly.
+
+        In each column the others are numbers before p is differentiated: of a product with a
+        connection p is far too long to be differentiated as it stands.
+        """
+        values, slopes = {"x": x, "u": u, "v": w}, []
+        for name, at in values.items():
+            letters = self._symbols[name]
+            at_x, at_u, at_v = ({**values, name: letters}[k] for k in values)
+            p = self.product(at_x, at_u, at_v, h)
+            slopes.append(self._at(jacobian(p, list(letters)), **{name: at}))
+        p_x, p_u, p_v = slopes
+        return -p_v.LUsolve(p_x) if self.dim_x else p_x, -p_v.LUsolve(p_u)
+
+    @cached_property
+    def symmetric_chart(self) -> bool:
+        """Whether ι = −u + O(u³): (x, −u) is then the inverse to second order.
+
+        Only in such a chart is u at θ = 1/2 the velocity of the middle, so that symmetric rules are
+        of order 2. ι = −u + B(u, u) + … with B = ∂²p/∂u∂v at the identity.
+        """
+        x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
+        zero = dict.fromkeys((*u, *v), 0)
+        p_v = self.product(x, u, v, h).jacobian(v).subs(dict.fromkeys(v, 0))
+        mixed = [p_v[g, :].jacobian(u).subs(zero) for g in range(self.dim_u)]
+        from ..numbers.identities import first_violation
+
+        return all(first_violation(B + B.T, small=(h,)) is None for B in mixed)
+
+    def increment(self, x: Any, u: Any, h: Any) -> Any:
+        """b(x, u; h) − x with the difference cancelled, so that nothing is lost at small h."""
+        return (self.target(x, u, h) - x).applyfunc(sympy.cancel)
+
+    def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
+        """∂z/∂u of the point z = b(x, u; θh), n×m; may be written with z."""
+        return self.target(x, u, theta * h).jacobian(u)
+
+    def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
+        """How e→ and e← move the point z = b(x, u; θh), n×m each; may be written with z.
+
+        At the end of the step (θ = 1) these are 0 and ρ(z), on every groupoid.
+        """
+        if theta == 1:
+            return 0 * self.rho(z, h), self.rho(z, h)
+        slope = self.point_slope(x, u, h, theta, z)
+        along = self.target(x, u, theta * h).jacobian(x) * self.rho(x, h)
+        return slope * self.R(x, u, h) - along, slope * self.L(x, u, h)
+
+    # -- derivation -------------------------------------------------------------------------
+
+    @cached_property
+    def _symbols(self) -> dict[str, Any]:
+        def vector(letter: str, length: int) -> Any:
+            return sympy.Matrix(
+                length, 1, [sympy.Symbol(f"{letter}_{i}", real=True) for i in range(length)]
+            )
+
+        return {
+            "x": vector("x", self.dim_x),
+            "u": vector("u", self.dim_u),
+            "v": vector("v", self.dim_u),
+            "h": sympy.Symbol("h", real=True, nonzero=True),
+        }
+
+    @cached_property
+    def derived(self) -> dict[str, Any]:
+        """ρ, L, R and C by differentiating b and p, in `_symbols`; closed forms must equal them."""
+        x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
+        at_u0, at_v0 = dict.fromkeys(u, 0), dict.fromkeys(v, 0)
+        b, p = self.target(x, u, h), self.product(x, u, v, h)
+        rho = b.jacobian(u).subs(at_u0) if self.dim_x else sympy.zeros(0, self.dim_u)
+        p_u, p_v = p.jacobian(u).subs(at_u0), p.jacobian(v).subs(at_v0)
+        mixed = [p_v[g, :].jacobian(u).subs(at_u0) for g in range(self.dim_u)]  # [n, m]
+        return {
+            "rho": rho.applyfunc(sympy.cancel),
+            "L": p_v.applyfunc(sympy.cancel),
+            "R": p_u.subs(dict(zip(v, u, strict=True))).applyfunc(sympy.cancel),
+            "C": [sympy.Matrix(c.T - c).applyfunc(sympy.cancel) for c in mixed],
+        }
+
+    @cached_property
+    def _inversion(self) -> Any:
+        """Closed form of ι: −u if that solves p = 0, else the solution if p is affine in v."""
+        x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
+        if all(sympy.simplify(entry) == 0 for entry in self.product(x, u, -u, h)):
+            return -u
+        numerators = self.product(x, u, v, h).applyfunc(lambda e: e.together().as_numer_denom()[0])
+        slope = numerators.jacobian(v)
+        if slope.free_symbols & set(v) or slope.det() == 0:
+            return None
+        return slope.LUsolve(-numerators.subs(dict.fromkeys(v, 0))).applyfunc(sympy.cancel)
+
+    def _at(self, expression: Any, **values: Any) -> Any:
+        """Put values (vectors or numbers, by the names of `_symbols`) into a derived matrix."""
+        pairs: dict[Any, Any] = {}
+        for name, value in values.items():
+            symbol = self._symbols[name]
+            if name == "h":
+                pairs[symbol] = value
+            else:
+                pairs.update(zip(symbol, value, strict=True))
+        return (
+            expression.xreplace(pairs) if expression.shape[0] * expression.shape[1] else expression
+        )
+
+
+def axioms(groupoid: Groupoid, point: dict[str, Any]) -> dict[str, Any]:
+    """What must vanish at a point (columns x, u, v, w and steps h, k), by the name of the law.
+
+    Units, inverses, β(gh) = β(h), associativity (paper, section 3.2), and that u is scaled by h.
+    """
+    g = groupoid
+    x, u, v, w, h, k = (point[name] for name in ("x", "u", "v", "w", "h", "k"))
+    zero, y, uv = 0 * u, g.target(x, u, h), g.product(x, u, v, h)
+    laws = {
+        "b(x, 0) = x (the identities are (x, 0))": g.target(x, zero, h) - x,
+        "p(x, u, 0) = u (right unit)": g.product(x, u, zero, h) - u,
+        "p(x, 0, v) = v (left unit)": g.product(x, zero, v, h) - v,
+        "b(b(x, u), v) = b(x, p(x, u, v)) (target of a product)": g.target(y, v, h)
+        - g.target(x, uv, h),
+        "p(x, p(x, u, v), w) = p(x, u, p(y, v, w)) (associativity)": g.product(x, uv, w, h)
+        - g.product(x, u, g.product(y, v, w, h), h),
+        "b(x, u; h) = b(x, hu/k; k) (u is scaled by the step)": g.target(x, u, h)
+        - g.target(x, h * u / k, k),
+        "p(x, u, v; h) = (k/h) p(x, hu/k, hv/k; k) (u is scaled by the step)": uv
+        - g.product(x, h * u / k, h * v / k, k) * k / h,
+    }
+    if g._inversion is not None:
+        laws["p(x, u, ι(x, u)) = 0 (inverses)"] = g.product(x, u, g.inversion(x, u, h), h)
+    return laws
+
+
+@lru_cache(maxsize=64)
+def check_axioms(groupoid: Groupoid) -> None:
+    """Raise `BadInput` unless the axioms hold at random rational points, exactly or to 40 digits.
+
+    A false identity between analytic functions is found so with certainty in practice. The algebra
+    of a matrix group has to be closed.
+    """
+    from ..numbers.identities import is_zero, random_columns
+
+    _ = getattr(getattr(groupoid, "algebra", None), "structure_constants", None)  # raises
+
+    lengths = {"x": groupoid.dim_x, "u": groupoid.dim_u, "v": groupoid.dim_u, "w": groupoid.dim_u}
+    for seed in range(2):
+        point = random_columns(lengths, small=("u", "v", "w"), seed=seed)
+        for law, difference in axioms(groupoid, point).items():
+            if not all(is_zero(entry) for entry in difference):
+                shown = ", ".join(
+                    f"{k} = {[float(n) for n in v]}"
+                    for k, v in point.items()
+                    if k in lengths and len(v) and re.search(rf"\b{k}\b", law)
+                )
+                place = f"{groupoid.place}: " if groupoid.place else ""
+                raise BadInput(
+                    f"{place}{groupoid.name} is not a groupoid: {law} fails at "
+                    f"{shown}{groupoid.mend}."
+                )

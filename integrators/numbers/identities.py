@@ -1,0 +1,91 @@
+"""Deciding identities between analytic expressions by evaluation at random rational points.
+
+An analytic function that vanishes at a random point of such generality vanishes identically; one
+that does not is caught with certainty in practice.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+from .lazy import sympy
+
+DIGITS = 60
+
+
+def _random_rational(generator: random.Random, small: bool) -> Any:
+    value = sympy.Rational(generator.randrange(500, 1500), 1000)
+    return value / 20 if small else value  # small: inside every chart
+
+
+def random_columns(
+    lengths: dict[str, int], small: Iterable[str] = (), seed: int = 0
+) -> dict[str, Any]:
+    """Random rational columns by name, with two different small steps h and k."""
+    generator, few = random.Random(f"discmech {seed}"), set(small)
+    point: dict[str, Any] = {
+        name: sympy.Matrix(n, 1, [_random_rational(generator, name in few) for _ in range(n)])
+        for name, n in lengths.items()
+    }
+    return {**point, "h": sympy.Rational(3, 5), "k": sympy.Rational(4, 7)}
+
+
+def random_point(
+    symbols: Iterable[Any], small: Iterable[Any] = (), seed: int = 0
+) -> dict[Any, Any]:
+    """Random rational values of symbols; those of `small` stay small."""
+    generator, few = random.Random(f"discmech {seed}"), set(small)
+    return {s: _random_rational(generator, s in few) for s in sorted(symbols, key=str)}
+
+
+def is_zero(number: Any) -> bool:
+    """Whether an exact number is zero: exactly if rational, else to 40 of 60 digits.
+
+    400 digits are tried before a number is taken for another than zero.
+    """
+    from .evaluation import evaluate
+
+    if number.is_Rational:
+        return bool(number == 0)
+    bound = Fraction(1, 10**40)
+    return any(abs(evaluate(number, most)) < bound for most in (DIGITS, 400))
+
+
+def first_violation(
+    entries: Iterable[Any], small: Iterable[Any] = (), points: int = 2
+) -> dict[Any, Any] | None:
+    """A point where some expression is not zero, or None; `small` symbols stay small."""
+    rest = [entry for entry in entries if entry != 0]
+    symbols = set().union(*(e.free_symbols for e in rest)) if rest else set()
+    for seed in range(points):
+        point = random_point(symbols, small, seed)
+        if not all(is_zero(entry.xreplace(point)) for entry in rest):
+            return point
+    return None
+
+
+def shown(direction: Any) -> str:
+    """A direction as a sentence shows it."""
+    return ", ".join(f"{float(e):.3g}" for e in direction)
+
+
+def null_direction(matrix: Any, tolerance: float = 1e-20) -> Any:
+    """A column that a matrix of numbers (of 30 digits) maps to zero, or None if it is regular.
+
+    Rows are scaled first and pivots normalised on the way, so that masses of any size count alike.
+    """
+    scaled = matrix.copy()
+    for i in range(matrix.rows):
+        scaled[i, :] /= max((abs(e) for e in matrix[i, :]), default=0) or 1
+    reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) <= tolerance, normalize_last=False)
+    free = [j for j in range(matrix.cols) if j not in pivots]
+    if not free:
+        return None
+    direction = sympy.zeros(matrix.cols, 1)
+    direction[free[0]] = 1
+    for i, j in enumerate(pivots):
+        direction[j] = -reduced[i, free[0]]
+    return direction

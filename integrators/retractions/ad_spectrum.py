@@ -1,0 +1,150 @@
+"""Algebras on which ad turns at one rate: closed forms in Stumpff functions.
+
+For so(3), su(2), sl(2), se(2) and Heisenberg's algebra s(s² + z) annihilates s = ad_ξ, for se(3)
+s(s² + z)², with a quadratic form z of ξ (the squared angle; negative where ad stretches). For any
+q that is analytic, with Q(z) = q(−z),
+
+    s q(s²) = s Q(z) − s(s² + z) Q′(z)          (Hermite interpolation at s² = −z)
+
+and the last term vanishes in the first case. so(4) is a direct sum of two such algebras.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from ..algebras import MatrixAlgebra
+from ..numbers.identities import random_columns
+from ..numbers.lazy import sympy
+from ..numbers.multi_output import held
+from .stumpff import stumpff
+
+
+@dataclass(frozen=True)
+class Turning:
+    """One ideal of an algebra that turns at one rate.
+
+    ideal: the matrices of its basis in the coordinates of the whole (columns; None: the whole).
+    pairs: how many pairs ±√−z the spectrum of ad has, `pairs_of_matrix` that of the matrix ξ̂.
+    """
+
+    algebra: MatrixAlgebra
+    project: Any
+    pairs: int
+    pairs_of_matrix: int
+
+    def displacement(self, xi: Any) -> Any:
+        """exp(ξ) − e for ξ in the ideal, where ξ²(ξ² + z) = 0 as matrices.
+
+        cay(2a) − e = 2(a + a²)/(1 + z_a) with a = ξ tan(θ/2)/θ, and c₃(z)(ξ³ + zξ), which is 0
+        where ξ³ = −zξ. So the rotation is one however a is rounded: with cosine and sine apart,
+        even over c² + s², |Γ|² drifts (Lagrange top, 10⁶ steps: 7e-13; so: 1.5e-14). At half-turns
+        a only grows large, since no rounded number has the cosine 0.
+        """
+        own = self.own(xi)
+        z = self._rate(self._square(own), self.pairs_of_matrix)
+        tangent = stumpff(1, z / 4) / (2 * stumpff(0, z / 4))
+        turn = own.applyfunc(lambda e: held(tangent * e))
+        a, square = self.algebra.hat(turn), self._square(turn)
+        over = 2 / (1 + self._rate(square, self.pairs_of_matrix))
+        rotation = (a + square).applyfunc(lambda e: e * over)
+        b = self.algebra.hat(own)
+        rest = (b * self._square(own) + z * b).applyfunc(_expand)
+        return rotation + rest.applyfunc(lambda e: e * stumpff(3, z)) if any(rest) else rotation
+
+    def _square(self, xi: Any) -> Any:
+        a = self.algebra.hat(xi)
+        return (a * a).applyfunc(_expand)
+
+    def odd(self, xi: Any, function: Callable[[Any], Any]) -> Any:
+        """s q(s²) at s = ad_ξ, q given as the function z ↦ Q(z) = q(−z), m×m."""
+        s, _, rest, _, z = self._powers(xi)
+        return _combined(s, rest, z, function)
+
+    def even(self, xi: Any, function: Callable[[Any], Any]) -> Any:
+        """s² q(s²) at s = ad_ξ, m×m."""
+        _, square, _, rest, z = self._powers(xi)
+        return _combined(square, rest, z, function)
+
+    def _powers(self, xi: Any) -> tuple[Any, Any, Any, Any, Any]:
+        """s, s², s(s² + z), s²(s² + z) and z: polynomials in ξ, written out once."""
+        s = self.algebra.ad(self.own(xi))
+        square = (s * s).applyfunc(_expand)
+        z = self._rate(square, self.pairs)
+        rest = (s * square + z * s).applyfunc(_expand)
+        return s, square, rest, (s * rest).applyfunc(_expand), z
+
+    def own(self, xi: Any) -> Any:
+        """The part of ξ in this ideal, in the coordinates of the whole algebra."""
+        # a sum gets one letter: polynomials in its terms would be long
+        own = xi if self.project is None else self.project * xi
+        return own.applyfunc(lambda e: held(e) if e.has(sympy.Add) else e)
+
+    def squared_rate(self, xi: Any) -> Any:
+        """ϑ² at ξ where ±iϑ are the eigenvalues of ad on this ideal (negative: ad stretches)."""
+        own = xi if self.project is None else self.project * xi
+        s = self.algebra.ad(own)
+        return self._rate((s * s).applyfunc(_expand), self.pairs)
+
+    @staticmethod
+    def _rate(square: Any, pairs: int) -> Any:
+        return _expand(-square.trace() / (2 * pairs))
+
+
+def _combined(first: Any, rest: Any, z: Any, function: Callable[[Any], Any]) -> Any:
+    """first·Q(z) − rest·Q′(z), entry by entry: nothing is multiplied out."""
+    t = sympy.Dummy("z", real=True)
+    q = function(t)
+    value, slope = q.xreplace({t: z}), q.diff(t).xreplace({t: z})
+    return first.applyfunc(lambda e: e * value) - rest.applyfunc(lambda e: e * slope)
+
+
+@lru_cache(maxsize=64)
+def turnings(algebra: MatrixAlgebra) -> tuple[Turning, ...]:
+    """The ideals on which the algebra turns at one rate each; empty if there is no such form."""
+    whole = _turning(algebra, None)
+    if whole is not None:
+        return (whole,)
+    parts = [_turning(algebra, projection) for projection in algebra.ideals]
+    return tuple(p for p in parts if p is not None) if len(parts) > 1 and all(parts) else ()
+
+
+def _turning(algebra: MatrixAlgebra, project: Any) -> Turning | None:
+    """Decided by the annihilating polynomials at two random rational points, exactly."""
+    points = [random_columns({"xi": algebra.dim}, seed=seed)["xi"] for seed in range(2)]
+    own = [xi if project is None else project * xi for xi in points]
+
+    def pairs(matrices: list[Any], polynomial: Callable[[Any, Any], Any]) -> int | None:
+        """The number of pairs ±√−z for which the polynomial annihilates the matrices."""
+        for count in range(1, max(matrices[0].shape[0] // 2, 1) + 1):
+            rates = [-(m * m).trace() / (2 * count) for m in matrices]
+            values = [
+                polynomial(m, z).applyfunc(_expand) for m, z in zip(matrices, rates, strict=True)
+            ]
+            if not any(any(v) for v in values):
+                return count
+        return None
+
+    of_ad = pairs(
+        [algebra.ad(xi) for xi in own],
+        lambda s, z: s * (s * s + z * _one(s)) * (s * s + z * _one(s)),
+    )
+    of_matrix = pairs([algebra.hat(xi) for xi in own], lambda a, z: a * a * (a * a + z * _one(a)))
+    if of_ad is None or of_matrix is None:
+        return None
+    return Turning(algebra, project, of_ad, of_matrix)
+
+
+def _one(matrix: Any) -> Any:
+    return sympy.eye(matrix.shape[0])
+
+
+def _expand(e: Any) -> Any:
+    return e.expand(complex=True) if e.has(_i()) else e.expand()
+
+
+def _i() -> Any:
+    return sympy.I

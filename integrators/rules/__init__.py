@@ -1,0 +1,61 @@
+"""Rules that turn a Lagrangian into a discrete Lagrangian, as data: one kind a file."""
+
+from __future__ import annotations
+
+from ..errors import unknown
+from .composition import METHODS, Composition, Method, Substep, adjoint, compose
+from .discretisation import Discretisation, discretisation, own
+from .galerkin import FAMILIES, gauss, lobatto
+from .simple import imex, midpoint, rectangle, trapezoidal
+
+__all__ = [
+    "BUILT_IN",
+    "METHODS",
+    "Composition",
+    "Discretisation",
+    "Method",
+    "Substep",
+    "adjoint",
+    "compose",
+    "discretisation",
+    "gauss",
+    "get",
+    "imex",
+    "lobatto",
+    "midpoint",
+    "names",
+    "own",
+    "rectangle",
+    "trapezoidal",
+]
+
+BUILT_IN = {rule.name: rule for rule in (rectangle, midpoint, trapezoidal, imex)}
+
+
+def names() -> tuple[str, ...]:
+    """The names that `get` knows: built-in rules, Galerkin rules, one composition of each method.
+
+    gauss-N and lobatto-N have N nodes, up to 20; any rule can follow the colon of a composition.
+    """
+    galerkin = [
+        f"{family}-{least + i}" for family, (_, least) in FAMILIES.items() for i in range(4)
+    ]
+    return (*BUILT_IN, *galerkin, *(f"{method}:trapezoidal" for method in METHODS))
+
+
+def get(name: str) -> Discretisation:
+    """The rule of that name: built in, gauss-N, lobatto-N, own, or method:rule.
+
+    A composition is named as in kahan-li-8:midpoint. Raises `BadInput` for an unknown name and
+    suggests the closest match.
+    """
+    if name in BUILT_IN or name == own.name:
+        return BUILT_IN.get(name, own)
+    if ":" in name:
+        method, base = name.split(":", 1)
+        composed: Discretisation = compose(get(base), method)
+        return composed
+    family, _, nodes = name.rpartition("-")
+    if family in FAMILIES and nodes.isdecimal():
+        return FAMILIES[family][0](int(nodes))
+    raise unknown("rule", name, names())

@@ -1,0 +1,103 @@
+"""Galerkin variational integrators of any order, on any groupoid (Marsden, West 2001, 2.2.6).
+
+The curve from 0 to u in the chart is a polynomial, w(θ) = θu + Σ_j s_j Q_j(θ), and L_d the
+stationary value in s of h Σ_i b_i L(b(x, w(c_i)), ξ(c_i)) with ξ = L(x, w)⁻¹ dw/dθ. Its order is
+the smaller of twice the degree and the order of the quadrature (Ober-Blöbaum, Saake 2015; on
+groups in any chart, Hall, Leok 2015): the chart is a change of coordinates, the same for all
+curves of a step. On pairs it is the symplectic (partitioned) Runge–Kutta method of that
+quadrature (Hairer, Lubich, Wanner, VI.6.2).
+
+In the basis of Legendre polynomials s_j is of size h^j and a constant mass matrix is diagonal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from ..errors import BadInput
+from ..numbers.lazy import sympy
+from .discretisation import Discretisation
+from .quadrature import NodeValue
+
+MOST_NODES = 20
+
+
+@cache
+def gauss(nodes: int) -> Discretisation:
+    """Gauss quadrature with that many nodes and a polynomial of that degree: order 2·nodes.
+
+    One node is the midpoint rule, with the velocity of the curve at the middle of the chart.
+    """
+    return _galerkin("gauss", nodes, degree=nodes, order=2 * nodes)
+
+
+@cache
+def lobatto(nodes: int) -> Discretisation:
+    """Lobatto quadrature and a polynomial of one degree less than nodes: order 2·nodes − 2.
+
+    Two nodes are the trapezoidal rule, with the velocities of the curve at its ends.
+    """
+    return _galerkin("lobatto", nodes, degree=nodes - 1, order=2 * nodes - 2)
+
+
+#: family name → (rule of so many nodes, least number of nodes)
+FAMILIES: dict[str, tuple[Callable[[int], Discretisation], int]] = {
+    "gauss": (gauss, 1),
+    "lobatto": (lobatto, 2),
+}
+
+
+def _galerkin(family: str, nodes: int, degree: int, order: int) -> Discretisation:
+    least = FAMILIES[family][1]
+    if type(nodes) is not int or not least <= nodes <= MOST_NODES:
+        raise BadInput(
+            f"{family} with {nodes!r} nodes: give a whole number from {least} to {MOST_NODES}."
+        )
+
+    def formula(L: Any, G: Any, x: Any, u: Any, h: Any, s: Any = ()) -> Any:
+        total = 0
+        for i in range(nodes):
+            w, dw = _value(G, family, nodes, i, "c") * u, u
+            for j, s_j in enumerate(s, 1):
+                w += _value(G, family, nodes, i, "Q", j) * s_j
+                dw += _value(G, family, nodes, i, "P", j) * s_j
+            weight = _value(G, family, nodes, i, "b")
+            total += h * weight * L(G.target(x, w, h), G.velocity(x, w, dw, h))
+        return total
+
+    return Discretisation(
+        f"{family}-{nodes}",
+        formula,
+        order,
+        "Marsden, West, Discrete mechanics and variational integrators, Acta Numerica 2001, 2.2.6; "
+        "Hairer, Lubich, Wanner, Geometric Numerical Integration, VI.6.2",
+        degree - 1,
+    )
+
+
+def _value(G: Any, family: str, nodes: int, i: int, what: str, degree: int = 0) -> Any:
+    """A number at node i: exact at the ends and the middle, mirrored in the right half."""
+    mirror = nodes - 1 - i
+    middle, end = i == mirror, family == "lobatto" and i == 0
+    if i > mirror:
+        value = _value(G, family, nodes, mirror, what, degree)
+        return {"c": 1 - value, "b": value, "P": (-1) ** degree * value,
+                "Q": -((-1) ** degree) * value}[what]  # fmt: skip
+    if middle or end:
+        at, n = (sympy.Integer(0) if middle else sympy.Integer(-1)), nodes - 1
+        if what == "c":
+            return (1 + at) / 2
+        if what == "P":
+            return sympy.legendre(degree, at)
+        if what == "Q":
+            return (sympy.legendre(degree + 1, at) - sympy.legendre(degree - 1, at)) / (
+                4 * degree + 2
+            )
+        if family == "lobatto":
+            return 1 / (n * nodes * sympy.legendre(n, at) ** 2)
+        return 1 / (nodes * sympy.legendre(n, at)) ** 2
+    if (family, nodes, what) == ("gauss", 2, "b"):
+        return sympy.Rational(1, 2)
+    return G.constant(NodeValue(family, nodes, i, what, degree))
