@@ -1,0 +1,75 @@
+"""One step of a method as plain data: what the compiler is given.
+
+Rows E(x, w; q) in w = (u, s) are solved against (μ, 0); then (x, μ) grows by (increment, gain).
+Everything is an expression in the letters x, w, y, q and in those of `definitions`; nothing here
+knows a scheme, a groupoid or a rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+Letters = tuple[Any, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Function:
+    """A function of numbers with several results, written once and called from several places.
+
+    `definitions` are computed inside it; `results` are expressions in `arguments`, in letters of
+    `shared` (which every caller has: x, y, q) and in those of the definitions.
+    """
+
+    name: str
+    arguments: Letters
+    definitions: tuple[Definition, ...]
+    results: tuple[Any, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Definition:
+    """Letters and what they stand for: `values`, or the results of `function` at `arguments`."""
+
+    letters: Letters
+    values: tuple[Any, ...] = ()
+    function: Function | None = None
+    arguments: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """The equations of one step (paper, sections 2.4 and 3.5, on the dual algebroid).
+
+    q: h first, then parameters, then the numbers of the rule, then those of a translate.
+    rows: E/h, as many as w; solved against (μ, 0). slope: ∂(E/h)/∂w, square. y: the letters of the
+    target where an expression needs it. increment: y − x, n. gain: (F⁺ − F⁻)/h, m.
+    scaled: those u that the chart depends on; kernels write them as ξ = hu.
+    along: (letters, values) where the solution of the linear equations is not dw itself but a
+    displacement c in the group: c's letters, and dw in them.
+    extents: [(kind, expression)], sizes that tell how near the edge of the chart a step is.
+    branch: the number that tells solutions apart, or None.
+    constants: letters of q that are irrational numbers of the rule, as functions digits → mpf.
+    composed: whether a step is a row of substeps of this system and of `adjoint`.
+    """
+
+    name: str
+    q: Letters
+    x: Letters
+    u: Letters
+    w: Letters
+    mu: Letters
+    y: Letters
+    rows: Any
+    slope: Any
+    increment: Any
+    gain: Any
+    definitions: tuple[Definition, ...] = ()
+    scaled: Letters = ()
+    along: tuple[Letters, tuple[Any, ...]] | None = None
+    extents: tuple[tuple[str, Any], ...] = ()
+    branch: Any = None
+    constants: Mapping[Any, Callable[[int], Any]] = field(default_factory=dict)
+    composed: bool = False
+    adjoint: System | None = None
