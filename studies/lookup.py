@@ -63,7 +63,7 @@ def file_of(thing: Discretisation | Scene) -> UserFile | None:
     """The file that defines it, if one that was loaded does; a scene in any chart."""
     for file in reversed(loaded()):
         if isinstance(thing, Discretisation):
-            if file.discretisations.get(thing.name) == thing:
+            if file.rules.get(thing.name) == thing:
                 return file
         elif (held := file.scenes.get(thing.name)) is not None and (
             (held.lagrangian, held.discrete_lagrangian)
