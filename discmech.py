@@ -8,44 +8,61 @@ importing this one loads neither sympy nor numba.
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 __path__ = [
     str(Path(__file__).resolve().parent)
 ]  # in a checkout this file lies beside its packages
 
-from discmech.integrators import (
-    BadInput,
-    Conserved,
-    DiscmechError,
-    Discretisation,
-    Groupoid,
-    LocalGroupoid,
-    MatrixAlgebra,
-    Scene,
-    Scheme,
-    StepFailure,
-    action,
-    cayley,
-    discretisation,
-    exponential,
-    imex,
-    lie_group,
-    midpoint,
-    on_group,
-    pair,
-    product,
-    rectangle,
-    scenes,
-    se,
-    sl,
-    so,
-    sp,
-    su,
-    trapezoidal,
-)
-from discmech.reference import solution
-from discmech.studies import check, show
+if TYPE_CHECKING:
+    from discmech.integrators import (
+        BadInput,
+        Conserved,
+        DiscmechError,
+        Discretisation,
+        Groupoid,
+        LocalGroupoid,
+        MatrixAlgebra,
+        Scene,
+        Scheme,
+        StepFailure,
+        action,
+        cayley,
+        discretisation,
+        exponential,
+        imex,
+        lie_group,
+        midpoint,
+        on_group,
+        pair,
+        product,
+        rectangle,
+        scenes,
+        se,
+        sl,
+        so,
+        sp,
+        su,
+        trapezoidal,
+    )
+    from discmech.reference import solution
+    from discmech.studies import check, show
+
+#: the packages that the names below come from, the lightest first
+_PACKAGES = ("studies", "reference", "integrators")
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, loaded when it is first asked for: `discmech list` needs few of them."""
+    if name in __all__:
+        for package in _PACKAGES:
+            module = import_module(f"{__name__}.{package}")
+            if name in module.__all__:
+                return getattr(module, name)
+    raise AttributeError(f"discmech has no {name!r}; it has {', '.join(__all__)}.")
+
 
 __all__ = [
     "BadInput",

@@ -13,7 +13,7 @@ from discmech.studies.userfile import load
 
 RULE = '''"""Mine."""
 from discmech.integrators import discretisation, midpoint
-from discmech.integrators.rules.composition import compose
+from discmech.integrators.rules import compose
 
 
 @discretisation(order=2)
