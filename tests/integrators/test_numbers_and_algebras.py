@@ -11,7 +11,6 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
-from everything import SCENES
 from sympy import Matrix, Rational, zeros
 
 import discmech.integrators as integrators
@@ -32,6 +31,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.numbers.exact import exact, exact_nested, exact_vector, flatten
 from discmech.integrators.retractions import cayley
+from tests.objects import SCENES
 
 # -- exact numbers --------------------------------------------------------------------------------
 

@@ -8,7 +8,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from everything import ALGEBRAS, ARROWS
 from sympy import Matrix, Rational, Symbol, eye, zeros
 
 from discmech.integrators import (
@@ -32,6 +31,7 @@ from discmech.integrators.retractions.matrix_functions import (
     MatrixFunction,
 )
 from discmech.integrators.retractions.retraction import Retraction
+from tests.objects import ALGEBRAS, ARROWS
 
 EPS = Rational(1, 10**30)
 CLOSED = ["so(3)", "su(2)", "sl(2)", "se(2)", "se(3)", "so(4)", "heisenberg", "pair of so(3)"]

@@ -9,7 +9,6 @@ from itertools import product
 
 import pytest
 import sympy
-from everything import ARROWS, GROUPOIDS, LARGE, STEPS, arrows, compose, cross
 from sympy import Matrix, Rational, Symbol, eye, zeros
 
 from discmech.integrators import (
@@ -24,6 +23,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.groupoids.groupoid import axioms, check_axioms
 from discmech.integrators.numbers.evaluation import evaluate
+from tests.objects import ARROWS, GROUPOIDS, LARGE, STEPS, arrows, compose, cross
 
 everywhere = pytest.mark.parametrize("stratum", ARROWS)
 at_steps = pytest.mark.parametrize("h", STEPS, ids=str)
