@@ -16,13 +16,13 @@ from typing import Any
 
 from ..equations.discrete_equations import DiscreteEquations
 from ..errors import BadInput
+from ..numbers.definitions import inlined
 from ..numbers.lazy import sympy
 from ..numbers.printing import Coefficients, Parameters, function_text
 from . import driver
 from .edge_guard import watch_text
 from .elimination import loop_text, solve
 from .omissions import carried, is_affine, pivot_rows
-from .outlining import Outliner
 from .tuple_operations import vector_text
 
 
@@ -50,7 +50,6 @@ class KernelBuilder:
         plain = "coefficients" in without
         self.coefficients = Parameters(scheme.s.q) if plain else Coefficients(scheme.s.q)
         self.x, self.u, self.w, self.mu = scheme.x, scheme.u, scheme.w, scheme.s.mu
-        self.outliner = Outliner(self._hoist)
 
     @cached_property
     def jacobian(self) -> Any:
@@ -98,7 +97,7 @@ class KernelBuilder:
         lengths = (len(self.x), len(self.u), len(self.w), len(self.carried))
         vectors = vector_text(*lengths, len(c), self.affine)
         elimination = [f"@aside\n{loop_text()}"] if "eliminate(" in solving[0] else []
-        nodes = self.outliner.texts
+        nodes: list[str] = []
         return KernelTexts(nodes, solving, elimination, vectors, carry, prepare, len(c))
 
     def build(self) -> str:
@@ -162,9 +161,8 @@ class KernelBuilder:
 
     def _points(self, *uses: Any, known: Any = ()) -> list[tuple[Any, Any]]:
         """The points (and other atoms) that the expressions use, but for those that are known."""
-        used = set().union(*(e.free_symbols for use in uses for e in use))
-        atoms = [a for a in self.scheme.chain.needed(*uses) if not set(known) & set(a.z)]
-        return self.outliner.definitions(atoms, used)
+        found = inlined(self.scheme.at_points.definitions(*uses, known=known))
+        return [(list(d.letters), [self._hoist(e) for e in d.values]) for d in found]
 
     def _with_k(self, entries: Any) -> list[Any]:
         at_x = {a: k for (a, _), k in zip(self.carried, self._k, strict=True)}

@@ -20,6 +20,7 @@ from typing import Any
 
 from ..equations.discrete_equations import DiscreteEquations
 from ..numbers.arithmetic import Multiple
+from ..numbers.definitions import inlined
 from ..numbers.interpreting import run_text
 from ..numbers.multi_output import with_tables
 from .kernels import KernelBuilder
@@ -99,7 +100,9 @@ def _key(scheme: DiscreteEquations, what: str) -> str:
         scheme.R,
         scheme.at_points.increment,
         s.q,
-        [(a.kind, a.z, a.value) for a in scheme.chain.given],
+        scheme.at_points.minus,
+        scheme.at_points.plus,
+        [(d.letters, d.values) for d in inlined(scheme.at_points.of.chain.definitions())],
         scheme.mark,
     ]
     if scheme.element is not None:

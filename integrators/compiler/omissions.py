@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+from ..numbers.definitions import values_at
 from ..numbers.evaluation import evaluate_matrix
 from ..numbers.identities import is_zero, random_point
 
@@ -27,7 +28,7 @@ def is_affine(scheme: DiscreteEquations, slope: Any) -> bool:
 
     Decided by comparing the slope at two random w of the same x, h and parameters.
     """
-    letters = {*scheme.w, *(z for a in scheme.chain.atoms for z in a.z)}
+    letters = {*scheme.w, *(z for d in scheme.at_points.definitions(slope) for z in d.letters)}
     if not set().union(*(e.free_symbols for e in slope)) & letters:
         return True
     symbols, small = [*scheme.x, *scheme.w, *scheme.s.q], (*scheme.w, scheme.h)
@@ -69,7 +70,8 @@ def carried(scheme: DiscreteEquations, slope: Any) -> list[tuple[Any, Any]]:
 def _at(scheme: DiscreteEquations, matrix: Any, point: dict[Any, Any]) -> Any:
     """The matrix at a numerical point; the atoms are evaluated first."""
     constants = scheme.s.constant_values(100)
-    return matrix.xreplace(scheme.chain.values({**point, **constants}))
+    at = values_at(scheme.at_points.definitions(matrix), {**point, **constants})
+    return matrix.xreplace(at)
 
 
 def _costly(entries: Iterable[Any], variables: Any, constants: set[Any]) -> list[Any]:

@@ -14,7 +14,6 @@ from ..numbers.lazy import sympy
 from ..numbers.multi_output import with_tables
 from ..numbers.printing import function_text
 from ..scene import Scene
-from .discrete_equations import DiscreteEquations
 from .symbols import SceneSymbols
 
 
@@ -77,15 +76,14 @@ def state_function(s: SceneSymbols, parts: list[Any], numbers: Any) -> Any:
     return run_text(text, namespace)["state_function"]
 
 
-def initial_momentum(scheme: DiscreteEquations, scene: Scene, numbers: Any) -> list[Any]:
+def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Any) -> list[Any]:
     """μ₀ = ∂l/∂ξ(x₀, v₀), in an arithmetic."""
-    s = scheme.s
     if scene.lagrangian is None:
         raise CannotMeasure(
             f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
             "trajectory(..., mu0=...)."
         )
-    f = _momentum_function(scheme.origin.s, numbers)
+    f = _momentum_function(s, numbers)
     with numbers.working():
         x = [numbers.number(v) for v in scene.x0]
         v = [numbers.number(v) for v in scene.v0]

@@ -12,15 +12,14 @@ B⁻¹ are parameters of the kernel: another translate changes numbers, never co
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import BadInput
 from ..groupoids.lie_group import LieGroup, RetractionGroupoid
 from ..numbers.lazy import sympy
 from ..scene import OnGroup
-
-if TYPE_CHECKING:
-    from .symbols import SceneSymbols
+from .chain_rule import Block
+from .symbols import SceneSymbols
 
 
 class Element:
@@ -40,7 +39,7 @@ class Element:
         self.groupoid: Any = groupoid
         self.s = s
         self.size = groupoid.algebra.size
-        self.g = _letters("g", self.size)
+        self.g = s.matrix("g", self.size)
 
     @cached_property
     def value(self) -> Any:
@@ -48,13 +47,11 @@ class Element:
         return self.groupoid.element(self.s.u, self.s.h) * self.s.translate[0]
 
     @cached_property
-    def atom(self) -> Any:
-        """The letters of g as an atom of the scheme."""
-        from .letters import Atom
-
+    def block(self) -> Block:
+        """The letters of g with their derivatives."""
         size = self.size**2
         g, value = (matrix.reshape(size, 1) for matrix in (self.g, self.value))
-        return Atom("element", g, value, [(self.s.u, self.slope)], fields=self.fields)
+        return Block(g, value, [(self.s.u, self.slope)], fields=self.fields)
 
     @cached_property
     def fields(self) -> tuple[Any, Any]:
@@ -99,15 +96,3 @@ class Element:
         """x·g − x, n×1."""
         moved = self.target(x) - x
         return moved.applyfunc(lambda e: sympy.collect(sympy.expand(e), list(x)))
-
-
-def _letters(letter: str, size: int) -> Any:
-    return sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"{letter}_{i}_{j}", real=True))
-
-
-def translate_letters(scene: Any) -> tuple[Any, ...]:
-    """The letters of B and of B⁻¹, N×N each; none where L_d is not given on the group."""
-    if not isinstance(scene.discrete_lagrangian, OnGroup):
-        return ()
-    algebra = getattr(scene.groupoid, "algebra", None)
-    return tuple(_letters(name, algebra.size) for name in ("B", "iB")) if algebra else ()

@@ -90,7 +90,7 @@ class Flow:
         with self.numbers.working():
             start = self.starting.at(x0, mu0, u0, element0)
             if mu0 is not None:
-                check_momentum(self.scheme, start.x, start.mu)
+                check_momentum(self.scheme.s, self.scheme.scene, start.x, start.mu)
             return run_from(self, start, int(steps), int(every), progress)
 
     def elements(self, run: Trajectory) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..compiler.modules import cached_text
 from ..equations.discrete_equations import DiscreteEquations
+from ..numbers.definitions import inlined
 from ..numbers.interpreting import run_text
 from ..numbers.lazy import sympy
 from ..numbers.multi_output import with_tables
@@ -201,7 +202,7 @@ def _generated(scheme: DiscreteEquations, numbers: Any, what: str) -> Any:
 
 
 def _local_text(scheme: DiscreteEquations) -> str:
-    s, at, total = scheme.s, scheme.at_points, scheme.chain.total
+    s, at, total = scheme.s, scheme.at_points, scheme.at_points.total
     minus, plus, target = at.minus, at.plus, at.target
     of_target = (total(target, s.x), total(target, s.u)) if len(scheme.x) else ([], [])
     parts = [target, scheme.rho, scheme.L_at_translate, scheme.R, minus, plus, *of_target]
@@ -214,7 +215,7 @@ def _local_text(scheme: DiscreteEquations) -> str:
 
 def _stages_text(scheme: DiscreteEquations) -> str:
     s, equations = scheme.s, scheme.at_points.stage_equations
-    parts = [equations, scheme.chain.total(equations, s.stages)]
+    parts = [equations, scheme.at_points.total(equations, s.stages)]
     return text_of(scheme, "stages", {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
@@ -234,8 +235,8 @@ def text_of(scheme: DiscreteEquations, name: str, vectors: dict[str, Any], parts
     """Text of a function name(vectors..., q) of a scheme that gives parts, for `run_text`."""
     numbered = {q: sympy.Symbol(f"q{i}", real=True) for i, q in enumerate(scheme.s.q)}
     results = [[e.xreplace(numbered) for e in part] for part in parts]
-    before = [(list(a.z), [e.xreplace(numbered) for e in a.value])
-              for a in scheme.chain.needed(*parts)]  # fmt: skip
+    before = [(list(d.letters), [e.xreplace(numbered) for e in d.values])
+              for d in inlined(scheme.at_points.definitions(*parts))]  # fmt: skip
     arguments = {**vectors, "q": list(numbered.values())}
     return with_tables(function_text(name, arguments, results, before))
 
