@@ -171,9 +171,9 @@ class Multiple:
         return self._gauss_jordan(a, a[:, :0])[0]
 
     def solve(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        det, solution = self._gauss_jordan(a, np.reshape(b, (len(a), -1)))
+        det, solution = self._gauss_jordan(a, np.atleast_2d(np.transpose(b)).T)
         if det == 0:
-            raise ZeroDivisionError("the matrix is singular")
+            raise ZeroDivisionError("singular matrix")
         return solution.reshape(np.shape(b))
 
     def _gauss_jordan(self, a: np.ndarray, b: np.ndarray) -> tuple[Any, np.ndarray]:

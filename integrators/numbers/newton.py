@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from .types import Number, Vector
@@ -33,6 +34,8 @@ def newton(
         size = sum(abs(c) for c in step)
         unit = eps * max(scale, sum(abs(c) for c in point))
         stagnant = before is not None and size >= before / 2 and size < STAGNANT * unit
+        if not size < math.inf:  # nor is it nan
+            return None
         if size <= ROUNDED * unit or stagnant:
             return point
         before = size

@@ -72,7 +72,8 @@ def _returned(array: np.ndarray, texts: list[str]) -> str:
 def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> Callable[..., Any]:
     """The function of a text that `numeric_text` wrote, in an arithmetic."""
     namespace = numbers.array_namespace() if columns else numbers.namespace()
-    function: Callable[..., Any] = run_text(text, namespace)["function"]
+    with numbers.working():  # tables compute constants of theirs first
+        function: Callable[..., Any] = run_text(text, namespace)["function"]
     return function
 
 

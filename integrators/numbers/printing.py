@@ -14,7 +14,7 @@ from ..errors import BadInput
 from .arithmetic import FUNCTIONS
 from .lazy import sympy
 from .multi_output import is_table, together
-from .types import Expression, Expressions, Letter, Letters
+from .types import Expression, Expressions, Letter, Letters, Replacement
 
 #: letters, and what they stand for: values, or a `Together` that makes all of them at once
 Definition = tuple[Letters, Expressions]
@@ -27,13 +27,13 @@ class Coefficients:
     where c·a − (cc′)·b would let energy drift linearly (harmonic midpoint: 3e-19 a step).
     """
 
-    def __init__(self, q: Sequence[Any]) -> None:
+    def __init__(self, q: Letters) -> None:
         self.q = set(q)
-        self.values: list[Any] = []
-        self._index: dict[Any, Any] = {}
-        self._done: dict[Any, Any] = {}
+        self.values: list[Expression] = []
+        self._index: Replacement = {}
+        self._done: Replacement = {}
 
-    def symbol(self, expression: Any) -> Any:
+    def symbol(self, expression: Expression) -> Letter:
         """The symbol that stands for a coefficient; of ±e, one is kept."""
         if expression.could_extract_minus_sign():
             return -self.symbol(-expression)
@@ -42,13 +42,13 @@ class Coefficients:
             self.values.append(expression)
         return self._index[expression]
 
-    def hoist(self, e: Any) -> Any:
+    def hoist(self, e: Expression) -> Expression:
         """`e` with every largest subexpression in q alone replaced by its coefficient."""
         if e not in self._done:
             self._done[e] = self._hoist(e)
         return self._done[e]
 
-    def _hoist(self, e: Any) -> Any:
+    def _hoist(self, e: Expression) -> Expression:
         if e.is_Integer:
             return e
         if not e.free_symbols - self.q:
@@ -70,7 +70,7 @@ class Coefficients:
         return e.func(*[self.hoist(a) for a in e.args])
 
 
-def _primitive(factor: Any) -> tuple[Any, Any]:
+def _primitive(factor: Expression) -> tuple[Expression, Expression]:
     """(c, f) with factor = c·f: 3a − 3b and b − a become the a − b that is computed anyway."""
     base, exponent = factor.as_base_exp()
     if not base.is_Add or not exponent.is_Integer:
@@ -94,26 +94,21 @@ class Together(list[Any]):
 class Parameters(Coefficients):
     """The step and the parameters themselves as c[i], for kernels that compute all else anew."""
 
-    def __init__(self, q: Sequence[Any]) -> None:
+    def __init__(self, q: Letters) -> None:
         super().__init__(())
         self.values = list(q)
         self._names = {p: sympy.Symbol(f"c{i}", real=True) for i, p in enumerate(q)}
 
-    def hoist(self, e: Any) -> Any:
+    def hoist(self, e: Expression) -> Expression:
         """`e` with each parameter replaced by its name in the kernel."""
         return e.xreplace(self._names)
 
 
-def _without_repetition(
-    outputs: Expressions, letter: str
-) -> tuple[list[tuple[Letter, Expression]], list[Expression]]:
+def _shared(outputs: Expressions) -> tuple[list[tuple[Letter, Expression]], list[Expression]]:
     """Common subexpressions taken out: ([(letter, value)], [each output])."""
-    found, reduced = sympy.cse(
-        together(list(outputs)), symbols=sympy.numbered_symbols(letter, real=True), list=True
-    )
-    opposite: dict[
-        Letter, Expression
-    ] = {}  # −t costs nothing, and a name for it lengthens the text
+    letters = sympy.numbered_symbols("t", real=True)
+    found, reduced = sympy.cse(together(list(outputs)), symbols=letters, list=True)
+    opposite: Replacement = {}  # −t costs nothing, and a name for it lengthens the text
     taken = []
     for name, value in found:
         value = value.xreplace(opposite)
@@ -124,13 +119,7 @@ def _without_repetition(
     return taken, [e.xreplace(opposite) for e in reduced]
 
 
-def statements(outputs: Expressions, letter: str = "t") -> tuple[list[tuple[str, str]], list[str]]:
-    """Common subexpressions taken out: ([(name, code)], [code of each output])."""
-    taken, reduced = _without_repetition(outputs, letter)
-    return [(str(name), code(value)) for name, value in taken], [code(e) for e in reduced]
-
-
-def code(expression: Any) -> str:
+def code(expression: Expression) -> str:
     """Python text of one expression, small powers as products."""
     return str(_printer().doprint(expression))
 
@@ -143,19 +132,19 @@ def _printer() -> Any:
     class Printer(AbstractPythonCodePrinter):
         """Plain arithmetic; rationals as R(p)/q, R being the number type of the arithmetic."""
 
-        def _print_Rational(self, e: Any) -> str:
+        def _print_Rational(self, e: Expression) -> str:
             return f"(R({e.p})/{e.q})"
 
-        def _print_Float(self, e: Any) -> str:
+        def _print_Float(self, e: Expression) -> str:
             return self._print_Rational(e) if e.is_Rational else f"R('{e}')"
 
-        def _print_Pi(self, e: Any) -> str:
+        def _print_Pi(self, e: Expression) -> str:
             return "PI"
 
-        def _print_Exp1(self, e: Any) -> str:
+        def _print_Exp1(self, e: Expression) -> str:
             return "exp(R(1))"
 
-        def _print_Pow(self, e: Any, rational: bool = False) -> str:
+        def _print_Pow(self, e: Expression, rational: bool = False) -> str:
             base, exponent = e.base, e.exp
             text = self.parenthesize(base, precedence(e) + 1)
             if not exponent.is_Rational:
@@ -168,7 +157,7 @@ def _printer() -> Any:
                 product = f"({text}**{self._print(abs(exponent))})"
             return f"1/{product}" if exponent < 0 else product
 
-        def _print_Function(self, e: Any) -> str:
+        def _print_Function(self, e: Expression) -> str:
             called = type(e).__name__
             if isinstance(e, (sympy.sign, sympy.DiracDelta)):
                 raise BadInput(
@@ -190,7 +179,7 @@ def _printer() -> Any:
 class Call(Together):
     """The results of one call, from its arguments."""
 
-    def __init__(self, function: str, arguments: Sequence[Any]) -> None:
+    def __init__(self, function: str, arguments: Expressions) -> None:
         super().__init__(arguments)
         self.function = function
 
@@ -233,9 +222,7 @@ def body(
     """
     lines = [f"{s} = {vector}[{i}]" for vector, letters in arguments.items()
              for i, s in enumerate(letters)]  # fmt: skip
-    taken, reduced = _without_repetition(
-        [*(v for _, values in before for v in values), *results], "t"
-    )
+    taken, reduced = _shared([*(v for _, values in before for v in values), *results])
     rest = iter(reduced)
     pending: list[tuple[Letters, Expressions, Any]] = []  # letters, values, what writes them
     for letters, values in before:
