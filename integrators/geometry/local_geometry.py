@@ -26,6 +26,9 @@ _PARTS = (
 #: with internal stages s also these, from which the derivatives above follow s = s(x, u)
 _OF_STAGES = ("minus_s", "plus_s", "stages_x", "stages_u", "stages_s")
 
+#: those parts at a point, by name
+Maps = dict[str, np.ndarray]
+
 
 class StagesNotFound(ArithmeticError):
     """Newton did not find the internal stages of an arrow."""
@@ -38,7 +41,7 @@ class LocalGeometry:
         self.scheme, self.numbers, self.q = scheme, numbers, q
         self.n, self.m, self.k = len(scheme.x), len(scheme.u), len(scheme.s.stages)
 
-    def at(self, x: Vector, u: Vector) -> dict[str, np.ndarray]:
+    def at(self, x: Vector, u: Vector) -> Maps:
         """Every part at (x, u): vectors of length n or m, matrices of the shapes they have.
 
         Internal stages are solved for, and derivatives are along ∂L_d/∂s = 0 (Schur complements).
@@ -46,7 +49,7 @@ class LocalGeometry:
         """
         values = self._value("local", x, u, self.stages(x, u), self.q)
         names = (*_PARTS, *(_OF_STAGES if self.k else ()))
-        parts: dict[str, np.ndarray] = dict(zip(names, values, strict=True))
+        parts: Maps = dict(zip(names, values, strict=True))
         if self.k:
             follow = np.hstack([parts.pop("stages_x"), parts.pop("stages_u")])
             follow = -self.numbers.solve(parts.pop("stages_s"), follow)
@@ -83,7 +86,7 @@ class LocalGeometry:
     def _value(self, what: str, *arguments: Vector | list[Number]) -> Any:
         return _function(self.scheme.origin, self.numbers, what)(*arguments)
 
-    def poisson_tensor(self, x: Any, mu: Any, bracket_sign: int = 1) -> np.ndarray:
+    def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Matrix:
         """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
         rho, c = self.anchor_and_bracket(x)
         n, m = self.n, self.m
@@ -93,16 +96,14 @@ class LocalGeometry:
         tensor[n:, n:] = -bracket_sign * sum((mu[t] * c[t] for t in range(m)), 0 * c[0])
         return tensor
 
-    def tangent(self, here: dict[str, Any], there: dict[str, Any]) -> np.ndarray:
+    def tangent(self, here: Maps, there: Maps) -> Matrix:
         """TΨ: (δx, δu) ↦ (δy, δv), from F⁻(y, v) = F⁺(x, u), y = b(x, u)."""
         top = np.hstack([here["target_x"], here["target_u"]])
         pushed = np.hstack([here["plus_x"], here["plus_u"]])
         bottom = self.numbers.solve(there["minus_u"], pushed - there["minus_x"] @ top)
         return np.vstack([top, bottom])
 
-    def prolongation(
-        self, here: dict[str, Any], there: dict[str, Any], tangent: np.ndarray
-    ) -> np.ndarray:
+    def prolongation(self, here: Maps, there: Maps, tangent: Matrix) -> Matrix:
         """PΨ on (a, c), 2m×2m: a* = −c, L(y,v) c* = δv + R(y,v) c, with δx = −ρa, δu = Ra + Lc."""
         n, m = self.n, self.m
         zero, one = self.numbers.zeros(n, m), self.numbers.identity(m)
@@ -112,7 +113,7 @@ class LocalGeometry:
         c_star = self.numbers.solve(there["L"], dv + there["R"] @ only_c)
         return np.vstack([-only_c, c_star])
 
-    def omega(self, here: dict[str, Any]) -> np.ndarray:
+    def omega(self, here: Maps) -> Matrix:
         """Ω on (a, c), 2m×2m, with W_γμ = L^θ_μ ∂F⁻_γ/∂u^θ.
 
         The sign is that of dΘ±, in matrices W = −FLᵀ L:
@@ -122,7 +123,7 @@ class LocalGeometry:
         zero = self.numbers.zeros(self.m, self.m)
         return np.vstack([np.hstack([zero, w]), np.hstack([-w.T, zero])])
 
-    def dual_step(self, here: dict[str, Any], h: Any) -> np.ndarray:
+    def dual_step(self, here: Maps, h: Number) -> Matrix:
         """Derivative of (x, μ) ↦ (b, F⁺/h) with u from F⁻(x, u) = hμ, (n+m)×(n+m)."""
         n, m = self.n, self.m
         rhs = np.hstack([-here["minus_x"], h * self.numbers.identity(m)])
@@ -179,12 +180,12 @@ def text_of(scheme: DiscreteEquations, vectors: dict[str, Letters], results: lis
     return numeric_text({**vectors, "q": scheme.s.q}, results, definitions)
 
 
-def frobenius(matrix: np.ndarray) -> Any:
+def frobenius(matrix: Matrix) -> Number:
     """√Σ|entry|², in any arithmetic."""
     return sum(entry * entry for entry in matrix.ravel()) ** 0.5
 
 
-def relative_defect(pulled: np.ndarray, given: np.ndarray, map_: np.ndarray) -> Any:
+def relative_defect(pulled: Matrix, given: Matrix, map_: Matrix) -> Number:
     """‖pulled − given‖ / (‖map‖² ‖given‖): a few units of round-off whatever the conditioning."""
     difference = frobenius(pulled - given)
     if difference == 0:

@@ -15,25 +15,8 @@ from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text
 
 __all__ = [
-    "Arithmetic",
-    "Double",
-    "Multiple",
-    "arithmetic",
-    "evaluate",
-    "evaluate_matrix",
-    "exact",
-    "exact_matrices",
-    "exact_nested",
-    "exact_rational",
-    "exact_vector",
-    "first_violation",
-    "is_zero",
-    "jacobian",
-    "newton",
-    "numeric",
-    "numeric_function",
-    "numeric_text",
-    "random_columns",
-    "random_point",
-    "sympy",
-]
+    "Arithmetic", "Double", "Multiple", "arithmetic", "evaluate", "evaluate_matrix", "exact",
+    "exact_matrices", "exact_nested", "exact_rational", "exact_vector", "first_violation",
+    "is_zero", "jacobian", "newton", "numeric", "numeric_function", "numeric_text",
+    "random_columns", "random_point", "sympy",
+]  # fmt: skip

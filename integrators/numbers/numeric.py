@@ -35,7 +35,7 @@ def numeric(
     list of k expressions a vector (k,), a sympy matrix or a list of matrices an array of its shape;
     a single result is returned by itself. definitions: (symbols, expressions) that results and
     other definitions may hold. columns: in double precision, each argument's entries may be numpy
-    columns of r numbers; arrays then have one more dimension, r (1 where nothing varies).
+    columns of r numbers; arrays that vary then have one more dimension, r.
     Raises `BadInput` for functions that no arithmetic has.
     """
     return numeric_function(numeric_text(arguments, results, definitions), numbers, columns)
@@ -59,14 +59,13 @@ def numeric_text(
         [sympy.sympify(e).xreplace(safe) for array in shaped for e in array.flat],
         before,
     )
-    returned = ", ".join(_returned(array, [next(texts) for _ in array.flat]) for array in shaped)
-    text = "\n".join([f"def function({', '.join(arguments)}):", *lines, f"    return {returned}"])
-    return with_tables(text)
-
-
-def _returned(array: np.ndarray, texts: list[str]) -> str:
-    shape = ", ".join(map(str, array.shape))
-    return f"array([{', '.join(texts)}], {shape})" if shape else texts[0]
+    returned = []
+    for array in shaped:
+        entries = ", ".join(next(texts) for _ in array.flat)
+        shape = ", ".join(map(str, array.shape))
+        returned.append(f"array([{entries}], {shape})" if shape else entries)
+    head, tail = f"def function({', '.join(arguments)}):", f"    return {', '.join(returned)}"
+    return with_tables("\n".join([head, *lines, tail]))
 
 
 def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> Callable[..., Any]:
