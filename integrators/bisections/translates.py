@@ -39,7 +39,7 @@ class GroupChart:
     @cached_property
     def e(self) -> np.ndarray:
         """The identity, N×N."""
-        return self.array([[int(i == j) for j in range(self.size)] for i in range(self.size)])
+        return np.asarray(self.numbers.identity(self.size))
 
     @cached_property
     def translates(self) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -74,26 +74,8 @@ class GroupChart:
 
     def openness(self, g: np.ndarray, translate: int = 0) -> Any:
         """|det(e + g B⁻¹)|: 0 at the edge of that chart."""
-        return abs(determinant(self.e + g @ self.translates[translate][1]))
+        return abs(self.numbers.det(self.e + g @ self.translates[translate][1]))
 
     def best(self, g: np.ndarray) -> int:
         """The translate whose chart holds g farthest from its edge (I and J of section 4.3)."""
         return int(np.argmax([self.openness(g, J) for J in range(len(self.translates))]))
-
-
-def determinant(matrix: np.ndarray) -> Any:
-    """det by elimination with row exchanges, in any arithmetic."""
-    if matrix.dtype == np.float64:
-        return np.linalg.det(matrix)
-    a, result = matrix.copy(), 1
-    for p in range(len(a)):
-        row = max(range(p, len(a)), key=lambda i: abs(a[i, p]))
-        if a[row, p] == 0:
-            return 0 * a[row, p]
-        if row != p:
-            a[[p, row]] = a[[row, p]]
-            result = -result
-        result = result * a[p, p]
-        for i in range(p + 1, len(a)):
-            a[i, p:] = a[i, p:] - a[i, p] / a[p, p] * a[p, p:]
-    return result

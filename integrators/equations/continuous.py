@@ -9,10 +9,8 @@ from functools import lru_cache
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure
-from ..numbers.interpreting import run_text
 from ..numbers.lazy import sympy
-from ..numbers.multi_output import with_tables
-from ..numbers.printing import function_text
+from ..numbers.numeric import numeric
 from ..scene import Scene
 from .symbols import SceneSymbols
 
@@ -66,14 +64,9 @@ def vector_field(s: SceneSymbols) -> Any:
     return (rho * xi).col_join(mu_dot)
 
 
-def state_function(s: SceneSymbols, parts: list[Any], numbers: Any) -> Any:
-    """f(x, mu, parameters) in an arithmetic, from expressions in (x, μ) and the parameters."""
-    numbered = {p: sympy.Symbol(f"p{i}", real=True) for i, p in enumerate(s.parameter_list)}
-    results = [[e.xreplace(numbered) for e in part] for part in parts]
-    vectors = {"x": s.x, "mu": s.mu, "p": list(numbered.values())}
-    namespace = numbers if isinstance(numbers, dict) else numbers.namespace()
-    text = with_tables(function_text("state_function", vectors, results))
-    return run_text(text, namespace)["state_function"]
+def state_function(s: SceneSymbols, parts: list[Any], numbers: Any, columns: bool = False) -> Any:
+    """f(x, mu, parameters) of expressions in (x, μ) and the parameters (`numeric`)."""
+    return numeric({"x": s.x, "mu": s.mu, "p": s.parameter_list}, parts, numbers, columns=columns)
 
 
 def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Any) -> list[Any]:

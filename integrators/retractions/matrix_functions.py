@@ -16,9 +16,9 @@ from itertools import combinations_with_replacement
 from typing import Any
 
 from ..numbers.exact import floats_exact
-from ..numbers.interpreting import run_text
 from ..numbers.lazy import sympy
 from ..numbers.multi_output import entry, register, with_tables
+from ..numbers.numeric import run_text
 from ..numbers.printing import code
 from . import matrix_numbers
 

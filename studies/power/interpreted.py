@@ -16,7 +16,7 @@ from discmech.integrators.compiler.driver import SINGULAR
 from discmech.integrators.compiler.modules import composed_file, kernel_body, kernel_file
 from discmech.integrators.flows.composed_flow import ComposedFlow
 from discmech.integrators.flows.flow import Flow
-from discmech.integrators.numbers.interpreting import run_text
+from discmech.integrators.numbers.numeric import run_text
 
 Edit = Callable[[str], str]
 Form = tuple[str, Callable[[Any], Any]]
