@@ -166,7 +166,7 @@ GROUPOIDS = {
         pair(2),
         lie_group(so(3)),
         action(so(3)),
-        lie_group(so(3)).with_attitude(),
+        action(so(3), rows=3),
         lie_group(se(2)),
         lie_group(sl(2)),
         action(se(2)),

@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoids.groupoid import check_axioms
+from ..groupoids import check_axioms
 from ..numbers.lazy import sympy
 from ..rules.composition import Composition
 from ..rules.discretisation import Discretisation, own
