@@ -204,7 +204,7 @@ class KernelBuilder:
         the group, from the last step: it finds 55 of 100 steps; followed in the group 99).
         """
         groupoid = self.scheme.scene.groupoid
-        if groupoid.retraction_name != "cayley":
+        if not groupoid.tau.has_translates:
             raise BadInput(
                 f"{self.scheme.scene.name}: a discrete Lagrangian given on the group runs in "
                 "Cayley's chart and its translates; write retraction=cayley."

@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoids.groupoid import check_axioms
+from ..groupoids import check_axioms
 from ..numbers.definitions import written_out
 from ..numbers.lazy import sympy
 from ..rules import Composition, Discretisation, own

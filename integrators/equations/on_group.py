@@ -30,7 +30,7 @@ class Element:
 
     def __init__(self, given: OnGroup, groupoid: Any, s: SceneSymbols) -> None:
         self.given = given
-        if not isinstance(groupoid, RetractionGroupoid) or groupoid.algebra._complex:
+        if not isinstance(groupoid, RetractionGroupoid) or groupoid.algebra.is_complex:
             raise BadInput(
                 f"{s.scene.name}: {groupoid.name} has no real group elements; a discrete "
                 "Lagrangian on the group needs lie_group(...) or action(...) with real matrices, "
@@ -63,9 +63,9 @@ class Element:
 
     @cached_property
     def slope(self) -> Any:
-        """∂g/∂u = (e→ g) R⁻¹, N²×m; R⁻¹ at u is L⁻¹ at −u, for τ is odd."""
+        """∂g/∂u = (e→ g) R⁻¹, N²×m."""
         g, s = self.groupoid, self.s
-        return self.fields[0] * g.tau.inverse_left_field(g.algebra, -s.h * s.u)
+        return self.fields[0] * g.tau.inverse_right_field(g.algebra, s.h * s.u)
 
     @cached_property
     def left(self) -> Any:

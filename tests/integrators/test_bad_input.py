@@ -25,7 +25,7 @@ from discmech.integrators import (
     so,
     trapezoidal,
 )
-from discmech.integrators.groupoids.groupoid import check_axioms
+from discmech.integrators.groupoids import check_axioms
 from discmech.integrators.rules import get as rule_called
 
 NAN, INF = float("nan"), float("inf")

@@ -18,6 +18,7 @@ from discmech.integrators import (
     LocalGroupoid,
     Scene,
     Scheme,
+    action,
     cayley,
     exponential,
     lie_group,
@@ -72,7 +73,7 @@ def top_on_the_group(center=("2/3", "1/3", "2/3")):
     attitude = [int(i == j) for i in range(3) for j in range(3)]
     return Scene(
         "heavy-top-on-the-group",
-        lie_group(so(3)).with_attitude(),
+        action(so(3), rows=3),
         lagrangian,
         {**top.parameters, "center": center},
         x0=attitude,

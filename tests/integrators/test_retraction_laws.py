@@ -271,13 +271,22 @@ def test_a_logarithm_beyond_the_half_turn_is_refused():
     )  # short of it: the branch is right
 
 
+def test_a_composition_outside_cayleys_chart_is_refused():
+    """Two quarter turns make a half-turn, which has no coordinates; two of SL(2) reach −e."""
+    for algebra, quarter in ((so(3), [0, 0, 2]), (su(2), [0, 0, 4]), (sl(2), [0, 2, -2])):
+        xi = Matrix(quarter)
+        with pytest.raises(BadInput, match=r"outside the Cayley chart of s.\(\d\), .*take smaller"):
+            cayley.product(algebra, xi, xi)
+        assert close(decimals(cayley.product(algebra, xi, xi / 10**9)), xi, 8)
+
+
 def test_scenes_and_groupoids_exchange_their_retraction():
     group = lie_group(so(3))
     other = group.with_retraction(exponential)
     assert (group.name, other.name) == ("group(so(3))", "group(so(3), exponential)")
     assert (other.retraction, other.with_retraction(cayley).name) == ("exponential", group.name)
     assert action(so(3), exponential).name == "action(so(3), exponential)"
-    assert other.with_attitude().name == "action(so(3), rows=3, exponential)"
+    assert action(so(3), exponential, rows=3).name == "action(so(3), rows=3, exponential)"
     scene = Scene("free", group, lambda x, v, p: v.dot(v), v0=[1, 0, 0])
     assert scene.with_retraction(exponential).groupoid.retraction == "exponential"
     assert scene.with_retraction(cayley) is scene
@@ -285,7 +294,7 @@ def test_scenes_and_groupoids_exchange_their_retraction():
 
 def test_complex_groups_act_on_real_rows():
     """su(2) acts on C² as R⁴: the attitude of its exponential is a real 4×4 matrix."""
-    g = lie_group(su(2), exponential).with_attitude()
+    g = action(su(2), exponential, rows=4)
     xi = direction(su(2), 0)
     x = Matrix([Rational(i == j) for i in range(4) for j in range(4)])
     found = decimals(g.target(x, xi, Rational(1))).reshape(4, 4)
