@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler.modules import cached_text
+from ..compiler import cached_text, text_key
 from ..equations.discrete_equations import DiscreteEquations
+from ..equations.step_system import step_system
 from ..numbers.interpreting import run_text
 from ..numbers.lazy import sympy
 from ..numbers.multi_output import with_tables
@@ -196,7 +197,8 @@ def _generated(scheme: DiscreteEquations, numbers: Any, what: str) -> Any:
         "natural": _natural_text,
         "branch": _branch_text,
     }[what]
-    text = cached_text(scheme, what, lambda: build(scheme))
+    key = text_key(what, step_system(scheme), scheme.rho, scheme.L, scheme.R, scheme.mark)
+    text = cached_text(f"{what}_{key}.txt", lambda: build(scheme))
     return run_text(text, numbers.namespace())[what]
 
 
