@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import importlib.util
 import os
+import sys
 import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 
 
 def cache_folder() -> Path:
@@ -59,3 +62,14 @@ def cached_text(name: str, build: Callable[[], str]) -> str:
     if not path.exists():
         write_atomically(path, build())
     return path.read_text(encoding="utf-8")
+
+
+@cache
+def imported(path: Path) -> ModuleType:
+    """The module of a generated file, known by name: so numba keeps its machine code."""
+    spec = importlib.util.spec_from_file_location(f"discmech_{path.stem}", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module

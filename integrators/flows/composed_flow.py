@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, NoReturn
 
-from ..compiler import Kernels, compile
+from ..compiler import System
 from ..equations.discrete_equations import DiscreteEquations
 from ..equations.step_system import step_system
 from ..errors import CannotMeasure
@@ -69,9 +69,8 @@ class ComposedFlow(Flow):
     # -- inner ----------------------------------------------------------------------------------
 
     @cached_property
-    def _kernels(self) -> Kernels:
-        rule, *adjoint = (s.origin for s in self.schemes)
-        return compile(step_system(rule, *adjoint, composed=True), self.numbers)
+    def _system(self) -> System:
+        return step_system(*(s.origin for s in self.schemes), composed=True)
 
 
 def _fraction(value: Any) -> Fraction:

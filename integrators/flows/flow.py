@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..bisections.edge_policies import ON_EDGE, Refuse, policy
-from ..compiler import Kernels, compile
+from ..compiler import Kernels, System, compile
 from ..compiler.kernels_at_step import KernelsAtStep
 from ..equations.checks import check_momentum
 from ..equations.discrete_equations import DiscreteEquations
@@ -207,8 +207,12 @@ class Flow:
     # -- inner ----------------------------------------------------------------------------------
 
     @cached_property
+    def _system(self) -> System:
+        return step_system(self.scheme.origin)
+
+    @cached_property
     def _kernels(self) -> Kernels:
-        return compile(step_system(self.scheme.origin), self.numbers, self.without)
+        return compile(self._system, self.numbers, self.without)
 
     @cached_property
     def starting(self) -> Starting:
