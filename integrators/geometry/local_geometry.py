@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler.modules import cached_text
+from ..compiler import cached_text, text_key
 from ..equations.discrete_equations import DiscreteEquations
+from ..equations.step_system import step_system
 from ..numbers.arithmetic import Arithmetic
 from ..numbers.definitions import inlined
 from ..numbers.newton import newton
@@ -138,7 +139,8 @@ class LocalGeometry:
 @lru_cache(maxsize=512)
 def _function(scheme: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
     """A function of `_TEXTS` of a scheme in an arithmetic, derived once; its text is on disk."""
-    text = cached_text(scheme, f"numeric_{what}", lambda: _TEXTS[what](scheme))
+    key = text_key(what, step_system(scheme), scheme.rho, scheme.L, scheme.R, scheme.mark)
+    text = cached_text(f"{what}_{key}.txt", lambda: _TEXTS[what](scheme))
     return numeric_function(text, numbers)
 
 

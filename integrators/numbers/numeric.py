@@ -19,7 +19,7 @@ from .printing import Definition, body
 from .types import Letter, Letters
 
 #: what decorates functions in generated modules; only machine code has use for it
-_DECORATORS = ("kernel", "node", "exact", "helper", "unfolded", "aside", "entry")
+_DECORATORS = ("kernel", "node", "aside", "helper", "arrays", "table")
 
 
 def numeric(
