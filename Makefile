@@ -44,6 +44,7 @@ $(READY): pyproject.toml $(LOCK) $(if $(FITS),,FORCE)
 		rm -rf $(VENV) && "$$python" -m venv $(VENV); fi
 	@$(BIN)/python $(PIP) install -q --no-deps -r $(LOCK)
 	@$(BIN)/python $(PIP) install -q --no-deps --no-build-isolation -e .
+	@mkdir -p $(VENV)/checkout && ln -sfn ../.. $(VENV)/checkout/discmech  # mypy_path
 	@$(BIN)/python $(PIP) check >/dev/null || { $(BIN)/python $(PIP) check; \
 		echo '$(LOCK) does not fit pyproject.toml: say make lock.' >&2; exit 2; }
 	@printf '%s\n' "$(CURDIR)" "$(PYTHON)" > $@

@@ -7,6 +7,7 @@ told by a number that the others leave as it is.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -30,10 +31,13 @@ def unit(digits: int) -> float:
     return 2.0**-53 if digits == 16 else 10.0**-digits
 
 
-def of_order(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+def of_order(
+    case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any]
+) -> dict[str, Any] | None:
     """{"cause", "sentence", "evidence"} of an order below the expected one; None if none is found.
 
-    Raises what references and runs raise.
+    The runs lasted `duration`; `at_50_digits` measures the order anew. Raises what references and
+    runs raise.
     """
     scheme = case.scheme.base
     wanted = scheme.order
@@ -53,7 +57,7 @@ def of_order(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         if case.scheme.substeps:
             told["sentence"] = f"in the rule {scheme.rule.name}: {told['sentence']}"
         return told
-    return _of_runs(case, measurement, wanted, found, evidence)
+    return _of_runs(case, measurement, duration, at_50_digits, found, evidence)
 
 
 def _of_rule(
@@ -106,12 +110,13 @@ def _of_rule(
 
 
 def _of_runs(
-    case: Case, measurement: dict[str, Any], wanted: int, found: Truncation, evidence: Any
-) -> dict[str, Any] | None:
+    case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any],
+    found: Truncation, evidence: Any,
+) -> dict[str, Any] | None:  # fmt: skip
     """Start, Newton, reference or round-off: L_d is as declared, so the runs are looked at."""
     rows = [row for row in measurement["rows"] if row["error"] is not None]
     best = min(rows, key=lambda row: row["error"])
-    duration = _duration(case)
+    wanted = case.scheme.base.order
     flow = case.scheme.flow(duration / best["steps"], case.digits)
     fine = f"L_d is of order {found.order:.2f}, as declared, but "
     start = _start_gap(case, flow)
@@ -142,11 +147,7 @@ def _of_runs(
             evidence,
         )
     if case.digits == 16:
-        from dataclasses import replace
-
-        from .order import measure
-
-        more = measure(replace(case, digits=50, steps=None))["measured"]["order"]
+        more = at_50_digits()
         evidence["order_at_50_digits"] = more
         if more is not None and abs(more - wanted) < NEAR:
             return named(
@@ -157,12 +158,6 @@ def _of_runs(
                 evidence,
             )
     return None
-
-
-def _duration(case: Case) -> Fraction:
-    from .order import ladder
-
-    return ladder(case)[0]
 
 
 def _start_gap(case: Case, flow: Flow) -> float:

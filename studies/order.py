@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -271,4 +272,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
             return None
     from .diagnosis import of_order
 
-    return of_order(case, measurement)
+    def at_50_digits() -> Any:
+        return measure(replace(case, digits=50, steps=None))["measured"]["order"]
+
+    return of_order(case, measurement, ladder(case)[0], at_50_digits)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import importlib
 import inspect
 import re
@@ -139,6 +140,76 @@ def test_what_a_package_offers_it_has(name):
     for offered in package.__all__:
         assert getattr(package, offered) is not None
     assert (ROOT / name.removeprefix("discmech.") / "py.typed").is_file()
+
+
+# -- the shape of the house -----------------------------------------------------------------------
+
+#: the rooms of integrators/, each below those that import it
+ROOMS = (
+    "errors", "numbers", "compiler", "algebras", "retractions", "groupoids", "scene", "scenes",
+    "rules", "equations", "geometry", "bisections", "flows",
+)  # fmt: skip
+#: the compiler stands low, but is a tool: it takes data from whoever runs what it compiles
+COMPILING = {"compiler", "geometry", "bisections", "flows"}
+MODULES = {module_of(p): p for p in SOURCES}
+REBUILT = pytest.mark.xfail(reason="integrators/ is being rebuilt room by room", strict=False)
+
+
+def graph(folder):
+    """{module: modules it imports} by files, type hints and functions counted, without faces."""
+
+    def file_of(name):
+        while name not in MODULES and "." in name:
+            name = name.rpartition(".")[0]
+        return name
+
+    files = {m: p for m, p in MODULES.items() if p.name != "__init__.py" and p in under(folder)}
+    return {m: (set(map(file_of, imports_of(p))) & set(files)) - {m} for m, p in files.items()}
+
+
+@pytest.mark.parametrize(
+    "folder", [pytest.param("integrators", marks=REBUILT), "reference", "studies"]
+)
+def test_no_file_imports_itself_over_others(folder):
+    graphlib.TopologicalSorter(graph(folder)).prepare()  # CycleError names the circle
+
+
+@REBUILT
+def test_no_chain_of_imports_is_longer_than_fourteen_files():
+    arrows, depth = graph("integrators"), {}
+    for module in graphlib.TopologicalSorter(arrows).static_order():
+        depth[module] = 1 + max((depth[below] for below in arrows[module]), default=0)
+    assert max(depth.values()) <= 14
+
+
+@pytest.mark.parametrize(
+    "room",
+    [pytest.param(r, marks=REBUILT) if r in COMPILING - {"flows"} else r for r in ROOMS],
+)
+def test_rooms_import_downwards_only(room):
+    below = {*ROOMS[: ROOMS.index(room) + 1]}
+    above = {*ROOMS} - (below if room in COMPILING else below - {"compiler"})
+    offenders = [
+        (label(path), name)
+        for path in under(f"integrators/{room}", f"integrators/{room}.py")
+        for name in imports_of(path)
+        if within(name, *(f"discmech.integrators.{other}" for other in above))
+    ]
+    assert not offenders
+
+
+def test_the_top_level_of_the_mathematics_is_its_rooms():
+    found = {p.stem for p in (ROOT / "integrators").iterdir() if p.name[0] not in "_."}
+    assert found == {*ROOMS, "py"}  # py.typed
+
+
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(p, marks=REBUILT if p.stem == "groupoid" else (), id=label(p))
+     for p in under("integrators")],
+)  # fmt: skip
+def test_a_file_is_one_idea_of_at_most_300_lines(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
 
 
 # -- docstrings -----------------------------------------------------------------------------------

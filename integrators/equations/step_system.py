@@ -30,7 +30,7 @@ def step_system(
     else:  # along e→: ∂F⁻/∂u · R
         slope = _over(at_points.minus_along_right, h)
     gain = _over(at_points.gain, h)
-    branch = None if element is None else element.branch
+    branches = [] if element is None else [element.branch]
     groupoid = equations.scene.groupoid
     used = equations.L.free_symbols
     return System(
@@ -45,13 +45,11 @@ def step_system(
         slope=slope,
         increment=at_points.increment,
         gain=gain,
-        definitions=tuple(
-            at_points.definitions(rows, slope, gain, [] if branch is None else [branch])
-        ),
+        definitions=tuple(at_points.definitions(rows, slope, gain, branches)),
         scaled=tuple(u for u in equations.u if u in used),
         along=None if element is None else _along_group(equations),
         extents=tuple(chart_extents(groupoid, equations.x, equations.u, h)),
-        branch=branch,
+        branch=next(iter(branches), None),
         constants=dict(s.constants),
         composed=composed,
         adjoint=None if adjoint is None else step_system(adjoint),

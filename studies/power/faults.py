@@ -1,4 +1,4 @@
-"""Faults as data: where, what, a seed; and the case of a study that has one in its scheme.
+"""Faults as data: where, what, a seed.
 
 A fault names a scene, a rule, a site and an operator. What stands at the site is derived once,
 changed by the operator and put back (`studies.power.sites` says how, site by site).
@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from discmech.integrators import Scheme, scenes
+from discmech.integrators import scenes
 from discmech.integrators.numbers.identities import first_violation
 from discmech.integrators.scene import Scene
 
-from ..case import Case
 from .operators import OPERATORS, Operator
 
 
@@ -94,16 +93,3 @@ def scene_of(name: str) -> Scene:
     scene = scenes.get(name)
     kept = [q for q in scene.symmetries if not q.attitude]
     return scene.with_values(symmetries=kept, parameters=VALUES.get(name, {}))
-
-
-@dataclass(frozen=True)
-class FaultyCase(Case):
-    """A case of a study in whose scheme there is a fault."""
-
-    fault: Fault | None = None
-
-    def scheme_on(self, scene: Scene) -> Scheme:
-        from .sites import faulty_scheme
-
-        assert self.fault is not None and scene is self.scene
-        return faulty_scheme(self.fault)

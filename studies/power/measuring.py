@@ -20,8 +20,8 @@ from ..journal import Journal
 from ..running import run_case
 from .catalogue import everything
 from .equivalents import proof
-from .faults import Fault, FaultyCase, NoPlace, scene_of
-from .sites import faulty_scheme
+from .faults import Fault, NoPlace, scene_of
+from .sites import FaultyCase, faulty_scheme
 from .valid import ValidCase, random_rule
 
 #: (study, digits, steps): short runs, for schemes are run uncompiled

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -26,7 +26,9 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.numbers.identities import first_violation
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.rules.composition import Composition
+from discmech.integrators.scene import Scene
 
+from ..case import Case
 from .faults import Fault, NoPlace, scene_of
 from .interpreted import interpret
 
@@ -96,6 +98,17 @@ def faulty_scheme(fault: Fault) -> Scheme:
     if site == "solver":
         return interpret(scheme, edit=lambda text: fault.operate(text, None))
     return interpret(scheme)
+
+
+@dataclass(frozen=True)
+class FaultyCase(Case):
+    """A case of a study in whose scheme there is a fault."""
+
+    fault: Fault | None = None
+
+    def scheme_on(self, scene: Scene) -> Scheme:
+        assert self.fault is not None and scene is self.scene
+        return faulty_scheme(self.fault)
 
 
 # -- rules ----------------------------------------------------------------------------------------

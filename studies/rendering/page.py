@@ -100,13 +100,12 @@ def _page(
 
 
 def environment() -> Environment:
-    """Templates of the source tree, or those that were installed with this package."""
+    """Jinja's environment with the templates, which lie in a wheel where a checkout has them."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    here = Path(__file__).resolve().parent
-    places = [here.parents[1] / "reports" / "templates", here.parent / "templates"]
+    folder = Path(__file__).resolve().parents[2] / "reports" / "templates"
     return Environment(
-        loader=FileSystemLoader([str(place) for place in places]),
+        loader=FileSystemLoader(folder),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import sympy
-from everything import SCENES, flow, scheme
 
 from discmech.integrators import (
     BadInput,
@@ -27,6 +26,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.groupoids import check_axioms
 from discmech.integrators.rules import get as rule_called
+from tests.objects import SCENES, flow, scheme
 
 NAN, INF = float("nan"), float("inf")
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
 
-from everything import GROUPOIDS, STEPS, arrows
 from sympy import Add, sympify
 
 from discmech.integrators import cayley
+from tests.objects import GROUPOIDS, STEPS, arrows
 
 from .numbers import agree, entries
 from .rows import ACTIONS, CAYLEY, EVERYWHERE, MATRIX, ROWS, SYMBOLIC, Claim, Row

@@ -21,7 +21,7 @@ symbolically, {numeric} at 40 digits), {definitions} definitions; {misprints} mi
 How a formula is checked:
 
 - **symbolic**: both sides cancel identically, with generic functions and letters for the data.
-- **40 digits**: at points with rational coordinates, over all groupoids of `tests/everything.py` to
+- **40 digits**: at points with rational coordinates, over all groupoids of `tests/objects/` to
   which the formula applies: pair groupoids, matrix groups and their actions, groupoids given by
   hand, among them one that is not unimodular and one whose structure functions depend on the point.
   Numbers are exact, or rational to 240 digits; derivatives are difference quotients over

@@ -132,7 +132,7 @@ def equations_in_velocities(s: Sample) -> Iterator[Claim]:
     SYMBOLIC,
 )
 def product_of_both() -> Iterator[Claim]:
-    from everything import compose
+    from tests.objects import compose
 
     def point(z: Any) -> tuple[Any, Any]:
         return z[:1, :], z[1:, :]

@@ -1,7 +1,8 @@
 """Every row of the audit: the formula holds, the printed misprint does not, and errors are seen."""
 
 import pytest
-from everything import ARROWS, STEPS
+
+from tests.objects import ARROWS, STEPS
 
 from .audit import (
     GENERIC,

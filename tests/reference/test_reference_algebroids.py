@@ -2,7 +2,6 @@
 
 import pytest
 import sympy
-from everything import GROUPOIDS, OWN_SCENES, frame
 from sympy import Matrix, Rational
 
 from discmech.integrators import Scene, scenes
@@ -10,6 +9,7 @@ from discmech.reference import ReferenceFailure, solution
 from discmech.reference.algebroid import Algebroid, algebroid_of, in_frame
 from discmech.reference.equations import equations_of
 from discmech.reference.exact import parameter_values
+from tests.objects import GROUPOIDS, OWN_SCENES, frame
 
 
 def scene_on(groupoid, **changes):

@@ -8,7 +8,6 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
-from elementary import FUNCTIONS, X, one_equation
 
 from discmech.integrators import scenes
 from discmech.reference import bounded, enclosure, frozen, propagation, remainders, solution
@@ -19,6 +18,7 @@ from discmech.reference.exact import to_mpf
 from discmech.reference.majorants import Unproven
 from discmech.reference.series import compile_series
 from discmech.reference.taylor import TaylorSettings, integrate
+from tests.reference.elementary import FUNCTIONS, X, one_equation
 
 CUT_OFF = TaylorSettings(18, guard=20)  # the truncation makes the error
 ROUNDED = TaylorSettings(30, guard=0)  # the arithmetic makes it

@@ -7,7 +7,6 @@ import gmpy2
 import mpmath
 import pytest
 import sympy
-from elementary import FUNCTIONS, X, one_equation
 
 from discmech.integrators import scenes
 from discmech.reference import solution, solutions
@@ -17,6 +16,7 @@ from discmech.reference.extrapolation import extrapolate
 from discmech.reference.series import compile_series
 from discmech.reference.states import all_blocks
 from discmech.reference.taylor import TaylorSettings, integrate
+from tests.reference.elementary import FUNCTIONS, X, one_equation
 
 ALL = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
 

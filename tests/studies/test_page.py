@@ -30,7 +30,7 @@ from discmech.studies.rendering.labels import spread
 from discmech.studies.rendering.page import write_report
 from discmech.studies.rendering.palette import Mark
 from discmech.studies.rendering.summary import headline, merged
-from tests.studies.made_up import MATHML, equations, results, scenes, spoiled
+from tests.studies.fake_results import MATHML, equations, results, scenes, spoiled
 
 
 def contents(folder: Path) -> dict[Path, bytes]:

@@ -10,7 +10,7 @@ from discmech.studies import get, savings
 from discmech.studies.case import Choice, scheme_of
 from discmech.studies.rendering import tables
 from discmech.studies.running import run_case
-from tests.studies.measuring import case
+from tests.studies.cached_results import case
 
 
 def measured(scene, rule):

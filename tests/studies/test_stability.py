@@ -34,7 +34,7 @@ from discmech.studies.nonlinear_stability import (
 from discmech.studies.rendering import plot_maps
 from discmech.studies.running import run_case, run_study
 from discmech.studies.stiff import FAMILIES
-from tests.studies.measuring import case
+from tests.studies.cached_results import case
 
 # -- linear ---------------------------------------------------------------------------------------
 

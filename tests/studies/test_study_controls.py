@@ -13,7 +13,7 @@ from discmech.integrators.scene import Conserved
 from discmech.studies import check, controls, get
 from discmech.studies.running import run_case
 from discmech.studies.symplecticity import CONTROL_SCENES, limit
-from tests.studies.measuring import case, result
+from tests.studies.cached_results import case, result
 
 CONTROLS = [
     (scene, control)

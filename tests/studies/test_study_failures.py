@@ -14,7 +14,7 @@ from discmech.studies import check, get
 from discmech.studies.case import Choice
 from discmech.studies.command import main
 from discmech.studies.running import run_case, run_study
-from tests.studies.measuring import case
+from tests.studies.cached_results import case
 
 RESULT = {"measured": {"drift": {"J": 0.0}}, "rows": [], "steps": 10}
 

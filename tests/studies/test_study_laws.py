@@ -8,7 +8,6 @@ import shlex
 from functools import cache
 
 import pytest
-from everything import named
 
 from discmech.integrators import scenes
 from discmech.studies import NAMES, check, get
@@ -17,7 +16,8 @@ from discmech.studies.case import VERDICTS, Case, Choice, worst
 from discmech.studies.command import _parser
 from discmech.studies.options import choice_of
 from discmech.studies.rendering.tables import plain
-from tests.studies.measuring import BUILT_IN, PAIRWISE, result
+from tests.objects import named
+from tests.studies.cached_results import BUILT_IN, PAIRWISE, result
 
 with_quantities = [
     (s, r) for s, r in BUILT_IN if any(q.to_roundoff for q in scenes.get(s).symmetries)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from everything import ALIKE, ALWAYS, SCENES, SCHEMES, flow, named, scheme
 
 import discmech.integrators as integrators
 from discmech.integrators import Scene, Scheme, StepFailure, midpoint, pair, trapezoidal
 from discmech.integrators.compiler.modules import kernel_file
+from tests.objects import ALIKE, ALWAYS, SCENES, SCHEMES, flow, named, scheme
 
 ROOT = Path(integrators.__file__).parents[1]
 SOME = [

@@ -11,7 +11,6 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
-from everything import OWN_SCENES
 from sympy import Matrix, Rational
 
 from discmech.integrators import (
@@ -32,6 +31,7 @@ from discmech.integrators import (
     trapezoidal,
 )
 from discmech.integrators.compiler.kernels import KernelBuilder
+from tests.objects import OWN_SCENES
 
 RULES = [rectangle, midpoint, trapezoidal]
 rules = pytest.mark.parametrize("rule", RULES, ids=lambda r: r.name)

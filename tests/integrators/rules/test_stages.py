@@ -10,7 +10,6 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
-from everything import SCENES
 from sympy import Float, Matrix, Rational
 
 from discmech.integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
@@ -18,6 +17,7 @@ from discmech.integrators.numbers.numeric import run_text
 from discmech.integrators.numbers.printing import Call, function_text
 from discmech.integrators.rules import get
 from discmech.integrators.rules.galerkin import gauss, lobatto
+from tests.objects import SCENES
 
 #: one rule a scene in the fast suite, each rule on some; all of them in the slow one
 FAST = [("pendulum", "lobatto-3"), ("kepler", "gauss-2"), ("moving-mass", "gauss-1"),

@@ -9,9 +9,12 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
-from everything import (
+from sympy import Matrix, Rational, eye
+
+from discmech.integrators import Scene, Scheme, midpoint, pair, rectangle, trapezoidal
+from tests.objects import (
     ALIKE,
-    DEAR,
+    EXPENSIVE,
     OWN_SCENES,
     PLAIN,
     SCENES,
@@ -23,9 +26,6 @@ from everything import (
     scheme,
     two_thirds,
 )
-from sympy import Matrix, Rational, eye
-
-from discmech.integrators import Scene, Scheme, midpoint, pair, rectangle, trapezoidal
 
 DIGITS = 60
 EPS = Rational(1, 10**40)
@@ -279,7 +279,7 @@ def test_heavy_top_rectangle_by_hand():
 
 def test_heavy_top_target_is_a_rotation_by_hand():
     """Γ cay(hΩ) by Rodrigues' formula in vectors."""
-    from everything import rotate_back
+    from tests.objects import rotate_back
 
     of = scheme("heavy-top", "midpoint")
     wanted = Matrix(rotate_back(of.x, of.u, of.h))
@@ -317,7 +317,9 @@ SKEW = ("affine-group", "affine-on-line", "framed-plane")
 
 
 @pytest.mark.parametrize("scene", [
-    pytest.param(s, marks=pytest.mark.slow if s in DEAR else ()) for s in SCENES if s not in SKEW
+    pytest.param(s, marks=pytest.mark.slow if s in EXPENSIVE else ())
+    for s in SCENES
+    if s not in SKEW
 ])  # fmt: skip
 def test_order_of_the_built_in_rules(scene):
     of_rectangle = 2 if scene in ALIKE else 1

@@ -5,7 +5,8 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from everything import flow
+
+from tests.objects import flow
 
 STEPS = 1000
 
@@ -230,9 +231,8 @@ def test_a_groupoid_by_hand_runs_like_the_built_in_one(rule):
 
 def test_attitude_turns_with_the_body():
     """A_{k+1} = A_k cay(hu_k): A stays a rotation and A μ is constant in space."""
-    from everything import SCENES
-
     from discmech.integrators import Scheme, midpoint
+    from tests.objects import SCENES
 
     free = flow("rigid-body", "midpoint", "1/10").trajectory(300)
     run = Scheme(SCENES["rigid-body"].with_attitude(), midpoint).flow("1/10").trajectory(300)

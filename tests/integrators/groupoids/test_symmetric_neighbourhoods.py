@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from everything import ALGEBRAS, GROUPOIDS, LARGE
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
@@ -31,6 +30,7 @@ from discmech.integrators.bisections.translates import GroupChart
 from discmech.integrators.flows.run import first_u
 from discmech.integrators.groupoids.chart_margin import chart_extents, chart_reach
 from discmech.integrators.rules import get as rule
+from tests.objects import ALGEBRAS, GROUPOIDS, LARGE
 
 
 @pytest.mark.parametrize("name", [*GROUPOIDS, *LARGE])

@@ -7,14 +7,14 @@ from functools import cache
 import mpmath
 import numpy as np
 import pytest
-from everything import SCENES
-from everything import scheme as plain_scheme
 
 from discmech.integrators import BadInput, Scheme, StepFailure, midpoint, rectangle
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers.exact import exact_rational
 from discmech.integrators.rules import get, names
 from discmech.integrators.rules.composition import METHODS, Composition, Substep, adjoint, compose
+from tests.objects import SCENES
+from tests.objects import scheme as plain_scheme
 
 DIGITS = 50
 CASES = [

@@ -9,7 +9,8 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
-from everything import PLAIN, SCENES, SCHEMES, exact_start, flow, named, scheme
+
+from tests.objects import PLAIN, SCENES, SCHEMES, exact_start, flow, named, scheme
 
 #: (digits, limit of a defect, limit of an error relative to the state)
 PRECISIONS = ((16, 1e-13, 1e-11), (50, 1e-45, 1e-44))

@@ -5,14 +5,13 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from everything import DEAR, TURN
-
 from discmech.integrators import Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
 from discmech.studies import get
 from discmech.studies.case import Case
 from discmech.studies.running import run_case
+from tests.objects import EXPENSIVE, TURN
 
 BUILT_IN = [
     (s, r)
@@ -21,7 +20,7 @@ BUILT_IN = [
     if rule.applies(scenes.get(s))
 ]
 #: each scene with one rule, the rules in turn: every rule meets every kind of groupoid
-PAIRWISE = [*((s, TURN[s]) for s in scenes.names() if s not in DEAR), ("fpu", "imex")]
+PAIRWISE = [*((s, TURN[s]) for s in scenes.names() if s not in EXPENSIVE), ("fpu", "imex")]
 
 
 def case(

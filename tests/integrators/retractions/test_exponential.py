@@ -1,14 +1,6 @@
-"""Laws of retractions on every algebra: near 0, in the middle, near the edge of dexp⁻¹.
+"""The exponential's closed forms, derivatives and logarithm, and what a retraction refuses."""
 
-Evaluations are exact or to 110 digits; derivatives are central differences over 10⁻³⁰, right to
-more than 50 digits.
-"""
-
-from functools import cache
-
-import numpy as np
 import pytest
-from everything import ALGEBRAS, ARROWS
 from sympy import Matrix, Rational, Symbol, eye, zeros
 
 from discmech.integrators import (
@@ -30,141 +22,14 @@ from discmech.integrators.retractions.matrix_functions import (
     DEXP_INVERSE,
     DISPLACEMENT,
     MatrixFunction,
-)
-from discmech.integrators.retractions.retraction import Retraction
+)  # fmt: skip
+from tests.objects import ALGEBRAS, ARROWS
+from tests.objects.retractions import close, decimals, direction, element, fields, point
 
 EPS = Rational(1, 10**30)
 CLOSED = ["so(3)", "su(2)", "sl(2)", "se(2)", "se(3)", "so(4)", "heisenberg", "pair of so(3)"]
 GENERAL = ["sl(3)", "su(3)", "so(5)", "sp(4)"]
-
-
-def fits(retraction, algebra):
-    return retraction is exponential or algebra.closed_under_triple_products
-
-
-CHARTS = [
-    pytest.param(r, a, id=f"{r.name}-{n}", marks=pytest.mark.slow if slow else ())
-    for r in (cayley, exponential)
-    for n, a in ALGEBRAS.items()
-    if fits(r, a)
-    for slow in [n in ("so(5)", "sp(4)", "su(3)") or (r is cayley and n in ("so(4)", "se(3)"))]
-]
-charts = pytest.mark.parametrize(("tau", "algebra"), CHARTS)
 everywhere = pytest.mark.parametrize("stratum", ARROWS)
-
-
-def direction(algebra, seed):
-    numbers = [Rational((7919 * (i + 3 * seed + 1)) % 1999 - 999, 1013) for i in range(algebra.dim)]
-    return Matrix(algebra.dim, 1, numbers)
-
-
-@cache
-def turn(algebra, seed):
-    """The largest angle of ad along `direction`, 0 if nothing turns."""
-    ad = np.array(algebra.ad(direction(algebra, seed)).tolist(), dtype=float)
-    return float(abs(np.linalg.eigvals(ad).imag).max())
-
-
-def point(tau, algebra, stratum, seed=0):
-    """ξ near 0, in the middle, near the edge: far out for Cayley, |θ| = 2π − 1/1000 for exp."""
-    xi, angle = direction(algebra, seed), turn(algebra, seed)
-    if stratum == "near":
-        return xi / 10**7
-    if stratum == "generic":
-        return xi / 2
-    if tau is cayley:
-        return 1000 * xi
-    edge = 2 * np.pi - 1e-3
-    return xi * (Rational(edge / angle).limit_denominator(10**6) if angle > 1e-6 else 3)
-
-
-def decimals(matrix):
-    return evaluate_matrix(Matrix(matrix), 110)
-
-
-def close(found, wanted, digits=40):
-    """Equal to so many digits, relative to the largest entry."""
-    found, wanted = Matrix(found), Matrix(wanted)
-    size = 1 + max(abs(e) for e in wanted)
-    return max(abs(e) for e in found - wanted) <= size / 10**digits
-
-
-def element(tau, algebra, xi):
-    """τ(ξ) as a real matrix of decimals."""
-    return eye(algebra.real.size) + decimals(tau.displacement(algebra.real, xi))
-
-
-def fields(tau, algebra, xi):
-    return tuple(map(decimals, tau.invariant_fields(algebra, xi)))
-
-
-def adjoint(algebra, g, inverse):
-    """Ad_g as an m×m matrix."""
-    real = algebra.real
-    columns = [real.coordinates(g * real.hat(e) * inverse) for e in eye(real.dim).tolist()]
-    return decimals(Matrix.hstack(*columns))
-
-
-@charts
-@everywhere
-def test_the_chart_is_odd(tau, algebra, stratum):
-    """τ(ξ) τ(−ξ) = e, and τ(0) = e."""
-    xi = point(tau, algebra, stratum)
-    product = element(tau, algebra, xi) * element(tau, algebra, -xi)
-    assert close(product, eye(algebra.real.size))
-    assert close(element(tau, algebra, 0 * xi), eye(algebra.real.size))
-
-
-@charts
-@everywhere
-def test_fields_are_the_inverse_tangents(tau, algebra, stratum):
-    """L τ⁻¹dτ = 1 and R dτ τ⁻¹ = 1, the tangent dτ by differences."""
-    real, xi = algebra.real, point(tau, algebra, stratum)
-    step = EPS * (Rational(1, 10**7) if stratum == "near" else 1)
-    left, right = fields(tau, algebra, xi)
-    inverse = element(tau, algebra, -xi)
-    for a in {0, algebra.dim - 1}:
-        e = eye(algebra.dim)[:, a]
-        ahead, back = (element(tau, algebra, xi + s * e) for s in (step, -step))
-        tangent = (ahead - back) / (2 * step)
-        assert close(left * real.coordinates(inverse * tangent), e)
-        assert close(right * real.coordinates(tangent * inverse), e)
-
-
-@charts
-@everywhere
-def test_fields_belong_together(tau, algebra, stratum):
-    """L⁻¹L = 1, L = R Ad_τ, L − R = ad, R(ξ) = L(−ξ)."""
-    xi = point(tau, algebra, stratum)
-    left, right = fields(tau, algebra, xi)
-    assert close(decimals(tau.inverse_left_field(algebra, xi)) * left, eye(algebra.dim))
-    assert close(left - right, algebra.ad(xi))
-    assert close(fields(tau, algebra, -xi)[0], right)
-    g, inverse = element(tau, algebra, xi), element(tau, algebra, -xi)
-    assert close(right * adjoint(algebra, g, inverse), left)
-
-
-@charts
-@everywhere
-def test_equivariance(tau, algebra, stratum):
-    """τ(Ad_g ξ) = g τ(ξ) g⁻¹ and R(Ad_g ξ) Ad_g = Ad_g R(ξ)."""
-    xi, zeta = point(tau, algebra, stratum), direction(algebra, 5) / 3
-    g, inverse = element(tau, algebra, zeta), element(tau, algebra, -zeta)
-    by = adjoint(algebra, g, inverse)
-    moved = by * xi
-    assert close(element(tau, algebra, moved), g * element(tau, algebra, xi) * inverse)
-    assert close(fields(tau, algebra, moved)[1] * by, by * fields(tau, algebra, xi)[1])
-
-
-@pytest.mark.parametrize(("tau", "algebra"), [
-    pytest.param(*c.values, id=c.id, marks=pytest.mark.slow if "sl(3)" in c.id else c.marks)
-    for c in CHARTS
-])  # fmt: skip
-@pytest.mark.parametrize("theta", [Rational(1, 2), Rational(2, 3)], ids=str)
-def test_lag_is_what_it_says(tau, algebra, theta):
-    xi = point(tau, algebra, "generic")
-    assert close(decimals(tau.lag(algebra, xi, theta)),
-                 decimals(Retraction.lag(tau, algebra, xi, theta)))  # fmt: skip
 
 
 @pytest.mark.parametrize("name", CLOSED)

@@ -26,7 +26,7 @@ from discmech.integrators import (
 from discmech.integrators.bisections.bisection import Bisection, common_complement, complement_slope
 from discmech.integrators.bisections.evolution_operator import GeneralOperator
 from discmech.integrators.bisections.translates import GroupChart
-from tests.everything import SCENES, affine_action, affine_group, framed_plane
+from tests.objects import SCENES, affine_action, affine_group, framed_plane
 
 STEP = Rational(3, 10)
 

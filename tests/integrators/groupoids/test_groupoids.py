@@ -1,0 +1,158 @@
+"""Groupoids given by b and p: what is no groupoid is refused, with the law that fails."""
+
+import pytest
+from sympy import Matrix, Symbol
+
+from discmech.integrators import (
+    BadInput,
+    LocalGroupoid,
+    Scene,
+    Scheme,
+    lie_group,
+    pair,
+    rectangle,
+    so,
+)
+from discmech.integrators.groupoids.groupoid import check_axioms
+from tests.objects import GROUPOIDS, compose, cross
+
+
+def shifted(x, u, h):
+    return [x[0] + h * u[0]]
+
+
+def added(x, u, v, h):
+    return [u[0] + v[0]]
+
+
+BROKEN = {
+    "the identities are (x, 0)": (lambda x, u, h: [x[0] + h * u[0] + h], added),
+    "right unit": (shifted, lambda x, u, v, h: [u[0] * (1 + h) + v[0]]),
+    "left unit": (shifted, lambda x, u, v, h: [u[0] + v[0] * (1 + h)]),
+    "target of a product": (shifted, lambda x, u, v, h: [u[0] + v[0] + h * u[0] * v[0]]),
+    "u is scaled by the step": (lambda x, u, h: [x[0] + h**2 * u[0]], added),
+}
+
+
+@pytest.mark.parametrize("law", BROKEN)
+def test_a_broken_groupoid_is_refused(law):
+    target, product = BROKEN[law]
+    broken = LocalGroupoid(1, 1, target=target, product=product, name="broken")
+    scene = Scene("broken", broken, lambda x, v, p: v[0] ** 2 / 2, x0=[0], v0=[1])
+    with pytest.raises(BadInput, match="broken is not a groupoid") as caught:
+        Scheme(scene, rectangle)
+    assert law in str(caught.value)
+    assert "fails at" in str(caught.value)
+
+
+def test_associativity_alone_is_missed_by_no_other_law():
+    """A loop over one point that is not associative; every other law holds."""
+    broken = LocalGroupoid(
+        0,
+        2,
+        target=lambda x, u, h: [],
+        product=lambda x, u, v, h: [u[0] + v[0], u[1] + v[1] + h**2 * u[0] ** 2 * v[0]],
+        name="loop",
+    )
+    with pytest.raises(BadInput, match="associativity"):
+        check_axioms(broken)
+
+
+def test_a_wrong_inverse_is_refused():
+    broken = LocalGroupoid(
+        1, 1, target=shifted, product=added, inverse=lambda x, u, h: [u[0]], name="mirror"
+    )
+    with pytest.raises(BadInput, match=r"mirror is not a groupoid: .*inverses"):
+        check_axioms(broken)
+
+
+def test_a_product_not_scaled_by_the_step_is_refused():
+    broken = LocalGroupoid(
+        0,
+        2,
+        target=lambda x, u, h: [],
+        product=lambda x, u, v, h: [u[0] + v[0], u[1] + v[1] + u[0] * v[0]],
+        name="unscaled",
+    )
+    with pytest.raises(BadInput, match="u is scaled by the step"):
+        check_axioms(broken)
+
+
+def test_a_small_error_is_enough():
+    """so(3) with one coefficient wrong by 1e-9."""
+
+    def off(x, u, v, h):
+        return [a + h * b / 10**9 for a, b in zip(compose(u, v, h), cross(u, v), strict=True)]
+
+    broken = LocalGroupoid(0, 3, target=lambda x, u, h: [], product=off, name="nearly so(3)")
+    with pytest.raises(BadInput, match="nearly so\\(3\\) is not a groupoid"):
+        check_axioms(broken)
+
+
+def test_an_inverse_that_cannot_be_found_is_asked_for():
+    """ι is found by itself where p is affine in v; elsewhere `inverse=` says it."""
+
+    def cubic(x, u, v, h):
+        """Addition in the chart t = u + h u³: no closed form of the roots is tried."""
+        return [Symbol("unused") * 0 + u[0] + v[0] + h * (u[0] ** 2 * v[0] + u[0] * v[0] ** 2)]
+
+    g = LocalGroupoid(0, 1, target=lambda x, u, h: [], product=cubic, name="cubic")
+    s = g._symbols
+    assert g.inversion(s["x"], s["u"], s["h"]) == -s["u"]  # odd charts need no solving
+
+    def skew(x, u, v, h):
+        return [u[0] + v[0] + h * u[0] * v[0] * (1 + h * v[0])]
+
+    g = LocalGroupoid(0, 1, target=lambda x, u, h: [], product=skew, name="skew")
+    with pytest.raises(BadInput, match=r"skew: no closed form of the inversion .*inverse=lambda"):
+        g.inversion(g._symbols["x"], g._symbols["u"], g._symbols["h"])
+
+
+# -- shapes and names -----------------------------------------------------------------------------
+
+
+def test_target_and_product_may_be_columns():
+    g = LocalGroupoid(
+        2, 2, target=lambda x, u, h: x + h * u, product=lambda x, u, v, h: u + v, name="plane"
+    )
+    check_axioms(g)
+
+
+def test_a_function_that_raises_is_named():
+    g = LocalGroupoid(1, 1, target=lambda x, u, h: x + h, product=added, name="sum")
+    with pytest.raises(BadInput, match="sum: target"):
+        check_axioms(g)
+
+
+def test_wrong_lengths_are_named():
+    with pytest.raises(BadInput, match=r"short: target returned 2 entries, but 1 are needed"):
+        check_axioms(
+            LocalGroupoid(1, 1, target=lambda x, u, h: [1, 2], product=added, name="short")
+        )
+    with pytest.raises(BadInput, match=r"long: product returned 3 entries, but 1 are needed"):
+        check_axioms(
+            LocalGroupoid(1, 1, target=shifted, product=lambda x, u, v, h: [1, 2, 3], name="long")
+        )
+
+
+@pytest.mark.parametrize("dims", [(-1, 1), (0, 0), (1, -2)])
+def test_wrong_dimensions_are_named(dims):
+    with pytest.raises(BadInput, match="needs dim_x ≥ 0 and dim_u ≥ 1"):
+        LocalGroupoid(*dims, target=shifted, product=added)
+
+
+@pytest.mark.parametrize("n", [0, -1, 1.0, "2", None])
+def test_pair_of_what(n):
+    with pytest.raises(BadInput, match="the dimension of the base is a whole number from 1"):
+        pair(n)
+
+
+def test_only_matrix_groups_have_elements():
+    u = Matrix([1])
+    with pytest.raises(BadInput, match=r"pair\(1\) has no group elements"):
+        pair(1).element(u, 1)
+
+
+def test_names_and_retractions():
+    assert [g.retraction for g in (pair(1), lie_group(so(3)))] == [None, "cayley"]
+    assert set(GROUPOIDS) >= {"pair(1)", "group(so(3))", "action(so(3))", "action(so(3), rows=3)"}

@@ -1,0 +1,45 @@
+"""What importing the package loads."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import discmech.integrators as integrators
+
+HEAVY = ("sympy", "numba", "matplotlib", "scipy", "mpmath", "gmpy2")
+OURS = ("discmech.reference", "discmech.studies")
+
+
+def loaded_by(statement):
+    code = f"import sys; {statement}; print([m for m in {HEAVY + OURS} if m in sys.modules])"
+    root = Path(integrators.__file__).parents[1]
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True
+    )
+    return set(eval(done.stdout, {}))
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "import discmech",
+        "from discmech.integrators import scenes; scenes.all_scenes()",
+        "from discmech import *; Scene('a', pair(1), lambda x, v, p: 0, x0=[1], v0=['0.5'])",
+        "from discmech.integrators import so, se, sl, sp; so(4), se(3), sl(3), sp(4)",
+    ],
+)
+def test_importing_is_light(statement):
+    assert not loaded_by(statement) & set(HEAVY)
+
+
+def test_a_flow_in_double_precision_loads_no_matplotlib():
+    statement = (
+        "import warnings; warnings.simplefilter('ignore'); "
+        "from discmech.integrators import *; from discmech.integrators import scenes; "
+        "Scheme(scenes.get('harmonic'), trapezoidal).flow('0.1').trajectory(2)"
+    )
+    loaded = loaded_by(statement)
+    assert not loaded & {"matplotlib", *OURS}
+    assert "sympy" in loaded

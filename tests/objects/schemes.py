@@ -1,0 +1,23 @@
+"""Every scheme, a scene by a rule, derived and compiled once in a process."""
+
+from functools import cache
+
+from discmech.integrators import Scheme
+from tests.objects.rules import RULES, two_thirds
+from tests.objects.scenes import BUILT_IN, SCENES
+
+#: every (scene, rule) by name
+SCHEMES = tuple((s, r) for s in SCENES for r in RULES if RULES[r].applies(SCENES[s]))
+BUILT_IN_SCHEMES = tuple((s, r) for s, r in SCHEMES if s in BUILT_IN)
+
+
+@cache
+def scheme(scene, rule):
+    """One scheme for all tests of a process: a scheme derives each expression once."""
+    return Scheme(SCENES[scene], {**RULES, "two-thirds": two_thirds}[rule])
+
+
+@cache
+def flow(scene, rule, step, digits=16):
+    """One flow for all tests of a process."""
+    return scheme(scene, rule).flow(step, digits)
