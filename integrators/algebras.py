@@ -68,10 +68,10 @@ class MatrixAlgebra:
         """The m×1 coordinates of an N×N sympy matrix that lies in the algebra."""
         column = self.dual * matrix.reshape(self.size**2, 1)
         # complex matrices have real coordinates; left alone, i·i would never be multiplied out
-        return column.applyfunc(lambda e: e.expand(complex=True)) if self._complex else column
+        return column.applyfunc(lambda e: e.expand(complex=True)) if self.is_complex else column
 
     @cached_property
-    def _complex(self) -> bool:
+    def is_complex(self) -> bool:
         entries = (entry for e in self.basis for row in e for entry in row)
         return any(
             isinstance(entry, complex) or getattr(entry, "is_real", True) is False
@@ -163,7 +163,7 @@ class MatrixAlgebra:
 
         The cover, which is real, goes with it.
         """
-        if not self._complex:
+        if not self.is_complex:
             return self
 
         basis = []

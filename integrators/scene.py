@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from .errors import BadInput
-from .groupoids.groupoid import Groupoid
+from .groupoids import Groupoid, LieGroup, action
 from .numbers.exact import exact_nested, exact_rational, exact_vector
 
 
@@ -164,19 +164,19 @@ class Scene:
         return self if groupoid is self.groupoid else replace(self, groupoid=groupoid)
 
     def with_attitude(self) -> Scene:
-        """The same motion on a group with the attitude A as base, A(0) = e, flattened row by row.
+        """The motion on a group with the attitude A as base, A(0) = e, flattened row by row.
 
-        Raises `BadInput` if the scene's groupoid is no Lie group.
+        Reconstruction A_{k+1} = A_k τ(hu_k) is the target map of the group's action on itself; of a
+        complex group on its real form, 2N×2N. Raises `BadInput` unless the groupoid is a Lie group.
         """
-        from .groupoids.lie_group import LieGroup
-
-        if not isinstance(self.groupoid, LieGroup):
+        group = self.groupoid
+        if not isinstance(group, LieGroup):
             raise BadInput(
                 f"{self.name}: only a scene on a Lie group has an attitude to reconstruct."
             )
-        size = self.groupoid.algebra.real.size
+        size = group.algebra.real.size
         identity = [Fraction(int(i == j)) for i in range(size) for j in range(size)]
-        return replace(self, groupoid=self.groupoid.with_attitude(), x0=identity)
+        return replace(self, groupoid=action(group.algebra, group.tau, rows=size), x0=identity)
 
     def steps_for(self, step: Any) -> int:
         """The number of steps of this size in the scene's duration, rounded."""

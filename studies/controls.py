@@ -55,9 +55,7 @@ class RungeKutta:
 
     def step(self, z: np.ndarray, h: Any) -> tuple[np.ndarray, np.ndarray]:
         """(z′, ∂z′/∂z) for z = (x, μ); derivatives go through the stages by the chain rule."""
-        one = self.numbers.zeros(self.size, self.size)
-        for i in range(self.size):
-            one[i, i] += 1
+        one = self.numbers.identity(self.size)
         slopes: list[np.ndarray] = []
         tangents: list[np.ndarray] = []
         for row in self.a:
@@ -65,8 +63,8 @@ class RungeKutta:
             for a, k, dk in zip(row, slopes, tangents, strict=True):
                 at, along = at + h * a * k, along + h * a * dk
             f, df = self.field(at[: self.n], at[self.n :], self.p)
-            slopes.append(np.array(f, dtype=z.dtype))
-            tangents.append(np.array(df, dtype=z.dtype).reshape(self.size, self.size) @ along)
+            slopes.append(f)
+            tangents.append(df @ along)
         new = z + h * sum(b * k for b, k in zip(self.b, slopes, strict=True))
         return new, one + h * sum(b * dk for b, dk in zip(self.b, tangents, strict=True))
 
@@ -75,7 +73,7 @@ class RungeKutta:
 def _field(scheme: DiscreteEquations, digits: int) -> Any:
     f = vector_field(scheme.s)
     derivative = f.jacobian([*scheme.x, *scheme.s.mu])
-    return state_function(scheme.s, [f, derivative], arithmetic(digits))
+    return state_function(scheme.s, [list(f), derivative], arithmetic(digits))
 
 
 def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:

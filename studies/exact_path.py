@@ -20,7 +20,7 @@ from discmech.integrators.flows.flow import Flow
 from discmech.integrators.flows.newton_step import maps_at
 from discmech.integrators.geometry.local_geometry import text_of
 from discmech.integrators.numbers.arithmetic import arithmetic
-from discmech.integrators.numbers.interpreting import run_text
+from discmech.integrators.numbers.numeric import numeric_function
 from discmech.integrators.rules.quadrature import rule as quadrature
 
 DIGITS, NODES = 50, 12
@@ -61,16 +61,15 @@ def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
             between = solutions(scheme.scene, _times(scheme, h, places), DIGITS)
             x = _numbers(ends[k].x)
             velocities = np.array([_numbers(s.v) for s in between], dtype=object)
-            m = velocities.shape[1]
             w = 0 * velocities
             for _ in range(DIGITS):
-                matrices = [np.array(field(x, list(w_j), q)).reshape(m, m) for w_j in w]
+                matrices = [field(x, w_j, q) for w_j in w]
                 slopes = np.array([a @ v for a, v in zip(matrices, velocities, strict=True)])
                 new = inner @ slopes
                 change, w = abs(new - w).max(), new
                 if change < numbers.number(10) ** -DIGITS:
                     break
-            values = [lagrangian(_numbers(s.x), list(v), q)[0]
+            values = [lagrangian(_numbers(s.x), v, q)
                       for s, v in zip(between, velocities, strict=True)]  # fmt: skip
             action = numbers.number(h) * sum(b * v for b, v in zip(weights, values, strict=True))
             mu, mu_after = _numbers(ends[k].mu), _numbers(ends[k + 1].mu)
@@ -197,19 +196,16 @@ def _numbers(values: Sequence[Any]) -> list[Any]:
 @lru_cache(maxsize=64)
 def _functions(scheme: Scheme) -> tuple[Any, Any]:
     """L(x, w), row by row, and l(x, ξ) of (x, u, q), in the arithmetic of `DIGITS`."""
-    s, names = scheme.s, arithmetic(DIGITS).namespace()
-    arguments = {"x": s.x, "u": s.u}
-    texts = [text_of(scheme, "field", arguments, [scheme.L]),
-             text_of(scheme, "lagrangian", arguments, [[s.lagrangian]])]  # fmt: skip
-    field, lagrangian = (run_text(t, names)[n] for t, n in zip(texts, ("field", "lagrangian"),
-                                                               strict=True))  # fmt: skip
+    s = scheme.s
+    texts = (text_of(scheme, {"x": s.x, "u": s.u}, [part]) for part in (scheme.L, s.lagrangian))
+    field, lagrangian = (numeric_function(text, arithmetic(DIGITS)) for text in texts)
     return field, lagrangian
 
 
 def _discrete_lagrangian(scheme: Scheme, arrow: Arrow, flow: Flow) -> Any:
     """L_d at an arrow."""
     s = scheme.s
-    text = text_of(scheme, "action", {"x": s.x, "u": s.u, "s": s.stages},
-                   [[scheme.at_points.discrete_lagrangian]])  # fmt: skip
-    function = run_text(text, flow.numbers.namespace())["action"]
-    return function(arrow.x, arrow.u, flow.geometry.stages(arrow.x, arrow.u), flow._q)[0]
+    text = text_of(scheme, {"x": s.x, "u": s.u, "s": s.stages},
+                   [scheme.at_points.discrete_lagrangian])  # fmt: skip
+    action = numeric_function(text, flow.numbers)
+    return action(arrow.x, arrow.u, flow.geometry.stages(arrow.x, arrow.u), flow._q)

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from discmech.integrators.compiler.modules import cache_folder
+from discmech.integrators.compiler import cache_folder
 from discmech.integrators.numbers.exact import flatten
 
 from .case import Case, Choice

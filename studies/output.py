@@ -20,7 +20,7 @@ def write(file: str, text: str) -> None:
     if file == "-":
         print(text)
         return
-    from discmech.integrators.compiler.modules import write_atomically
+    from discmech.integrators.compiler import write_atomically
 
     path = Path(file)
     try:

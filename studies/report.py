@@ -74,7 +74,8 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
 
     Exact: terms are only collected in powers of h and factored. F⁺ and F⁻ are divided by h.
     """
-    from discmech.integrators.compiler.kernels import KernelBuilder
+    from discmech.integrators.compiler import is_affine
+    from discmech.integrators.equations.step_system import step_system
 
     from .rendering.formulas import Typesetter, ascending
 
@@ -120,7 +121,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
             for here, there in zip(plus, minus, strict=True)
         ],
         "self_adjoint": scheme.self_adjoint,
-        "affine": KernelBuilder(scheme).affine,
+        "affine": is_affine(step_system(scheme)),
         "source": scheme.rule.source,
     }  # fmt: skip
 

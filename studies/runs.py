@@ -52,15 +52,13 @@ def with_terms(scheme: DiscreteEquations, quantity: Any, digits: int) -> Rows:
     with numbers.working():
         p = [numbers.number(v) for v in scheme.s.parameter_values]
         double = isinstance(numbers, Double)
-        names = numbers.array_namespace() if isinstance(numbers, Double) else numbers
-        f = state_function(scheme.s, [entries, sums], names)
+        f = state_function(scheme.s, [entries, sums], numbers, columns=double)
 
     def all_at_once(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
         with numbers.working():
             values, terms = f(run.x.T, run.mu.T, p)
-        return tuple(  # type: ignore[return-value]
-            np.array([np.broadcast_to(v, run.t.shape) for v in part]).T for part in (values, terms)
-        )
+        shape = (len(run.t), len(entries))
+        return np.broadcast_to(values.T, shape), np.broadcast_to(terms.T, shape)
 
     def row_by_row(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
         with numbers.working():

@@ -10,9 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.compiler.modules import kernel_file
-from discmech.integrators.compiler.omissions import SAVINGS
-from discmech.integrators.equations.discrete_equations import DiscreteEquations
+from discmech.integrators.compiler import SAVINGS, kernel_text
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows.flow import Flow
 from discmech.integrators.groupoids.lie_group import LieGroup
@@ -53,8 +51,8 @@ def variants(case: Case) -> list[Variant]:
     """The flow as it is, without each saving that it makes, and without all of them."""
     scheme, step = case.scheme, case.scene.step
     plain = scheme.flow(step)
-    shape = plain._kernels["SHAPE"]
-    made = {"direct": shape["affine"], "carried": shape["carried"] > 0, "coefficients": True}
+    kernels = plain._kernels
+    made = {"direct": kernels.affine[0], "carried": kernels.layout.reused > 0, "coefficients": True}
     found = [Variant(AS_IT_IS, plain)]
     taken_back = {name: [name] for name in SAVINGS if made[name]}
     if len(taken_back) > 1:
@@ -89,7 +87,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         progress(f"{case.scene.name} {case.label}: {variant.name}", 0.3)
         run = variant.flow.trajectory(COMPARED)
         difference = np.abs(run.mu - wanted).max() / np.abs(wanted).max()
-        solve, update = operations(variant.flow.scheme, variant.flow.without)
+        solve, update = operations(variant.flow)
         corrections = variant.flow.trajectory(STEPS, STEPS).newton_mean
         rows.append({
             "variant": variant.name, "operations": solve * corrections + update,
@@ -107,25 +105,22 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {"rows": rows, "measured": {"times": {r["variant"]: r["times"] for r in rows[1:]}}}
 
 
-def operations(scheme: DiscreteEquations, without: frozenset[str] = frozenset()) -> tuple[int, int]:
+def operations(flow: Flow) -> tuple[int, int]:
     """(of one correction, of one update): arithmetic operations and functions in the kernel."""
-    text = kernel_file(scheme.origin, without).read_text(encoding="utf-8")
+    text = kernel_text(flow._system, flow.without)
     counts = {}
     for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.FunctionDef) and node.name in ("direct", "correct", "update"):
+        if isinstance(node, ast.FunctionDef) and node.name in ("solver", "update"):
             counts[node.name] = sum(isinstance(n, ast.BinOp | ast.Call) for n in ast.walk(node))
-    if "update" not in counts:
+    if len(counts) < 2:
         raise CannotMeasure("the kernel's operations cannot be counted.")
-    return counts.get("direct", counts.get("correct", 0)), counts["update"]
+    return counts["solver"], counts["update"]
 
 
 def kept_bytes(flow: Flow) -> int:
     """Of a state between two steps (with compensations and Newton's memory), and coefficients."""
-    from discmech.integrators.compiler.tuple_operations import state_length
-
-    shape = flow._kernels["SHAPE"]
-    lengths = (shape["dim_x"], shape["dim_u"], shape["solved"], shape["carried"])
-    return 8 * (state_length(*lengths, shape["affine"]) + len(flow.machine.c))
+    layout, c = flow._kernels.layout, flow.machine.c
+    return 8 * (layout.memory + layout.row + c.size)
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

@@ -16,7 +16,7 @@ from discmech.integrators.flows.flow import Flow, Trajectory
 from discmech.integrators.flows.initial_state import Start
 from discmech.integrators.flows.newton_step import arrow_from, maps_at, step_along
 from discmech.integrators.flows.run import first_u
-from discmech.integrators.geometry.local_geometry import newton
+from discmech.integrators.numbers.newton import newton
 
 from .case import Case
 from .diagnosis import named

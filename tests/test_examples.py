@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 from pathlib import Path
 
 import pytest
+import sympy
+from sympy import Rational
 
-from discmech.integrators import BadInput, Scheme, scenes
+from discmech.integrators import BadInput, Scheme, midpoint, scenes
+from discmech.integrators.numbers.evaluation import evaluate_matrix
+from discmech.integrators.retractions import Retraction
 
 FOLDER = Path(__file__).resolve().parent.parent / "examples"
 
@@ -66,6 +71,42 @@ def test_user_action():
     assert "not a groupoid" in refusal and "target of a product" in refusal
 
 
+def test_second_kind():
+    """A third retraction: its laws, and orders and symplecticity in a chart that is not odd."""
+    found = example("second_kind")
+    tau, algebra, t = found.second_kind, found.so(3), sympy.Symbol("t")
+    xi = sympy.Matrix([Rational(1, 3), Rational(-2, 5), Rational(1, 2)])
+    g = tau.element(algebra, xi)
+    left, right = tau.invariant_fields(algebra, xi)
+    gaps = [g * tau.element(algebra, tau.inverse(algebra, xi)) - sympy.eye(3)]
+    gaps.append(tau.inverse_left_field(algebra, xi) * left - sympy.eye(3))
+    gaps.append(Retraction.inverse_left_field(tau, algebra, xi) * left - sympy.eye(3))
+    gaps.append(tau.inverse_right_field(algebra, xi) * right - sympy.eye(3))
+    for k in range(3):
+        e = sympy.eye(3)[:, k]
+        slope = tau.element(algebra, xi + t * e).diff(t).subs(t, 0)
+        gaps.append(left * algebra.coordinates(g.T * slope) - e)
+        gaps.append(right * algebra.coordinates(slope * g.T) - e)
+    assert max(abs(e) for gap in gaps for e in evaluate_matrix(gap, 50)) < 1e-45
+    group = found.body.groupoid
+    assert not group.symmetric_chart and group.retraction == "second-kind"
+    at = group.position([], [0, 1.5, 0], 1)
+    assert at.inside and at.distance == pytest.approx(math.pi / 2 - 1.5)
+    order, symplecticity = found.main()
+    assert order["verdict"] == symplecticity["verdict"] == "pass"
+    wanted = {"midpoint": 1, "gauss-2": 4}
+    assert {rule: round(o, 1) for (_, rule), o in orders(order).items()} == wanted
+
+
+def test_a_retraction_with_a_wrong_formula_is_refused():
+    """A user's own is held to the axioms when the first scheme is built."""
+    found = example("second_kind")
+    wrong = type("Wrong", (found.SecondKind,), {"inverse": lambda self, algebra, xi: -xi})()
+    scene = found.body.with_values(groupoid=found.lie_group(found.so(3), wrong))
+    with pytest.raises(BadInput, match=r"is not a groupoid: .*inverses"):
+        Scheme(scene, midpoint)
+
+
 def test_wrong_rule():
     order, symplecticity, momentum = example("wrong_rule").main()
     (case,) = order["cases"]
@@ -109,5 +150,6 @@ def test_two_thirds():
 def test_every_example_has_a_test():
     names = {path.stem for path in FOLDER.glob("*.py")}
     assert names == {n.removeprefix("test_") for n in globals() if n.startswith("test_")} - {
-        "every_example_has_a_test"
+        "every_example_has_a_test",
+        "a_retraction_with_a_wrong_formula_is_refused",
     }

@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput
-from ..geometry.local_geometry import newton
 from ..groupoids.groupoid import Groupoid
 from ..numbers.arithmetic import arithmetic
+from ..numbers.differentiation import jacobian
 from ..numbers.exact import exact_rational, exact_vector
-from ..numbers.interpreting import run_text
-from ..numbers.printing import function_text
+from ..numbers.newton import newton
+from ..numbers.numeric import numeric
 
 
 class Bisection:
@@ -118,8 +118,7 @@ class Bisection:
         if not self.n:
             return np.asarray(at["p_v"])
         turned = at["b_x"] + at["b_u"] @ self.slope
-        one = self.numbers.matrix(np.eye(self.n).astype(self.numbers.dtype))
-        back = self.numbers.solve(turned, one)
+        back = self.numbers.solve(turned, self.numbers.identity(self.n))
         along = (at["p_x"] + at["p_u"] @ self.slope) @ back
         return np.vstack([np.hstack([back, zero]), np.hstack([along, at["p_v"]])])
 
@@ -128,10 +127,9 @@ class Bisection:
         y = self.maps(x, u, 0 * self.u0)["target"]
         at = self.maps(x, u, self.section(y))
         through = at["p_v"] @ self.slope
-        one = np.eye(self.n).astype(self.numbers.dtype)
-        zero = self.numbers.zeros(self.n, self.m)
+        top = np.hstack([self.numbers.identity(self.n), self.numbers.zeros(self.n, self.m)])
         bottom = np.hstack([at["p_x"] + through @ at["b_x"], at["p_u"] + through @ at["b_u"]])
-        return np.vstack([np.hstack([one, zero]), bottom])
+        return np.vstack([top, bottom])
 
     def without_left(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
         """L_Σ⁻¹: the arrow that L_Σ takes to (x, u)."""
@@ -163,14 +161,9 @@ class Bisection:
 
     def maps(self, x: Any, u: Any, v: Any) -> dict[str, np.ndarray]:
         """b, p and their derivatives at (x, u), (b, v)."""
-        n, m = self.n, self.m
-        shapes = {"target": (n,), "product": (m,), "b_x": (n, n), "b_u": (n, m),
-                  "p_x": (m, n), "p_u": (m, m), "p_v": (m, m)}  # fmt: skip
-        values = _maps(self.groupoid, self.numbers)(list(x), list(u), list(v), self.h)
-        return {
-            name: np.array(value, dtype=self.numbers.dtype).reshape(shape)
-            for (name, shape), value in zip(shapes.items(), values, strict=True)
-        }
+        names = ("target", "product", "b_x", "b_u", "p_x", "p_u", "p_v")
+        values = _maps(self.groupoid, self.numbers)(x, u, v, self.h)
+        return dict(zip(names, values, strict=True))
 
 
 @lru_cache(maxsize=64)
@@ -178,13 +171,8 @@ def _maps(groupoid: Groupoid, numbers: Any) -> Any:
     s = groupoid._symbols
     x, u, v, h = s["x"], s["u"], s["v"], s["h"]
     b, p = groupoid.target(x, u, h), groupoid.product(x, u, v, h)
-    parts: list[Any] = [b, p]
-    parts += [b.jacobian(w) if len(b) else [] for w in (x, u)]
-    parts += [p.jacobian(w) if len(w) else [] for w in (x, u, v)]
-    results = [list(part) for part in parts]
-    text = function_text("maps", {"x": x, "u": u, "v": v}, results)
-    text = text.replace("def maps(x, u, v):", "def maps(x, u, v, h):")
-    return run_text(text, numbers.namespace())["maps"]
+    slopes = [jacobian(b, w) for w in (x, u)] + [jacobian(p, w) for w in (x, u, v)]
+    return numeric({"x": x, "u": u, "v": v, "h": h}, [list(b), list(p), *slopes], numbers)
 
 
 def complement_slope(b_x: Any, b_u: Any) -> np.ndarray:

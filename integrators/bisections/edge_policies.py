@@ -37,7 +37,8 @@ class Refuse:
 
     def __init__(self, flow: Flow) -> None:
         self.flow = flow
-        self.huge, self.root_eps = (flow.machine.kernels[k] for k in ("HUGE", "ROOT_EPS"))
+        kernels = flow.machine.kernels
+        self.huge, self.root_eps = kernels.huge, kernels.root_eps
 
     @cached_property
     def chart(self) -> GroupChart:

@@ -19,9 +19,9 @@ import numpy as np
 
 from ..errors import BadInput
 from ..flows.scheme import Scheme
-from ..geometry.local_geometry import newton
-from ..numbers.interpreting import run_text
-from ..numbers.printing import function_text
+from ..numbers.differentiation import jacobian
+from ..numbers.newton import newton
+from ..numbers.numeric import numeric
 from .bisection import Bisection
 
 Arrow = tuple[np.ndarray, np.ndarray]
@@ -139,27 +139,18 @@ class GeneralOperator:
 
     def _inverse(self, y: Any, bar: Any) -> Arrow:
         """i(y, v̄) = (b, ι) in coordinates."""
-        values = self._inversion(list(y), list(bar), self.flow._h)
-        x, u = (np.array(part, dtype=self.numbers.dtype) for part in values[:2])
-        return x.reshape(self.n), u
+        x, u, *_ = self._inversion(y, bar, self.flow._h)
+        return x, u
 
     def _inverse_tangent(self, y: Any, bar: Any) -> np.ndarray:
         """∂/∂v̄ of i(y, v̄), (n+m)×m."""
-        parts = self._inversion(list(y), list(bar), self.flow._h)[2:]
-        shapes = ((self.n, self.m), (self.m, self.m))
-        return np.vstack(
-            [
-                np.array(part, dtype=self.numbers.dtype).reshape(shape)
-                for part, shape in zip(parts, shapes, strict=True)
-            ]
-        )
+        return np.vstack(self._inversion(y, bar, self.flow._h)[2:])
 
     def _target(self, x: Any, u: Any) -> np.ndarray:
         return np.asarray(self.flow.geometry.at(x, u)["target"])
 
     def _gradient(self, x: Any, u: Any) -> np.ndarray:
-        values = self._derivatives(list(x), list(u), self.flow._q)
-        return np.array(values, dtype=self.numbers.dtype)
+        return np.asarray(self._derivatives(x, u, self.flow._q))
 
     def _public(self, arrow: Arrow) -> Arrow:
         return self.numbers.public(arrow[0]), self.numbers.public(arrow[1])
@@ -168,10 +159,8 @@ class GeneralOperator:
     def _derivatives(self) -> Any:
         """(∂L_d/∂x, ∂L_d/∂u) of L_d written out in (x, u)."""
         s, L_d = self.scheme.s, self.scheme.discrete_lagrangian
-        result = [L_d.diff(w) for w in (*s.x, *s.u)]
-        arguments = {"x": s.x, "u": s.u, "q": s.q}
-        text = function_text("gradient", arguments, [result])
-        return run_text(text, self.numbers.namespace())["gradient"]
+        gradient = [L_d.diff(w) for w in (*s.x, *s.u)]
+        return numeric({"x": s.x, "u": s.u, "q": s.q}, [gradient], self.numbers)
 
     @cached_property
     def _inversion(self) -> Any:
@@ -180,7 +169,5 @@ class GeneralOperator:
         s = groupoid._symbols
         x, u, h = s["x"], s["u"], s["h"]
         b, iota = groupoid.target(x, u, h), groupoid.inversion(x, u, h)
-        parts = [b, iota, b.jacobian(u) if len(b) else [], iota.jacobian(u)]
-        text = function_text("inversion", {"x": x, "u": u}, [list(part) for part in parts])
-        text = text.replace("def inversion(x, u):", "def inversion(x, u, h):")
-        return run_text(text, self.numbers.namespace())["inversion"]
+        results = [list(b), list(iota), jacobian(b, u), jacobian(iota, u)]
+        return numeric({"x": x, "u": u, "h": h}, results, self.numbers)

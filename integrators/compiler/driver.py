@@ -1,65 +1,154 @@
-"""The trajectory driver: one text, compiled with each scheme's kernels or run as it is.
+"""The trajectory driver: one text, compiled with each system's kernels or run as it is.
 
-These functions are not called from here. `kernels.py` puts their text behind the generated kernels
-of a scheme, so that the compiler sees one unit: state stays in registers, and a step costs no call
-(measured on the Störmer–Verlet pendulum: 22 ns, against 42 ns by first-class functions). The
-same text run by Python on gmpy2 numbers is the driver of high precision.
+These functions are not called from here. `kernel_text` puts this text behind the generated kernels
+of a system, so that the compiler sees one unit: the state stays in registers, and a step costs no
+call (measured on the Störmer–Verlet pendulum: 22 ns, against 42 ns by first-class functions). Run
+by Python on gmpy2 numbers it is the driver of high precision. Vectors are tuples.
 
-Names that the generated module supplies: `correct` or `direct`, `update`, and on vectors (tuples)
-`plus`, `accumulate_*`, `norm`, `distance`, `predict`, `load_*`, `save_*`, `watch`; constants EPS
-(unit round-off), ROOT_EPS, HUGE and DECAY, and the status codes below.
+Names that are supplied: RULE and ADJOINT, records of the kernels `solver`, `update`, `carry`,
+`extents`, `branch` with the facts `affine`, `watched`, `branched`, `width`; SINGLE (a step is one
+substep), MIXED (substeps of the adjoint occur); LAYOUT and all names of `layout`; EPS (unit
+round-off), ROOT_EPS, HUGE, DECAY.
 """
 
 # ruff: noqa: F821
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
-OK, NOT_CONVERGED, SINGULAR = 0, 1, 2
 
-
-def advance(state, coefficients, index, stop, last, every, xs, us, mus, counts, totals):
+def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mus, counts, totals):
     """Step from `index` to `stop`, keep each every-th row; returns (index, status).
 
-    `state` holds x, μ, their compensations, the carried functions of x and the solver's memory; it
-    is read at the start and written at the end, so a run in pieces is the run in one.
-    totals: [Newton corrections, most in a step, last size], then what `watch` keeps, is brought up
-    to date.
+    A step is one substep, or a row of them, each with its row of coefficients and its memory of
+    past solutions; kinds: 0 the rule, 1 its adjoint. `state` (`layout.Layout`) is read at the start
+    and written at the end, so a run in pieces is the run in one. A row's u is that of the first
+    substep, its count the corrections of all.
     """
-    c = load_c(coefficients)
-    guard = load_guard(totals)
-    x, mu, ex, emu, k, memo = load_state(state)
-    status, most, total, size = OK, totals[1], totals[0], totals[2]
+    x, mu, k = load(state, LAYOUT.x), load(state, LAYOUT.mu), load(state, LAYOUT.k)
+    ex, emu = load(state, LAYOUT.lost_x), load(state, LAYOUT.lost_mu)
+    if SINGLE:
+        c = load_row(coefficients, 0, RULE.width)
+        memo = load_memo(RULE, state, LAYOUT.memory)
+    guard = totals[FARTHEST], totals[REACH], totals[BRANCH], totals[SLACK]
+    status, most, total, size = OK, totals[MOST], totals[CORRECTIONS], totals[LAST_SIZE]
     row = (index + every - 1) // every
     wait = row * every - index  # steps to the next row that is kept
-    end = stop + 1 if stop == last else stop  # the last row needs its u, but no step
-    while index < end:
-        w, memo, count, size, status = solve(x, mu, k, memo, c)
+    while index < stop:
+        if wait == 0:
+            save_row(xs, row, x)
+            save_row(mus, row, mu)
+        if SINGLE:
+            x, mu, ex, emu, k, memo, w, guard, count, size, status = substep(
+                RULE, x, mu, ex, emu, k, memo, guard, c
+            )
+        else:
+            x, mu, ex, emu, k, w, guard, count, size, status = composed_step(
+                x, mu, ex, emu, k, guard, state, coefficients, kinds, substeps
+            )
         total += count
         if count > most:
             most = count
-        if status == OK:
-            guard, status, near = watch(x, w, guard, c)
-            if near:
-                memo = forget(memo)
         if status != OK:
             break
         if wait == 0:
-            save_x(xs, row, x)
-            save_u(us, row, w)
-            save_u(mus, row, mu)
+            save_row(us, row, w[: LAYOUT.m])
             counts[row] = count
             row += 1
             wait = every
-        if index == last:
-            break
         wait -= 1
-        dx, dmu, k = update(x, w, mu, k, ex, emu, c)
-        x, ex = accumulate_x(x, dx)
-        mu, emu = accumulate_u(mu, dmu)
         index += 1
-    save_state(state, x, mu, ex, emu, k, memo)
-    totals[0], totals[1], totals[2] = total, most, size
-    save_guard(totals, guard)
+    save(state, 0, x + mu + ex + emu + k)
+    if SINGLE:
+        save_memo(RULE, state, LAYOUT.memory, memo)
+    totals[CORRECTIONS], totals[MOST], totals[LAST_SIZE] = total, most, size
+    totals[FARTHEST], totals[REACH], totals[BRANCH], totals[SLACK] = guard
     return index, status
+
+
+def composed_step(x, mu, ex, emu, k, guard, state, coefficients, kinds, substeps):
+    """Substeps one after another; where one is not solved, the step is as if it were not begun."""
+    start_x, start_mu, start_ex, start_emu, start_k = x, mu, ex, emu, k
+    counted, size, status, first = 0, EPS, OK, (EPS,) * LAYOUT.solved
+    for j in range(substeps):
+        if MIXED:
+            if kinds[j] == 0:
+                x, mu, ex, emu, k, w, guard, count, size, status = from_memory(
+                    RULE, x, mu, ex, emu, k, guard, state, coefficients, j
+                )
+            else:
+                x, mu, ex, emu, k, w, guard, count, size, status = from_memory(
+                    ADJOINT, x, mu, ex, emu, k, guard, state, coefficients, j
+                )
+        else:
+            x, mu, ex, emu, k, w, guard, count, size, status = from_memory(
+                RULE, x, mu, ex, emu, k, guard, state, coefficients, j
+            )
+        counted += count
+        if j == 0:
+            first = w
+        if status != OK:
+            x, mu, ex, emu, k = start_x, start_mu, start_ex, start_emu, start_k
+            break
+    return x, mu, ex, emu, k, first, guard, counted, size, status
+
+
+def from_memory(system, x, mu, ex, emu, k, guard, state, coefficients, j):
+    """Substep j with its own coefficients and memory.
+
+    Substeps of two kinds alternate, and have different functions of x: they compute them anew.
+    """
+    c = load_row(coefficients, j, system.width)
+    at = LAYOUT.memory + j * LAYOUT.row
+    memo = load_memo(system, state, at)
+    own = system.carry(x, c) if MIXED else k
+    x, mu, ex, emu, own, memo, w, guard, count, size, status = substep(
+        system, x, mu, ex, emu, own, memo, guard, c
+    )
+    save_memo(system, state, at, memo)
+    return x, mu, ex, emu, () if MIXED else own, w, guard, count, size, status
+
+
+def substep(system, x, mu, ex, emu, k, memo, guard, c):
+    """Solve for w, look whether the chart ends there, and grow x and μ by compensated sums."""
+    w, memo, count, size, status = solve(system, x, mu, k, memo, c)
+    if status == OK:
+        guard, status, near = watch(system, x, w, guard, c)
+        if not system.affine:
+            if near:
+                memo = forget(memo)
+    if status == OK:
+        dx, dmu, k = system.update(x, w, mu, k, ex, emu, c)
+        x, ex = accumulate(x, dx)
+        mu, emu = accumulate(mu, dmu)
+    return x, mu, ex, emu, k, memo, w, guard, count, size, status
+
+
+def watch(system, x, w, guard, c):
+    """(guard, status, whether an edge is near): the largest size so far, and whether it is too big.
+
+    After every step: near the singular set of FL one small correction may lead to another branch
+    (looked at only where Newton took more, a million steps of moser-veselov hold wrong ones).
+    """
+    if not system.watched:
+        return guard, OK, False
+    farthest, reach, last, slack = guard
+    sizes, rests = system.extents(x, w, c)
+    near = False
+    for size in tuple([abs(e) for e in sizes]) + tuple([of_rest(e) for e in rests]):
+        if not size <= reach:
+            return guard, EDGE, False
+        farthest = size if size > farthest else farthest
+        near = near or size > 1024  # where ten bits of u are lost
+    if system.branched:
+        (now,) = system.branch(x, w, c)
+        if last < HUGE and abs(now - last) > slack:
+            return guard, STRAYED, False
+        last = now
+    return (farthest, reach, last, slack), OK, near
+
+
+def of_rest(rest):
+    """The size of what is 0 at the edge and negative beyond."""
+    return 1 / (rest * rest) if rest > 0 else HUGE
 
 
 def forget(memo):
@@ -71,16 +160,19 @@ def forget(memo):
     return u1, u2, u3, u4, u5, order, 0 * age, kappa, 0 * scale
 
 
-def solve_direct(x, mu, k, memo, c):
-    """F⁻ is affine in u: one correction from u = 0 is the solution, and there is no stop test."""
-    w = direct(x, mu, k, c)
-    size = norm(w)
-    if size < HUGE:
-        return w, memo, 1, size, OK
-    return w, memo, 1, size, SINGULAR
+def solve(system, x, mu, k, memo, c):
+    """(w, memory, corrections, size of the last, status) of one substep.
+
+    Where the equations are affine in w one correction from w = 0 is the solution.
+    """
+    if system.affine:
+        w = system.solver(x, mu, k, c)
+        size = norm(w)
+        return w, memo, 1, size, OK if size < HUGE else SINGULAR
+    return newton(system, x, mu, k, memo, c)
 
 
-def solve_newton(x, mu, k, memo, c):
+def newton(system, x, mu, k, memo, c):
     """Newton from an extrapolated start, until what is left is certainly below round-off.
 
     After a correction of size s the next one is at most κs², κ being what was seen in this run.
@@ -91,7 +183,7 @@ def solve_newton(x, mu, k, memo, c):
     w = predict(order, u1, u2, u3, u4, u5)
     before, count, total, tries = HUGE, 0, 0, 1
     while True:
-        dw, size = correct(x, w, mu, k, c)
+        dw, size = system.solver(x, w, mu, k, c)
         w = plus(w, dw)
         if total == 0 and age % 16 != 0 and 8 * kappa * size * size <= EPS * scale:
             here = norm(w)
@@ -102,7 +194,7 @@ def solve_newton(x, mu, k, memo, c):
         if status == OK:
             break
         before = size
-        if status == SINGULAR or count >= 40:
+        if status == SINGULAR or count >= 40:  # quadratic convergence takes no more than ten
             if tries == 2:
                 break
             before, count, tries, w = HUGE, 0, 2, u1
@@ -135,6 +227,7 @@ def judge(size, before, here, scale, kappa, count):
     return OK if ended or stagnant else NOT_CONVERGED, kappa
 
 
+@aside
 def best_order(w, u1, u2, u3, u4, u5, age):
     """The order of extrapolation that would have hit this solution best."""
     best, error = 0, distance(w, u1)
@@ -144,3 +237,109 @@ def best_order(w, u1, u2, u3, u4, u5, age):
             if miss < error:
                 best, error = order, miss
     return best
+
+
+def predict(order, u1, u2, u3, u4, u5):
+    """The next of a row of solutions, by a polynomial of that degree through the last ones."""
+    if order == 0:
+        return u1
+    if order == 1:
+        return tuple([2 * a - b for a, b in zip(u1, u2)])
+    if order == 2:
+        return tuple([3 * (a - b) + c for a, b, c in zip(u1, u2, u3)])
+    if order == 3:
+        return tuple([4 * (a + c) - 6 * b - d for a, b, c, d in zip(u1, u2, u3, u4)])
+    return tuple([5 * (a - d) + 10 * (c - b) + e for a, b, c, d, e in zip(u1, u2, u3, u4, u5)])
+
+
+def plus(a, b):
+    """a + b."""
+    return tuple([p + q for p, q in zip(a, b)])
+
+
+def accumulate(a, d):
+    """(a + d, what the sum is too large by)."""
+    s = tuple([p + q for p, q in zip(a, d)])
+    return s, tuple([(t - p) - q for t, p, q in zip(s, a, d)])
+
+
+def norm(a):
+    """Σ|aᵢ|."""
+    total = 0
+    for p in a:
+        total += abs(p)
+    return total
+
+
+def distance(a, b):
+    """Σ|aᵢ − bᵢ|."""
+    return norm(tuple([p - q for p, q in zip(a, b)]))
+
+
+def load(a, at):
+    """Entries of an array as a tuple."""
+    return tuple([a[i] for i in range(at.start, at.stop)])
+
+
+def load_row(a, j, length):
+    """The first entries of a row."""
+    return tuple([a[j, i] for i in range(length)])
+
+
+def load_memo(system, a, at):
+    """A substep's memory: five past solutions, order and age (whole), κ and scale."""
+    if system.affine:
+        return ()
+    u = [tuple([a[at + i * LAYOUT.solved + j] for j in range(LAYOUT.solved)]) for i in range(PAST)]
+    order, age, kappa, scale = [a[at + PAST * LAYOUT.solved + i] for i in range(4)]
+    return u[0], u[1], u[2], u[3], u[4], int(order), int(age), kappa, scale
+
+
+def save_memo(system, a, at, memo):
+    """Write a substep's memory."""
+    if not system.affine:
+        save(a, at, memo[0] + memo[1] + memo[2] + memo[3] + memo[4] + memo[5:])
+
+
+def save(a, at, v):
+    """Write the entries of a tuple into an array."""
+    for i, p in enumerate(v):
+        a[at + i] = p
+
+
+def save_row(a, row, v):
+    """Write a tuple into a row."""
+    for i, p in enumerate(v):
+        a[row, i] = p
+
+
+@node
+def eliminate(a, m):
+    """Gaussian elimination with row exchanges, on the m rows (entries, right side) of `a`.
+
+    The solution replaces the right sides. Whole rows are exchanged and subtracted, also where they
+    are zero by now: that is what the compiler turns into operations on several entries at once
+    (27 unknowns: 1.8 µs, and 4.7 µs from the pivot on).
+    """
+    for p in range(m):
+        best = p
+        for i in range(p + 1, m):
+            if abs(a[i][p]) > abs(a[best][p]):
+                best = i
+        pivot = a[p]
+        if best != p:
+            other = a[best]
+            for j in range(m + 1):
+                pivot[j], other[j] = other[j], pivot[j]
+        over = 1 / pivot[p]
+        for i in range(p + 1, m):
+            row = a[i]
+            factor = row[p] * over
+            for j in range(m + 1):
+                row[j] -= factor * pivot[j]
+    for p in range(m - 1, -1, -1):
+        last = a[p]
+        rest = last[m]
+        for j in range(p + 1, m):
+            rest -= last[j] * a[j][m]
+        last[m] = rest / last[p]

@@ -1,12 +1,11 @@
 """Linear equations in generated code: what a Newton correction solves.
 
 Small or sparse systems are unrolled, so that zeros cost nothing; a large dense one (many bodies by
-an implicit rule) is solved by a loop, whose text stays short however many unknowns there are.
+an implicit rule) is solved by a loop (`driver.eliminate`), whose text stays short.
 """
 
 from __future__ import annotations
 
-import inspect
 from typing import Any
 
 from ..numbers.lazy import sympy
@@ -41,46 +40,8 @@ def solve(
     return sympy.Matrix(solution), steps.done
 
 
-def eliminate(a, m):  # type: ignore[no-untyped-def]
-    """Gaussian elimination with row exchanges, on the m rows (entries, right side) of `a`.
-
-    The solution replaces the right sides. Whole rows are exchanged and subtracted, also where they
-    are zero by now: that is what the compiler turns into operations on several entries at once
-    (27 unknowns: 1.8 µs, and 4.7 µs from the pivot on). This is the text of generated modules, as
-    the driver's.
-    """
-    for p in range(m):
-        best = p
-        for i in range(p + 1, m):
-            if abs(a[i][p]) > abs(a[best][p]):
-                best = i
-        pivot = a[p]
-        if best != p:
-            other = a[best]
-            for j in range(m + 1):
-                pivot[j], other[j] = other[j], pivot[j]
-        over = 1 / pivot[p]
-        for i in range(p + 1, m):
-            row = a[i]
-            factor = row[p] * over
-            for j in range(m + 1):
-                row[j] -= factor * pivot[j]
-    for p in range(m - 1, -1, -1):
-        row = a[p]
-        rest = row[m]
-        for j in range(p + 1, m):
-            rest -= row[j] * a[j][m]
-        row[m] = rest / row[p]
-
-
-def loop_text() -> str:
-    """The loop as it stands in generated modules."""
-    head, body = inspect.getsource(eliminate).split("\n", 1)
-    return f"{head.split('  #')[0]}\n{body}"
-
-
 class Equations(Together):
-    """The unknowns of m linear equations, found by `eliminate`."""
+    """The unknowns of m linear equations, found by `driver.eliminate`."""
 
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
         """Fill a workspace, solve, and read the unknowns off."""

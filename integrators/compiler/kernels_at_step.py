@@ -1,32 +1,30 @@
-"""The compiled kernels of a scheme at one step size, with the arrays they work on."""
+"""The kernels of a system at one step size, with the arrays they work on."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import BadInput
-from .edge_guard import GUARD
-from .tuple_operations import state_length
-
-if TYPE_CHECKING:
-    from ..flows.flow import Flow
-
-OK = 0
+from . import Kernels
+from .layout import BRANCH, OK, PAST, REACH, SLACK, TOTALS
 
 
 @dataclass
 class Run:
-    """The arrays that the driver works on, and where it is; rows as in `running.Trajectory`.
+    """The arrays that the driver works on, and where it is; rows as in `run.Trajectory`.
 
-    `translates`: of each row, the translate that its u is written in; `changes`: how often an edge
-    was met.
+    state: x, μ and what stands behind them (`Layout`); c: the coefficients in use, one row each
+    substep. translates: of each row, the translate that its u is written in; changes: how often
+    an edge was met.
     """
 
-    lead: tuple[Any, ...]
+    state: Any
+    c: Any
     steps: int
     every: int
     xs: Any
@@ -40,40 +38,34 @@ class Run:
     changes: int = 0
 
     @property
-    def state(self) -> Any:
-        """What begins with x and μ."""
-        return self.lead[0]
-
-    @property
-    def c(self) -> Any:
-        """The coefficients in use."""
-        return self.lead[1]
-
-    @c.setter
-    def c(self, value: Any) -> None:
-        self.lead = (self.lead[0], value, *self.lead[2:])
+    def lead(self) -> tuple[Any, Any]:
+        """What a further run would go on from."""
+        return self.state, self.c
 
 
-class Machine:
-    """Kernels, coefficients and buffers of a flow."""
+class KernelsAtStep:
+    """Kernels, coefficients and buffers of a flow.
 
-    def __init__(self, flow: Flow) -> None:
-        self.flow, self.numbers = flow, flow.numbers
-        self.n, self.m = len(flow.scheme.x), len(flow.scheme.u)
+    qs: the values of q, one list each substep, of which kinds says 0 for the rule and 1 for its
+    adjoint. name: how messages call it.
+    """
+
+    def __init__(
+        self,
+        kernels: Kernels,
+        numbers: Any,
+        qs: Sequence[list[Any]],
+        kinds: Sequence[int] = (0,),
+        name: str = "",
+    ) -> None:
+        self.kernels, self.numbers, self.qs, self.name = kernels, numbers, qs, name
+        self.kinds = np.array(kinds, dtype=np.int64)
+        self.layout = kernels.layout
         self._known: dict[tuple[Any, int], Any] = {}
 
-    @property
-    def kernels(self) -> dict[str, Any]:
-        """The functions and constants of the generated module."""
-        return self.flow._kernels
-
-    @property
-    def _shape(self) -> dict[str, Any]:
-        return dict(self.kernels["SHAPE"])
-
-    def q_of(self, translate: Any = None, halvings: int = 0) -> list[Any]:
-        """q at h/2^halvings and a translate (B, B⁻¹); None is e."""
-        q = [self.flow._q[0] / 2**halvings, *self.flow._q[1:]]
+    def q_of(self, translate: Any = None, halvings: int = 0, substep: int = 0) -> list[Any]:
+        """q of a substep at h/2^halvings and a translate (B, B⁻¹); None is e."""
+        q = [self.qs[substep][0] / 2**halvings, *self.qs[substep][1:]]
         if translate is not None:
             letters = [e for matrix in translate for e in matrix.ravel()]
             q[len(q) - len(letters) :] = letters
@@ -85,112 +77,123 @@ class Machine:
         return self.coefficients()
 
     def coefficients(self, key: int = 0, translate: Any = None, halvings: int = 0) -> Any:
-        """c at h/2^halvings and the translate number `key`.
+        """c at h/2^halvings and the translate number `key`, one row each substep.
 
         Raises `BadInput` if a coefficient is not finite.
         """
         if (key, halvings) not in self._known:
-            q = self.q_of(translate, halvings)
-            self._known[key, halvings] = self.prepared(self.kernels["prepare"], q)
+            table = self.numbers.zeros(len(self.qs), self.layout.width)
+            rows: dict[tuple[Any, ...], Any] = {}  # substeps of one size are many
+            for j, kind in enumerate(self.kinds):
+                q = self.q_of(translate, halvings, j)
+                if (kind, q[0]) not in rows:
+                    rows[kind, q[0]] = self._prepared(self.kernels.prepare[kind], q)
+                row = rows[kind, q[0]]
+                table[j, : len(row)] = row
+            self._known[key, halvings] = table
         return self._known[key, halvings]
 
-    def prepared(self, prepare: Any, q: list[Any]) -> Any:
-        """c of q, by one of the module's functions; raises `BadInput` as `coefficients` does."""
+    def _prepared(self, prepare: Any, q: list[Any]) -> Any:
         try:
             return np.array(prepare(q), dtype=self.numbers.dtype)
         except (ZeroDivisionError, OverflowError, ValueError) as error:
-            scheme = self.flow.scheme
             raise BadInput(
-                f"{scheme.scene.name} with {scheme.rule.name}: FL is singular or a coefficient is "
-                f"not finite ({error}); every velocity needs its kinetic energy, and parameters "
-                "their proper units."
+                f"{self.name}: FL is singular or a coefficient is not finite ({error}); every "
+                "velocity needs its kinetic energy, and parameters their proper units."
             ) from None
 
-    # -- the state: x, μ, their compensations, carried functions, the solver's memory -----------
+    # -- the state ------------------------------------------------------------------------------
 
-    def buffers(self, lead: tuple[Any, ...], steps: int, every: int) -> Run:
+    def buffers(self, lead: tuple[Any, Any], steps: int, every: int) -> Run:
         """Empty rows for a run; raises `BadInput` if they do not fit into memory."""
-        rows, dtype = steps // every + 1, self.numbers.dtype
+        rows, dtype, at = steps // every + 1, self.numbers.dtype, self.layout
         try:
-            xs, us, mus = (np.zeros((rows, k), dtype=dtype) for k in (self.n, self.m, self.m))
+            xs, us, mus = (np.zeros((rows, k), dtype=dtype) for k in (at.n, at.m, at.m))
             counts, translates = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
-        except (MemoryError, ValueError):  # ValueError: more than an array can be told to hold
+        except (MemoryError, ValueError):  # ValueError: more entries than an array can have
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
-        zero = self.numbers.number(0)
-        totals = np.zeros(GUARD) if dtype is np.float64 else [0, 0, *[zero] * (GUARD - 2)]
-        totals[4] = totals[5] = totals[6] = self.kernels["HUGE"]
-        return Run(lead, steps, every, xs, us, mus, counts, totals, translates)
+        totals = self.numbers.zeros(TOTALS)
+        totals[REACH] = totals[BRANCH] = totals[SLACK] = self.kernels.huge
+        return Run(*lead, steps, every, xs, us, mus, counts, totals, translates)
 
-    def lead(self, x: Any, mu: Any, c: Any, guess: Any) -> tuple[Any, ...]:
-        """What `advance` takes first: (state, c) at (x, μ), nothing lost yet, one guess of u."""
-        n, m, shape = self.n, self.m, self._shape
-        kept, solved, affine = shape["carried"], shape["solved"], shape["affine"]
-        state = self.numbers.zeros(state_length(n, m, solved, kept, affine))
-        state[:n], state[n : n + m] = x, mu
+    def lead(self, x: Any, mu: Any, c: Any, guess: Any) -> tuple[Any, Any]:
+        """(state, c) at (x, μ), nothing lost yet, one guess of each substep's u."""
+        at = self.layout
+        state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
+        state[at.x], state[at.mu] = x, mu
         self.recarry(state, c)
         self.seed(state, guess)
         return state, c
 
     def point(self, state: Any) -> tuple[Any, Any]:
         """(x, μ) of a state."""
-        return state[: self.n].copy(), state[self.n : self.n + self.m].copy()
+        return state[self.layout.x].copy(), state[self.layout.mu].copy()
 
     def recarry(self, state: Any, c: Any) -> None:
-        """Compute the carried functions of x anew."""
-        at = 2 * (self.n + self.m)
-        state[at : at + self._shape["carried"]] = self.kernels["carry"](state[: self.n], c)
+        """Compute the reused functions of x anew."""
+        if self.layout.reused:
+            state[self.layout.k] = self.kernels.carry[0](state[self.layout.x], c[0])
 
     def seed(self, state: Any, guess: Any) -> None:
-        """Forget past solutions: Newton starts from the guess."""
-        if self._shape["affine"]:
-            return
-        at = 2 * (self.n + self.m) + self._shape["carried"]
-        self.remember(state[at:], guess, self._shape["solved"])
-        state[-4:-2] = [0, 0]
-
-    def remember(self, memory: Any, guess: Any, solved: int) -> None:
-        """Fill a solver's memory: the guess five times, with stages of 0 (a straight path)."""
-        for i in range(5):
-            memory[i * solved : i * solved + len(guess)] = guess
-        memory[-2], memory[-1] = self.kernels["HUGE"], sum(abs(g) for g in guess)
+        """Forget past solutions: Newton starts from the guess, with stages of 0 (a straight path)."""
+        for memory in self._memories(state):
+            *past, numbers = self._parts(memory)
+            for u in past:
+                u[: len(guess)], u[len(guess) :] = guess, 0
+            numbers[:] = [0, 0, self.kernels.huge, sum(abs(g) for g in guess)]
 
     def history(self, state: Any) -> list[Any]:
-        """The past solutions, latest first (none where no step is solved iteratively)."""
-        return [] if self._shape["affine"] else [past.copy() for past in self._past(state)]
+        """The first substep's past solutions, latest first (none where no step is iterated)."""
+        if self.kernels.affine[self.kinds[0]]:
+            return []
+        past = self._parts(self._memories(state)[0])[:PAST]
+        return [u[: self.layout.m].copy() for u in past]
 
-    def last_solution(self, lead: tuple[Any, ...]) -> dict[str, Any]:
+    def last_solution(self, lead: tuple[Any, Any]) -> dict[str, Any]:
         """{"u": that from which Newton started}, empty where no step is solved iteratively."""
-        return {} if self._shape["affine"] else {"u": self._past(lead[0])[0]}
+        past = self.history(lead[0])
+        return {"u": past[0]} if past else {}
 
-    def _past(self, state: Any) -> list[Any]:
-        at = 2 * (self.n + self.m) + self._shape["carried"]
-        solved = self._shape["solved"]
-        return [state[at + i * solved : at + i * solved + self.m] for i in range(5)]
+    def _memories(self, state: Any) -> Any:
+        return state[self.layout.memory :].reshape(-1, self.layout.row) if self.layout.row else ()
+
+    def _parts(self, memory: Any) -> list[Any]:
+        """The past solutions, then order, age, κ and scale: views of one substep's memory."""
+        solved = self.layout.solved
+        return [memory[i * solved : (i + 1) * solved] for i in range(PAST)] + [memory[-4:]]
 
     # -- steps ----------------------------------------------------------------------------------
 
-    def advance(self, run: Run, stop: int, last: int | None = None) -> int:
+    def advance(self, run: Run, stop: int) -> int:
         """Run the compiled loop up to `stop`; returns the status it ended with.
 
-        The row at `last` (the run's end) gets its u, but no step.
+        The row at the run's end gets its u, but no step.
         """
-        first, last = -(-run.index // run.every), run.steps if last is None else last
-        run.index, status = self.kernels["advance"](
-            *run.lead, run.index, stop, last, run.every,
+        status = self._loop(run, stop, len(self.kinds)) if run.index < stop else OK
+        if status != OK or stop < run.steps:
+            return status
+        before = run.state[: self.layout.memory].copy()
+        status = self._loop(run, stop + 1, 1)  # its first substep has the row's u
+        run.state[: self.layout.memory], run.index = before, run.steps
+        return status
+
+    def _loop(self, run: Run, stop: int, substeps: int) -> int:
+        first = -(-run.index // run.every)
+        run.index, status = self.kernels.advance(
+            run.state, run.c, self.kinds, substeps, run.index, stop, run.every,
             run.xs, run.us, run.mus, run.counts, run.totals,
         )  # fmt: skip
-        beyond = run.index + (status == OK and stop == last)
         if run.translate:
-            run.translates[first : -(-beyond // run.every)] = run.translate
+            run.translates[first : -(-run.index // run.every)] = run.translate
         return int(status)
 
     def one_step(self, run: Run) -> int:
         """One step and no more; at the run's end the u of its last row."""
         if run.index == run.steps:
             return self.advance(run, run.steps)
-        return self.advance(run, run.index + 1, last=run.steps + 1)
+        return self._loop(run, run.index + 1, len(self.kinds))
 
     def solve(self, x: Any, mu: Any, c: Any, guess: Any) -> tuple[Any, Any] | None:
         """(u, number of its branch) of F⁻ = hμ from a guess, in the chart of c; None if not found.
@@ -199,4 +202,4 @@ class Machine:
         """
         run = self.buffers(self.lead(x, mu, c, guess), 0, 1)
         status = self.advance(run, 0)
-        return None if status != OK else (run.us[0], run.totals[5])
+        return None if status != OK else (run.us[0], run.totals[BRANCH])

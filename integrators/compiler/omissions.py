@@ -1,4 +1,4 @@
-"""What the kernels of a scheme leave out because its equations do not need it.
+"""What the kernels of a system leave out because its equations do not need it.
 
 Decided once, when kernels are generated, so that a step asks nothing.
 """
@@ -6,13 +6,13 @@ Decided once, when kernels are generated, so that a step asks nothing.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ..numbers.definitions import needed, values_at
 from ..numbers.evaluation import evaluate_matrix
 from ..numbers.identities import is_zero, random_point
-
-if TYPE_CHECKING:
-    from ..equations.discrete_equations import DiscreteEquations
+from ..numbers.lazy import sympy
+from .system import System
 
 #: what a kernel leaves out where it can
 SAVINGS = {
@@ -22,34 +22,34 @@ SAVINGS = {
 }
 
 
-def is_affine(scheme: DiscreteEquations, slope: Any) -> bool:
-    """Whether E, of ∂E/∂w = slope, is affine in w, so that one correction solves it.
+def is_affine(system: System) -> bool:
+    """Whether the rows, of derivative `slope`, are affine in w, so that one correction solves them.
 
     Decided by comparing the slope at two random w of the same x, h and parameters.
     """
-    letters = {*scheme.w, *(z for a in scheme.chain.atoms for z in a.z)}
-    if not set().union(*(e.free_symbols for e in slope)) & letters:
+    letters = {*system.w, *(z for d in system.definitions for z in d.letters)}
+    if not set().union(*(e.free_symbols for e in system.slope)) & letters:
         return True
-    symbols, small = [*scheme.x, *scheme.w, *scheme.s.q], (*scheme.w, scheme.h)
+    symbols, small = [*system.x, *system.w, *system.q], (*system.w, system.q[0])
     first, other = (random_point(symbols, small=small, seed=i) for i in (0, 1))
-    second = {**first, **{u: other[u] for u in scheme.w}}
-    one, two = (_at(scheme, slope, point) for point in (first, second))
+    second = {**first, **{u: other[u] for u in system.w}}
+    one, two = (_at(system, system.slope, point) for point in (first, second))
     return all(is_zero(a - b) for a, b in zip(one, two, strict=True))
 
 
-def pivot_rows(scheme: DiscreteEquations, slope: Any) -> list[int]:
+def pivot_rows(system: System) -> list[int]:
     """The order of the rows in which elimination meets large pivots, at a random point.
 
     So a step looks for none; where it is a poor choice Newton only takes more corrections.
     """
-    m = len(scheme.w)
+    m = len(system.w)
     if m <= 3:
         return list(range(m))
     from scipy.linalg import lu_factor
 
-    small = (*scheme.w, scheme.h)
-    point = random_point([*scheme.x, *scheme.w, *scheme.s.q], small)
-    numbers = evaluate_matrix(_at(scheme, slope, point), 16 + 1)
+    small = (*system.w, system.q[0])
+    point = random_point([*system.x, *system.w, *system.q], small)
+    numbers = evaluate_matrix(_at(system, system.slope, point), 16 + 1)
     _, swaps = lu_factor([[float(numbers[i, j]) for j in range(m)] for i in range(m)])
     rows = list(range(m))
     for i, j in enumerate(swaps):
@@ -57,19 +57,20 @@ def pivot_rows(scheme: DiscreteEquations, slope: Any) -> list[int]:
     return rows
 
 
-def carried(scheme: DiscreteEquations, slope: Any) -> list[tuple[Any, Any]]:
-    """Costly functions of x in F⁻ that F⁺ needs at the end point: [(at x, at y)]."""
-    to_end = dict(zip(scheme.x, scheme.y, strict=True))
-    constants = set(scheme.s.q) - {scheme.h}  # the next step may be of another size
-    old = _costly([*scheme.at_points.minus, *slope], scheme.x, constants)
-    new = _costly(scheme.at_points.gain, scheme.y, constants)
+def carried(system: System) -> list[tuple[Any, Any]]:
+    """Costly functions of x in the rows that the gain needs at the end point: [(at x, at y)]."""
+    to_end = dict(zip(system.x, system.y, strict=True))
+    constants = set(system.q[1:])  # the next step may be of another size
+    old = _costly([*system.rows, *system.slope], system.x, constants)
+    new = _costly(system.gain, system.y, constants)
     return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
 
 
-def _at(scheme: DiscreteEquations, matrix: Any, point: dict[Any, Any]) -> Any:
-    """The matrix at a numerical point; the atoms are evaluated first."""
-    constants = scheme.s.constant_values(100)
-    return matrix.xreplace(scheme.chain.values({**point, **constants}))
+def _at(system: System, matrix: Any, point: dict[Any, Any]) -> Any:
+    """The matrix at a numerical point; definitions are evaluated first."""
+    constants = {s: sympy.Float(of(100), 100) for s, of in system.constants.items()}
+    used = needed(system.definitions, matrix)
+    return matrix.xreplace(values_at(used, {**point, **constants}))
 
 
 def _costly(entries: Iterable[Any], variables: Any, constants: set[Any]) -> list[Any]:

@@ -8,34 +8,10 @@ knows a scheme, a groupoid or a rule.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
-Letters = tuple[Any, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Function:
-    """A function of numbers with several results, written once and called from several places.
-
-    `definitions` are computed inside it; `results` are expressions in `arguments`, in letters of
-    `shared` (which every caller has: x, y, q) and in those of the definitions.
-    """
-
-    name: str
-    arguments: Letters
-    definitions: tuple[Definition, ...]
-    results: tuple[Any, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Definition:
-    """Letters and what they stand for: `values`, or the results of `function` at `arguments`."""
-
-    letters: Letters
-    values: tuple[Any, ...] = ()
-    function: Function | None = None
-    arguments: tuple[Any, ...] = ()
+from ..numbers.definitions import Definition, Letters
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,3 +49,25 @@ class System:
     constants: Mapping[Any, Callable[[int], Any]] = field(default_factory=dict)
     composed: bool = False
     adjoint: System | None = None
+
+
+def written(*parts: Any) -> str:
+    """All of a system (or of expressions) as text, each subexpression once."""
+    known: dict[Any, int] = {}
+    lines: list[str] = []
+
+    def number(e: Any) -> int:
+        if e not in known:
+            inner = [number(a) for a in getattr(e, "args", ())]
+            lines.append(f"{type(e).__name__} {inner or e}")
+            known[e] = len(known)
+        return known[e]
+
+    def visit(item: Any) -> Any:
+        if is_dataclass(item):
+            return [visit(getattr(item, f.name)) for f in fields(item) if f.name != "constants"]
+        if isinstance(item, (str, bool, type(None))):
+            return item
+        return [visit(i) for i in item] if hasattr(item, "__len__") else number(item)
+
+    return f"{visit(parts)}\n" + "\n".join(lines)

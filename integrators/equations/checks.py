@@ -3,92 +3,92 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import BadInput, line_of
+from ..numbers.definitions import symbols_of, values_at
 from ..numbers.evaluation import evaluate_matrix
 from ..numbers.exact import exact, to_sympy
 from ..numbers.identities import null_direction, random_point, shown
 from ..numbers.lazy import sympy
+from ..rules import Discretisation
+from ..scene import Scene
+from .continuous import mass_matrix
+from .legendre_maps import LegendreMaps
+from .symbols import SceneSymbols
 
-if TYPE_CHECKING:
-    from ..scene import Scene
-    from .discrete_equations import DiscreteEquations
 
-
-def check_letters(scheme: DiscreteEquations) -> None:
+def check_letters(maps: LegendreMaps, scene: Scene, rule: Discretisation) -> None:
     """Raise `BadInput` if L_d holds unknown symbols, not u, or not every stage."""
-    s, of = scheme.s, _named(scheme)
-    L_d = scheme.at_points.discrete_lagrangian
-    known = {*s.x, *s.u, *s.stages, *s.q, *(z for a in scheme.chain.given for z in a.z)}
-    unknown = L_d.free_symbols - known
+    s, of = maps.s, _named(scene, rule)
+    used = maps.definitions([maps.discrete_lagrangian])
+    letters = {letter for d in used for letter in d.letters}
+    symbols = symbols_of([maps.discrete_lagrangian]) | {e for d in used for e in d.holds}
+    unknown = symbols - letters - {*s.x, *s.y, *s.u, *s.stages, *s.q}
     if unknown:
         raise BadInput(
             f"{of}: the discrete Lagrangian holds the unknown symbol {min(map(str, unknown))}; "
             "write it with x, u, h, parameters."
         )
-    used = scheme.chain.needed([L_d])
-    held = [L_d, *(e for a in used if a.kind != "point" for e in a.value)]
-    letters = set().union(*(e.free_symbols for e in held))
-    if not letters & set(s.u):
+    points = {z for block in maps.of.moved for z in block.letters if block.theta is not None}
+    of_velocities = symbols_of([maps.discrete_lagrangian])
+    of_velocities |= {e for d in used if not points & set(d.letters) for e in d.holds}
+    if not of_velocities & set(s.u):
         raise BadInput(
             f"{of}: the discrete Lagrangian does not depend on u, so FL is singular everywhere; "
             "it needs a kinetic term."
         )
-    letters |= set().union(*(e.free_symbols for a in used for e in a.value))
     for number, column in enumerate(s.stage_columns):
-        if not set(column) <= letters:
+        if not set(column) <= symbols:
             raise BadInput(
-                f"{of}: the rule asks for {scheme.rule.stages} internal stages, but its discrete "
+                f"{of}: the rule asks for {rule.stages} internal stages, but its discrete "
                 f"Lagrangian does not depend on all of s[{number}]; use every stage, or ask for "
                 "fewer with stages=."
             )
 
 
-def _named(scheme: DiscreteEquations) -> str:
+def _named(scene: Scene, rule: Discretisation) -> str:
     """The scene with the rule, and where a rule of the user's is."""
-    place = line_of(scheme.rule.formula)
-    return (f"{place}: " if place else "") + f"{scheme.scene.name} with {scheme.rule.name}"
+    place = line_of(rule.formula)
+    return (f"{place}: " if place else "") + f"{scene.name} with {rule.name}"
 
 
-def check_regular(scheme: DiscreteEquations) -> None:
+def check_regular(maps: LegendreMaps, w: Any, scene: Scene, rule: Discretisation) -> None:
     """Raise `BadInput` if ∂E/∂w (FL, without stages) or ∂²l/∂ξ² is singular at two random points.
 
     The second too: where it is singular, terms O(h²) of the potential can make FL regular, but
     there is no system on the dual that the map approximates. A discrete Lagrangian that stands for
     no continuous one is asked for FL only.
     """
-    s = scheme.s
+    s = maps.s
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
-    asked = {("FL", of_what): scheme.at_points.slope}
-    if scheme.scene.lagrangian is not None:
-        from .continuous import mass_matrix
-
+    asked = {("FL", of_what): maps.slope}
+    if scene.lagrangian is not None:
         asked["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = mass_matrix(s)
     for seed in range(2):
-        small = (*scheme.w, scheme.h)
-        point = random_point([*s.x, *scheme.w, *s.q], small, seed) | s.constant_values(40)
+        point = random_point([*s.x, *w, *s.q], (*w, s.h), seed) | s.constant_values(40)
         for p, value in zip(s.parameter_list, s.parameter_values, strict=True):
             point[p] = to_sympy(value)
-        at = scheme.chain.values(point)
-        found = {a: null_direction(evaluate_matrix(m.xreplace(at), 30)) for a, m in asked.items()}
-        asked = {a: m for a, m in asked.items() if found[a] is not None}
+        at = values_at(maps.definitions(maps.slope), point)
+        directions = {
+            a: null_direction(evaluate_matrix(m.xreplace(at), 30)) for a, m in asked.items()
+        }
+        asked = {a: m for a, m in asked.items() if directions[a] is not None}
     for name, of_what in asked:
         raise BadInput(
-            f"{_named(scheme)}: {name} is singular everywhere, in the direction "
-            f"({shown(found[name, of_what])}) of {of_what} needs its kinetic energy."
+            f"{_named(scene, rule)}: {name} is singular everywhere, in the direction "
+            f"({shown(directions[name, of_what])}) of {of_what} needs its kinetic energy."
         )
 
 
-def check_start(scheme: DiscreteEquations, scene: Scene) -> None:
+def check_start(s: SceneSymbols, scene: Scene) -> None:
     """Raise `BadInput` unless the start satisfies every constraint (as |Γ|² = 1), exactly."""
-    s = scheme.s
     at = dict(zip([*s.x, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
-    for name, formula, wanted in _constraints(scheme, scene):
+    for name, formula, wanted in _constraints(s, scene):
         if formula.free_symbols & set(s.mu):
             if scene.lagrangian is None:
                 continue  # the start's momentum is only given with the run
-            mu = _with_parameters(scheme, [s.lagrangian.diff(v) for v in s.u])
+            mu = _with_parameters(s, [s.lagrangian.diff(v) for v in s.u])
             formula = formula.xreplace(dict(zip(s.mu, mu, strict=True)))
         found = formula.xreplace(at)
         if sympy.simplify(found - wanted) != 0:
@@ -98,16 +98,15 @@ def check_start(scheme: DiscreteEquations, scene: Scene) -> None:
             )
 
 
-def check_momentum(scheme: DiscreteEquations, x: Any, mu: Any) -> None:
+def check_momentum(s: SceneSymbols, scene: Scene, x: Any, mu: Any) -> None:
     """Raise `BadInput` unless (x, μ), numbers of any arithmetic, satisfy every constraint.
 
     They may come from a row of a run, so not exactly: up to 2⁻²⁶ of what a relative change of every
     entry by one would make, Σ |∂f/∂zᵢ zᵢ|.
     """
-    s, scene = scheme.s, scheme.scene
     letters, numbers = [*s.x, *s.mu], [to_sympy(exact(e, "start")) for e in [*x, *mu]]
     at = dict(zip(letters, numbers, strict=True))
-    for name, formula, wanted in _constraints(scheme, scene):
+    for name, formula, wanted in _constraints(s, scene):
         found = formula.xreplace(at)
         size = sum(abs(formula.diff(z).xreplace(at) * value) for z, value in at.items())
         if abs(float(found - wanted)) > 2**-26 * float(size):
@@ -117,19 +116,17 @@ def check_momentum(scheme: DiscreteEquations, x: Any, mu: Any) -> None:
             )
 
 
-def _constraints(scheme: DiscreteEquations, scene: Scene) -> Iterator[tuple[str, Any, Any]]:
+def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Any, Any]]:
     """(name, formula in x and μ, its value) of the quantities with a value."""
-    s = scheme.s
     for quantity in scene.symmetries:
         if quantity.value is not None:
             formula = s.scalar(quantity.formula(s.x, s.mu, s.parameters), quantity.name)
             wanted = to_sympy(exact(quantity.value, quantity.name))
-            yield quantity.name, *_with_parameters(scheme, [formula]), wanted
+            yield quantity.name, *_with_parameters(s, [formula]), wanted
 
 
-def _with_parameters(scheme: DiscreteEquations, expressions: list[Any]) -> list[Any]:
+def _with_parameters(s: SceneSymbols, expressions: list[Any]) -> list[Any]:
     """The expressions with the parameters' exact values."""
-    s = scheme.s
     values = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))
     return [e.xreplace(values) for e in expressions]
 

@@ -9,12 +9,9 @@ from functools import lru_cache
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure
-from ..numbers.interpreting import run_text
 from ..numbers.lazy import sympy
-from ..numbers.multi_output import with_tables
-from ..numbers.printing import function_text
+from ..numbers.numeric import numeric
 from ..scene import Scene
-from .discrete_equations import DiscreteEquations
 from .symbols import SceneSymbols
 
 
@@ -67,25 +64,19 @@ def vector_field(s: SceneSymbols) -> Any:
     return (rho * xi).col_join(mu_dot)
 
 
-def state_function(s: SceneSymbols, parts: list[Any], numbers: Any) -> Any:
-    """f(x, mu, parameters) in an arithmetic, from expressions in (x, μ) and the parameters."""
-    numbered = {p: sympy.Symbol(f"p{i}", real=True) for i, p in enumerate(s.parameter_list)}
-    results = [[e.xreplace(numbered) for e in part] for part in parts]
-    vectors = {"x": s.x, "mu": s.mu, "p": list(numbered.values())}
-    namespace = numbers if isinstance(numbers, dict) else numbers.namespace()
-    text = with_tables(function_text("state_function", vectors, results))
-    return run_text(text, namespace)["state_function"]
+def state_function(s: SceneSymbols, parts: list[Any], numbers: Any, columns: bool = False) -> Any:
+    """f(x, mu, parameters) of expressions in (x, μ) and the parameters (`numeric`)."""
+    return numeric({"x": s.x, "mu": s.mu, "p": s.parameter_list}, parts, numbers, columns=columns)
 
 
-def initial_momentum(scheme: DiscreteEquations, scene: Scene, numbers: Any) -> list[Any]:
+def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Any) -> list[Any]:
     """μ₀ = ∂l/∂ξ(x₀, v₀), in an arithmetic."""
-    s = scheme.s
     if scene.lagrangian is None:
         raise CannotMeasure(
             f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
             "trajectory(..., mu0=...)."
         )
-    f = _momentum_function(scheme.origin.s, numbers)
+    f = _momentum_function(s, numbers)
     with numbers.working():
         x = [numbers.number(v) for v in scene.x0]
         v = [numbers.number(v) for v in scene.v0]

@@ -1,9 +1,8 @@
 """From one discrete Lagrangian to everything that is derived from it (paper, sections 2 and 3).
 
-L_d is kept as a function of (x, u), of the internal stages s where a rule has some, and of the
-*atoms* that the rule asks for: points b(x, u; θh), points and velocities of a curve. Each is a
-letter with known derivatives. What is derived in these letters is small and goes to the kernels
-(`integrators.equations.legendre_maps`); here it is written out in (x, u; h), as the paper has it.
+L_d is kept as a weighted sum of placed terms (`terms`), in letters for points and chart values.
+What is derived in these letters is small and goes to the kernels (`legendre_maps`); here it is
+written out in (x, u; h), as the paper has it.
 
 With stages a scheme is the system F⁻(x, u, s) = hμ, ∂L_d/∂s = 0. What is derived on (x, u) alone
 (FL, W, Ω) are Schur complements: s follows x and u.
@@ -15,16 +14,17 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoids.groupoid import check_axioms
+from ..groupoids import check_axioms
+from ..numbers.definitions import written_out
 from ..numbers.lazy import sympy
-from ..rules.composition import Composition
-from ..rules.discretisation import Discretisation, own
+from ..rules import Composition, Discretisation, own
 from ..scene import OnGroup, Scene
-from .chain_rule import ChainRule
+from .chain_rule import Block
 from .checks import check_letters, check_regular, check_start
-from .legendre_maps import AtPoints
-from .letters import Atom, GroupoidForRule, LagrangianForRule
+from .discrete_lagrangian import DiscreteLagrangian
+from .legendre_maps import LegendreMaps
 from .on_group import Element
+from .rule_view import GroupoidForRule, LagrangianForRule
 from .symbols import SceneSymbols
 
 
@@ -50,30 +50,35 @@ class DiscreteEquations:
         self.mark = ""
         self.s = s = SceneSymbols(scene, rule.stages)
         self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
-        self._seen = GroupoidForRule(scene.groupoid, s)
+        groupoid = scene.groupoid
+        of = DiscreteLagrangian(s, groupoid)
         #: the group element, where L_d is a function of it
-        self.element: Any = None
+        self.element: Element | None = None
+        #: whether the rule takes velocities from curves, and so serves every chart alike
+        self.gave_velocities = False
         if isinstance(scene.discrete_lagrangian, OnGroup):
-            self.element = g = Element(scene.discrete_lagrangian, scene.groupoid, s)
-            self._seen.atoms.append(g.atom)
-            given = g.expression(g.given.formula, "its discrete Lagrangian")
+            self.element = g = Element(scene.discrete_lagrangian, groupoid, s)
+            of.add_element(g.block)
+            of.give(g.expression(g.given.formula, "its discrete Lagrangian"))
         elif scene.discrete_lagrangian is not None:
             given = s.call(
                 scene.discrete_lagrangian, "its discrete Lagrangian", s.x, s.u, s.h, s.parameters
             )
+            of.give(given)
         else:
             s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
-            arguments = [LagrangianForRule(s, self._seen), self._seen, s.x, s.u, s.h]
-            arguments += [s.stage_columns] if rule.stages else []
-            given = s.call(rule.formula, f"rule {rule.name}", *arguments)
-        self.chain = ChainRule(self._seen.atoms, s)
-        self.at_points = AtPoints(self, given)
-        self.points: tuple[Atom, ...] = tuple(a for a in self.chain.given if a.kind == "point")
+            L, G = LagrangianForRule(s), GroupoidForRule(groupoid, s)
+            arguments = [L, G, s.x, s.u, s.h, *([s.stage_columns] if rule.stages else [])]
+            of.give(s.call(rule.formula, f"rule {rule.name}", *arguments), L, G)
+            self.gave_velocities = G.gave_velocities
+        self.at_points = LegendreMaps(of, self.element)
+        #: the points b(x, u; θh) of the straight step that L_d holds
+        self.points: tuple[Block, ...] = of.points
         #: what a step solves for: u, then the stages
         self.w = s.u.col_join(s.stages) if rule.stages else s.u
-        check_letters(self)
-        check_start(self, scene)
-        check_regular(self)
+        check_letters(self.at_points, scene, rule)
+        check_start(s, scene)
+        check_regular(self.at_points, self.w, scene, rule)
         #: the one that was derived: this one, or the one that `Scheme.at` was asked of
         self.origin = self
 
@@ -82,27 +87,27 @@ class DiscreteEquations:
     @cached_property
     def discrete_lagrangian(self) -> Any:
         """L_d(x, u; h), or L_d(x, u, s; h) before the stages s are eliminated."""
-        return self.written_out(self.at_points.discrete_lagrangian)
+        return self.written_out(sympy.Matrix([self.at_points.discrete_lagrangian]))[0]
 
-    @cached_property
+    @property
     def rho(self) -> Any:
         """ρ(x), n×m."""
-        return self.scene.groupoid.rho(self.x, self.h)
+        return self.at_points.rho
 
-    @cached_property
+    @property
     def L(self) -> Any:
         """L(x, u), m×m: columns are the left-invariant fields."""
-        return self.scene.groupoid.L(self.x, self.u, self.h)
+        return self.at_points.L
 
     @cached_property
     def L_at_translate(self) -> Any:
         """L(x, u) at τ(hu) B, where L_d is given on the group (`Element.left`), m×m."""
         return self.L if self.element is None else self.element.left
 
-    @cached_property
+    @property
     def R(self) -> Any:
         """R(x, u), m×m: columns are the fibre parts of the right-invariant fields."""
-        return self.scene.groupoid.R(self.x, self.u, self.h)
+        return self.at_points.R
 
     @cached_property
     def legendre_minus(self) -> Any:
@@ -137,10 +142,10 @@ class DiscreteEquations:
 
         With stages the derivative along ∂L_d/∂s = 0, still written in (x, u, s).
         """
-        slope = self.written_out(self.chain.total(self.at_points.minus, self.u))
+        slope = self.written_out(self.at_points.total(self.at_points.minus, self.u))
         if len(self.s.stages):
-            across = self.written_out(self.chain.total(self.at_points.minus, self.s.stages))
-            of_stages = [self.written_out(self.chain.total(self.at_points.stage_equations, c))
+            across = self.written_out(self.at_points.total(self.at_points.minus, self.s.stages))
+            of_stages = [self.written_out(self.at_points.total(self.at_points.stage_equations, c))
                          for c in (self.s.stages, self.u)]  # fmt: skip
             slope -= across * of_stages[0].LUsolve(of_stages[1])
         return -slope.T
@@ -157,8 +162,9 @@ class DiscreteEquations:
         return sympy.BlockMatrix([[zero, self.W], [-self.W.T, zero]]).as_explicit()
 
     def written_out(self, expression: Any) -> Any:
-        """The expression (or matrix) with every atom replaced by its value in (x, u, s; h).
+        """The expression (or matrix) with every letter replaced by its value in (x, u, s; h).
 
         Where L_d is given on the group, g = τ(hu), the translate by B = e.
         """
-        return self.chain.written_out(expression).xreplace(self.s.identity_translate)
+        definitions = self.at_points.definitions(expression)
+        return written_out(definitions, expression).xreplace(self.s.identity_translate)

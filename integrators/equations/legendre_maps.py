@@ -1,4 +1,4 @@
-"""F⁻, F⁺ and what a step solves, with the points as atoms: small expressions, for the kernels.
+"""F⁻, F⁺ and what a step solves, with points as letters: small expressions, for the kernels.
 
 Two facts keep every expression small, on every groupoid:
 
@@ -11,77 +11,95 @@ Cayley chart stays polynomial.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ..numbers.definitions import Definition, needed
 from ..numbers.lazy import sympy
 from ..numbers.multi_output import opaque
-from .chain_rule import Adjoints
-
-if TYPE_CHECKING:
-    from .discrete_equations import DiscreteEquations
+from .discrete_lagrangian import DiscreteLagrangian
+from .on_group import Element
 
 
-class AtPoints:
-    """A scheme's equations in x, u, s and the letters of its atoms (`chain_rule`).
+class LegendreMaps:
+    """A scheme's equations in x, u, s and the letters of its discrete Lagrangian.
 
-    `discrete_lagrangian`: L_d, with the points (and velocities) that its rule asked for as letters.
+    element: the group element, where L_d is a function of it; else None.
     """
 
-    def __init__(self, scheme: DiscreteEquations, discrete_lagrangian: Any) -> None:
-        self.scheme, self.discrete_lagrangian = scheme, discrete_lagrangian
+    def __init__(self, of: DiscreteLagrangian, element: Element | None = None) -> None:
+        self.of, self.element, self.s, self.groupoid = of, element, of.s, of.groupoid
+        #: (a map written out, the same in letters of gradients, whose derivatives are known)
+        self._forms: list[tuple[Any, Any]] = []
 
     @cached_property
-    def _adjoints(self) -> Adjoints:
-        return self.scheme.chain.adjoints(self.discrete_lagrangian)
+    def rho(self) -> Any:
+        """ρ(x), n×m."""
+        return self.groupoid.rho(self.s.x, self.s.h)
+
+    @cached_property
+    def L(self) -> Any:
+        """L(x, u), m×m: columns are the left-invariant fields."""
+        return self.groupoid.L(self.s.x, self.s.u, self.s.h)
+
+    @cached_property
+    def R(self) -> Any:
+        """R(x, u), m×m: columns are the fibre parts of the right-invariant fields."""
+        return self.groupoid.R(self.s.x, self.s.u, self.s.h)
+
+    @property
+    def discrete_lagrangian(self) -> Any:
+        """L_d, in the letters of its points."""
+        return self.of.expression
+
+    @cached_property
+    def _base(self) -> dict[str, Any]:
+        """F⁻, F⁺ and F⁺ − F⁻ in all letters, gradients of terms included."""
+        s, d, zero = self.s, self.of.covectors, 0 * self.s.u
+        of_u, of_x = d.of(s.u), self.rho.T * d.of(s.x) if len(s.x) else zero
+        turned_x = d.turned.get(s.x[0], zero) if len(s.x) else zero
+        turned_y = d.turned.get(s.y[0], zero) if len(s.y) else zero
+        minus, plus = self.R.T * of_u - of_x - turned_x, self.L.T * of_u + turned_y
+        # like terms of functions cancel as they stand: writing their factors out would take long
+        difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
+        gain = difference.T * of_u + of_x + turned_x + turned_y
+        for block in self.of.moved:
+            right, left = block.fields
+            d_z = d.of(block.letters)
+            minus, plus = minus + right.T * d_z, plus + left.T * d_z
+            gain += (left - right).T * d_z
+        return {"minus": minus, "plus": plus, "gain": gain}
 
     @cached_property
     def minus(self) -> Any:
         """F⁻, m×1."""
-        scheme, d = self.scheme, self._adjoints
-        result = scheme.R.T * d.u - scheme.rho.T * d.x
-        for point, d_z in d.at_points:
-            result += point.moved[0].T * d_z
-        for point, part in d.turned:
-            result -= part if point.base == scheme.x else 0 * part
-        return self._cancelled(result)
+        return self._cancelled(self._base["minus"])
 
     @cached_property
     def plus(self) -> Any:
         """F⁺, m×1."""
-        scheme, d = self.scheme, self._adjoints
-        result = scheme.L.T * d.u
-        for point, d_z in d.at_points:
-            result += point.moved[1].T * d_z
-        for point, part in d.turned:
-            result += part if point.base == scheme.y else 0 * part
-        return self._cancelled(result)
+        return self._cancelled(self._base["plus"])
 
     @cached_property
     def gain(self) -> Any:
         """F⁺ − F⁻ with what they share cancelled, m×1: recomputing F⁺ would let momenta drift."""
-        scheme, d = self.scheme, self._adjoints
-        # like terms of functions cancel as they stand: writing their factors out would take long
-        difference = (scheme.L - scheme.R).applyfunc(lambda e: e if opaque(e) else e.expand())
-        result = difference.T * d.u + scheme.rho.T * d.x
-        for point, d_z in d.at_points:
-            right, left = point.moved
-            result += (left - right).T * d_z
-        for _, part in d.turned:
-            result += part
-        return self._cancelled(result)
+        return self._cancelled(self._base["gain"])
 
     def _cancelled(self, column: Any) -> Any:
-        """Polynomials in the letters of g written out, so that h/h and x·g − x·g cancel."""
-        element = self.scheme.element
-        if element is None:
-            return column
-        letters = list(element.g)
-        return column.applyfunc(lambda e: e.expand().collect(letters))
+        """Gradients written out; polynomials in the letters of g too, so that x·g − x·g cancels."""
+        written = self._inlined(column)
+        if self.element is None:
+            self._forms.append((written, column))
+            return written
+        letters = list(self.element.g)
+        return written.applyfunc(lambda e: e.expand().collect(letters))
+
+    def _inlined(self, expression: Any) -> Any:
+        return expression.xreplace(self.of.inline) if self.of.inline else expression
 
     @cached_property
     def stage_equations(self) -> Any:
         """∂L_d/∂s, which vanish, k·m×1."""
-        return self._adjoints.s
+        return self.of.covectors.of(self.s.stages)
 
     @cached_property
     def system(self) -> Any:
@@ -92,28 +110,39 @@ class AtPoints:
     @cached_property
     def slope(self) -> Any:
         """∂E/∂w, square."""
-        scheme = self.scheme
-        columns = [c for c in (scheme.u, scheme.s.stages) if len(c)]
-        return sympy.Matrix.hstack(*[scheme.chain.total(self.system, c) for c in columns])
+        columns = [c for c in (self.s.u, self.s.stages) if len(c)]
+        parts = [p for p in (self.minus, self.stage_equations) if len(p)]
+        rows = [sympy.Matrix.hstack(*[self.total(p, c) for c in columns]) for p in parts]
+        return sympy.Matrix.vstack(*rows)
+
+    def total(self, column: Any, variable: Any) -> Any:
+        """d(column)/d(variable) through all letters; the variable is x, u or s."""
+        in_letters = next((form for written, form in self._forms if written is column), column)
+        return self._inlined(self.of.chain.total(in_letters, variable))
+
+    def definitions(self, *uses: Any, known: Any = ()) -> list[Definition]:
+        """What the letters in the expressions stand for, in order."""
+        return needed(self.of.chain.definitions(), [e for use in uses for e in use], known)
 
     @cached_property
     def minus_along_right(self) -> Any:
         """e→_γ(F⁻) at a fixed x in column γ, m×m: ∂F⁻/∂u · R, where L_d is given on the group."""
-        element = self.scheme.element
+        element = self.element
+        assert element is not None
         return self._cancelled(self.minus.jacobian(list(element.g)) * element.fields[0])
 
     @cached_property
     def target(self) -> Any:
         """y = b(x, u; h), n×1; x·g where L_d is given on the group."""
-        scheme = self.scheme
-        if scheme.element is not None:
-            return scheme.element.target(scheme.x)
-        return scheme.scene.groupoid.target(scheme.x, scheme.u, scheme.h)
+        s = self.s
+        if self.element is not None:
+            return self.element.target(s.x)
+        return self.groupoid.target(s.x, s.u, s.h)
 
     @cached_property
     def increment(self) -> Any:
         """y − x with the difference cancelled, n×1."""
-        scheme = self.scheme
-        if scheme.element is not None:
-            return scheme.element.increment(scheme.x)
-        return scheme.scene.groupoid.increment(scheme.x, scheme.u, scheme.h)
+        s = self.s
+        if self.element is not None:
+            return self.element.increment(s.x)
+        return self.groupoid.increment(s.x, s.u, s.h)

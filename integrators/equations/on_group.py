@@ -12,15 +12,14 @@ B⁻¹ are parameters of the kernel: another translate changes numbers, never co
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import BadInput
 from ..groupoids.lie_group import LieGroup, RetractionGroupoid
 from ..numbers.lazy import sympy
 from ..scene import OnGroup
-
-if TYPE_CHECKING:
-    from .symbols import SceneSymbols
+from .chain_rule import Block
+from .symbols import SceneSymbols
 
 
 class Element:
@@ -31,7 +30,7 @@ class Element:
 
     def __init__(self, given: OnGroup, groupoid: Any, s: SceneSymbols) -> None:
         self.given = given
-        if not isinstance(groupoid, RetractionGroupoid) or groupoid.algebra._complex:
+        if not isinstance(groupoid, RetractionGroupoid) or groupoid.algebra.is_complex:
             raise BadInput(
                 f"{s.scene.name}: {groupoid.name} has no real group elements; a discrete "
                 "Lagrangian on the group needs lie_group(...) or action(...) with real matrices, "
@@ -40,7 +39,7 @@ class Element:
         self.groupoid: Any = groupoid
         self.s = s
         self.size = groupoid.algebra.size
-        self.g = _letters("g", self.size)
+        self.g = s.matrix("g", self.size)
 
     @cached_property
     def value(self) -> Any:
@@ -48,13 +47,11 @@ class Element:
         return self.groupoid.element(self.s.u, self.s.h) * self.s.translate[0]
 
     @cached_property
-    def atom(self) -> Any:
-        """The letters of g as an atom of the scheme."""
-        from .letters import Atom
-
+    def block(self) -> Block:
+        """The letters of g with their derivatives."""
         size = self.size**2
         g, value = (matrix.reshape(size, 1) for matrix in (self.g, self.value))
-        return Atom("element", g, value, [(self.s.u, self.slope)], fields=self.fields)
+        return Block(g, value, [(self.s.u, self.slope)], fields=self.fields)
 
     @cached_property
     def fields(self) -> tuple[Any, Any]:
@@ -66,9 +63,9 @@ class Element:
 
     @cached_property
     def slope(self) -> Any:
-        """∂g/∂u = (e→ g) R⁻¹, N²×m; R⁻¹ at u is L⁻¹ at −u, for τ is odd."""
+        """∂g/∂u = (e→ g) R⁻¹, N²×m."""
         g, s = self.groupoid, self.s
-        return self.fields[0] * g.tau.inverse_left_field(g.algebra, -s.h * s.u)
+        return self.fields[0] * g.tau.inverse_right_field(g.algebra, s.h * s.u)
 
     @cached_property
     def left(self) -> Any:
@@ -99,15 +96,3 @@ class Element:
         """x·g − x, n×1."""
         moved = self.target(x) - x
         return moved.applyfunc(lambda e: sympy.collect(sympy.expand(e), list(x)))
-
-
-def _letters(letter: str, size: int) -> Any:
-    return sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"{letter}_{i}_{j}", real=True))
-
-
-def translate_letters(scene: Any) -> tuple[Any, ...]:
-    """The letters of B and of B⁻¹, N×N each; none where L_d is not given on the group."""
-    if not isinstance(scene.discrete_lagrangian, OnGroup):
-        return ()
-    algebra = getattr(scene.groupoid, "algebra", None)
-    return tuple(_letters(name, algebra.size) for name in ("B", "iB")) if algebra else ()

@@ -11,8 +11,7 @@ from typing import Any
 from ..errors import BadInput, CannotMeasure, line_of
 from ..numbers.exact import flatten, floats_exact
 from ..numbers.lazy import sympy
-from ..scene import Scene
-from .on_group import translate_letters
+from ..scene import OnGroup, Scene
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(r"h|mu|(x|u|v|w|y|d|s|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
@@ -42,13 +41,22 @@ class SceneSymbols:
         for name, value in scene.parameters.items():
             setattr(self.parameters, name, self._parameter(name, value))
         #: (B, B⁻¹) of the translate in use, where L_d is given on the group
-        self.translate = translate_letters(scene)
+        self.translate: tuple[Any, ...] = ()
+        algebra = getattr(scene.groupoid, "algebra", None)
+        if isinstance(scene.discrete_lagrangian, OnGroup) and algebra is not None:
+            size = algebra.size
+            self.translate = tuple(self.matrix(name, size) for name in ("B", "iB"))
 
     @staticmethod
     def vector(letter: str, length: int) -> Any:
         return sympy.Matrix(
             length, 1, [sympy.Symbol(f"{letter}_{i}", real=True) for i in range(length)]
         )
+
+    @staticmethod
+    def matrix(letter: str, size: int) -> Any:
+        """Letters of a square matrix."""
+        return sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"{letter}_{i}_{j}", real=True))
 
     def _parameter(self, name: str, value: Any) -> Any:
         if _TAKEN.fullmatch(name):

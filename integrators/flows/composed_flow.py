@@ -7,11 +7,9 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, NoReturn
 
-import numpy as np
-
-from ..compiler.composed_machine import ComposedMachine
-from ..compiler.modules import load_composed
+from ..compiler import System
 from ..equations.discrete_equations import DiscreteEquations
+from ..equations.step_system import step_system
 from ..errors import CannotMeasure
 from ..rules.composition import Substep
 from .flow import Flow
@@ -36,7 +34,7 @@ class ComposedFlow(Flow):
         super().__init__(schemes[0], step, digits)
         made: dict[tuple[Fraction, bool], Flow] = {}
         self.schemes = schemes
-        self.kinds = np.array([int(s.adjoint) for s in substeps], dtype=np.int64)
+        self.kinds = [int(s.adjoint) for s in substeps]
         #: one flow each substep, shared where size and kind are the same
         self.parts = []
         for substep in substeps:
@@ -71,13 +69,8 @@ class ComposedFlow(Flow):
     # -- inner ----------------------------------------------------------------------------------
 
     @cached_property
-    def _kernels(self) -> dict[str, Any]:
-        return load_composed(tuple(s.origin for s in self.schemes), self.numbers)
-
-    @cached_property
-    def machine(self) -> ComposedMachine:
-        """The compiled kernels of the rule and its adjoint, and what they work on."""
-        return ComposedMachine(self)
+    def _system(self) -> System:
+        return step_system(*(s.origin for s in self.schemes), composed=True)
 
 
 def _fraction(value: Any) -> Fraction:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..bisections import edge_policies as edges
-from ..compiler.driver import NOT_CONVERGED, SINGULAR
+from ..compiler import NOT_CONVERGED, SINGULAR
 from ..errors import SMALLER, StepFailure
 from .singular import singular_direction
 

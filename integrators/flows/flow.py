@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..bisections.edge_policies import ON_EDGE, Refuse, policy
-from ..compiler.kernels_at_step import Machine
-from ..compiler.modules import load_kernels
+from ..compiler import Kernels, System, compile
+from ..compiler.kernels_at_step import KernelsAtStep
 from ..equations.checks import check_momentum
 from ..equations.discrete_equations import DiscreteEquations
+from ..equations.step_system import step_system
 from ..errors import BadInput
 from ..geometry.local_geometry import LocalGeometry, frobenius, relative_defect
 from ..numbers.arithmetic import arithmetic
@@ -36,8 +37,8 @@ class Flow:
     step: a non-zero number (exact: a float is its binary value; "0.1" is one tenth); a negative
     step runs Φ₋ₕ, which is the inverse only of a self-adjoint rule. digits = 16 is compiled double
     precision; more gives mpmath numbers. on_edge: what is done where a step reaches the edge of its
-    chart, "refuse", "bisect" or "shrink" (`bisections.edge_policies`). Raises `BadInput` for a step of 0
-    or a non-finite one, and another on_edge.
+    chart, "refuse", "bisect" or "shrink" (`edge_policies`). Raises `BadInput` for a step of 0 or a
+    non-finite one, and another on_edge.
     """
 
     #: savings that the kernels do not make (`savings.SAVINGS`), so that they can be measured
@@ -61,6 +62,8 @@ class Flow:
             self._h = self._q[0]
         #: the flows whose steps one after another are a step of this one: of one rule, itself
         self.parts: list[Flow] = [self]
+        #: of each part, 0 for the rule and 1 for its adjoint
+        self.kinds = [0]
 
     # -- runs -----------------------------------------------------------------------------------
 
@@ -90,7 +93,7 @@ class Flow:
         with self.numbers.working():
             start = self.starting.at(x0, mu0, u0, element0)
             if mu0 is not None:
-                check_momentum(self.scheme, start.x, start.mu)
+                check_momentum(self.scheme.s, self.scheme.scene, start.x, start.mu)
             return run_from(self, start, int(steps), int(every), progress)
 
     def elements(self, run: Trajectory) -> np.ndarray:
@@ -204,8 +207,12 @@ class Flow:
     # -- inner ----------------------------------------------------------------------------------
 
     @cached_property
-    def _kernels(self) -> dict[str, Any]:
-        return load_kernels(self.scheme.origin, self.numbers, self.without)
+    def _system(self) -> System:
+        return step_system(self.scheme.origin)
+
+    @cached_property
+    def _kernels(self) -> Kernels:
+        return compile(self._system, self.numbers, self.without)
 
     @cached_property
     def starting(self) -> Starting:
@@ -213,9 +220,11 @@ class Flow:
         return Starting(self)
 
     @cached_property
-    def machine(self) -> Machine:
+    def machine(self) -> KernelsAtStep:
         """The compiled kernels at this step, and what they work on."""
-        return Machine(self)
+        name = f"{self.scheme.scene.name} with {self.scheme.rule.name}"
+        qs = [part._q for part in self.parts]
+        return KernelsAtStep(self._kernels, self.numbers, qs, self.kinds, name)
 
     @cached_property
     def edge(self) -> Refuse:

@@ -59,8 +59,8 @@ class Starting:
         if mu0 is None:
             if x0 is not None:
                 scene = scene.with_values(x0=x0)
-                check_start(self.scheme, scene)
-            mu0 = initial_momentum(self.scheme, scene, self.numbers)
+                check_start(self.scheme.s, scene)
+            mu0 = initial_momentum(self.scheme.s, scene, self.numbers)
         x, guess = self.rounded(scene.x0 if x0 is None else x0, guess)
         _, mu = self.rounded(scene.x0, mu0)
         return Start(x, mu, guess)

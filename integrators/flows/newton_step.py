@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..bisections.translates import GroupChart
-from ..geometry.local_geometry import StagesNotFound, newton
+from ..geometry.local_geometry import StagesNotFound
+from ..numbers.newton import newton
 from .failures import failure
 
 if TYPE_CHECKING:

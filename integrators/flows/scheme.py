@@ -41,7 +41,7 @@ class Scheme(DiscreteEquations):
         other.s.scene = other.scene
         if len(self.s.parameter_values) != len(other.s.parameter_values):
             raise BadInput(f"{self.scene.name}: a parameter has another shape than before.")
-        check_start(other, other.scene)
+        check_start(other.s, other.scene)
         for part in ("base", "adjoint"):  # schemes themselves, if they were asked for
             known = other.__dict__.pop(part, None)
             if known is not None and known is not self:
@@ -92,7 +92,7 @@ class Scheme(DiscreteEquations):
         if self.element is not None:
             return self.element.given.order
         order, groupoid = self.rule.order, self.scene.groupoid
-        every_chart = groupoid.symmetric_chart or self._seen.gave_velocities
+        every_chart = groupoid.symmetric_chart or self.gave_velocities
         if order is not None and order > 1 and not every_chart:
             return 1  # u is not the velocity of the middle of the step
         if order is None or order % 2 == 0:

@@ -6,17 +6,19 @@ All derivatives are exact, from the implicit function theorem; none is a differe
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from ..compiler.modules import cached_text
+from ..compiler import cached_text, text_key
 from ..equations.discrete_equations import DiscreteEquations
-from ..numbers.interpreting import run_text
-from ..numbers.lazy import sympy
-from ..numbers.multi_output import with_tables
-from ..numbers.printing import function_text
+from ..equations.step_system import step_system
+from ..numbers.arithmetic import Arithmetic
+from ..numbers.definitions import inlined
+from ..numbers.newton import newton
+from ..numbers.numeric import numeric_function, numeric_text
+from ..numbers.types import Letters, Matrix, Number, Vector
 
 #: what `local` returns, in order; F± and their derivatives are those of L_d, unscaled
 _PARTS = (
@@ -26,94 +28,67 @@ _PARTS = (
 #: with internal stages s also these, from which the derivatives above follow s = s(x, u)
 _OF_STAGES = ("minus_s", "plus_s", "stages_x", "stages_u", "stages_s")
 
+#: those parts at a point, by name
+Maps = dict[str, np.ndarray]
+
 
 class StagesNotFound(ArithmeticError):
     """Newton did not find the internal stages of an arrow."""
 
 
-def newton(
-    change: Callable[[np.ndarray], np.ndarray], start: np.ndarray, scale: Any, eps: Any
-) -> np.ndarray | None:
-    """Newton from `start` to round-off, `change` giving the correction; None if it is not reached.
-
-    It ends when a correction is round-off of the solution (or of `scale`), or when corrections
-    near it no longer halve.
-    """
-    point, before = start, None
-    for _ in range(60):
-        try:
-            step = change(point)
-        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
-            return None
-        point = point + step
-        size = sum(abs(c) for c in step)
-        unit = eps * max(scale, sum(abs(c) for c in point))
-        if size <= 4 * unit or (before is not None and size >= before / 2 and size < 2**12 * unit):
-            return point
-        before = size
-    return None
-
-
 class LocalGeometry:
     """A scheme's maps and their derivatives as numbers at a point, in one arithmetic."""
 
-    def __init__(self, scheme: DiscreteEquations, numbers: Any, q: list[Any]) -> None:
+    def __init__(self, scheme: DiscreteEquations, numbers: Arithmetic, q: list[Number]) -> None:
         self.scheme, self.numbers, self.q = scheme, numbers, q
         self.n, self.m, self.k = len(scheme.x), len(scheme.u), len(scheme.s.stages)
 
-    def at(self, x: Any, u: Any) -> dict[str, np.ndarray]:
+    def at(self, x: Vector, u: Vector) -> Maps:
         """Every part at (x, u): vectors of length n or m, matrices of the shapes they have.
 
         Internal stages are solved for, and derivatives are along ∂L_d/∂s = 0 (Schur complements).
         Raises `StagesNotFound` if Newton from s = 0 does not converge.
         """
-        n, m, k = self.n, self.m, self.k
-        shapes = {"target": (n,), "rho": (n, m), "target_x": (n, n), "target_u": (n, m),
-                  "minus": (m,), "plus": (m,), "minus_x": (m, n), "plus_x": (m, n),
-                  "minus_s": (m, k), "plus_s": (m, k),
-                  "stages_x": (k, n), "stages_u": (k, m), "stages_s": (k, k)}  # fmt: skip
-        x, u = list(x), list(u)
-        values = self._local(x, u, self.stages(x, u), self.q)
-        parts = {
-            name: np.array(value, dtype=self.numbers.dtype).reshape(shapes.get(name, (m, m)))
-            for name, value in zip((*_PARTS, *(_OF_STAGES if k else ())), values, strict=True)
-        }
-        if k:
+        values = self._value("local", x, u, self.stages(x, u), self.q)
+        names = (*_PARTS, *(_OF_STAGES if self.k else ()))
+        parts: Maps = dict(zip(names, values, strict=True))
+        if self.k:
             follow = np.hstack([parts.pop("stages_x"), parts.pop("stages_u")])
             follow = -self.numbers.solve(parts.pop("stages_s"), follow)
             for map_ in ("minus", "plus"):
                 through = parts.pop(f"{map_}_s")
-                parts[f"{map_}_x"] = parts[f"{map_}_x"] + through @ follow[:, :n]
-                parts[f"{map_}_u"] = parts[f"{map_}_u"] + through @ follow[:, n:]
+                parts[f"{map_}_x"] = parts[f"{map_}_x"] + through @ follow[:, : self.n]
+                parts[f"{map_}_u"] = parts[f"{map_}_u"] + through @ follow[:, self.n :]
         return parts
 
-    def stages(self, x: Any, u: Any) -> list[Any]:
-        """The s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; an empty list without stages."""
+    def stages(self, x: Vector, u: Vector) -> Vector:
+        """The s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; empty without stages."""
         if not self.k:
-            return []
-        start = self.numbers.zeros(self.k)
+            return self.numbers.zeros(0)
 
-        def change(s: np.ndarray) -> np.ndarray:
-            values, slope = self._stages(list(x), list(u), list(s), self.q)
-            matrix = np.array(slope, dtype=self.numbers.dtype).reshape(self.k, self.k)
-            return -self.numbers.solve(matrix, np.array(values, dtype=self.numbers.dtype))
+        def change(s: Vector) -> Vector:
+            values, slope = self._value("stages", x, u, s, self.q)
+            return -self.numbers.solve(slope, values)
 
         scale = sum(abs(e) for e in u)
-        found = newton(change, start, scale, self.numbers.eps)
+        found = newton(change, self.numbers.zeros(self.k), scale, self.numbers.eps)
         if found is None:
             raise StagesNotFound
-        return list(found)
+        return found
 
-    def anchor_and_bracket(self, x: Any) -> tuple[np.ndarray, np.ndarray]:
+    def anchor_and_bracket(self, x: Vector) -> tuple[Matrix, np.ndarray]:
         """ρ̂(x), n×m, and Ĉ as an array [γ, μ, ν], in the natural basis."""
-        rho, c = self._natural(list(x), self.q)
-        m = self.m
-        return (
-            np.array(rho, dtype=self.numbers.dtype).reshape(self.n, m),
-            np.array(c, dtype=self.numbers.dtype).reshape(m, m, m),
-        )
+        rho, c = self._value("natural", x, self.q)
+        return rho, c
 
-    def poisson_tensor(self, x: Any, mu: Any, bracket_sign: int = 1) -> np.ndarray:
+    def branch(self, x: Vector, u: Vector) -> Number:
+        """The number of the branch at (x, u), where L_d is given on the group."""
+        return self._value("branch", x, u, self.q)
+
+    def _value(self, what: str, *arguments: Vector | list[Number]) -> Any:
+        return _function(self.scheme.origin, self.numbers, what)(*arguments)
+
+    def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Matrix:
         """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
         rho, c = self.anchor_and_bracket(x)
         n, m = self.n, self.m
@@ -123,26 +98,24 @@ class LocalGeometry:
         tensor[n:, n:] = -bracket_sign * sum((mu[t] * c[t] for t in range(m)), 0 * c[0])
         return tensor
 
-    def tangent(self, here: dict[str, Any], there: dict[str, Any]) -> np.ndarray:
+    def tangent(self, here: Maps, there: Maps) -> Matrix:
         """TΨ: (δx, δu) ↦ (δy, δv), from F⁻(y, v) = F⁺(x, u), y = b(x, u)."""
         top = np.hstack([here["target_x"], here["target_u"]])
         pushed = np.hstack([here["plus_x"], here["plus_u"]])
         bottom = self.numbers.solve(there["minus_u"], pushed - there["minus_x"] @ top)
         return np.vstack([top, bottom])
 
-    def prolongation(
-        self, here: dict[str, Any], there: dict[str, Any], tangent: np.ndarray
-    ) -> np.ndarray:
+    def prolongation(self, here: Maps, there: Maps, tangent: Matrix) -> Matrix:
         """PΨ on (a, c), 2m×2m: a* = −c, L(y,v) c* = δv + R(y,v) c, with δx = −ρa, δu = Ra + Lc."""
         n, m = self.n, self.m
-        zero, one = self.numbers.zeros(n, m), self._eye(m)
+        zero, one = self.numbers.zeros(n, m), self.numbers.identity(m)
         into = np.vstack([np.hstack([-here["rho"], zero]), np.hstack([here["R"], here["L"]])])
         dv = (tangent @ into)[n:]
         only_c = np.hstack([self.numbers.zeros(m, m), one])
         c_star = self.numbers.solve(there["L"], dv + there["R"] @ only_c)
         return np.vstack([-only_c, c_star])
 
-    def omega(self, here: dict[str, Any]) -> np.ndarray:
+    def omega(self, here: Maps) -> Matrix:
         """Ω on (a, c), 2m×2m, with W_γμ = L^θ_μ ∂F⁻_γ/∂u^θ.
 
         The sign is that of dΘ±, in matrices W = −FLᵀ L:
@@ -152,100 +125,71 @@ class LocalGeometry:
         zero = self.numbers.zeros(self.m, self.m)
         return np.vstack([np.hstack([zero, w]), np.hstack([-w.T, zero])])
 
-    def dual_step(self, here: dict[str, Any], h: Any) -> np.ndarray:
+    def dual_step(self, here: Maps, h: Number) -> Matrix:
         """Derivative of (x, μ) ↦ (b, F⁺/h) with u from F⁻(x, u) = hμ, (n+m)×(n+m)."""
         n, m = self.n, self.m
-        rhs = np.hstack([-here["minus_x"], h * self._eye(m)])
+        rhs = np.hstack([-here["minus_x"], h * self.numbers.identity(m)])
         du = self.numbers.solve(here["minus_u"], rhs)
-        base = np.hstack([self._eye(n), self.numbers.zeros(n, m)])
+        base = np.hstack([self.numbers.identity(n), self.numbers.zeros(n, m)])
         top = here["target_x"] @ base + here["target_u"] @ du
         bottom = (here["plus_x"] @ base + here["plus_u"] @ du) / h
         return np.vstack([top, bottom])
 
-    def _eye(self, size: int) -> np.ndarray:
-        one = self.numbers.zeros(size, size)
-        for i in range(size):
-            one[i, i] += 1
-        return one
-
-    # -- generated functions ----------------------------------------------------------------------
-
-    @cached_property
-    def _local(self) -> Any:
-        return _generated(self.scheme.origin, self.numbers, "local")
-
-    @cached_property
-    def _stages(self) -> Any:
-        return _generated(self.scheme.origin, self.numbers, "stages")
-
-    def branch(self, x: Any, u: Any) -> Any:
-        """The number of the branch at (x, u), where L_d is given on the group."""
-        return _generated(self.scheme, self.numbers, "branch")(list(x), list(u), self.q)[0]
-
-    @cached_property
-    def _natural(self) -> Any:
-        return _generated(self.scheme.origin, self.numbers, "natural")
-
 
 @lru_cache(maxsize=512)
-def _generated(scheme: DiscreteEquations, numbers: Any, what: str) -> Any:
-    """`local`, `stages` or `natural` of a scheme in an arithmetic, derived once, kept on disk."""
-    build = {
-        "local": _local_text,
-        "stages": _stages_text,
-        "natural": _natural_text,
-        "branch": _branch_text,
-    }[what]
-    text = cached_text(scheme, what, lambda: build(scheme))
-    return run_text(text, numbers.namespace())[what]
+def _function(scheme: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
+    """A function of `_TEXTS` of a scheme in an arithmetic, derived once; its text is on disk."""
+    key = text_key(what, step_system(scheme), scheme.rho, scheme.L, scheme.R, scheme.mark)
+    text = cached_text(f"{what}_{key}.txt", lambda: _TEXTS[what](scheme))
+    return numeric_function(text, numbers)
 
 
 def _local_text(scheme: DiscreteEquations) -> str:
-    s, at, total = scheme.s, scheme.at_points, scheme.chain.total
-    minus, plus, target = at.minus, at.plus, at.target
-    of_target = (total(target, s.x), total(target, s.u)) if len(scheme.x) else ([], [])
-    parts = [target, scheme.rho, scheme.L_at_translate, scheme.R, minus, plus, *of_target]
-    parts += [total(minus, s.x), total(minus, s.u), total(plus, s.x), total(plus, s.u)]
+    s, at, total = scheme.s, scheme.at_points, scheme.at_points.total
+    maps = [at.target, at.minus, at.plus]
+    target, minus, plus = map(list, maps)
+    parts = [target, scheme.rho, scheme.L_at_translate, scheme.R, minus, plus]
+    parts += [total(part, letters) for part in maps for letters in (s.x, s.u)]
     if len(s.stages):
-        parts += [total(minus, s.stages), total(plus, s.stages)]
-        parts += [total(at.stage_equations, c) for c in (s.x, s.u, s.stages)]
-    return text_of(scheme, "local", {"x": s.x, "u": s.u, "s": s.stages}, parts)
+        parts += [total(part, s.stages) for part in maps[1:]]
+        parts += [total(at.stage_equations, letters) for letters in (s.x, s.u, s.stages)]
+    return text_of(scheme, {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
 def _stages_text(scheme: DiscreteEquations) -> str:
     s, equations = scheme.s, scheme.at_points.stage_equations
-    parts = [equations, scheme.chain.total(equations, s.stages)]
-    return text_of(scheme, "stages", {"x": s.x, "u": s.u, "s": s.stages}, parts)
+    parts = [list(equations), scheme.at_points.total(equations, s.stages)]
+    return text_of(scheme, {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
 def _branch_text(scheme: DiscreteEquations) -> str:
-    vectors = {"x": scheme.s.x, "u": scheme.s.u}
-    return text_of(scheme, "branch", vectors, [[scheme.element.branch]])
+    return text_of(scheme, {"x": scheme.s.x, "u": scheme.s.u}, [scheme.element.branch])
 
 
 def _natural_text(scheme: DiscreteEquations) -> str:
     s, groupoid = scheme.s, scheme.scene.groupoid
-    structure = [c / s.h for c in groupoid.structure_functions(s.x, s.h)]
-    parts = [groupoid.rho(s.x, s.h) / s.h, [entry for c in structure for entry in c]]
-    return text_of(scheme, "natural", {"x": s.x}, parts)
+    structure = [(c / s.h).tolist() for c in groupoid.structure_functions(s.x, s.h)]
+    return text_of(scheme, {"x": s.x}, [groupoid.rho(s.x, s.h) / s.h, structure])
 
 
-def text_of(scheme: DiscreteEquations, name: str, vectors: dict[str, Any], parts: Any) -> str:
-    """Text of a function name(vectors..., q) of a scheme that gives parts, for `run_text`."""
-    numbered = {q: sympy.Symbol(f"q{i}", real=True) for i, q in enumerate(scheme.s.q)}
-    results = [[e.xreplace(numbered) for e in part] for part in parts]
-    before = [(list(a.z), [e.xreplace(numbered) for e in a.value])
-              for a in scheme.chain.needed(*parts)]  # fmt: skip
-    arguments = {**vectors, "q": list(numbered.values())}
-    return with_tables(function_text(name, arguments, results, before))
+_TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
+          "natural": _natural_text}  # fmt: skip
 
 
-def frobenius(matrix: np.ndarray) -> Any:
+def text_of(scheme: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
+    """Text of the results as a function of vectors and q (`numeric_text`)."""
+    flat = [e for result in results for e in np.array(result, dtype=object).flat]
+    before = inlined(scheme.at_points.definitions(flat))
+    definitions = [(list(d.letters), list(d.values)) for d in before]
+    return numeric_text({**vectors, "q": scheme.s.q}, results, definitions)
+
+
+def frobenius(matrix: Matrix) -> Number:
     """√Σ|entry|², in any arithmetic."""
     return sum(entry * entry for entry in matrix.ravel()) ** 0.5
 
 
-def relative_defect(pulled: np.ndarray, given: np.ndarray, map_: np.ndarray) -> Any:
+def relative_defect(pulled: Matrix, given: Matrix, map_: Matrix) -> Number:
     """‖pulled − given‖ / (‖map‖² ‖given‖): a few units of round-off whatever the conditioning."""
     difference = frobenius(pulled - given)
     if difference == 0:

@@ -1,19 +1,45 @@
 """The groupoids of the paper's section 3.6, each in its own file."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
 from .action import ActionGroupoid, action
+from .axioms import check_axioms
+from .connection import ConnectionGroupoid
+from .groupoid import Groupoid
 from .lie_group import LieGroup, lie_group
 from .local import LocalGroupoid
 from .pair import PairGroupoid, pair
-from .product import ProductGroupoid, product
+from .product import ProductGroupoid
 
 __all__ = [
     "ActionGroupoid",
+    "ConnectionGroupoid",
+    "Groupoid",
     "LieGroup",
     "LocalGroupoid",
     "PairGroupoid",
     "ProductGroupoid",
     "action",
+    "check_axioms",
     "lie_group",
     "pair",
     "product",
 ]
+
+
+def product(
+    first: Groupoid, second: Groupoid, *, connection: Callable[..., Any] | None = None
+) -> ProductGroupoid:
+    """The product of two groupoids; product(pair(n), lie_group(g)) carries L on TM × g.
+
+    `connection` (for pair × group only) takes the column x and gives the k×n matrix A(x) of a
+    principal connection, k = dim g. The fibre coordinates are then (ẋ, η) with η = ξ + A(x)ẋ, the
+    vertical part of the velocity, in which the Lagrange–Poincaré equations are written: see
+    `ConnectionGroupoid`. Raises `BadInput` for anything else.
+    """
+    if connection is None:
+        return ProductGroupoid(first, second)
+    return ConnectionGroupoid(first, second, connection)

@@ -56,23 +56,20 @@ class ActionGroupoid(RetractionGroupoid):
 
     def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
         """∂z/∂u = ρ(z) L⁻¹ at the step θh: small, since it is written with z."""
-        inverse_left, _ = self._differential(theta)
-        return self.rho(z, theta * h) * self._at(inverse_left, u=u, h=h)
+        return self.rho(z, theta * h) * self.inverse_left(x, u, theta * h)
 
     def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
-        """e→ and e← on z = x·τ(θhu): ρ(z)·lag and ρ(z)·(lag + 1)."""
+        """e→ and e← on z = x·τ(θhu): ρ(z)·lag and ρ(z)·(lag + lead)."""
         if theta == 1:
             return super().point_fields(x, u, h, theta, z)
-        _, lag = self._differential(theta)
-        right = self.rho(z, h) * self._at(lag, u=u, h=h)
-        return right, right + self.rho(z, h)
+        right, more = (self.rho(z, h) * self._at(m, u=u, h=h) for m in self._partial(theta))
+        return right, right + more
 
     @lru_cache(maxsize=32)  # noqa: B019 - a handful of groupoids live as long as the program
-    def _differential(self, theta: Any) -> tuple[Any, Any]:
-        """L⁻¹ at the step θh and the retraction's lag at θ, in `_symbols`."""
-        xi = self._symbols["h"] * self._symbols["u"]
-        inverse_left = self.tau.inverse_left_field(self.algebra, theta * xi)
-        return inverse_left, self.tau.lag(self.algebra, xi, theta)
+    def _partial(self, theta: Any) -> tuple[Any, Any]:
+        """The retraction's lag and lead at θ, in `_symbols`."""
+        arguments = self.algebra, self._symbols["h"] * self._symbols["u"], theta
+        return self.tau.lag(*arguments), self.tau.lead(*arguments)
 
 
 class RowAction(ActionGroupoid):
@@ -119,6 +116,7 @@ class RowAction(ActionGroupoid):
 class UserAction(ActionGroupoid):
     """A right action given by its map right_action(x, g) on Rⁿ or on an open part of it."""
 
+    by_user = True
     mend = "; a right action has x·e = x and (x·g)·g′ = x·(gg′)"
 
     def __init__(
@@ -145,7 +143,7 @@ class UserAction(ActionGroupoid):
         return UserAction(self.algebra, retraction, self.right_action, self.dim_x)
 
     @property
-    def place(self) -> str:
+    def place(self) -> str:  # type: ignore[override]
         return line_of(self.right_action)
 
     def moved(self, x: Any, g: Any) -> Any:

@@ -39,7 +39,12 @@ class ConnectionGroupoid(ProductGroupoid):
             )
         if not callable(connection):
             raise BadInput(f"{self.name}: connection is {connection!r}; give a function of x.")
-        self.connection = connection
+        self.connection, self.by_user = connection, True
+
+    def with_retraction(self, retraction: Any) -> Groupoid:
+        first, second = self.parts
+        other = second.with_retraction(retraction)
+        return self if other is second else ConnectionGroupoid(first, other, self.connection)
 
     @property
     def name(self) -> str:
@@ -116,7 +121,7 @@ class ConnectionGroupoid(ProductGroupoid):
         n, k = (g.dim_u for g in self.parts)
 
         def entries(x: Any) -> list[Any]:
-            given = sympy.Matrix(self.connection(x))  # type: ignore[misc]
+            given = sympy.Matrix(self.connection(x))
             if given.shape != (k, n):
                 raise BadInput(f"{self.name}: A(x) is {given.shape}, but must be {(k, n)}.")
             return list(given)

@@ -6,24 +6,21 @@ Coordinates (x, u) ∈ Rⁿ×Rᵐ with α(x, u) = x and identities (x, 0). Two m
     product   (x, u)(y, v) = (x, p(x, u, v; h)),   composable iff y = b(x, u; h)
 
 u is velocity-like: it is scaled by the step h (pair: b = x + hu; group: the element is τ(hu)).
-Whatever else the theory needs is derived here, once, by exact differentiation; a groupoid with a
-closed form of L or R may state it, and the laws in the tests hold it to the derived one.
+Whatever else the theory needs is derived here, once, by exact differentiation; a groupoid states
+what it knows in closed form, and the laws in the tests compare that with the derived one.
 """
 
 from __future__ import annotations
 
-import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import Any
 
 from ..errors import BadInput
-from ..numbers.differentiation import jacobian
+from ..numbers.identities import first_violation
 from ..numbers.lazy import sympy
-
-if TYPE_CHECKING:
-    from .chart_margin import Position
+from .chart_margin import Position, position
 
 
 class Groupoid(ABC):
@@ -35,23 +32,26 @@ class Groupoid(ABC):
     kind: str
     dim_x: int
     dim_u: int
-    #: What to change if the axioms fail, where the groupoid knows; ends the sentence.
+    #: Whether L = 1 everywhere, so that velocities are dw/dθ itself.
+    left_is_identity: bool = False
+    #: The name of the retraction in use, or None for groupoids that need none.
+    retraction: str | None = None
+    #: Whether a scheme checks the axioms: not where the tests already check its closed forms.
+    by_user: bool = True
+    #: Where in a file the user's own map is, and what to change if the axioms fail.
+    place: str = ""
     mend: str = ""
-    #: Name of the retraction in use, or None for groupoids that need none.
-    retraction_name: str | None = None
 
     @property
     @abstractmethod
     def name(self) -> str:
         """A short name for tables, such as action(so(3))."""
 
-    @property
-    def place(self) -> str:
-        """Where in a file the user's own map is; empty for groupoids that are ours."""
-        return ""
-
     def __repr__(self) -> str:
         return self.name
+
+    def check(self) -> None:  # noqa: B027 - most have no parts
+        """Raise `BadInput` if its parts do not fit each other; `check_axioms` calls this first."""
 
     @abstractmethod
     def target(self, x: Any, u: Any, h: Any) -> Any:
@@ -80,11 +80,6 @@ class Groupoid(ABC):
     def _inverse_left(self) -> Any:
         s = self._symbols
         return self.L(s["x"], s["u"], s["h"]).inv(method="ADJ").applyfunc(sympy.cancel)
-
-    @property
-    def left_is_identity(self) -> bool:
-        """Whether L = 1 everywhere, so that velocities are dw/dθ itself."""
-        return False
 
     def constant(self, value: Callable[[int], Any]) -> Any:
         """The number that `value(digits)` computes, to 100 digits; a scheme keeps it exact."""
@@ -119,26 +114,19 @@ class Groupoid(ABC):
         return [group for group, _ in self.group_parts(s["x"], s["u"], s["h"])]
 
     def position(self, x: Any, u: Any, h: Any) -> Position:
-        """Where the arrow (x, u) lies in the symmetric neighbourhood (`neighbourhoods.Position`).
+        """Where the arrow (x, u) lies in its chart (`chart_margin.Position`).
 
         x: n numbers, u: m numbers, h: the step; a float is its binary value. Raises `BadInput` for
         other shapes, what is no number, and a step of 0.
         """
-        from .chart_margin import position
-
         return position(self, x, u, h)
 
     def with_retraction(self, retraction: Any) -> Groupoid:
-        """The same groupoid in another retraction's chart; itself where none is used.
+        """The groupoid in another retraction's chart; itself where none is used.
 
         Raises `BadInput` if the retraction does not fit.
         """
         return self
-
-    @property
-    def retraction(self) -> str | None:
-        """The retraction's name, None where none is used."""
-        return self.retraction_name
 
     def inversion(self, x: Any, u: Any, h: Any) -> Any:
         """ι(x, u) with p(x, u, ι) = 0, m×1: closed form (paper, section 3.2).
@@ -152,36 +140,6 @@ class Groupoid(ABC):
                 "inverse=lambda x, u, h: ..."
             )
         return self._at(found, x=x, u=u, h=h)
-
-    def inversion_tangent(self, x: Any, u: Any, w: Any, h: Any) -> tuple[Any, Any]:
-        """(∂ι/∂x, ∂ι/∂u) at numbers w = ι(x, u), by differentiating p(x, u, ι(x, u)) = 0 exactly.
-
-        In each column the others are numbers before p is differentiated: of a product with a
-        connection p is far too long to be differentiated as it stands.
-        """
-        values, slopes = {"x": x, "u": u, "v": w}, []
-        for name, at in values.items():
-            letters = self._symbols[name]
-            at_x, at_u, at_v = ({**values, name: letters}[k] for k in values)
-            p = self.product(at_x, at_u, at_v, h)
-            slopes.append(self._at(jacobian(p, list(letters)), **{name: at}))
-        p_x, p_u, p_v = slopes
-        return -p_v.LUsolve(p_x) if self.dim_x else p_x, -p_v.LUsolve(p_u)
-
-    @cached_property
-    def symmetric_chart(self) -> bool:
-        """Whether ι = −u + O(u³): (x, −u) is then the inverse to second order.
-
-        Only in such a chart is u at θ = 1/2 the velocity of the middle, so that symmetric rules are
-        of order 2. ι = −u + B(u, u) + … with B = ∂²p/∂u∂v at the identity.
-        """
-        x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
-        zero = dict.fromkeys((*u, *v), 0)
-        p_v = self.product(x, u, v, h).jacobian(v).subs(dict.fromkeys(v, 0))
-        mixed = [p_v[g, :].jacobian(u).subs(zero) for g in range(self.dim_u)]
-        from ..numbers.identities import first_violation
-
-        return all(first_violation(B + B.T, small=(h,)) is None for B in mixed)
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:
         """b(x, u; h) − x with the difference cancelled, so that nothing is lost at small h."""
@@ -232,7 +190,18 @@ class Groupoid(ABC):
             "L": p_v.applyfunc(sympy.cancel),
             "R": p_u.subs(dict(zip(v, u, strict=True))).applyfunc(sympy.cancel),
             "C": [sympy.Matrix(c.T - c).applyfunc(sympy.cancel) for c in mixed],
+            "mixed": mixed,
         }
+
+    @cached_property
+    def symmetric_chart(self) -> bool:
+        """Whether ι = −u + O(u³): (x, −u) is then the inverse to second order.
+
+        Only in such a chart is u at θ = 1/2 the velocity of the middle, so that symmetric rules are
+        of order 2. ι = −u + B(u, u) + … with B = ∂²p/∂u∂v at the identity.
+        """
+        small = (self._symbols["h"],)
+        return all(first_violation(B + B.T, small) is None for B in self.derived["mixed"])
 
     @cached_property
     def _inversion(self) -> Any:
@@ -258,57 +227,3 @@ class Groupoid(ABC):
         return (
             expression.xreplace(pairs) if expression.shape[0] * expression.shape[1] else expression
         )
-
-
-def axioms(groupoid: Groupoid, point: dict[str, Any]) -> dict[str, Any]:
-    """What must vanish at a point (columns x, u, v, w and steps h, k), by the name of the law.
-
-    Units, inverses, β(gh) = β(h), associativity (paper, section 3.2), and that u is scaled by h.
-    """
-    g = groupoid
-    x, u, v, w, h, k = (point[name] for name in ("x", "u", "v", "w", "h", "k"))
-    zero, y, uv = 0 * u, g.target(x, u, h), g.product(x, u, v, h)
-    laws = {
-        "b(x, 0) = x (the identities are (x, 0))": g.target(x, zero, h) - x,
-        "p(x, u, 0) = u (right unit)": g.product(x, u, zero, h) - u,
-        "p(x, 0, v) = v (left unit)": g.product(x, zero, v, h) - v,
-        "b(b(x, u), v) = b(x, p(x, u, v)) (target of a product)": g.target(y, v, h)
-        - g.target(x, uv, h),
-        "p(x, p(x, u, v), w) = p(x, u, p(y, v, w)) (associativity)": g.product(x, uv, w, h)
-        - g.product(x, u, g.product(y, v, w, h), h),
-        "b(x, u; h) = b(x, hu/k; k) (u is scaled by the step)": g.target(x, u, h)
-        - g.target(x, h * u / k, k),
-        "p(x, u, v; h) = (k/h) p(x, hu/k, hv/k; k) (u is scaled by the step)": uv
-        - g.product(x, h * u / k, h * v / k, k) * k / h,
-    }
-    if g._inversion is not None:
-        laws["p(x, u, ι(x, u)) = 0 (inverses)"] = g.product(x, u, g.inversion(x, u, h), h)
-    return laws
-
-
-@lru_cache(maxsize=64)
-def check_axioms(groupoid: Groupoid) -> None:
-    """Raise `BadInput` unless the axioms hold at random rational points, exactly or to 40 digits.
-
-    A false identity between analytic functions is found so with certainty in practice. The algebra
-    of a matrix group has to be closed.
-    """
-    from ..numbers.identities import is_zero, random_columns
-
-    _ = getattr(getattr(groupoid, "algebra", None), "structure_constants", None)  # raises
-
-    lengths = {"x": groupoid.dim_x, "u": groupoid.dim_u, "v": groupoid.dim_u, "w": groupoid.dim_u}
-    for seed in range(2):
-        point = random_columns(lengths, small=("u", "v", "w"), seed=seed)
-        for law, difference in axioms(groupoid, point).items():
-            if not all(is_zero(entry) for entry in difference):
-                shown = ", ".join(
-                    f"{k} = {[float(n) for n in v]}"
-                    for k, v in point.items()
-                    if k in lengths and len(v) and re.search(rf"\b{k}\b", law)
-                )
-                place = f"{groupoid.place}: " if groupoid.place else ""
-                raise BadInput(
-                    f"{place}{groupoid.name} is not a groupoid: {law} fails at "
-                    f"{shown}{groupoid.mend}."
-                )

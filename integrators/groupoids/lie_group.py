@@ -26,7 +26,7 @@ class RetractionGroupoid(Groupoid):
             raise BadInput(f"the retraction is {retraction!r}: give cayley itself, not its name.")
         self.algebra, self.tau = algebra, retraction
         self.dim_u = algebra.dim
-        self.retraction_name = retraction.name
+        self.retraction = retraction.name
 
     @property
     def _chart(self) -> str:
@@ -36,6 +36,15 @@ class RetractionGroupoid(Groupoid):
     @abstractmethod
     def _in_chart(self, retraction: Retraction) -> RetractionGroupoid:
         """The same groupoid in the chart of another retraction."""
+
+    @property
+    def by_user(self) -> bool:  # type: ignore[override]
+        return not self.tau.proven
+
+    def check(self) -> None:
+        """Raise `BadInput` unless the algebra is closed and the retraction fits it."""
+        self.algebra.structure_constants  # noqa: B018 - raises
+        self.tau.check(self.algebra)
 
     def with_retraction(self, retraction: Retraction) -> RetractionGroupoid:
         if retraction == self.tau:
@@ -85,12 +94,13 @@ class RetractionGroupoid(Groupoid):
         return self.tau.invariant_fields(self.algebra, s["h"] * s["u"])
 
     @property
-    def symmetric_chart(self) -> bool:
-        return True
+    def symmetric_chart(self) -> bool:  # type: ignore[override]
+        return self.tau.symmetric
 
     @cached_property
     def _inversion(self) -> Any:
-        return -self._symbols["u"]  # τ(ξ)τ(−ξ) = e
+        s = self._symbols
+        return self.tau.inverse(self.algebra, s["h"] * s["u"]) / s["h"]
 
 
 class LieGroup(RetractionGroupoid):
@@ -112,17 +122,6 @@ class LieGroup(RetractionGroupoid):
 
     def _in_chart(self, retraction: Retraction) -> LieGroup:
         return LieGroup(self.algebra, retraction)
-
-    def with_attitude(self) -> Groupoid:
-        """The action groupoid of the group on itself: x is the attitude, row by row.
-
-        Of a complex group it is the real form, 2N×2N.
-
-        Reconstruction A_{k+1} = A_k τ(hu_k) then is the target map, and needs no code of its own.
-        """
-        from .action import RowAction
-
-        return RowAction(self.algebra, self.tau, rows=self.algebra.real.size)
 
 
 def lie_group(algebra: MatrixAlgebra, retraction: Retraction = cayley) -> LieGroup:

@@ -43,7 +43,7 @@ class LocalGroupoid(Groupoid):
         return self._name
 
     @property
-    def place(self) -> str:
+    def place(self) -> str:  # type: ignore[override]
         return line_of(self._product)
 
     def target(self, x: Any, u: Any, h: Any) -> Any:

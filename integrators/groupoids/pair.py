@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
@@ -10,9 +11,11 @@ from .groupoid import Groupoid
 
 
 class PairGroupoid(Groupoid):
-    """Arrows (x, y) with u = (y − x)/h: b = x + hu, p = u + v, ι = −u, ρ = hI, L = R = I."""
+    """Arrows (x, y) with u = (y − x)/h: b = x + hu, p = u + v, ι = −u, ρ = hI, L = R = I, C = 0."""
 
     kind = "pair"
+    left_is_identity = symmetric_chart = True
+    by_user = False
 
     def __init__(self, n: int) -> None:
         if not isinstance(n, int) or n < 1:
@@ -29,19 +32,36 @@ class PairGroupoid(Groupoid):
     def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
         return u + v
 
-    @property
-    def left_is_identity(self) -> bool:
-        return True
+    def rho(self, x: Any, h: Any) -> Any:
+        """hI."""
+        return h * sympy.eye(self.dim_u)
 
-    def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
-        """The identity."""
+    def L(self, x: Any, u: Any, h: Any) -> Any:
+        """I."""
         return sympy.eye(self.dim_u)
+
+    R = inverse_left = L
+
+    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+        """Zeros: fields on different ends of an arrow commute."""
+        return [sympy.zeros(self.dim_u)] * self.dim_u
 
     def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
         return dw
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:
         return h * u
+
+    def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
+        return theta * self.rho(x, h)
+
+    def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
+        """(θ − 1)hI and θhI."""
+        return (theta - 1) * self.rho(x, h), theta * self.rho(x, h)
+
+    @cached_property
+    def _inversion(self) -> Any:
+        return -self._symbols["u"]
 
 
 def pair(n: int) -> PairGroupoid:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -18,8 +17,6 @@ class ProductGroupoid(Groupoid):
     """
 
     kind = "product"
-    #: The principal connection A(x) that the coordinates are adapted to, or None.
-    connection: Callable[..., Any] | None = None
 
     def __init__(self, first: Groupoid, second: Groupoid) -> None:
         for part in (first, second):
@@ -30,7 +27,8 @@ class ProductGroupoid(Groupoid):
         self.dim_u = first.dim_u + second.dim_u
         self.mend = first.mend or second.mend
         names = dict.fromkeys(g.retraction for g in self.parts if g.retraction)
-        self.retraction_name = " and ".join(names) or None
+        self.retraction = " and ".join(names) or None
+        self.by_user = first.by_user or second.by_user
 
     @property
     def name(self) -> str:
@@ -40,7 +38,11 @@ class ProductGroupoid(Groupoid):
         parts = [g.with_retraction(retraction) for g in self.parts]
         if all(new is old for new, old in zip(parts, self.parts, strict=True)):
             return self
-        return product(*parts, connection=self.connection)
+        return type(self)(*parts)
+
+    def check(self) -> None:
+        for part in self.parts:
+            part.check()
 
     def base(self, x: Any) -> tuple[Any, Any]:
         """(x₁, x₂)."""
@@ -97,11 +99,11 @@ class ProductGroupoid(Groupoid):
         return _blocks(g.inverse_left(y, v, h) for g, y, v in both)
 
     @property
-    def left_is_identity(self) -> bool:
+    def left_is_identity(self) -> bool:  # type: ignore[override]
         return all(g.left_is_identity for g in self.parts)
 
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
-        """Those of both: fields of different parts commute."""
+        """C₁ and C₂ in blocks: fields of different parts commute."""
         first, second = (g.structure_functions(y, h) for g, y in self._each(self.base(x)))
         return [
             *(_blocks([c, sympy.zeros(len(second))]) for c in first),
@@ -137,20 +139,3 @@ def _stacked(columns: Any) -> Any:
 
 def _blocks(matrices: Any) -> Any:
     return sympy.Matrix.diag(*matrices)
-
-
-def product(
-    first: Groupoid, second: Groupoid, *, connection: Callable[..., Any] | None = None
-) -> ProductGroupoid:
-    """The product of two groupoids; product(pair(n), lie_group(g)) carries L on TM × g.
-
-    `connection` (for pair × group only) takes the column x and gives the k×n matrix A(x) of a
-    principal connection, k = dim g. The fibre coordinates are then (ẋ, η) with η = ξ + A(x)ẋ, the
-    vertical part of the velocity, in which the Lagrange–Poincaré equations are written: see
-    `ConnectionGroupoid`. Raises `BadInput` for anything else.
-    """
-    if connection is None:
-        return ProductGroupoid(first, second)
-    from .connection import ConnectionGroupoid
-
-    return ConnectionGroupoid(first, second, connection)

@@ -11,15 +11,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..errors import BadInput
-from .elementary import FUNCTIONS
 from .exact import exact
 
 GUARD_DIGITS = 12
+
+#: sympy function → its name in generated text; math, numpy and gmpy2 have each (abs is built in)
+FUNCTIONS = {
+    "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos", "atan": "atan",
+    "atan2": "atan2", "sinh": "sinh", "cosh": "cosh", "tanh": "tanh", "exp": "exp", "log": "log",
+    "Abs": "abs",
+}  # fmt: skip
 
 
 class Double:
@@ -34,13 +40,18 @@ class Double:
         functions = {n: getattr(math, n) for n in FUNCTIONS.values() if n != "abs"}
         return {**functions, "sqrt": math.sqrt, "R": float, "PI": math.pi,
                 "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999,
-                "zeros": self.zeros, "linear_solve": self.solve}  # fmt: skip
+                "zeros": self.zeros, "linear_solve": self.solve, "array": self.array}  # fmt: skip
 
     def array_namespace(self) -> dict[str, Any]:
-        """The same for whole columns of numbers at once: numpy's functions."""
+        """What generated text needs to compute on whole columns of numbers: numpy's functions."""
+
+        def array(entries: Any, *shape: int) -> np.ndarray:
+            rows = np.array(np.broadcast_arrays(*entries))  # a constant entry is one number
+            return rows.reshape(*shape, *rows.shape[1:])
+
         names = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
         functions = {n: getattr(np, names.get(n, n)) for n in FUNCTIONS.values() if n != "abs"}
-        return {**functions, "sqrt": np.sqrt, "R": float, "PI": math.pi}
+        return {**functions, "sqrt": np.sqrt, "R": float, "PI": math.pi, "array": array}
 
     def number(self, value: Any, what: str = "value") -> Any:
         """An exact value, float or mpf as a number of this kind."""
@@ -58,9 +69,9 @@ class Double:
         """An array as handed to the user."""
         return np.asarray(array, dtype=np.float64)
 
-    def matrix(self, rows: Any) -> np.ndarray:
-        """A numpy matrix of these numbers."""
-        return np.array(rows, dtype=np.float64)
+    def array(self, entries: Any, *shape: int) -> np.ndarray:
+        """An array of that shape from the entries, row by row."""
+        return np.array(entries, dtype=np.float64).reshape(shape)
 
     def multiples(self, step: Fraction, index: np.ndarray) -> np.ndarray:
         """step·k for whole numbers k, each rounded once."""
@@ -72,6 +83,14 @@ class Double:
     def zeros(self, *shape: int) -> np.ndarray:
         """An array of zeros of this kind."""
         return np.zeros(shape)
+
+    def identity(self, size: int) -> np.ndarray:
+        """The identity matrix of this kind."""
+        return np.eye(size)
+
+    def det(self, a: np.ndarray) -> Any:
+        """The determinant."""
+        return np.linalg.det(a)
 
     def solve(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """a⁻¹ b; raises `ZeroDivisionError` if a is singular."""
@@ -104,7 +123,8 @@ class Multiple:
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
                     "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
                     "workspace": lambda rows, columns: [[g.mpfr(0)] * columns for _ in range(rows)],
-                    "zeros": self.zeros, "linear_solve": self.solve}  # fmt: skip
+                    "zeros": self.zeros, "linear_solve": self.solve,
+                    "array": self.array}  # fmt: skip
 
     def number(self, value: Any, what: str = "value") -> Any:
         if isinstance(value, type(self._gmpy2.mpfr(0))):
@@ -135,8 +155,8 @@ class Multiple:
         mantissa, exponent = value.as_mantissa_exp()
         return mpmath.mp.make_mpf(mpmath.libmp.from_man_exp(int(mantissa), int(exponent)))
 
-    def matrix(self, rows: Any) -> np.ndarray:
-        return np.array(rows, dtype=object)
+    def array(self, entries: Any, *shape: int) -> np.ndarray:
+        return np.array(entries, dtype=object).reshape(shape)
 
     def multiples(self, step: Fraction, index: np.ndarray) -> np.ndarray:
         return np.array([self.number(step * int(k)) for k in index], dtype=object)
@@ -144,23 +164,42 @@ class Multiple:
     def zeros(self, *shape: int) -> np.ndarray:
         return np.full(shape, self._gmpy2.mpfr(0), dtype=object)
 
+    def identity(self, size: int) -> np.ndarray:
+        return self.zeros(size, size) + np.eye(size, dtype=int)
+
+    def det(self, a: np.ndarray) -> Any:
+        return self._gauss_jordan(a, a[:, :0])[0]
+
     def solve(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        shape = np.shape(b)
-        a, b = a.copy(), np.array(b, dtype=object).reshape(len(a), -1)
-        for p in range(len(a)):  # Gauss–Jordan with partial pivoting
+        det, solution = self._gauss_jordan(a, np.atleast_2d(np.transpose(b)).T)
+        if det == 0:
+            raise ZeroDivisionError("singular matrix")
+        return solution.reshape(np.shape(b))
+
+    def _gauss_jordan(self, a: np.ndarray, b: np.ndarray) -> tuple[Any, np.ndarray]:
+        """(det a, a⁻¹ b) with row exchanges, b a matrix; (0, nothing of use) if a is singular."""
+        a, b, det = a.copy(), b.astype(object), self._gmpy2.mpfr(1)
+        for p in range(len(a)):
             row = p + int(np.argmax(abs(a[p:, p])))
-            if a[row, p] == 0:
-                raise ZeroDivisionError("the matrix is singular")
-            for matrix in (a, b):
-                matrix[[p, row]] = matrix[[row, p]]
+            if row != p:
+                det = -det
+                for matrix in (a, b):
+                    matrix[[p, row]] = matrix[[row, p]]
+            det = det * a[p, p]
+            if a[p, p] == 0:
+                break
             b[p], a[p] = b[p] / a[p, p], a[p] / a[p, p]
             factors = a[:, p].copy()
             factors[p] = self._gmpy2.mpfr(0)
             a, b = a - np.outer(factors, a[p]), b - np.outer(factors, b[p])
-        return b.reshape(shape)
+        return det, b
 
 
-def arithmetic(digits: int) -> Double | Multiple:
+#: the two kinds of number
+Arithmetic: TypeAlias = Double | Multiple
+
+
+def arithmetic(digits: int) -> Arithmetic:
     """The arithmetic of that many decimal digits; 16 is double precision."""
     if type(digits) is not int or digits < 16:
         raise BadInput(
@@ -170,5 +209,5 @@ def arithmetic(digits: int) -> Double | Multiple:
 
 
 @cache
-def _arithmetic(digits: int) -> Double | Multiple:
+def _arithmetic(digits: int) -> Arithmetic:
     return Double() if digits == 16 else Multiple(digits)

@@ -7,26 +7,22 @@ once, and high precision never sees a rounded one.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from decimal import Decimal
 from fractions import Fraction
-from numbers import Complex, Rational, Real
+from numbers import Complex, Real
 from typing import Any
 
 from ..errors import BadInput
 from .lazy import sympy
+from .types import Exact, Expression
 
 
-def exact(value: Any, what: str) -> Any:
+def exact(value: Any, what: str) -> Exact:
     """`value` as a Fraction, or unchanged if it is an exact sympy number.
 
     Raises `BadInput` (naming `what`) for text that is no number, for nan and for infinities.
     """
     if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
         raise BadInput(f"{what} is {value!r}: give a number, not a truth value.")
-    if getattr(value, "is_Rational", False):  # sympy's
-        return Fraction(int(value.p), int(value.q))
-    if isinstance(value, (Rational, Decimal)):
-        return _from_ratio(value, what)
     if isinstance(value, str):
         try:
             return Fraction(value.strip())
@@ -35,38 +31,27 @@ def exact(value: Any, what: str) -> Any:
                 f'{what} is "{value}", which is no number: write a decimal ("0.1") '
                 'or a fraction ("1/3").'
             ) from None
-    if hasattr(value, "as_mantissa_exp") or getattr(value, "is_Float", False):  # gmpy2, sympy
-        return _from_ratio(value, what)
-    if hasattr(value, "_mpf_"):  # an mpmath number: its exact binary value
+    if getattr(value, "is_Rational", False):  # sympy's
+        return Fraction(int(value.p), int(value.q))
+    if hasattr(value, "_mpf_"):  # mpmath's and sympy's floats: the exact binary value
         sign, mantissa, exponent, _ = value._mpf_
         if not mantissa and exponent:
             raise BadInput(f"{what} is {value}: give a finite number.")
         return Fraction(-int(mantissa) if sign else int(mantissa)) * Fraction(2) ** int(exponent)
-    if isinstance(value, Real) or getattr(value, "shape", None) == ():
-        return _from_ratio(value, what)
     if getattr(value, "is_number", False):  # an exact sympy number such as sqrt(2)/2
         if not value.is_real or not value.is_finite:
             raise BadInput(f"{what} is {value}: give a finite real number.")
         return value
-    raise BadInput(f"{what} is {value!r} of type {type(value).__name__}: give a number.")
-
-
-def _from_ratio(value: Any, what: str) -> Fraction:
-    """The exact value of a number that knows its own ratio; nan and infinities are refused."""
-    value = (
-        value.item()
-        if hasattr(value, "shape") and not hasattr(value, "as_integer_ratio")
-        else value
-    )
+    if getattr(value, "shape", None) == () and not hasattr(value, "as_integer_ratio"):
+        value = value.item()  # numpy's integers, and arrays of no dimension
     try:
-        if getattr(value, "is_Float", False):
-            ratio = sympy.Rational(value)
-            return Fraction(int(ratio.p), int(ratio.q))
         return Fraction(*map(int, value.as_integer_ratio()))
     except (OverflowError, ValueError):
         raise BadInput(f"{what} is {value}: give a finite number.") from None
     except AttributeError:
-        raise BadInput(f"{what} is {value!r}: give a real number.") from None
+        raise BadInput(
+            f"{what} is {value!r} of type {type(value).__name__}: give a number."
+        ) from None
 
 
 def exact_rational(value: Any, what: str) -> Fraction:
@@ -77,7 +62,7 @@ def exact_rational(value: Any, what: str) -> Fraction:
     return number
 
 
-def exact_vector(values: Any, length: int, what: str) -> tuple[Any, ...]:
+def exact_vector(values: Any, length: int, what: str) -> tuple[Exact, ...]:
     """A tuple of `length` exact numbers; raises `BadInput` if the shape is another."""
     listed = isinstance(values, Iterable) or hasattr(values, "shape")  # a sympy column too
     if isinstance(values, str) or not listed:
@@ -95,18 +80,21 @@ def exact_nested(value: Any, what: str) -> Any:
     return exact(value, what)
 
 
-def exact_matrices(values: Any, what: str) -> tuple[tuple[tuple[Any, ...], ...], ...]:
+def exact_matrices(values: Any, what: str) -> tuple[tuple[tuple[Exact, ...], ...], ...]:
     """Matrices as nested tuples of exact numbers: given as rows, or as numpy's or sympy's.
 
     Entries may be complex. Raises `BadInput` for what is no list of matrices of numbers.
     """
+    matrices = [
+        [_list(row, f"{what}[{k}]") for row in _list(matrix, f"{what}[{k}]")]
+        for k, matrix in enumerate(_list(values, what))
+    ]
     return tuple(
         tuple(
-            tuple(_entry(e, f"{what}[{k}][{i}, {j}]") for j, e in enumerate(_list(row, at)))
-            for i, row in enumerate(_list(matrix, at))
+            tuple(_entry(e, f"{what}[{k}][{i}, {j}]") for j, e in enumerate(row))
+            for i, row in enumerate(matrix)
         )
-        for k, matrix in enumerate(_list(values, what))
-        for at in [f"{what}[{k}]"]
+        for k, matrix in enumerate(matrices)
     )
 
 
@@ -120,7 +108,7 @@ def _list(values: Any, what: str) -> list[Any]:
     return list(values)
 
 
-def _entry(value: Any, what: str) -> Any:
+def _entry(value: Any, what: str) -> Exact:
     """An exact number, whole ones as int; Python's complex numbers and sympy's stay."""
     if isinstance(value, Complex) and not isinstance(value, Real) and value.imag:
         for part in (value.real, value.imag):
@@ -133,19 +121,19 @@ def _entry(value: Any, what: str) -> Any:
     return number.numerator if whole else number
 
 
-def to_sympy(value: Any) -> Any:
+def to_sympy(value: Exact) -> Expression:
     """An exact number (as `exact` makes it) as a sympy number."""
     is_fraction = isinstance(value, Fraction)
     return sympy.Rational(value.numerator, value.denominator) if is_fraction else value
 
 
-def floats_exact(expression: Any) -> Any:
+def floats_exact(expression: Any) -> Expression:
     """A sympy expression with each float replaced by its exact binary value."""
     expression = sympy.sympify(expression)
     floats = {f: sympy.Rational(f) for f in expression.atoms(sympy.Float)}
     return expression.xreplace(floats) if floats else expression
 
 
-def flatten(value: Any) -> list[Any]:
+def flatten(value: Any) -> list[Exact]:
     """The numbers of a nested tuple, in order."""
     return [n for entry in value for n in flatten(entry)] if isinstance(value, tuple) else [value]

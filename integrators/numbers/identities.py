@@ -11,12 +11,14 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
+from .evaluation import evaluate
 from .lazy import sympy
+from .types import Exact, Expression, Letter, Replacement, SymbolicMatrix
 
 DIGITS = 60
 
 
-def _random_rational(generator: random.Random, small: bool) -> Any:
+def _random_rational(generator: random.Random, small: bool) -> Exact:
     value = sympy.Rational(generator.randrange(500, 1500), 1000)
     return value / 20 if small else value  # small: inside every chart
 
@@ -26,7 +28,7 @@ def random_columns(
 ) -> dict[str, Any]:
     """Random rational columns by name, with two different small steps h and k."""
     generator, few = random.Random(f"discmech {seed}"), set(small)
-    point: dict[str, Any] = {
+    point = {
         name: sympy.Matrix(n, 1, [_random_rational(generator, name in few) for _ in range(n)])
         for name, n in lengths.items()
     }
@@ -34,20 +36,18 @@ def random_columns(
 
 
 def random_point(
-    symbols: Iterable[Any], small: Iterable[Any] = (), seed: int = 0
-) -> dict[Any, Any]:
+    symbols: Iterable[Letter], small: Iterable[Letter] = (), seed: int = 0
+) -> Replacement:
     """Random rational values of symbols; those of `small` stay small."""
     generator, few = random.Random(f"discmech {seed}"), set(small)
     return {s: _random_rational(generator, s in few) for s in sorted(symbols, key=str)}
 
 
-def is_zero(number: Any) -> bool:
+def is_zero(number: Expression) -> bool:
     """Whether an exact number is zero: exactly if rational, else to 40 of 60 digits.
 
     400 digits are tried before a number is taken for another than zero.
     """
-    from .evaluation import evaluate
-
     if number.is_Rational:
         return bool(number == 0)
     bound = Fraction(1, 10**40)
@@ -55,8 +55,8 @@ def is_zero(number: Any) -> bool:
 
 
 def first_violation(
-    entries: Iterable[Any], small: Iterable[Any] = (), points: int = 2
-) -> dict[Any, Any] | None:
+    entries: Iterable[Expression], small: Iterable[Letter] = (), points: int = 2
+) -> Replacement | None:
     """A point where some expression is not zero, or None; `small` symbols stay small."""
     rest = [entry for entry in entries if entry != 0]
     symbols = set().union(*(e.free_symbols for e in rest)) if rest else set()
@@ -67,19 +67,18 @@ def first_violation(
     return None
 
 
-def shown(direction: Any) -> str:
+def shown(direction: SymbolicMatrix) -> str:
     """A direction as a sentence shows it."""
     return ", ".join(f"{float(e):.3g}" for e in direction)
 
 
-def null_direction(matrix: Any, tolerance: float = 1e-20) -> Any:
+def null_direction(matrix: SymbolicMatrix, tolerance: float = 1e-20) -> SymbolicMatrix | None:
     """A column that a matrix of numbers (of 30 digits) maps to zero, or None if it is regular.
 
     Rows are scaled first and pivots normalised on the way, so that masses of any size count alike.
     """
-    scaled = matrix.copy()
-    for i in range(matrix.rows):
-        scaled[i, :] /= max((abs(e) for e in matrix[i, :]), default=0) or 1
+    sizes = [max((abs(e) for e in matrix[i, :]), default=0) or 1 for i in range(matrix.rows)]
+    scaled = sympy.Matrix(*matrix.shape, lambda i, j: matrix[i, j] / sizes[i])
     reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) <= tolerance, normalize_last=False)
     free = [j for j in range(matrix.cols) if j not in pivots]
     if not free:

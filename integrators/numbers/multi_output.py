@@ -12,10 +12,14 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from .evaluation import number
 from .lazy import sympy
+from .types import Expression, Letter
+
+Collector = Callable[[list[Expression]], list[Expression]]
 
 _TEXTS: dict[str, Callable[[], str]] = {}
-_COLLECTORS: list[Callable[[list[Any]], list[Any]]] = []
+_COLLECTORS: list[Collector] = []
 
 
 def register(name: str, text: Callable[[], str]) -> str:
@@ -24,13 +28,13 @@ def register(name: str, text: Callable[[], str]) -> str:
     return name
 
 
-def collect(collector: Callable[[list[Any]], list[Any]]) -> Callable[[list[Any]], list[Any]]:
+def collect(collector: Collector) -> Collector:
     """Decorator: expressions pass through this before their common subexpressions are taken out."""
     _COLLECTORS.append(collector)
     return collector
 
 
-def together(expressions: list[Any]) -> list[Any]:
+def together(expressions: list[Expression]) -> list[Expression]:
     """The expressions with functions that are cheaper together as entries of one table."""
     for collector in _COLLECTORS:
         expressions = collector(expressions)
@@ -53,81 +57,75 @@ def with_tables(text: str) -> str:
     return "\n\n".join([*found.values(), text])
 
 
-def entry(table: Any, index: int) -> Any:
+def entry(table: Expression, index: int) -> Expression:
     """Number `index` of the tuple or array that the sympy function `table` stands for.
 
     A table that is to be differentiated or evaluated has methods slope(index, s) and
     in_arithmetic(numbers, values of its arguments).
     """
-    return _entry()(table, index)
+    return _classes()[0](table, index)
+
+
+def held(expression: Expression) -> Expression:
+    """The expression as one number that is rounded once: products with it are not merged."""
+    if expression.is_Rational:
+        return expression
+    sign = -1 if expression.could_extract_minus_sign() else 1
+    return sign * _classes()[1](sign * expression)
 
 
 @cache
-def _entry() -> Any:
-    from .evaluation import number
+def _classes() -> tuple[Any, Any]:
+    class Decimal(sympy.Function):
+        """A function that is evaluated by `in_arithmetic`."""
 
-    class Entry(sympy.Function):
+        def _eval_evalf(self, prec: int) -> Expression | None:
+            return sympy.Float._new(number(self, prec)._mpf_, prec) if self.is_number else None
+
+    class Entry(Decimal):
         nargs = 2
 
         def _eval_is_real(self) -> bool:
             return True
 
-        def _eval_derivative(self, s: Any) -> Any:
+        def _eval_derivative(self, s: Letter) -> Expression:
             return self.args[0].slope(int(self.args[1]), s)
-
-        def _eval_evalf(self, prec: int) -> Any:
-            if not self.is_number:
-                return None
-            return sympy.Float._new(number(self, prec)._mpf_, prec)
 
         def in_arithmetic(self, numbers: Any, values: Any) -> Any:
             """The number itself, once the table is known."""
             return values[0][int(self.args[1])]
 
-    return Entry
+        def _pythoncode(self, printer: Any) -> str:
+            return f"{printer._print(self.args[0])}[{self.args[1]}]"
 
-
-def held(expression: Any) -> Any:
-    """The expression as one number that is rounded once: products with it are not merged."""
-    if expression.is_Rational:
-        return expression
-    minus = expression.could_extract_minus_sign()
-    return -_held()(-expression) if minus else _held()(expression)
-
-
-@cache
-def _held() -> Any:
-    from .evaluation import number
-
-    class Held(sympy.Function):
+    class Held(Decimal):
         nargs = 1
 
         @classmethod
-        def eval(cls, value: Any) -> Any:
+        def eval(cls, value: Expression) -> Expression | None:
             return value if value.is_Rational else None
 
         def _eval_is_real(self) -> Any:
             return self.args[0].is_real
 
-        def _eval_derivative(self, s: Any) -> Any:
+        def _eval_derivative(self, s: Letter) -> Expression:
             return self.args[0].diff(s)
-
-        def _eval_evalf(self, prec: int) -> Any:
-            return sympy.Float._new(number(self, prec)._mpf_, prec) if self.is_number else None
 
         def in_arithmetic(self, numbers: Any, values: Any) -> Any:
             """The number itself."""
             return values[0]
 
-    return Held
+        def _pythoncode(self, printer: Any) -> str:
+            return f"({printer._print(self.args[0])})"
+
+    return Entry, Held
 
 
-def opaque(expression: Any) -> bool:
-    """Whether the expression holds functions whose factors are better left standing."""
-    kinds = {"Entry", "Held", "stumpff"}
-    return any(type(f).__name__ in kinds for f in expression.atoms(sympy.Function))
+def opaque(expression: Expression) -> bool:
+    """Whether the expression holds functions of ours, whose factors are better left standing."""
+    return any(hasattr(f, "in_arithmetic") for f in expression.atoms(sympy.Function))
 
 
-def is_table(function: Any) -> bool:
+def is_table(function: Expression) -> bool:
     """Whether generated text may call it by its name."""
     return type(function).__name__ in _TEXTS

@@ -6,15 +6,18 @@ other constants are coefficients computed once in the arithmetic at hand.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any
 
 from ..errors import BadInput
-from .elementary import FUNCTIONS
+from .arithmetic import FUNCTIONS
 from .lazy import sympy
 from .multi_output import is_table, together
+from .types import Expression, Expressions, Letter, Letters, Replacement
+
+#: letters, and what they stand for: values, or a `Together` that makes all of them at once
+Definition = tuple[Letters, Expressions]
 
 
 class Coefficients:
@@ -24,13 +27,13 @@ class Coefficients:
     where c·a − (cc′)·b would let energy drift linearly (harmonic midpoint: 3e-19 a step).
     """
 
-    def __init__(self, q: Sequence[Any]) -> None:
+    def __init__(self, q: Letters) -> None:
         self.q = set(q)
-        self.values: list[Any] = []
-        self._index: dict[Any, Any] = {}
-        self._done: dict[Any, Any] = {}
+        self.values: list[Expression] = []
+        self._index: Replacement = {}
+        self._done: Replacement = {}
 
-    def symbol(self, expression: Any) -> Any:
+    def symbol(self, expression: Expression) -> Letter:
         """The symbol that stands for a coefficient; of ±e, one is kept."""
         if expression.could_extract_minus_sign():
             return -self.symbol(-expression)
@@ -39,13 +42,13 @@ class Coefficients:
             self.values.append(expression)
         return self._index[expression]
 
-    def hoist(self, e: Any) -> Any:
+    def hoist(self, e: Expression) -> Expression:
         """`e` with every largest subexpression in q alone replaced by its coefficient."""
         if e not in self._done:
             self._done[e] = self._hoist(e)
         return self._done[e]
 
-    def _hoist(self, e: Any) -> Any:
+    def _hoist(self, e: Expression) -> Expression:
         if e.is_Integer:
             return e
         if not e.free_symbols - self.q:
@@ -67,7 +70,7 @@ class Coefficients:
         return e.func(*[self.hoist(a) for a in e.args])
 
 
-def _primitive(factor: Any) -> tuple[Any, Any]:
+def _primitive(factor: Expression) -> tuple[Expression, Expression]:
     """(c, f) with factor = c·f: 3a − 3b and b − a become the a − b that is computed anyway."""
     base, exponent = factor.as_base_exp()
     if not base.is_Add or not exponent.is_Integer:
@@ -91,35 +94,32 @@ class Together(list[Any]):
 class Parameters(Coefficients):
     """The step and the parameters themselves as c[i], for kernels that compute all else anew."""
 
-    def __init__(self, q: Sequence[Any]) -> None:
+    def __init__(self, q: Letters) -> None:
         super().__init__(())
         self.values = list(q)
         self._names = {p: sympy.Symbol(f"c{i}", real=True) for i, p in enumerate(q)}
 
-    def hoist(self, e: Any) -> Any:
+    def hoist(self, e: Expression) -> Expression:
         """`e` with each parameter replaced by its name in the kernel."""
         return e.xreplace(self._names)
 
 
-def statements(
-    outputs: Sequence[Any], letter: str = "t"
-) -> tuple[list[tuple[str, str]], list[str]]:
-    """Common subexpressions taken out: ([(name, code)], [code of each output])."""
-    found, reduced = sympy.cse(
-        together(list(outputs)), symbols=sympy.numbered_symbols(letter, real=True), list=True
-    )
-    opposite: dict[Any, Any] = {}  # −t costs nothing, and a name for it only lengthens the text
+def _shared(outputs: Expressions) -> tuple[list[tuple[Letter, Expression]], list[Expression]]:
+    """Common subexpressions taken out: ([(letter, value)], [each output])."""
+    letters = sympy.numbered_symbols("t", real=True)
+    found, reduced = sympy.cse(together(list(outputs)), symbols=letters, list=True)
+    opposite: Replacement = {}  # −t costs nothing, and a name for it lengthens the text
     taken = []
     for name, value in found:
         value = value.xreplace(opposite)
         if (-value).is_Symbol:
             opposite[name] = value
         else:
-            taken.append((str(name), code(value)))
-    return taken, [code(e.xreplace(opposite)) for e in reduced]
+            taken.append((name, value))
+    return taken, [e.xreplace(opposite) for e in reduced]
 
 
-def code(expression: Any) -> str:
+def code(expression: Expression) -> str:
     """Python text of one expression, small powers as products."""
     return str(_printer().doprint(expression))
 
@@ -132,55 +132,44 @@ def _printer() -> Any:
     class Printer(AbstractPythonCodePrinter):
         """Plain arithmetic; rationals as R(p)/q, R being the number type of the arithmetic."""
 
-        def _print_Rational(self, e: Any) -> str:
+        def _print_Rational(self, e: Expression) -> str:
             return f"(R({e.p})/{e.q})"
 
-        def _print_Float(self, e: Any) -> str:
+        def _print_Float(self, e: Expression) -> str:
             return self._print_Rational(e) if e.is_Rational else f"R('{e}')"
 
-        def _print_Pi(self, e: Any) -> str:
+        def _print_Pi(self, e: Expression) -> str:
             return "PI"
 
-        def _print_Exp1(self, e: Any) -> str:
+        def _print_Exp1(self, e: Expression) -> str:
             return "exp(R(1))"
 
-        def _print_Pow(self, e: Any, rational: bool = False) -> str:
+        def _print_Pow(self, e: Expression, rational: bool = False) -> str:
             base, exponent = e.base, e.exp
             text = self.parenthesize(base, precedence(e) + 1)
-            if exponent.is_Rational and exponent < 0:
-                return f"1/{self._factors(base, text, -exponent)}"
-            if exponent.is_Rational:
-                return self._factors(base, text, exponent)
-            return f"{text}**{self.parenthesize(exponent, precedence(e))}"
+            if not exponent.is_Rational:
+                return f"{text}**{self.parenthesize(exponent, precedence(e))}"
+            whole, rest = divmod(abs(exponent), 1)
+            if whole <= 16 and rest in (0, sympy.S.Half):  # larger ones by the library's power
+                root = [f"sqrt({self._print(base)})"] if rest else []
+                product = f"({'*'.join([text] * int(whole) + root)})"
+            else:
+                product = f"({text}**{self._print(abs(exponent))})"
+            return f"1/{product}" if exponent < 0 else product
 
-        def _factors(self, base: Any, text: str, exponent: Any) -> str:
-            whole, rest = divmod(exponent, 1)
-            root = f"sqrt({self._print(base)})"
-            if rest == 0 and whole <= 16:
-                return "(" + "*".join([text] * int(whole)) + ")"
-            if rest * 2 == 1 and whole <= 16:
-                return "(" + "*".join([*[text] * int(whole), root]) + ")"
-            return f"({text}**{self._print(exponent)})"
-
-        def _print_Function(self, e: Any) -> str:
-            name = type(e).__name__
-            if name == "Held":
-                return f"({self._print(e.args[0])})"
-            if name == "Entry":
-                return f"{self._print(e.args[0])}[{e.args[1]}]"
-            name = name if is_table(e) else FUNCTIONS.get(name, "")
-            if not name:
-                called = type(e).__name__
-                if called in ("sign", "DiracDelta"):
-                    raise BadInput(
-                        "the derivative of Abs cannot be put into a kernel: write the Lagrangian "
-                        "without Abs (the root of a square is one too)."
-                    )
+        def _print_Function(self, e: Expression) -> str:
+            called = type(e).__name__
+            if isinstance(e, (sympy.sign, sympy.DiracDelta)):
+                raise BadInput(
+                    "the derivative of Abs cannot be put into a kernel: write the Lagrangian "
+                    "without Abs (the root of a square is one too)."
+                )
+            if not is_table(e) and called not in FUNCTIONS:
                 raise BadInput(
                     f"the function {called} cannot be put into a kernel; "
                     f"there are {', '.join(FUNCTIONS)}, powers and roots."
                 )
-            return f"{name}({', '.join(self._print(a) for a in e.args)})"
+            return f"{FUNCTIONS.get(called, called)}({', '.join(map(self._print, e.args))})"
 
         _print_Abs = _print_exp = _print_log = _print_Function
 
@@ -190,7 +179,7 @@ def _printer() -> Any:
 class Call(Together):
     """The results of one call, from its arguments."""
 
-    def __init__(self, function: str, arguments: Sequence[Any]) -> None:
+    def __init__(self, function: str, arguments: Expressions) -> None:
         super().__init__(arguments)
         self.function = function
 
@@ -201,10 +190,10 @@ class Call(Together):
 
 def function_text(
     name: str,
-    arguments: dict[str, Iterable[Any]],
-    results: Sequence[Sequence[Any] | Any],
-    before: Sequence[tuple[Sequence[Any], Sequence[Any]]] = (),
-    scalars: Sequence[Any] = (),
+    arguments: dict[str, Iterable[Letter]],
+    results: Sequence[Expressions | Expression],
+    before: Sequence[Definition] = (),
+    scalars: Letters = (),
 ) -> str:
     """Text of a function of vectors (and scalars) that returns tuples (for a column) and numbers.
 
@@ -212,51 +201,47 @@ def function_text(
     front, such as the points of a step, which the results may use; values `Together` make all
     their symbols at once.
     """
-    head = [f"def {name}({', '.join([*arguments, *map(str, scalars)])}):"]
-    for vector, symbols in arguments.items():
-        head += [f"    {s} = {vector}[{i}]" for i, s in enumerate(symbols)]
-    flat: list[Any] = [v for _, values in before for v in values]
-    lengths: list[int | None] = []
-    for result in results:
-        column = list(result) if hasattr(result, "__iter__") else None
-        lengths.append(None if column is None else len(column))
-        flat += [result] if column is None else column
-    body, texts = _ordered(flat, before)
-    parts, at = [], 0
-    for length in lengths:
-        if length is None:
-            parts.append(texts[at])
-            at += 1
-        else:
-            inner = ", ".join(texts[at : at + length])
-            parts.append(f"({inner}{',' if length == 1 else ''})")
-            at += length
-    returned = parts[0] if len(parts) == 1 else f"{', '.join(parts)}"
-    return "\n".join([*head, *body, f"    return {returned}"]) + "\n"
+    columns = [list(r) if hasattr(r, "__iter__") else [r] for r in results]
+    lines, texts = body(arguments, [e for column in columns for e in column], before)
+    parts = []
+    for result, column in zip(results, columns, strict=True):
+        inner = ", ".join(next(texts) for _ in column)
+        comma = "," if len(column) == 1 else ""
+        parts.append(f"({inner}{comma})" if hasattr(result, "__iter__") else inner)
+    head = f"def {name}({', '.join([*arguments, *map(str, scalars)])}):"
+    return "\n".join([head, *lines, f"    return {', '.join(parts)}"]) + "\n"
 
 
-def _ordered(
-    flat: list[Any], before: Sequence[tuple[Sequence[Any], Sequence[Any]]]
-) -> tuple[list[str], list[str]]:
-    """Statements in an order in which each name is known before it is used."""
-    taken, texts = statements(flat)
-    pending: list[tuple[list[str], list[str], str]] = []  # names, lines, what they are made of
-    at = 0
-    for symbols, values in before:
-        names, made = [str(s) for s in symbols], texts[at : at + len(values)]
-        at += len(values)
+def body(
+    arguments: dict[str, Iterable[Letter]], results: Expressions, before: Sequence[Definition]
+) -> tuple[list[str], Iterator[str]]:
+    """The statements of a function of vectors, and the texts of its results.
+
+    Each letter is defined before it is used; the order is that of `before`, then of the common
+    subexpressions, as far as it can be.
+    """
+    lines = [f"{s} = {vector}[{i}]" for vector, letters in arguments.items()
+             for i, s in enumerate(letters)]  # fmt: skip
+    taken, reduced = _shared([*(v for _, values in before for v in values), *results])
+    rest = iter(reduced)
+    pending: list[tuple[Letters, Expressions, Any]] = []  # letters, values, what writes them
+    for letters, values in before:
+        made = [next(rest) for _ in values]
         if isinstance(values, Together):
-            pending.append((names, values.lines(names, made), " ".join(made)))
+            pending.append((letters, made, values.lines))
         else:
-            pending += [([n], [f"{n} = {t}"], t) for n, t in zip(names, made, strict=True)]
-    pending += [([name], [f"{name} = {text}"], text) for name, text in taken]
-    waiting = {name for names, _, _ in pending for name in names}
-    unmet = [set(re.findall(r"[A-Za-z_]\w*", text)) & waiting for _, _, text in pending]
-    lines: list[str] = []
+            pending += [([s], [e], _assign) for s, e in zip(letters, made, strict=True)]
+    pending += [([s], [e], _assign) for s, e in taken]
+    unknown = {s for letters, _, _ in pending for s in letters}
+    needed = [set().union(*(e.free_symbols for e in values)) for _, values, _ in pending]
     while pending:
-        i = next(i for i, needed in enumerate(unmet) if not needed & waiting)
-        names, made, _ = pending.pop(i)
-        unmet.pop(i)
-        lines += [f"    {line}" for line in made]
-        waiting.difference_update(names)
-    return lines, texts[at:]
+        i = next(i for i, symbols in enumerate(needed) if not symbols & unknown)
+        letters, values, write = pending.pop(i)
+        needed.pop(i)
+        lines += write([str(s) for s in letters], [code(e) for e in values])
+        unknown.difference_update(letters)
+    return [f"    {line}" for line in lines], (code(e) for e in rest)
+
+
+def _assign(names: list[str], texts: list[str]) -> list[str]:
+    return [f"{name} = {text}" for name, text in zip(names, texts, strict=True)]

@@ -5,9 +5,20 @@ from __future__ import annotations
 from ..errors import unknown
 from .cayley import Cayley, cayley
 from .exponential import Exponential, exponential
-from .retraction import Retraction
+from .implicit_product import AlgebraInNumbers
+from .retraction import EquivariantRetraction, Retraction
 
-__all__ = ["BUILT_IN", "Cayley", "Exponential", "Retraction", "cayley", "exponential", "get"]
+__all__ = [
+    "BUILT_IN",
+    "AlgebraInNumbers",
+    "Cayley",
+    "EquivariantRetraction",
+    "Exponential",
+    "Retraction",
+    "cayley",
+    "exponential",
+    "get",
+]
 
 BUILT_IN: dict[str, Retraction] = {r.name: r for r in (cayley, exponential)}
 

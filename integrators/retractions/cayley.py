@@ -5,20 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
 from ..numbers.lazy import sympy
-from .retraction import Retraction
+from .retraction import AlgebraInNumbers, EquivariantRetraction, complex_form
 
 
 @dataclass(frozen=True)
-class Cayley(Retraction):
+class Cayley(EquivariantRetraction):
     """cay(ξ) = (e − ξ/2)⁻¹(e + ξ/2) (paper, section 3.6.2; Hairer, Lubich, Wanner, IV.8.3).
 
-    L η = (e + ξ/2) η (e − ξ/2) and R η = (e − ξ/2) η (e + ξ/2) are polynomial.
+    L η = (e + ξ/2) η (e − ξ/2) and R η = (e − ξ/2) η (e + ξ/2) are polynomial. The chart ends where
+    det(e + g) = 0, that is where det(e − ξ/2) grows without bound; its translates by a cover hold
+    the group. Closed forms are computed over the polynomials in ξ, in the algebra's real form.
     """
 
     name: str = "cayley"
+    has_translates = True
+    proven = True
 
     def check(self, algebra: MatrixAlgebra) -> None:
         if not algebra.closed_under_triple_products:
@@ -27,52 +33,96 @@ class Cayley(Retraction):
                 "is not closed under ξηξ); use the exponential."
             )
 
-    def element(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        e, a = sympy.eye(algebra.size), algebra.hat(xi) / 2
-        return (_inverse(e - a) * (e + a)).applyfunc(sympy.cancel)
-
     def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        return (self.element(algebra, xi) - sympy.eye(algebra.size)).applyfunc(sympy.cancel)
+        minus, plus = _factors(algebra.real, xi)
+        inverse, det = minus.adj_det()
+        return complex_form(algebra, _quotient(inverse * (plus - minus), det))
 
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
-        e, a = sympy.eye(algebra.size), algebra.hat(xi) / 2
-        left, right = _between(algebra, e + a, e - a), _between(algebra, e - a, e + a)
-        return left.applyfunc(sympy.expand), right.applyfunc(sympy.expand)
+        minus, plus = _factors(algebra.real, xi)
+        pairs = (plus, minus), (minus, plus)
+        left, right = (_between(algebra, *pair).to_Matrix() / 4 for pair in pairs)
+        return left, right
 
     def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        e, a = sympy.eye(algebra.size), algebra.hat(xi) / 2
-        return _between(algebra, _inverse(e + a), _inverse(e - a)).applyfunc(sympy.cancel)
+        (right, under), (left, over) = (f.adj_det() for f in _factors(algebra.real, xi))
+        numerators = _between(algebra, left, right)  # over a ring that may be larger
+        denominator = numerators.domain.convert_from(over * under, left.domain)
+        return _quotient(numerators.scalarmul(numerators.domain(4)), denominator)
 
     def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
         # cay(2a) cay(2b) = cay(2c) with c = (e − a)⁻¹ (a + b) (e + ab)⁻¹ (e − a):
         # both g − e and g + e have the factors (e − a)⁻¹ and (e − b)⁻¹, which cancel.
-        e, a, b = sympy.eye(algebra.size), algebra.hat(xi) / 2, algebra.hat(eta) / 2
-        c = _times(_inverse(e - a), a + b, _inverse(e + _times(a, b)), e - a)
-        return 2 * algebra.coordinates(c)
+        real = algebra.real
+        e, a, b = sympy.eye(real.size), real.hat(xi) / 2, real.hat(eta) / 2
+        (first, over), (second, under) = (_over_ring(m).adj_det() for m in (e - a, e + a * b))
+        if not under:
+            raise BadInput(
+                f"the product τ(ξ)τ(η) lies outside the Cayley chart of {algebra.name}, as that of "
+                "two quarter turns about one axis does; take smaller elements, or the exponential."
+            )
+        inverse = _quotient(first, over) * (a + b) * _quotient(second, under)
+        return 2 * real.coordinates(inverse * (e - a))
+
+    def element_in(self, frame: AlgebraInNumbers, xi: Any) -> np.ndarray:
+        a = frame.hat(xi) / 2
+        return np.asarray(frame.numbers.solve(frame.e - a, frame.e + a))
+
+    def coordinates_in(self, frame: AlgebraInNumbers, g: np.ndarray) -> np.ndarray:
+        e = frame.e
+        return 2 * frame.read(frame.numbers.solve((e + g).T, (g - e).T).T)
+
+    def extents(self, algebra: MatrixAlgebra, xi: Any) -> list[tuple[str, Any]]:
+        """det(e − ξ/2), which is 1/cos²(θ/2) at a rotation by θ."""
+        near = sympy.eye(algebra.size) - algebra.hat(xi) / 2
+        return [("size", near.det(method="berkowitz").expand())]
+
+    def reach(self, algebra: MatrixAlgebra) -> float:
+        """Twice the size that a cover leaves at most.
+
+        Some translate has det(e + g B⁻¹) ≥ 2 (4 on SE(n), whose last diagonal entry is always 1),
+        and det(e − ξ/2) det(e + τ(ξ)) = 2ᴺ. Twice, so that a trajectory near the limit does not
+        change charts at every step.
+        """
+        return float(2.0**algebra.size)
+
+    def distance_and_margin(self, algebra: MatrixAlgebra, xi: np.ndarray) -> tuple[float, float]:
+        """The smallest singular value of e + g, and |det(e + g)/2ᴺ|^½ or 1 if that is less."""
+        basis = np.array(algebra.basis, dtype=complex if algebra.is_complex else float)
+        near = np.eye(algebra.size) - np.tensordot(xi, basis, 1) / 2  # e + g = 2 (e − ξ/2)⁻¹
+        size = max(1.0, abs(np.linalg.det(near)))
+        return 2 / float(np.linalg.norm(near, 2)), float(size**-0.5)
+
+
+def _over_ring(matrix: Any) -> Any:
+    """The matrix over the ring of polynomials that its entries lie in."""
+    from sympy.polys.matrices import DomainMatrix
+
+    return DomainMatrix.from_Matrix(matrix).to_dense()
+
+
+def _factors(algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
+    """(2e − ξ̂, 2e + ξ̂): integer coefficients wherever the basis has them."""
+    hat = _over_ring(algebra.hat(xi))
+    twice = hat.eye(hat.shape, hat.domain).to_dense().scalarmul(hat.domain(2))
+    return twice - hat, twice + hat
 
 
 def _between(algebra: MatrixAlgebra, left: Any, right: Any) -> Any:
-    """The m×m matrix of η ↦ left·η·right."""
-    basis = [algebra.hat(row) for row in sympy.eye(algebra.dim).tolist()]
-    return sympy.Matrix.hstack(*[algebra.coordinates(left * eta * right) for eta in basis])
+    """The m×m matrix of η ↦ left·η·right in coordinates, over the ring of the factors."""
+    real = algebra.real
+    read, *basis = (_over_ring(matrix) for matrix in (real.dual, *real._matrices))
+    left, right, read, *basis = left.unify(right, read, *basis, fmt="dense")
+    columns = [(left * e * right).to_list_flat() for e in basis]
+    flat = left.from_list(list(map(list, zip(*columns, strict=True))), left.domain)
+    return read * flat
 
 
-def _times(*factors: Any) -> Any:
-    """The product; of numbers multiplied out, lest complex ones become ever longer expressions."""
-    product = factors[0]
-    for factor in factors[1:]:
-        product = product * factor
-        if not product.free_symbols:
-            product = product.applyfunc(lambda e: e.expand())
-    return product
-
-
-def _inverse(matrix: Any) -> Any:
-    """Adjugate over determinant: entries stay small rational functions."""
-    determinant = sympy.expand(matrix.det(method="berkowitz"))
-    return matrix.adjugate(method="berkowitz").applyfunc(sympy.expand) / sympy.factor_terms(
-        determinant
-    )
+def _quotient(numerators: Any, denominator: Any) -> Any:
+    """Each entry over the denominator, in lowest terms."""
+    field = numerators.domain.get_field()
+    factor = field.one / field.convert_from(denominator, numerators.domain)
+    return numerators.to_field().scalarmul(factor).to_Matrix()
 
 
 cayley = Cayley()

@@ -7,35 +7,43 @@ dexp⁻¹ is s/(eˢ − 1) at s = ad_ξ (right-trivialised; Hairer, Lubich, Wann
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..algebras import MatrixAlgebra
+from ..errors import BadInput
 from ..numbers.lazy import sympy
 from .ad_spectrum import turnings
-from .logarithm import logarithm
-from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction
-from .retraction import Retraction
+from .implicit_product import AlgebraInNumbers
+from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction, in_arithmetic
+from .retraction import EquivariantRetraction, complex_form
 from .stumpff import stumpff
 
 
 @dataclass(frozen=True)
-class Exponential(Retraction):
+class Exponential(EquivariantRetraction):
     """exp(ξ). Its product log(exp ξ exp η) is defined while no angle reaches a half-turn.
 
     Closed forms: so(3), su(2), sl(2), se(2), se(3), Heisenberg's algebra and any other on which ad
-    turns at one rate (`turning`), direct sums of these such as so(4). Elsewhere functions of
+    turns at one rate (`ad_spectrum`), direct sums of these such as so(4). Elsewhere functions of
     matrices and their derivatives are computed from ad_ξ as numbers (`matrix_functions`).
+    The chart ends where ad_ξ has the eigenvalue 2πi, for there dexp_ξ is singular. On SO(3) that is
+    a whole turn; from half a turn on ξ and a shorter one about the opposite axis are one rotation,
+    and ξ tells apart elements of the covering group.
     """
 
     name: str = "exponential"
+    proven = True
 
     def check(self, algebra: MatrixAlgebra) -> None:
         algebra.structure_constants  # noqa: B018 - closed under brackets is all that it needs
 
     def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
         if not turnings(algebra):
-            return _complex_form(algebra, MatrixFunction(DISPLACEMENT, algebra.real.basis)(xi))
+            return complex_form(algebra, MatrixFunction(DISPLACEMENT, algebra.real.basis)(xi))
         first, *others = (turning.displacement(xi) for turning in turnings(algebra))
         for other in others:  # commuting factors: (e + a)(e + b) − e
             first = first + other + first * other
@@ -80,14 +88,68 @@ class Exponential(Retraction):
             total += turning.odd(xi, odd) + turning.even(xi, even)
         return total
 
-    def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
-        return logarithm(algebra, xi, eta)
+    def element_in(self, frame: AlgebraInNumbers, xi: Any) -> np.ndarray:
+        return frame.e + in_arithmetic(frame.numbers)(frame.hat(xi), DISPLACEMENT)
+
+    def coordinates_in(self, frame: AlgebraInNumbers, g: np.ndarray) -> np.ndarray:
+        """Of the principal logarithm; raises `BadInput` where an angle reaches a half-turn.
+
+        Square roots until near e, then log g = 2 artanh((g − e)(g + e)⁻¹) by its series (Higham,
+        Functions of Matrices, 11.5).
+        """
+        e, numbers, roots = frame.e, frame.numbers, 0
+        while _size(g - e) > 1 / 16:  # the series then gains two and a half digits a term
+            g, roots = _root(g, e, numbers), roots + 1
+        y = numbers.solve(g + e, g - e)
+        square = y @ y
+        total, power, n = 0 * y, y, 1
+        while _size(power) > numbers.eps * _size(y) / 16:
+            total, power, n = total + power / n, power @ square, n + 2
+        return frame.read(total * 2 ** (roots + 1))
+
+    def extents(self, algebra: MatrixAlgebra, xi: Any) -> list[tuple[str, Any]]:
+        """1 − (ϑ/2π)² for eigenvalues ±iϑ of ad_ξ.
+
+        With closed forms ϑ is the rate of each ideal; elsewhere it is bounded by the skew part of
+        ad_ξ, |ϑ|² ≤ ½‖(ad − adᵀ)/2‖²_F.
+        """
+        if parts := turnings(algebra):
+            squares = [part.squared_rate(xi) for part in parts]
+        else:
+            ad = algebra.ad(xi)
+            squares = [sum(e**2 for e in (ad - ad.T) / 2).expand() / 2]
+        return [("rest", 1 - square / (4 * sympy.pi**2)) for square in squares]
+
+    def reach(self, algebra: MatrixAlgebra) -> float:
+        """The size at ϑ = π, 1/(1 − 1/4)², where exp ceases to be injective on SO(3)."""
+        return 16 / 9
+
+    def distance_and_margin(self, algebra: MatrixAlgebra, xi: np.ndarray) -> tuple[float, float]:
+        """2π − ϑ, ϑ the largest |Im λ| of ad_ξ, and 1 − (ϑ/2π)² (0 beyond)."""
+        constants = [np.array(c.tolist(), dtype=float) for c in algebra.structure_constants]
+        ad = np.array([[xi @ c[:, nu] for nu in range(algebra.dim)] for c in constants])
+        turn = float(max(abs(np.linalg.eigvals(ad).imag)))
+        return 2 * math.pi - turn, max(0.0, 1 - (turn / (2 * math.pi)) ** 2)
 
 
-def _complex_form(algebra: MatrixAlgebra, real: Any) -> Any:
-    """The N×N matrix whose real 2N×2N form is given; where the algebra is real, that itself."""
-    n = algebra.size
-    return real if algebra.real is algebra else real[:n, :n] + sympy.I * real[n:, :n]
+def _root(g: Any, e: Any, numbers: Any) -> Any:
+    """√g by the Denman–Beavers iteration (Higham, Functions of Matrices, 6.3)."""
+    y, z, before = g, e, None
+    for _ in range(100):  # it converges quadratically wherever there is a root
+        new = (y + numbers.solve(z, e)) / 2
+        z = (z + numbers.solve(y, e)) / 2
+        change, y = _size(new - y), new
+        # at round-off, or no longer shrinking near it
+        if change <= 8 * numbers.eps or (before is not None and before <= change < 1e-10):
+            return y
+        before = change
+    raise BadInput(
+        "log(exp ξ exp η) does not exist here: an angle reaches a half-turn; take a smaller step."
+    )
+
+
+def _size(matrix: Any) -> Any:
+    return abs(matrix).max()
 
 
 def _coth(z: Any) -> Any:

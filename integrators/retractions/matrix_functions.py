@@ -16,9 +16,9 @@ from itertools import combinations_with_replacement
 from typing import Any
 
 from ..numbers.exact import floats_exact
-from ..numbers.interpreting import run_text
 from ..numbers.lazy import sympy
 from ..numbers.multi_output import entry, register, with_tables
+from ..numbers.numeric import run_text
 from ..numbers.printing import code
 from . import matrix_numbers
 
@@ -28,7 +28,7 @@ DEXP, DEXP_INVERSE, DISPLACEMENT = 0, 1, 2
 
 
 def _register(function: Any) -> None:
-    register(function.__name__, lambda: f"@aside\n{inspect.getsource(function)}")
+    register(function.__name__, lambda: f"@arrays\n{inspect.getsource(function)}")
 
 
 _register(matrix_numbers.matrix_function)
@@ -74,7 +74,7 @@ class MatrixFunction:
             f"NUMBERS_{name} = ({''.join(f'R(1)*({code(e)}), ' for e, _ in entries)})",
             f"PLACES_{name} = {tuple(place for _, place in entries)}",
             f"DIRECTIONS_{name} = {tuple(self.directions(order))}",
-            f"@aside\ndef matrix_{name}({xi}):\n    return {called}",
+            f"@table\ndef matrix_{name}({xi}):\n    return {called}",
         ]
         return "\n".join(lines)
 
@@ -115,5 +115,5 @@ def _numerical(function: MatrixFunction, order: int, numbers: Any) -> Any:
 @lru_cache(maxsize=64)
 def in_arithmetic(numbers: Any) -> Any:
     """`matrix_numbers.matrix_function` on numbers of that kind."""
-    text = "@aside\n" + inspect.getsource(matrix_numbers.matrix_function)
+    text = "@arrays\n" + inspect.getsource(matrix_numbers.matrix_function)
     return run_text(text, numbers.namespace())["matrix_function"]

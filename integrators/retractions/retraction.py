@@ -1,6 +1,6 @@
-"""What a retraction is: a chart of matrix groups around the identity.
+"""What a retraction is: a chart of matrix groups around the identity, and where the chart ends.
 
-τ: g → G near 0, odd: τ(ξ)τ(−ξ) = e. In the chart (u; h) ↦ τ(hu)
+τ: g → G near 0 with τ(0) = e and dτ(0) = 1. In the chart (u; h) ↦ τ(hu)
 
     L = dτ⁻¹_{hu} ∘ Ad_{τ(hu)},    R = dτ⁻¹_{hu}      (right-trivialised; paper, section 3.6.2)
 """
@@ -11,18 +11,27 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..algebras import MatrixAlgebra
 from ..numbers.lazy import sympy
+from .implicit_product import AlgebraInNumbers, implicit_product
 
 
 @dataclass(frozen=True)
 class Retraction(ABC):
-    """A chart of matrix groups around the identity; subclasses give the formulas.
+    """A chart of matrix groups around the identity; a subclass gives the formulas.
 
-    ξ, η are sympy columns of coordinates, m×1; L − R = ad_ξ must hold (as it does for both here).
+    ξ, η are sympy columns of coordinates, m×1. `symmetric`: whether τ(−ξ) = τ(ξ)⁻¹.
+    `has_translates`: whether the translates of the chart by the algebra's cover hold the group, so
+    that bisections continue it. `proven`: whether the tests hold it to every law, so that a scheme
+    need not check the axioms again.
     """
 
     name: str
+    symmetric = False
+    has_translates = False
+    proven = False
 
     @abstractmethod
     def check(self, algebra: MatrixAlgebra) -> None:
@@ -32,28 +41,98 @@ class Retraction(ABC):
     def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
         """τ(ξ) − e, N×N, with the difference cancelled."""
 
+    def element(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+        """τ(ξ), N×N."""
+        return sympy.eye(algebra.size) + self.displacement(algebra, xi)
+
+    @abstractmethod
+    def inverse(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+        """The coordinates (m×1) of τ(ξ)⁻¹."""
+
+    def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
+        """The coordinates (m×1) of τ(ξ)τ(η); raises `BadInput` where the chart has none.
+
+        Without a closed form it has values and derivatives, but no text for compiled kernels.
+        """
+        return implicit_product(self, algebra, xi, eta)
+
+    # -- the tangent ----------------------------------------------------------------------------
+
     @abstractmethod
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
         """(L, R): the m×m matrices of left- and right-invariant fields at ξ = hu."""
 
-    @abstractmethod
     def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
         """L⁻¹ at ξ, m×m: the left-trivialised tangent of τ."""
+        return _inverse(self.invariant_fields(algebra, xi)[0])
+
+    def inverse_right_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+        """R⁻¹ at ξ, m×m: the right-trivialised tangent of τ."""
+        return _inverse(self.invariant_fields(algebra, xi)[1])
 
     def lag(self, algebra: MatrixAlgebra, xi: Any, theta: Any) -> Any:
-        """L(θξ)⁻¹ (θR(ξ) − R(θξ)), m×m: what e→ does to τ(θξ), in left trivialisation.
-
-        e← does this and the identity more, because L(θξ) − R(θξ) = θ ad_ξ = θ (L(ξ) − R(ξ)).
-        """
+        """L(θξ)⁻¹ (θR(ξ) − R(θξ)), m×m: what e→ does to τ(θξ), in left trivialisation."""
         _, right = self.invariant_fields(algebra, xi)
         _, partial = self.invariant_fields(algebra, theta * xi)
         difference = (theta * right - partial).applyfunc(lambda e: e.expand())
         return self.inverse_left_field(algebra, theta * xi) * difference
 
-    @abstractmethod
-    def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
-        """The coordinates (m×1) of τ⁻¹(τ(ξ)τ(η))."""
+    def lead(self, algebra: MatrixAlgebra, xi: Any, theta: Any) -> Any:
+        """L(θξ)⁻¹ (θ(L − R)(ξ) + R(θξ)), m×m: what e← does to τ(θξ) more than e→."""
+        left, right = self.invariant_fields(algebra, xi)
+        _, partial = self.invariant_fields(algebra, theta * xi)
+        return self.inverse_left_field(algebra, theta * xi) * (theta * (left - right) + partial)
 
-    def element(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        """τ(ξ), N×N."""
-        return sympy.eye(algebra.size) + self.displacement(algebra, xi)
+    # -- in numbers -----------------------------------------------------------------------------
+
+    @abstractmethod
+    def element_in(self, frame: AlgebraInNumbers, xi: Any) -> np.ndarray:
+        """τ(ξ) as numbers, N×N."""
+
+    @abstractmethod
+    def coordinates_in(self, frame: AlgebraInNumbers, g: np.ndarray) -> np.ndarray:
+        """ξ with τ(ξ) = g as numbers, m; raises `ArithmeticError` where the chart has none."""
+
+    # -- the chart's edge -----------------------------------------------------------------------
+
+    @abstractmethod
+    def extents(self, algebra: MatrixAlgebra, xi: Any) -> list[tuple[str, Any]]:
+        """What tells how near the chart's edge ξ is, symbolic: (kind, value) each.
+
+        "size": 1 at 0, its absolute value grows without bound towards the edge. "rest": 1 at 0,
+        0 at the edge, negative beyond; 1/rest² is its size.
+        """
+
+    @abstractmethod
+    def reach(self, algebra: MatrixAlgebra) -> float:
+        """The size of `extents` at which a run leaves the chart if it may."""
+
+    @abstractmethod
+    def distance_and_margin(self, algebra: MatrixAlgebra, xi: np.ndarray) -> tuple[float, float]:
+        """(distance to the chart's edge, margin: 1 at 0 and 0 at the edge) in double precision."""
+
+
+class EquivariantRetraction(Retraction):
+    """A retraction that is odd, τ(−ξ) = τ(ξ)⁻¹, with τ(Ad_g ξ) = g τ(ξ) g⁻¹: so L − R = ad_ξ."""
+
+    symmetric = True
+
+    def inverse(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+        return -xi
+
+    def inverse_right_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+        return self.inverse_left_field(algebra, -xi)
+
+    def lead(self, algebra: MatrixAlgebra, xi: Any, theta: Any) -> Any:
+        """The identity: L(θξ) − R(θξ) = θ ad_ξ = θ (L(ξ) − R(ξ))."""
+        return sympy.eye(algebra.dim)
+
+
+def complex_form(algebra: MatrixAlgebra, real: Any) -> Any:
+    """The N×N matrix whose real 2N×2N form is given; where the algebra is real, that itself."""
+    n = algebra.size
+    return real if algebra.real is algebra else real[:n, :n] + sympy.I * real[n:, :n]
+
+
+def _inverse(matrix: Any) -> Any:
+    return matrix.inv(method="ADJ").applyfunc(sympy.cancel)

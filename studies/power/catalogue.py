@@ -71,8 +71,9 @@ def _text(old: str, new: str) -> Any:
 
     def operator(text: str, generator: Any, h: Any) -> str | None:
         changed = text.replace(old, new)
-        lost = ("memo" in new and "def correct(" not in text) or (
-            "_ = update" in new and "'carried': 0" in text
+        of_newton = "memo" in new or text.find(old) > text.index("def solve(")
+        lost = (of_newton and "iterated=False" in text) or (
+            "_ = system" in new and "reused=0" in text
         )
         return None if lost or changed == text else changed
 
@@ -85,15 +86,15 @@ SOLVER = {
     "one correction is always enough": ("8 * kappa * size * size <= EPS * scale", "size < HUGE"),
     "the last u instead of this one": ("return w, (w, u1", "return u1, (w, u1"),
     "damped residual": (
-        "mu, emu = accumulate_u(mu, dmu)",
-        "mu, emu = accumulate_u(mu, tuple(d - d / R(1000000) for d in dmu))",
+        "mu, emu = accumulate(mu, dmu)",
+        "mu, emu = accumulate(mu, tuple(d - d / R(1000000) for d in dmu))",
     ),
-    "stale functions of x": ("dx, dmu, k = update(", "dx, dmu, _ = update("),
+    "stale functions of x": ("dx, dmu, k = system.", "dx, dmu, _ = system."),
     "the momentum is updated twice": (
-        "mu, emu = accumulate_u(mu, dmu)",
-        "mu, emu = accumulate_u(accumulate_u(mu, dmu)[0], dmu)",
+        "mu, emu = accumulate(mu, dmu)",
+        "mu, emu = accumulate(accumulate(mu, dmu)[0], dmu)",
     ),
-    "the velocity of the step before": ("= update(x, w, mu,", "= update(x, memo[1], mu,"),
+    "the velocity of the step before": ("= system.update(x, w, mu,", "= system.update(x, memo[1], mu,"),
 }
 
 
@@ -108,8 +109,8 @@ def solvers() -> Iterator[Fault]:
         dim = 1 if scene == "pendulum" else 3
         mixed = {"stale stages": ("w", "memo[1]"), "a stale velocity": ("memo[1]", "w")}
         for words, (u, stages) in mixed.items():
-            stale = f"= update(x, {u}[:{dim}] + {stages}[{dim}:], mu,"
-            yield Fault(scene, rule, "solver", _text("= update(x, w, mu,", stale), words=words)
+            stale = f"= system.update(x, {u}[:{dim}] + {stages}[{dim}:], mu,"
+            yield Fault(scene, rule, "solver", _text("= system.update(x, w, mu,", stale), words=words)
 
 
 def _coefficient(change: Any) -> Any:

@@ -7,16 +7,14 @@ would not win back.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 from discmech.integrators import Scheme
-from discmech.integrators.compiler.driver import SINGULAR
-from discmech.integrators.compiler.modules import composed_file, kernel_body, kernel_file
+from discmech.integrators.compiler import SINGULAR, Kernels, interpreted, kernel_text
 from discmech.integrators.flows.composed_flow import ComposedFlow
 from discmech.integrators.flows.flow import Flow
-from discmech.integrators.numbers.interpreting import run_text
 
 Edit = Callable[[str], str]
 Form = tuple[str, Callable[[Any], Any]]
@@ -45,32 +43,29 @@ def interpret(scheme: Scheme, edit: Edit | None = None, form: Form | None = None
     return scheme
 
 
-class _Flow(Flow):
+class _Interpreted:
+    """A flow's kernels as Python, with a change of their text."""
+
     edit: Edit | None = None
 
     @cached_property
-    def _kernels(self) -> dict[str, Any]:
-        return _run(self, kernel_file(self.scheme))
+    def _kernels(self: Any) -> Kernels:
+        text = kernel_text(self._system, self.without)
+        kernels = interpreted(self.edit(text) if self.edit else text, self.numbers)
+
+        def advance(*arguments: Any) -> Any:
+            """Python's functions raise where machine code and gmpy2 give what is no number."""
+            try:
+                return kernels.advance(*arguments)
+            except (ValueError, OverflowError, ZeroDivisionError):
+                return 0, SINGULAR
+
+        return replace(kernels, advance=advance)
 
 
-class _ComposedFlow(ComposedFlow):
-    edit: Edit | None = None
-
-    @cached_property
-    def _kernels(self) -> dict[str, Any]:
-        return _run(self, composed_file(tuple(s.origin for s in self.schemes)))
+class _Flow(_Interpreted, Flow):
+    """A flow of a rule of one step."""
 
 
-def _run(flow: _Flow | _ComposedFlow, path: Path) -> dict[str, Any]:
-    text = kernel_body(path)
-    names = run_text(flow.edit(text) if flow.edit else text, flow.numbers.namespace())
-    advance = names["advance"]
-
-    def guarded(*arguments: Any) -> Any:
-        """Python's functions raise where machine code and gmpy2 give what is no number."""
-        try:
-            return advance(*arguments)
-        except (ValueError, OverflowError, ZeroDivisionError):
-            return 0, SINGULAR
-
-    return {**names, "advance": guarded}
+class _ComposedFlow(_Interpreted, ComposedFlow):
+    """A flow of a composition."""

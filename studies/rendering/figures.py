@@ -33,7 +33,14 @@ from discmech.studies.rendering.captions import (
     WORK,
 )
 from discmech.studies.rendering.palette import Mark, marks
-from discmech.studies.rendering.wording import Case, Result, is_control, mapping, rule_name
+from discmech.studies.rendering.wording import (
+    Case,
+    Result,
+    in_unusual_chart,
+    is_control,
+    mapping,
+    rule_name,
+)
 
 Titles = Mapping[str, str]
 
@@ -262,7 +269,7 @@ def _references(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -
 
 def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
     """A wider margin where names of rules carry their retraction."""
-    more = 0.24 if any(case.get("retraction") == "exponential" for case in cases) else 0.0
+    more = 0.24 if any(map(in_unusual_chart, cases)) else 0.0
     return replace(sheet, width=sheet.width + more, right=sheet.right + more)
 
 

@@ -24,6 +24,8 @@ STUDIES = (
 )
 VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
 NONE = "—"
+#: the retraction of groupoids that are given none, which names leave out
+USUAL_RETRACTION = "cayley"
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
@@ -144,7 +146,12 @@ def rows(case: Mapping[str, Any]) -> list[dict[str, Any]]:
 def rule_name(case: Mapping[str, Any]) -> str:
     """The rule, with the retraction where it is not the usual one."""
     rule = str(case.get("rule") or NONE)
-    return f"{rule}, exp" if case.get("retraction") == "exponential" else rule
+    return f"{rule}, {case['retraction'][:3]}" if in_unusual_chart(case) else rule
+
+
+def in_unusual_chart(case: Mapping[str, Any]) -> bool:
+    """Whether the case runs in another retraction's chart than groupoids have by themselves."""
+    return case.get("retraction") not in (None, USUAL_RETRACTION)
 
 
 def case_name(case: Mapping[str, Any]) -> str:

@@ -24,7 +24,7 @@ from discmech.integrators import (
     so,
     trapezoidal,
 )
-from discmech.integrators.groupoids.groupoid import check_axioms
+from discmech.integrators.groupoids import check_axioms
 from discmech.integrators.rules import get as rule_called
 from tests.objects import SCENES, flow, scheme
 

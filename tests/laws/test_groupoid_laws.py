@@ -11,7 +11,7 @@ import pytest
 import sympy
 from sympy import Matrix, Rational, Symbol, eye, zeros
 
-from discmech.integrators.groupoids.groupoid import axioms
+from discmech.integrators.groupoids.axioms import axioms
 from discmech.integrators.numbers.evaluation import evaluate
 from tests.objects import ARROWS, GROUPOIDS, LARGE, STEPS, arrows
 
@@ -186,26 +186,6 @@ def test_inversion_to_first_order(g, h):
     for a in range(g.dim_u):
         e = unit(g.dim_u, a)
         assert agree(slope(lambda s, e=e: g.inversion(x, s * e, h)), -e)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=pytest.mark.slow if g.retraction else ())
-        for name, g in GROUPOIDS.items()
-    ],
-)
-def test_inversion_tangent(name):
-    g, h = GROUPOIDS[name], STEPS[-1]
-    point = arrows(g, "generic", h)
-    x, u = point["x"], point["u"]
-    by_x, by_u = g.inversion_tangent(x, u, g.inversion(x, u, h), h)
-    for i in range(g.dim_x):
-        e = unit(g.dim_x, i)
-        assert agree(slope(lambda s, e=e: g.inversion(x + s * e, u, h)), by_x[:, i])
-    for a in range(g.dim_u):
-        e = unit(g.dim_u, a)
-        assert agree(slope(lambda s, e=e: g.inversion(x, u + s * e, h)), by_u[:, a])
 
 
 @pytest.mark.parametrize("name", ["action(so(3))", "group(so(3))"])

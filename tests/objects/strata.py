@@ -11,7 +11,8 @@ STEPS = (Rational(1, 10), Rational(3), Rational(-2, 7))
 def arrows(groupoid, stratum, h, seed=0):
     """Exact x and three arrows' coordinates u, v, w with |hu| in the stratum."""
     size = {"near": Rational(1, 10**7), "generic": Rational(1), "edge": Rational(1000)}[stratum]
-    if groupoid.retraction == "exponential" and stratum != "near":
+    by_exponential = any(g.tau is exponential for g in groupoid.matrix_groups())
+    if by_exponential and stratum != "near":
         size = Rational(2, 5)  # the product ends where an angle reaches π: sums stay below
 
     def fraction(i):
@@ -25,11 +26,11 @@ def arrows(groupoid, stratum, h, seed=0):
     point = {"x": column(0, n, Rational(1, 2)), "h": h, "k": h * Rational(5, 3)}
     for number, name in enumerate("uvw"):
         point[name] = column(100 + 17 * number, m, size / h)
-        if groupoid.retraction == "exponential" and stratum == "edge" and name == "u":
+        if by_exponential and stratum == "edge" and name == "u":
             turning = sum(e**2 for e in point[name][: 1 if m == 3 and "se" in groupoid.name else m])
             turning = sympy.sqrt(turning).evalf(20) * abs(h)
             point[name] *= Rational(31415, 10000) / Rational(str(turning))
-        elif groupoid.retraction == "exponential" and stratum == "edge":
+        elif by_exponential and stratum == "edge":
             point[name] /= 10**6
         if hasattr(groupoid, "connection") and stratum == "edge":
             # the group alone has an edge; a connection is a polynomial in the base, and a thousand

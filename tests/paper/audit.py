@@ -8,6 +8,7 @@ from typing import Any
 
 from sympy import Add, sympify
 
+from discmech.integrators import cayley
 from tests.objects import GROUPOIDS, STEPS, arrows
 
 from .numbers import agree, entries
@@ -23,7 +24,7 @@ def covered(row: Row) -> list[str]:
     fits = {
         EVERYWHERE: lambda g: True,
         MATRIX: lambda g: hasattr(g, "algebra"),
-        CAYLEY: lambda g: hasattr(g, "algebra") and g.retraction == "cayley",
+        CAYLEY: lambda g: hasattr(g, "algebra") and g.tau is cayley,
         ACTIONS: lambda g: hasattr(g, "algebra") and g.dim_x,
     }[row.how]
     return [name for name, g in GROUPOIDS.items() if fits(g)]

@@ -29,7 +29,7 @@ from discmech.integrators.compiler.modules import _MARK, kernel_file
 from discmech.integrators.flows.flow import Flow
 from discmech.integrators.flows.initial_state import Start
 from discmech.integrators.flows.newton_step import maps_at
-from discmech.integrators.numbers.interpreting import run_text
+from discmech.integrators.numbers.numeric import run_text
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
 from discmech.studies.case import Case

@@ -162,7 +162,7 @@ def test_from_the_command_line(study, kept, capsys, monkeypatch):
 
 
 def test_the_folder_is_that_of_the_environment(tmp_path, monkeypatch):
-    from discmech.integrators.compiler.modules import cache_folder
+    from discmech.integrators.compiler import cache_folder
 
     monkeypatch.setattr(journal, "cache_folder", cache_folder)
     monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path / "mine"))

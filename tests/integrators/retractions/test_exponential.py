@@ -136,6 +136,15 @@ def test_a_logarithm_beyond_the_half_turn_is_refused():
     )  # short of it: the branch is right
 
 
+def test_a_composition_outside_cayleys_chart_is_refused():
+    """Two quarter turns make a half-turn, which has no coordinates; two of SL(2) reach −e."""
+    for algebra, quarter in ((so(3), [0, 0, 2]), (su(2), [0, 0, 4]), (sl(2), [0, 2, -2])):
+        xi = Matrix(quarter)
+        with pytest.raises(BadInput, match=r"outside the Cayley chart of s.\(\d\), .*take smaller"):
+            cayley.product(algebra, xi, xi)
+        assert close(decimals(cayley.product(algebra, xi, xi / 10**9)), xi, 8)
+
+
 def test_scenes_and_groupoids_exchange_their_retraction():
     group = lie_group(so(3))
     other = group.with_retraction(exponential)

@@ -13,7 +13,7 @@ import sympy
 from sympy import Float, Matrix, Rational
 
 from discmech.integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
-from discmech.integrators.numbers.interpreting import run_text
+from discmech.integrators.numbers.numeric import run_text
 from discmech.integrators.numbers.printing import Call, function_text
 from discmech.integrators.rules import get
 from discmech.integrators.rules.galerkin import gauss, lobatto

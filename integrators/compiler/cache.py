@@ -1,0 +1,75 @@
+"""A private folder of the user's for what is generated: nothing is derived or compiled twice."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+
+def cache_folder() -> Path:
+    """DISCMECH_CACHE, or discmech in the user's cache folder; made private when made."""
+    chosen = os.environ.get("DISCMECH_CACHE")
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    folder = Path(chosen) if chosen else Path(base) / "discmech"
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass
+    return _temporary_folder()
+
+
+@cache
+def _temporary_folder() -> Path:
+    return Path(tempfile.mkdtemp(prefix="discmech-"))
+
+
+@cache
+def sources() -> str:
+    """Digest of all of our own text that generates: changed mathematics makes new files."""
+    files = (p for p in sorted(Path(__file__).parents[1].rglob("*.py")))
+    return digest(*(p.read_text(encoding="utf-8") for p in files if p.parent.name != "scenes"))
+
+
+def digest(*parts: str) -> str:
+    """A name that no other text has."""
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write to another name, then rename: nobody ever sees half a file."""
+    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".new")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+        os.replace(beside, path)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise
+
+
+def cached_text(name: str, build: Callable[[], str]) -> str:
+    """The text of a file in the cache, built if it is not there."""
+    path = cache_folder() / name
+    if not path.exists():
+        write_atomically(path, build())
+    return path.read_text(encoding="utf-8")
+
+
+@cache
+def imported(path: Path) -> ModuleType:
+    """The module of a generated file, known by name: so numba keeps its machine code."""
+    spec = importlib.util.spec_from_file_location(f"discmech_{path.stem}", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module

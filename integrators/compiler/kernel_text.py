@@ -1,0 +1,255 @@
+"""The text of a system's kernels: straight-line Python for machine code and for any precision.
+
+`prepare(q) → c`, `solver(x, w, μ, k, c) → (dw, size)` (without w, the solution itself, where the
+rows are affine in w), `update(x, w, μ, k, ex, eμ, c) → (dx, dμ, k)`, `carry(x, c) → k`, and
+`extents`, `branch` where there is an edge. The step h and the parameters are symbols (the vector
+q), so nothing is generated or compiled again for another step. k are the costly functions of x
+alone (sin x, 1/r³) that the next step needs again: they are computed once, at the end of a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ..numbers.definitions import Definition, Function, needed, written_out
+from ..numbers.lazy import sympy
+from ..numbers.multi_output import with_tables
+from ..numbers.printing import Call, Coefficients, Parameters, function_text
+from .elimination import solve
+from .layout import Layout
+from .omissions import carried, is_affine, pivot_rows
+from .system import System
+
+_DRIVER = Path(__file__).with_name("driver.py")
+SHORTEST = 40  # operations of a function from which a call costs less than it saves
+
+
+def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
+    """The text of all kernels of a system (and of its adjoint), and of the driver."""
+    kinds = [system] if system.adjoint is None else [system, system.adjoint]
+    kernels = [KernelText(s, suffix, omit) for s, suffix in zip(kinds, ("", "_of_adjoint"))]  # noqa: B905
+    texts = [k.text for k in kernels]
+    mixed = len(kernels) > 1
+    layout = Layout(
+        n=len(system.x), m=len(system.u), solved=len(system.w),
+        reused=0 if mixed else len(kernels[0].carried),
+        width=max(len(k.coefficients.values) for k in kernels),
+        iterated=not all(k.affine for k in kernels),
+    )  # fmt: skip
+    facts = [
+        f"LAYOUT = {layout}",
+        f"SINGLE, MIXED = {not system.composed}, {mixed}",
+        *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
+        f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",
+    ]
+    parts = [f"# {system.name}", *texts, "\n".join(facts), _DRIVER.read_text(encoding="utf-8")]
+    return with_tables("\n\n".join(parts))
+
+
+class KernelText:
+    """Derives the kernels' expressions from a system and writes their text.
+
+    omit: names of `omissions.SAVINGS` that are not made, so that they can be measured.
+    """
+
+    def __init__(self, system: System, suffix: str = "", omit: Iterable[str] = ()) -> None:
+        self.system, self.suffix, self.omit = system, suffix, frozenset(omit)
+        plain = "coefficients" in self.omit
+        self.coefficients = Parameters(system.q) if plain else Coefficients(system.q)
+        self.h = system.q[0]
+        self._functions: dict[Function, tuple[str, list[Any], str]] = {}
+        self._calls: dict[str, int] = {}
+
+    @cached_property
+    def affine(self) -> bool:
+        """Whether one correction solves a step."""
+        return "direct" not in self.omit and is_affine(self.system)
+
+    @cached_property
+    def carried(self) -> list[tuple[Any, Any]]:
+        """The functions of x that are handed on: [(at x, at y)]."""
+        return [] if "carried" in self.omit else carried(self.system)
+
+    @cached_property
+    def text(self) -> str:
+        """All functions; decorators say how they are written (`run_text`)."""
+        system = self.system
+        kernels = [self._edge()] if system.extents else []
+        kernels += [self._solver(), self._update()]
+        values = [self.coefficients.hoist(a) for a, _ in self.carried]
+        kernels.append(self._function("carry", {"x": system.x, "c": self._c}, [values]))
+        numbered = {s: _symbol(f"q{i}") for i, s in enumerate(system.q)}
+        c = [e.xreplace(numbered) for e in self.coefficients.values]
+        prepare = function_text(f"prepare{self.suffix}", {"q": numbered.values()}, [c])
+        shared = [
+            f"@{'node' if self._calls[name] > 1 and length >= SHORTEST else 'kernel'}\n{text}"
+            for name, length, text in (
+                (name, sum(map(sympy.count_ops, _expressions(f))), text)
+                for f, (name, _, text) in self._functions.items()
+            )
+        ]
+        return "\n\n".join([*shared, *kernels, prepare])
+
+    @property
+    def record(self) -> str:
+        """What the driver is given of this system."""
+        names = ["solver", "update", "carry", "prepare"]
+        names += ["extents"] if self.system.extents else []
+        names += ["branch"] if self.system.branch is not None else []
+        facts = {"affine": self.affine, "watched": bool(self.system.extents),
+                 "branched": self.system.branch is not None,
+                 "width": len(self.coefficients.values)}  # fmt: skip
+        entries = [f"{name}={name}{self.suffix}" for name in names]
+        return f"Record({', '.join([*entries, *(f'{k}={v}' for k, v in facts.items())])})"
+
+    # -- numbers that stay consistent ------------------------------------------------------------
+
+    @cached_property
+    def _xi(self) -> dict[Any, Any]:
+        """u ↦ ξ = hu, for those u that the chart depends on.
+
+        Written in ξ their coefficients are the chart's own (1, 1/2, 1/4), exact in binary, so that
+        rounding does not turn a rotation into a slow spiral: h²/4 rounded apart from h lets |Γ|²
+        drift linearly (Lagrange top, 10⁶ steps: 2e-12; in ξ: 1e-14).
+        """
+        return {u: _symbol(f"xi{i}") for i, u in enumerate(self.system.u)
+                if u in self.system.scaled}  # fmt: skip
+
+    def _hoist(self, e: Any) -> Any:
+        return self.coefficients.hoist(e.xreplace({u: xi / self.h for u, xi in self._xi.items()}))
+
+    @property
+    def _define_xi(self) -> list[tuple[Any, Any]]:
+        xi = self._xi
+        return [(list(xi.values()), [self.coefficients.hoist(self.h * u) for u in xi])]
+
+    # -- the kernels ----------------------------------------------------------------------------
+
+    def _function(self, name: str, *parts: Any) -> str:
+        return f"@kernel\n{function_text(f'{name}{self.suffix}', *parts)}"
+
+    @property
+    def _c(self) -> list[str]:
+        """The coefficients that have been asked for so far."""
+        return [f"c{i}" for i in range(len(self.coefficients.values))]
+
+    @cached_property
+    def _k(self) -> list[Any]:
+        return [_symbol(f"k{i}") for i in range(len(self.carried))]
+
+    def _with_k(self, entries: Any) -> list[Any]:
+        at_x = {a: k for (a, _), k in zip(self.carried, self._k, strict=True)}
+        return [self._hoist(e.xreplace(at_x)) for e in entries]
+
+    def _written(self, definitions: Iterable[Definition]) -> list[tuple[Any, Any]]:
+        """(letters, values) of definitions, calls among them."""
+        found = []
+        for d in definitions:
+            if d.function is None:
+                found.append((list(d.letters), [self._hoist(e) for e in d.values]))
+            else:
+                name, shared = self._called(d.function)
+                given = [*(self._hoist(e) for e in d.arguments), *shared]
+                found.append((list(d.letters), Call(name, given)))
+        return found
+
+    def _called(self, function: Function) -> tuple[str, list[Any]]:
+        """(name, letters of the caller's that it uses) of a function; its text is written once."""
+        if function not in self._functions:
+            name = f"{function.name}_{len(self._functions)}{self.suffix}"
+            columns = self._written(function.definitions)
+            results = [self._hoist(e) for e in function.results]
+            own = {*function.arguments, *(z for d in function.definitions for z in d.letters)}
+            used = set().union(*(e.free_symbols for e in results),
+                               *(e.free_symbols for _, values in columns for e in values))  # fmt: skip
+            shared = sorted(used - own, key=str)
+            text = function_text(name, {}, [results], columns, [*function.arguments, *shared])
+            self._functions[function] = name, shared, text
+        name, shared, _ = self._functions[function]
+        self._calls[name] = self._calls.get(name, 0) + 1
+        return name, shared
+
+    def _edge(self) -> str:
+        """`extents`, (sizes, rests) of a step, and `branch`."""
+        system = self.system
+        kinds = [[self._hoist(e) for kind, e in system.extents if kind == wanted]
+                 for wanted in ("size", "rest")]  # fmt: skip
+        wanted = {"extents": kinds}
+        if system.branch is not None:
+            wanted["branch"] = [[self._hoist(system.branch)]]
+        texts = []
+        for name, results in wanted.items():
+            uses = [e for column in results for e in column]
+            before = [*self._define_xi, *self._written(needed(system.definitions, uses))]
+            arguments = {"x": system.x, "w": system.w, "c": self._c}
+            texts.append(self._function(name, arguments, results, before))
+        return "\n\n".join(texts)
+
+    def _solver(self) -> str:
+        """One Newton correction; the solution itself, if the rows are affine in w."""
+        system = self.system
+        rows, slope = system.rows, system.slope
+        if self.affine:
+            zero = dict.fromkeys(system.w, 0)
+            rows, slope = (written_out(system.definitions, m).xreplace(zero) for m in (rows, slope))
+        wanted = [*system.mu, *[0] * (len(system.w) - len(system.mu))]
+        residual = sympy.Matrix(wanted) - rows
+        dw, steps = solve(slope, residual, self.coefficients, pivot_rows(system))
+        before = [(s, type(values)(self._with_k(values))) for s, values in steps]
+        if not self.affine:
+            inner = self._written(needed(system.definitions, [*slope, *residual]))
+            before = [*self._define_xi, *inner, *before]
+        if system.along is not None:
+            letters, along = system.along
+            before.append((list(letters), self._with_k(dw)))
+            dw = along
+        names = self._with_k(dw)
+        results: list[Any] = [names]
+        arguments = {"x": system.x, "w": system.w, "mu": system.mu, "k": self._k, "c": self._c}
+        if self.affine:
+            del arguments["w"]
+        else:
+            results.append(sum(sympy.Abs(e, evaluate=False) for e in names))
+        return self._function("solver", arguments, results, before)
+
+    def _update(self) -> str:
+        """What x and μ grow by, less what the sums before lost (ex, emu), and the new k.
+
+        The loss is taken off in here, where the compiler may choose the order: it is tiny, and off
+        the longest path it costs nothing.
+        """
+        system = self.system
+        d = [_symbol(f"d_{i}") for i in range(len(system.x))]
+        at_end = [b for _, b in self.carried]
+        new_k = [_symbol(f"n{i}") for i in range(len(at_end))]
+        before = [*self._define_xi, (d, [self._hoist(e) for e in system.increment])]
+        uses = [*system.gain, *system.increment]
+        inner = self._written(needed(system.definitions, uses, known=system.y))
+        used = [*system.gain, *at_end, *(e for _, values in inner for e in values)]
+        if any(set(system.y) & e.free_symbols for e in used):
+            before.append((list(system.y), [x + e for x, e in zip(system.x, d, strict=True)]))
+        before += [*inner, (new_k, [self.coefficients.hoist(b) for b in at_end])]
+        swap = dict(zip(at_end, new_k, strict=True))
+        dmu = self._with_k([e.xreplace(swap) for e in system.gain])
+        ex, emu = ([_symbol(f"{name}_{i}") for i in range(len(v))]
+                   for name, v in (("ex", system.x), ("emu", system.u)))  # fmt: skip
+        grown = [[a - e for a, e in zip(column, lost, strict=True)]
+                 for column, lost in ((d, ex), (dmu, emu))]  # fmt: skip
+        arguments = {"x": system.x, "w": system.w, "mu": system.mu, "k": self._k, "ex": ex,
+                     "emu": emu, "c": self._c}  # fmt: skip
+        return self._function("update", arguments, [*grown, new_k], before)
+
+
+def _symbol(name: str) -> Any:
+    return sympy.Symbol(name, real=True)
+
+
+def _expressions(item: Definition | Function) -> list[Any]:
+    """All expressions that a definition or a function holds."""
+    if isinstance(item, Function):
+        return [*item.results, *(e for d in item.definitions for e in _expressions(d))]
+    inner = [] if item.function is None else _expressions(item.function)
+    return [*item.values, *item.arguments, *inner]

@@ -1,0 +1,67 @@
+"""Where things stand in the arrays that the driver works on, and what its status codes mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+#: status of a run: all is well; Newton does not converge; a correction is no number; a step is at
+#: the edge of its chart; the number that tells branches apart jumped
+OK, NOT_CONVERGED, SINGULAR, EDGE, STRAYED = range(5)
+#: entries of `totals`: corrections in all, most in a step, size of the last one; the largest size
+#: (`System.extents`), the size that ends a run, the last branch number (HUGE: none yet), the
+#: largest change of it
+CORRECTIONS, MOST, LAST_SIZE, FARTHEST, REACH, BRANCH, SLACK = range(7)
+TOTALS = 7
+PAST = 5  # solutions from which Newton's start is extrapolated
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The state: x, μ, what their sums lost, reused functions of x, then each substep's memory.
+
+    solved: unknowns of a step; reused: functions of x handed on; width: coefficients a substep
+    has at most; iterated: whether some step is solved by Newton, which needs a memory: the past
+    solutions, latest first, the order of extrapolation, the age, κ and the scale (`driver.newton`).
+    """
+
+    n: int
+    m: int
+    solved: int
+    reused: int
+    width: int
+    iterated: bool
+
+    @property
+    def x(self) -> slice:
+        """The base point."""
+        return slice(0, self.n)
+
+    @property
+    def mu(self) -> slice:
+        """The momentum."""
+        return slice(self.n, self.n + self.m)
+
+    @property
+    def lost_x(self) -> slice:
+        """What the sums of x lost to rounding."""
+        return slice(self.n + self.m, 2 * self.n + self.m)
+
+    @property
+    def lost_mu(self) -> slice:
+        """What the sums of μ lost to rounding."""
+        return slice(2 * self.n + self.m, self.memory - self.reused)
+
+    @property
+    def k(self) -> slice:
+        """Functions of x that the step before computed."""
+        return slice(self.memory - self.reused, self.memory)
+
+    @property
+    def memory(self) -> int:
+        """Where the first substep's memory begins."""
+        return 2 * (self.n + self.m) + self.reused
+
+    @property
+    def row(self) -> int:
+        """Entries of one substep's memory."""
+        return PAST * self.solved + 4 if self.iterated else 0

@@ -1,0 +1,276 @@
+"""A discrete Lagrangian as a weighted sum of placed terms, and its derivatives.
+
+What a rule gave is taken apart: each value of the Lagrangian becomes a letter with a weight, each
+point of the step a column of letters. The derivatives of L_d then are sums of derivatives of terms,
+each derived once (`integrators.equations.terms`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..groupoids import Groupoid
+from ..numbers.differentiation import jacobian
+from ..numbers.lazy import sympy
+from .chain_rule import Block, ChainRule, partials
+from .rule_view import GroupoidForRule, LagrangianForRule
+from .symbols import SceneSymbols
+from .terms import CurveTerm, Node, Term
+
+
+@dataclass
+class Covectors:
+    """∂L_d along what it depends on, by the first letter of each column (`of`).
+
+    turned: what moving a base does to points b(base, W) of a curve, by e→(b) = 0 (m×1 each).
+    """
+
+    columns: dict[Any, Any] = field(default_factory=dict)
+    turned: dict[Any, Any] = field(default_factory=dict)
+
+    def of(self, column: Any) -> Any:
+        """∂L_d/∂column as a column."""
+        return self.columns.get(_key(column), 0 * column)
+
+    def add(self, column: Any, value: Any) -> None:
+        """Add a part of ∂L_d/∂column."""
+        if len(column) and any(value):
+            self.columns[_key(column)] = self.of(column) + value
+
+
+class DiscreteLagrangian:
+    """L_d of a rule in the letters of `chain`: `expression`, `covectors`, `points` of the step."""
+
+    def __init__(self, s: SceneSymbols, groupoid: Groupoid) -> None:
+        self.s, self.groupoid = s, groupoid
+        self.chain = ChainRule()
+        #: blocks that e→ and e← move in a known way: points of the straight step, a group element
+        self.moved: list[Block] = []
+        #: letters of gradients that are written out in kernels, with their values
+        self.inline: dict[Any, Any] = {}
+        self.expression: Any = 0
+        self.covectors = Covectors()
+        self._points: dict[Any, Block] = {}
+        self._charts: dict[Any, Any] = {}
+        self._terms: dict[Any, Any] = {}
+
+    @property
+    def points(self) -> tuple[Block, ...]:
+        """The points b(x, u; θh) that L_d holds."""
+        return tuple(self._points.values())
+
+    def add_element(self, block: Block) -> None:
+        """Add the letters of the group element, for an L_d that is a function of it."""
+        self.chain.add(block)
+        self.moved.append(block)
+
+    def give(
+        self, given: Any, L: LagrangianForRule | None = None, G: GroupoidForRule | None = None
+    ) -> None:
+        """Take L_d apart: an expression in x, u, s, q and in answers of `L` and `G`."""
+        if L is None or G is None:
+            self.expression = given
+            self._add_direct(given)
+            return
+        self._L, self._G = L, G
+        calls = sorted(given.atoms(L.Value, L.Fast), key=sympy.default_sort_key)
+        outer = [c for c in calls if not any(c in o.args or o.has(c) for o in calls if o is not c)]
+        names = {c: sympy.Dummy(f"l{i}", real=True) for i, c in enumerate(outer)}
+        weighted = given.xreplace(names)
+        letters = list(names.values())
+        weights = jacobian([weighted], letters)
+        if weights.free_symbols - set(self.s.q):  # no weighted sum: derived as it stands
+            weighted, names, weights = given.xreplace({c: c.written_out() for c in outer}), {}, []
+        weighted = self._resolved(weighted)
+        values = {}
+        for weight, (call, letter) in zip(weights, names.items(), strict=True):
+            if weight != 0:
+                values[letter] = self._place(call, self._resolved(weight))
+        self._add_direct(weighted)
+        self.expression = weighted.xreplace(values)
+        self._pass_charts_on()
+
+    # -- covectors ------------------------------------------------------------------------------
+
+    def _add_direct(self, e: Any) -> None:
+        """What L_d holds outside of terms."""
+        s = self.s
+        blocks = [b.letters for b in self.chain.blocks if isinstance(b, Block)]
+        for column in (s.x, s.u, s.stages, *blocks):
+            if len(column):
+                self.covectors.add(column, jacobian([e], column).T)
+
+    def _pass_charts_on(self) -> None:
+        """Covectors at chart values go on to what these are made of, the last chart first."""
+        for letters, block in reversed(self._charts.values()):
+            for column, matrix in block.partials:
+                self.covectors.add(column, matrix.T * self.covectors.of(letters))
+        if any(isinstance(b, Node) for b in self.chain.blocks) or len(self.s.stages):
+            u = self.covectors.of(self.s.u)  # a sum over nodes: its derivatives get letters
+            letters = self.s.vector(f"f{len(self.chain.blocks)}", len(u))
+            self.covectors.columns[_key(self.s.u)] = self.chain.add(Block(letters, u, summed=True))
+
+    # -- placing terms --------------------------------------------------------------------------
+
+    def _place(self, call: Any, weight: Any) -> Any:
+        """Add weight·l at the point and velocity of a call; returns l there."""
+        n = len(self.s.x)
+        point, W = self._point(call.args[:n])
+        if isinstance(call, self._L.Fast):
+            return self._straight("fast", [self._lettered(point, W)], weight)
+        D, moving = self._velocity(call.args[n:])
+        if W is not None and moving in (None, (point, W)):  # the point's own curve
+            return self._on_curve(point, None, moving is not None, W, D, weight)
+        point = self._lettered(point, W)
+        if moving is None:
+            return self._straight("lagrangian", [point, D], weight)
+        base, W = moving
+        return self._on_curve(base, point, True, W, D, weight)
+
+    def _term(self, name: str) -> Term:
+        if name not in self._terms:
+            s = self.s
+            self._terms[name] = (
+                Term(s.x.col_join(s.u), s.lagrangian) if name == "lagrangian"
+                else Term(s.x, s.fast_at(s.x))
+            )  # fmt: skip
+        return self._terms[name]
+
+    def _straight(self, name: str, columns: list[Any], weight: Any) -> Any:
+        """A term at letters that are known: its derivatives are the term's with other letters."""
+        term = self._term(name)
+        place = [e for column in columns for e in column]
+        gradient, block = term.gradient_block(columns, f"g{len(self.chain.blocks)}")
+        self.chain.add(block)
+        if not len(self.s.stages):
+            self.inline |= dict(zip(block.letters, block.values, strict=True))
+        at = 0
+        for column in columns:
+            self.covectors.add(column, weight * gradient[at : at + len(column), :])
+            at += len(column)
+        return term.value.xreplace(dict(zip(term.letters, place, strict=True)))
+
+    def _on_curve(self, base: Any, point: Any, moving: bool, W: Any, D: Any, weight: Any) -> Any:
+        key = ("curve", _key(base), None if point is None else _key(point), moving)
+        if key not in self._terms:
+            name = f"node{len(self._terms)}"
+            term = self._term("lagrangian")
+            self._terms[key] = CurveTerm(self.groupoid, term, name, base, point, moving)
+        node = Node(self.chain, self._terms[key], self._chart(W), self._chart(D))
+        d = self.covectors
+        for part, column in node.columns.items():
+            if column is not None and len(column):
+                d.add(column, weight * node.gradient[part])
+        if any(node.gradient["turned"]):
+            known = d.turned.get(_key(base), 0 * self.s.u)
+            d.turned[_key(base)] = known + weight * self.s.h * node.gradient["turned"]
+        return node.value
+
+    # -- points, velocities, chart values -------------------------------------------------------
+
+    def _point(self, args: Any) -> tuple[Any, Any]:
+        """(letters or expressions of a point, None), or (base, W) of a point b(base, W; 1)."""
+        s, n = self.s, len(self.s.x)
+        rest = _same(args, self._G.Target)
+        if rest is None:
+            return self._column([self._resolved(a) for a in args]), None
+        x, u, h = rest[:n], rest[n:-1], rest[-1]
+        theta, straight = h / s.h, tuple(u) == tuple(s.u)
+        base = self._base(x)
+        if base is s.x and straight and theta.is_number:
+            return self.point_of_step(theta).letters, None
+        if base is None:
+            return self._column([self._resolved(a) for a in args]), None
+        return base, self._column([self._resolved(h * e) for e in u])
+
+    def _velocity(self, args: Any) -> tuple[Any, Any]:
+        """(D, None) for the velocity D, or (D, (base, W)) for L(base, W; 1)⁻¹ D."""
+        s, n, m = self.s, len(self.s.x), len(self.s.u)
+        if tuple(args) == tuple(s.u):
+            return s.u, None
+        rest = _same(args, self._G.Velocity)
+        base = None if rest is None else self._base(rest[:n])
+        if rest is None or base is None:
+            return self._chart(self._column([self._resolved(a) for a in args])), None
+        w, dw, h = rest[n : n + m], rest[n + m : -1], rest[-1]
+        D = self._column([self._resolved(e) for e in dw])
+        return D, (base, self._column([self._resolved(h * e) for e in w]))
+
+    def _base(self, x: Any) -> Any:
+        """The letters x or y that a target starts from, None if it is another point."""
+        s = self.s
+        if tuple(x) == tuple(s.x):
+            return s.x
+        rest = _same(x, self._G.Target)
+        if rest is not None and tuple(rest) == (*s.x, *s.u, s.h):
+            return self.point_of_step(sympy.Integer(1)).letters
+        return None
+
+    def point_of_step(self, theta: Any) -> Block:
+        """The block of the point b(x, u; θh)."""
+        g, s = self.groupoid, self.s
+        if theta not in self._points:
+            z = s.y if theta == 1 else s.vector(f"z{len(self.chain.blocks)}", g.dim_x)
+            value = g.target(s.x, s.u, theta * s.h)
+            parts = [(s.u, g.point_slope(s.x, s.u, s.h, theta, z)), *partials(value, [s.x])]
+            fields = g.point_fields(s.x, s.u, s.h, theta, z)
+            self._points[theta] = block = Block(z, value, parts, theta=theta, fields=fields)
+            self.chain.add(block)
+            self.moved.append(block)
+        return self._points[theta]
+
+    def _lettered(self, point: Any, W: Any) -> Any:
+        """Letters of a point: itself, or a chart block of its expressions."""
+        if W is not None:
+            point = self.groupoid.target(point, W, sympy.Integer(1))
+        known = {_key(c) for c in (self.s.x, *(b.letters for b in self.moved)) if len(c)}
+        return point if not len(point) or _key(point) in known else self._chart(point)
+
+    def _chart(self, value: Any) -> Any:
+        """Letters for a column of expressions in x, u, s and points; u itself needs none."""
+        value = value.applyfunc(lambda e: e.expand())
+        if value == self.s.u or (
+            _key(value) in self.chain.owner and all(e.is_Symbol for e in value)
+        ):
+            return value
+        key = tuple(value)
+        if key not in self._charts:
+            letters = self.s.vector(f"w{len(self.chain.blocks)}", len(value))
+            earlier = [self.s.x, self.s.u, self.s.stages, *(b.letters for b in self.moved)]
+            block = Block(letters, value, partials(value, earlier))
+            self._charts[key] = letters, block
+            self.chain.add(block)
+        return self._charts[key][0]
+
+    def _resolved(self, e: Any) -> Any:
+        """The expression with straight points as letters and every other answer written out."""
+        while nodes := e.atoms(self._G.Target, self._G.Velocity, self._L.Value, self._L.Fast):
+            swap = {}
+            for node in nodes:
+                x, u = node.args[1 : 1 + len(self.s.x)], node.args[1 + len(self.s.x) : -1]
+                theta = node.args[-1] / self.s.h
+                straight = isinstance(node, self._G.Target) and theta.is_number
+                if straight and (tuple(x), tuple(u)) == (tuple(self.s.x), tuple(self.s.u)):
+                    swap[node] = self.point_of_step(theta).letters[int(node.args[0])]
+                else:
+                    swap[node] = node.written_out()
+            e = e.xreplace(swap)
+        return e
+
+    @staticmethod
+    def _column(entries: Any) -> Any:
+        return sympy.Matrix(len(entries), 1, list(entries))
+
+
+def _same(args: Any, kind: Any) -> Any:
+    """The arguments behind the index if these are entries 0, 1, … of one answer; else None."""
+    if not args or not all(isinstance(a, kind) for a in args):
+        return None
+    rest = args[0].args[1:]
+    whole = all(a.args == (i, *rest) for i, a in enumerate(args))
+    return rest if whole else None
+
+
+def _key(column: Any) -> Any:
+    return column[0] if len(column) else None

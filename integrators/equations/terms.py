@@ -1,0 +1,262 @@
+"""Terms: the Lagrangian at a point and a velocity, derived once and placed wherever a rule asks.
+
+A term is a scalar function of letters of its own (a point X and a velocity V) with its gradient
+and Hessian. On the straight step a rule places it at (b(x, u; θh), u): the derivatives there are
+those of the term with other letters. At a node of a curve w(θ) in the chart it is
+
+    Λ(x, W, D) = l(b(x, W; 1), L(x, W)⁻¹ D),   W = hw(θ), D = dw/dθ,
+
+and this function is derived once, too (`CurveTerm`): k nodes are k calls of one function.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from ..groupoids import Groupoid
+from ..numbers.definitions import Definition, Function
+from ..numbers.differentiation import jacobian
+from ..numbers.lazy import sympy
+from .chain_rule import Block, ChainRule, partials
+
+
+def column_of(letter: str, length: int) -> Any:
+    """Real letters letter_0, letter_1, …, as a column."""
+    return sympy.Matrix(
+        length, 1, [sympy.Symbol(f"{letter}_{i}", real=True) for i in range(length)]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """A scalar `value` in `letters`: a column of point coordinates, then velocities."""
+
+    letters: Any
+    value: Any
+
+    @cached_property
+    def gradient(self) -> Any:
+        """∂value/∂letters, a column."""
+        return jacobian([self.value], self.letters).T
+
+    @cached_property
+    def hessian(self) -> Any:
+        """∂²value/∂letters², square."""
+        return jacobian(self.gradient, self.letters)
+
+    def at(self, expressions: Any, place: Any) -> Any:
+        """The expressions with the term's letters replaced by those of a place."""
+        return expressions.xreplace(dict(zip(self.letters, place, strict=True)))
+
+    def gradient_block(self, columns: list[Any], letter: str) -> tuple[Any, Block]:
+        """(gradient at a place, its block): letters for those entries that are sums or functions.
+
+        columns: the letters of the place, point and velocity.
+        """
+        place = sympy.Matrix([e for column in columns for e in column])
+        values, hessian = self.at(self.gradient, place), self.at(self.hessian, place)
+        rows = [i for i, e in enumerate(values) if not (e.is_Symbol or e.is_Number)]
+        names = column_of(letter, len(rows))
+        parts, at = [], 0
+        for column in columns:
+            if len(column):
+                parts.append((column, hessian[rows, at : at + len(column)]))
+            at += len(column)
+        block = Block(names, values[rows, :], parts)
+        gradient = values.copy()
+        for name, row in zip(names, rows, strict=True):
+            gradient[row] = name
+        return gradient, block
+
+
+class CurveTerm:
+    """Λ at a node of a curve, and all derivatives of it that are asked for, as one function.
+
+    base: the letters of the node's base point (x, or the end y of the step). point: the letters of
+    the node's point where they are known (the ends of the step), or None: then it is b(base, W; 1).
+    moving: whether the velocity is L(base, W)⁻¹ D, or D itself. The function's results are named by
+    letters r0, r1, …, and what is derived from them is written in these.
+    """
+
+    def __init__(
+        self, groupoid: Groupoid, term: Term, name: str, base: Any, point: Any, moving: bool
+    ) -> None:
+        self.name = name
+        m, one = groupoid.dim_u, sympy.Integer(1)
+        self.W, self.D = column_of("cw0", m), column_of("cd0", m)
+        self.columns = {"W": self.W, "D": self.D, "base": base, "point": point}
+        self.chain = ChainRule()
+        self.results: list[Any] = []
+        self.letters: dict[Any, int] = {}  # the letter of each result, with its number
+        self._known: dict[Any, Any] = {}
+        self._slopes: dict[tuple[Any, str], list[Any]] = {}
+        z, along = point, 0 * self.W
+        if point is None:
+            z, value = column_of("zz0", len(base)), groupoid.target(base, self.W, one)
+            slope = groupoid.point_slope(base, self.W, one, one, z)
+            self.chain.add(Block(z, value, [(self.W, slope), *partials(value, [base])]))
+        xi, by = self.D, {"D": sympy.eye(m)}
+        if moving:
+            velocity = groupoid.velocity(base, self.W, self.D, one)
+            xi, by = quotients(
+                self.chain, velocity, {k: self.columns[k] for k in ("W", "D", "base")}
+            )
+        gradient, block = term.gradient_block([z, xi], "gg0")
+        self.chain.add(block)
+        at_z, at_xi = gradient[: len(z), :], gradient[len(z) :, :]
+        if point is None and len(z):
+            along = slope.T * at_z
+        turned = groupoid.R(base, self.W, one).T * along if any(along) else along
+        zero = {"W": 0 * self.W, "D": 0 * self.D, "base": 0 * base}
+        outputs = {k: by[k].T * at_xi if k in by else zero[k] for k in zero}
+        outputs["W"] += along
+        outputs |= {"point": 0 * z if point is None else at_z, "turned": turned}
+        self._value = term.value.xreplace(dict(zip(term.letters, [*z, *xi], strict=True)))
+        #: ∂Λ by the chart values W, D and by the base; by the point where that is known; and what
+        #: the motion of the base adds by e→(b) = 0: in letters of results
+        self.gradient = {part: column.applyfunc(self._result) for part, column in outputs.items()}
+
+    @property
+    def value(self) -> Any:
+        """Λ itself, in letters of results."""
+        return self._result(self._value)
+
+    def _result(self, value: Any) -> Any:
+        """The letter of the value as a result; numbers and the arguments themselves need none."""
+        if value.is_Number or (value.is_Symbol and value not in self.chain.owner):
+            return value
+        if value.could_extract_minus_sign():
+            return -self._result(-value)
+        if value not in self._known:
+            self._known[value] = letter = sympy.Symbol(f"r{len(self.results)}", real=True)
+            self.letters[letter] = len(self.results)
+            self.results.append(value)
+        return self._known[value]
+
+    def partials_of(self, letter: Any) -> list[tuple[str, list[Any]]]:
+        """[(part, derivatives of that result by it)] for the parts W, D, base and point."""
+        return [
+            (k, self._slope(letter, k)) for k, c in self.columns.items() if c is not None and len(c)
+        ]
+
+    def _slope(self, letter: Any, part: str) -> list[Any]:
+        key = (letter, part)
+        if key not in self._slopes:
+            both = [*self.gradient["W"], *self.gradient["D"]]
+            if letter in both and part in ("W", "D"):
+                self._add_hessian(both)
+            else:
+                value = self.results[self.letters[letter]]
+                row = self.chain.total([value], self.columns[part])
+                self._slopes[key] = [self._result(e) for e in row]
+        return self._slopes[key]
+
+    def _add_hessian(self, both: list[Any]) -> None:
+        """Second derivatives by (W, D): symmetric, so only half of them are results."""
+        m, size = len(self.W), len(both)
+        H = sympy.zeros(size, size)
+        for i, e in enumerate(both):
+            value = self.results[self.letters[e]] if e in self.letters else e
+            row = [*self.chain.total([value], self.W), *self.chain.total([value], self.D)]
+            for j in range(size):
+                H[i, j] = H[j, i] if j < i else self._result(row[j])
+        for i, e in enumerate(both):
+            self._slopes[e, "W"], self._slopes[e, "D"] = list(H[i, :m]), list(H[i, m:])
+
+    @property
+    def function(self) -> Function:
+        """The function of (W, D) with all results so far."""
+        definitions = tuple(self.chain.definitions())
+        return Function(self.name, (*self.W, *self.D), definitions, tuple(self.results))
+
+
+class Node:
+    """One placement of a `CurveTerm`, at letters W and D of the scheme; a block of its results."""
+
+    def __init__(self, chain: ChainRule, term: CurveTerm, W: Any, D: Any) -> None:
+        self.chain, self.term = chain, term
+        self.columns = {**term.columns, "W": W, "D": D}
+        self._prefix = f"t{len(chain.blocks)}"
+        self._swap = dict(zip([*term.W, *term.D], [*W, *D], strict=True))
+        self._theirs: dict[Any, Any] = {}
+        self.letters: tuple[Any, ...] = ()
+        chain.add(self)
+        self.gradient = {part: self._own(column) for part, column in term.gradient.items()}
+
+    @property
+    def value(self) -> Any:
+        """Λ at this node."""
+        return self._own(self.term.value)
+
+    def _own(self, column: Any) -> Any:
+        """What is written in letters of the term, in those of this node."""
+        for theirs in sorted(column.free_symbols & set(self.term.letters), key=str):
+            if theirs not in self._swap:
+                number = self.term.letters[theirs]
+                mine = sympy.Symbol(f"{self._prefix}_{number}", real=True)
+                self._swap[theirs], self._theirs[mine] = mine, theirs
+                self.chain.owner[mine] = self
+        return column.xreplace(self._swap)
+
+    def partials_of(self, letter: Any) -> list[tuple[Any, list[Any]]]:
+        """[(column of the scheme, derivatives of the letter by it)]."""
+        return [
+            (self.columns[part], [self._own(e) for e in row])
+            for part, row in self.term.partials_of(self._theirs[letter])
+        ]
+
+    def definition(self) -> Definition:
+        """The call that gives all results so far."""
+        function = self.term.function
+        letters = tuple(
+            sympy.Symbol(f"{self._prefix}_{i}", real=True) for i in range(len(function.results))
+        )
+        return Definition(letters, (), function, (*self.columns["W"], *self.columns["D"]))
+
+
+def quotients(chain: ChainRule, value: Any, columns: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """(letters for a column N/D, its first derivatives by the columns as letters).
+
+    Also the 1/D get letters, so that rational derivatives stay small. With q = N/D and
+    S_a = ∂_a q = (∂_a N − q ∂_a D)/D the derivatives of S_a are
+    ∂_b S_a = (∂_ab N − S_b ∂_a D − S_a ∂_b D − q ∂_ab D)/D.
+    """
+    z = column_of("vv0", len(value))
+    used = {k: c for k, c in columns.items() if set(c) & value.free_symbols}
+    parts = [e.together().as_numer_denom() for e in value]
+    if not any(bottom.free_symbols for _, bottom in parts):
+        first = {k: jacobian(value, c) for k, c in used.items()}
+        chain.add(Block(z, value, [(used[k], first[k]) for k in used]))
+        return z, first
+    N, D = (sympy.Matrix(part) for part in zip(*parts, strict=True))
+    over: dict[Any, Any] = {}
+    for bottom in D:
+        if bottom not in over:
+            o = column_of(f"o{len(over)}", 1)
+            slopes = [(c, -(o[0] ** 2) * jacobian([bottom], c)) for c in used.values()]
+            over[bottom] = chain.add(Block(o, sympy.Matrix([1 / bottom]), slopes))[0]
+    o = [over[e] for e in D]
+    rows = range(len(z))
+    first = {
+        k: column_of(f"v{'abc'[i]}0", len(z) * len(c)).reshape(len(z), len(c))
+        for i, (k, c) in enumerate(used.items())
+    }
+    of_value = sympy.Matrix([n * e for n, e in zip(N, o, strict=True)])
+    chain.add(Block(z, of_value, [(used[k], first[k]) for k in used]))
+    d = {k: jacobian(D, c) for k, c in used.items()}
+    for a, column in used.items():
+        n_a, inner = jacobian(N, column), [(k, i) for k in rows for i in range(len(column))]
+        values = [(n_a[k, i] - z[k] * d[a][k, i]) * o[k] for k, i in inner]
+        slopes = []
+        for b, other in used.items():
+            n_ab, d_ab = jacobian(list(n_a), other), jacobian(list(d[a]), other)
+            slopes.append((other, sympy.Matrix(len(inner), len(other), [
+                (n_ab[row, j] - first[b][k, j] * d[a][k, i]
+                 - first[a][k, i] * d[b][k, j] - z[k] * d_ab[row, j]) * o[k]
+                for row, (k, i) in enumerate(inner) for j in range(len(other))
+            ])))  # fmt: skip
+        letters = first[a].reshape(len(inner), 1)
+        chain.add(Block(letters, sympy.Matrix(values), slopes))
+    return z, first

@@ -1,0 +1,122 @@
+"""Letters that stand for expressions, and functions called from several places.
+
+Large expressions are kept as small ones in named letters. A list of definitions is ordered: each
+uses letters of those before it, and of whatever the reader supplies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from .lazy import sympy
+
+Letters = tuple[Any, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Function:
+    """A function of numbers with several results, written once and called from several places.
+
+    `definitions` are computed inside it; `results` are expressions in `arguments`, in letters that
+    every caller has (x, y, q) and in those of the definitions.
+    """
+
+    name: str
+    arguments: Letters
+    definitions: tuple[Definition, ...]
+    results: tuple[Any, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Definition:
+    """Letters and what they stand for: `values`, or the results of `function` at `arguments`."""
+
+    letters: Letters
+    values: tuple[Any, ...] = ()
+    function: Function | None = None
+    arguments: Letters = ()
+
+    @property
+    def holds(self) -> set[Any]:
+        """The letters that its values are made of."""
+        if self.function is None:
+            return symbols_of(self.values)
+        inner = symbols_of(self.function.results)
+        for definition in reversed(self.function.definitions):
+            inner |= definition.holds
+        own = {s for d in self.function.definitions for s in d.letters}
+        return (inner - own - set(self.function.arguments)) | symbols_of(self.arguments)
+
+
+def symbols_of(expressions: Iterable[Any]) -> set[Any]:
+    """All free symbols of the expressions."""
+    return set().union(*(e.free_symbols for e in expressions))
+
+
+def needed(
+    definitions: Sequence[Definition], expressions: Iterable[Any], known: Iterable[Any] = ()
+) -> list[Definition]:
+    """The definitions that the expressions use, directly or through others, in order.
+
+    Functions are reduced to the results that any of their calls needs. Letters of `known` need no
+    definition.
+    """
+    wanted, chosen = symbols_of(expressions) - set(known), list[Definition]()
+    for definition in reversed(definitions):
+        if wanted & set(definition.letters):
+            chosen.insert(0, definition)
+            wanted |= definition.holds - set(known)
+    used: dict[Function, set[int]] = {}
+    for d in chosen:
+        if d.function is not None:
+            indices = {i for i, letter in enumerate(d.letters) if letter in wanted}
+            used.setdefault(d.function, set()).update(indices)
+    reduced = {f: _reduced(f, sorted(indices)) for f, indices in used.items()}
+    return [
+        d if d.function is None else replace(
+            d, function=reduced[d.function],
+            letters=tuple(d.letters[i] for i in sorted(used[d.function])),
+        )
+        for d in chosen
+    ]  # fmt: skip
+
+
+def _reduced(function: Function, indices: list[int]) -> Function:
+    results = tuple(function.results[i] for i in indices)
+    return replace(
+        function, results=results, definitions=tuple(needed(function.definitions, results))
+    )
+
+
+def inlined(definitions: Sequence[Definition]) -> list[Definition]:
+    """The definitions with every call replaced by the values of its function."""
+    plain: list[Definition] = []
+    for number, d in enumerate(definitions):
+        if d.function is None:
+            plain.append(d)
+            continue
+        f = d.function
+        rename = dict(zip(f.arguments, d.arguments, strict=True))
+        for inner in inlined(f.definitions):
+            own = tuple(sympy.Symbol(f"{s}_of_{number}", real=True) for s in inner.letters)
+            plain.append(Definition(own, tuple(e.xreplace(rename) for e in inner.values)))
+            rename |= dict(zip(inner.letters, own, strict=True))
+        plain.append(Definition(d.letters, tuple(e.xreplace(rename) for e in f.results)))
+    return plain
+
+
+def written_out(definitions: Sequence[Definition], expression: Any) -> Any:
+    """The expression (or matrix) with every defined letter replaced by its value."""
+    for d in reversed(inlined(definitions)):
+        expression = expression.xreplace(dict(zip(d.letters, d.values, strict=True)))
+    return expression
+
+
+def values_at(definitions: Sequence[Definition], point: dict[Any, Any]) -> dict[Any, Any]:
+    """The point (numbers by symbols) with the values of all defined letters at it."""
+    result = dict(point)
+    for d in inlined(definitions):
+        result.update(zip(d.letters, [e.xreplace(result) for e in d.values], strict=True))
+    return result

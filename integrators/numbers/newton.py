@@ -1,0 +1,42 @@
+"""Newton's method to round-off, in any arithmetic."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from .types import Number, Vector
+
+#: corrections: from a start in the basin some ten reach 50 digits, the others are for far starts
+MOST = 60
+#: units of round-off that a correction of a solution may have: those of the residual's last digits
+ROUNDED = 4
+#: units below which corrections that no longer halve are round-off of an ill-conditioned Jacobian;
+#: above, they are wandering, and the iteration goes on
+STAGNANT = 2**12
+
+
+def newton(
+    change: Callable[[Vector], Vector], start: Vector, scale: Number, eps: Number
+) -> Vector | None:
+    """Newton from `start` to round-off, `change` giving the correction; None if it is not reached.
+
+    It ends when a correction is round-off of the solution (or of `scale`), or when corrections
+    near it no longer halve.
+    """
+    point, before = start, None
+    for _ in range(MOST):
+        try:
+            step = change(point)
+        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+            return None
+        point = point + step
+        size = sum(abs(c) for c in step)
+        unit = eps * max(scale, sum(abs(c) for c in point))
+        stagnant = before is not None and size >= before / 2 and size < STAGNANT * unit
+        if not size < math.inf:  # nor is it nan
+            return None
+        if size <= ROUNDED * unit or stagnant:
+            return point
+        before = size
+    return None

@@ -1,0 +1,27 @@
+"""Names for what passes between the rooms; sympy and gmpy2 have no types of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+#: a sympy expression, and a letter of one
+Expression: TypeAlias = Any
+Letter: TypeAlias = Any
+#: a sympy matrix; n×1, it is a column
+SymbolicMatrix: TypeAlias = Any
+Column: TypeAlias = Any
+#: letters or expressions in order: a list, or a column
+Letters: TypeAlias = Sequence[Letter]
+Expressions: TypeAlias = Sequence[Expression]
+#: letter → the expression or number that replaces it
+Replacement: TypeAlias = dict[Letter, Expression]
+#: an int, Fraction or sympy number without any rounding
+Exact: TypeAlias = Any
+#: a number of an arithmetic: float or gmpy2's mpfr
+Number: TypeAlias = Any
+#: numbers of an arithmetic in an array, of one and of two dimensions
+Vector: TypeAlias = np.ndarray
+Matrix: TypeAlias = np.ndarray

@@ -1,0 +1,118 @@
+"""The product of a retraction, τ⁻¹(τ(ξ)τ(η)), known by its derivatives and to any number of digits.
+
+∂/∂ξ = R(p) R(ξ)⁻¹ and ∂/∂η = L(p) L(η)⁻¹: the product's invariant fields. Nothing that runs in a
+flow needs its values, so there is no text of it for compiled kernels.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..algebras import MatrixAlgebra
+from ..numbers.evaluation import number
+from ..numbers.lazy import sympy
+
+
+class AlgebraInNumbers:
+    """A matrix algebra in one arithmetic: matrices and coordinates as numpy arrays."""
+
+    def __init__(self, algebra: MatrixAlgebra, numbers: Any) -> None:
+        self.algebra, self.numbers = algebra, numbers
+
+    def array(self, rows: Any) -> np.ndarray:
+        """A matrix of exact entries in this arithmetic."""
+        number = self.numbers.number
+        return np.array([[number(e) for e in row] for row in rows], dtype=self.numbers.dtype)
+
+    @cached_property
+    def e(self) -> np.ndarray:
+        """The identity, N×N."""
+        n = self.algebra.size
+        return self.array([[int(i == j) for j in range(n)] for i in range(n)])
+
+    @cached_property
+    def _basis(self) -> list[np.ndarray]:
+        return [self.array(e) for e in self.algebra.basis]
+
+    @cached_property
+    def _dual(self) -> np.ndarray:
+        return self.array(self.algebra.dual.tolist())
+
+    def hat(self, xi: Any) -> np.ndarray:
+        """ξ^γ e_γ, N×N."""
+        return np.asarray(sum(c * e for c, e in zip(xi, self._basis, strict=True)))
+
+    def read(self, matrix: np.ndarray) -> np.ndarray:
+        """The coordinates of a matrix of the algebra, m."""
+        return np.asarray(self._dual @ matrix.ravel())
+
+
+def implicit_product(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
+    """The m×1 coordinates of τ(ξ)τ(η), as sympy functions of the entries of ξ and η."""
+    if not any(xi):
+        return sympy.Matrix(eta)
+    if not any(eta):
+        return sympy.Matrix(xi)
+    make = _class(tau, algebra)
+    return sympy.Matrix([make(i, *xi, *eta) for i in range(algebra.dim)])
+
+
+@lru_cache(maxsize=64)
+def _class(tau: Any, algebra: MatrixAlgebra) -> Any:
+    m = algebra.dim
+
+    class Product(sympy.Function):
+        """Entry i of the product; the other arguments are ξ and η."""
+
+        def _eval_is_real(self) -> bool:
+            return True
+
+        def _eval_derivative(self, s: Any) -> Any:
+            xi, eta = (
+                sympy.ImmutableMatrix(part) for part in (self.args[1 : m + 1], self.args[m + 1 :])
+            )
+            d_xi, d_eta = xi.diff(s), eta.diff(s)
+            if not any(d_xi) and not any(d_eta):
+                return 0 * s
+            return _slope(tau, algebra, xi, eta, d_xi, d_eta)[self.args[0]]
+
+        def in_arithmetic(self, numbers: Any, values: Any) -> Any:
+            """The entry at given numbers."""
+            return _numbers(tau, algebra, tuple(values[1:]), numbers)[int(self.args[0])]
+
+        def _eval_evalf(self, prec: int) -> Any:
+            if not all(a.is_number for a in self.args):
+                return None
+            return sympy.Float._new(number(self, prec)._mpf_, prec)
+
+    Product.__name__ = f"product_{tau.name}_{algebra.name}"
+    return Product
+
+
+@lru_cache(maxsize=4096)
+def _slope(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any, d_xi: Any, d_eta: Any) -> Any:
+    """R(p) R(ξ)⁻¹ dξ + L(p) L(η)⁻¹ dη, m×1."""
+    left, right = tau.invariant_fields(algebra, implicit_product(tau, algebra, xi, eta))
+    total = 0 * d_xi
+    if any(d_xi):
+        total += right * (tau.inverse_right_field(algebra, xi) * d_xi)
+    if any(d_eta):
+        total += left * (tau.inverse_left_field(algebra, eta) * d_eta)
+    return sympy.ImmutableMatrix(total)
+
+
+@lru_cache(maxsize=4096)
+def _numbers(tau: Any, algebra: MatrixAlgebra, values: tuple[Any, ...], numbers: Any) -> Any:
+    """The m entries at numbers ξ, η."""
+    m, frame = algebra.dim, _frame(algebra.real, numbers)
+    with numbers.working():
+        first, second = (tau.element_in(frame, part) for part in (values[:m], values[m:]))
+        return tau.coordinates_in(frame, first @ second)
+
+
+@lru_cache(maxsize=64)
+def _frame(algebra: MatrixAlgebra, numbers: Any) -> AlgebraInNumbers:
+    return AlgebraInNumbers(algebra, numbers)
