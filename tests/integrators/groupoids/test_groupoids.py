@@ -13,7 +13,7 @@ from discmech.integrators import (
     rectangle,
     so,
 )
-from discmech.integrators.groupoids.groupoid import check_axioms
+from discmech.integrators.groupoids import check_axioms
 from tests.objects import GROUPOIDS, compose, cross
 
 
