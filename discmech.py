@@ -16,9 +16,11 @@ __path__ = [
 
 from discmech.integrators import (
     BadInput,
+    Bisection,
     Conserved,
     DiscmechError,
     Discretisation,
+    EvolutionOperator,
     Groupoid,
     LocalGroupoid,
     MatrixAlgebra,
@@ -49,9 +51,11 @@ from discmech.studies import check, show
 
 __all__ = [
     "BadInput",
+    "Bisection",
     "Conserved",
     "DiscmechError",
     "Discretisation",
+    "EvolutionOperator",
     "Groupoid",
     "LocalGroupoid",
     "MatrixAlgebra",

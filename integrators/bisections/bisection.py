@@ -163,14 +163,21 @@ class Bisection:
 
     def maps(self, x: Any, u: Any, v: Any) -> dict[str, np.ndarray]:
         """b, p and their derivatives at (x, u), (b, v)."""
-        n, m = self.n, self.m
-        shapes = {"target": (n,), "product": (m,), "b_x": (n, n), "b_u": (n, m),
-                  "p_x": (m, n), "p_u": (m, m), "p_v": (m, m)}  # fmt: skip
-        values = _maps(self.groupoid, self.numbers)(list(x), list(u), list(v), self.h)
-        return {
-            name: np.array(value, dtype=self.numbers.dtype).reshape(shape)
-            for (name, shape), value in zip(shapes.items(), values, strict=True)
-        }
+        return groupoid_maps(self.groupoid, self.numbers, self.h, x, u, v)
+
+
+def groupoid_maps(
+    groupoid: Groupoid, numbers: Any, h: Any, x: Any, u: Any, v: Any
+) -> dict[str, np.ndarray]:
+    """b (target), p (product) and their derivatives at (x, u), (b, v), in an arithmetic."""
+    n, m = groupoid.dim_x, groupoid.dim_u
+    shapes = {"target": (n,), "product": (m,), "b_x": (n, n), "b_u": (n, m),
+              "p_x": (m, n), "p_u": (m, m), "p_v": (m, m)}  # fmt: skip
+    values = _maps(groupoid, numbers)(list(x), list(u), list(v), h)
+    return {
+        name: np.array(value, dtype=numbers.dtype).reshape(shape)
+        for (name, shape), value in zip(shapes.items(), values, strict=True)
+    }
 
 
 @lru_cache(maxsize=64)
@@ -182,8 +189,7 @@ def _maps(groupoid: Groupoid, numbers: Any) -> Any:
     parts += [b.jacobian(w) if len(b) else [] for w in (x, u)]
     parts += [p.jacobian(w) if len(w) else [] for w in (x, u, v)]
     results = [list(part) for part in parts]
-    text = function_text("maps", {"x": x, "u": u, "v": v}, results)
-    text = text.replace("def maps(x, u, v):", "def maps(x, u, v, h):")
+    text = function_text("maps", {"x": x, "u": u, "v": v}, results, scalars=[h])
     return run_text(text, numbers.namespace())["maps"]
 
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import BadInput
 from .edge_guard import GUARD
 from .tuple_operations import state_length
-
-if TYPE_CHECKING:
-    from ..flows.flow import Flow
 
 OK = 0
 
@@ -57,7 +54,7 @@ class Run:
 class Machine:
     """Kernels, coefficients and buffers of a flow."""
 
-    def __init__(self, flow: Flow) -> None:
+    def __init__(self, flow: Any) -> None:
         self.flow, self.numbers = flow, flow.numbers
         self.n, self.m = len(flow.scheme.x), len(flow.scheme.u)
         self._known: dict[tuple[Any, int], Any] = {}
@@ -73,7 +70,7 @@ class Machine:
 
     def q_of(self, translate: Any = None, halvings: int = 0) -> list[Any]:
         """q at h/2^halvings and a translate (B, B⁻¹); None is e."""
-        q = [self.flow._q[0] / 2**halvings, *self.flow._q[1:]]
+        q = [self.flow.context.h / 2**halvings, *self.flow.context.q[1:]]
         if translate is not None:
             letters = [e for matrix in translate for e in matrix.ravel()]
             q[len(q) - len(letters) :] = letters

@@ -14,7 +14,6 @@ from typing import Any
 from discmech.integrators import Scheme
 from discmech.integrators.compiler.driver import SINGULAR
 from discmech.integrators.compiler.modules import composed_file, kernel_body, kernel_file
-from discmech.integrators.flows.composed_flow import ComposedFlow
 from discmech.integrators.flows.flow import Flow
 from discmech.integrators.numbers.interpreting import run_text
 
@@ -29,11 +28,7 @@ def interpret(scheme: Scheme, edit: Edit | None = None, form: Form | None = None
     """
 
     def flow(step: Any, digits: int = 16) -> Flow:
-        made: _Flow | _ComposedFlow
-        if scheme.substeps:
-            made = _ComposedFlow(scheme.substep_schemes, scheme.substeps, step, digits)
-        else:
-            made = _Flow(scheme, step, digits)
+        made = _Flow(scheme, step, digits, substeps=scheme.flow_substeps)
         made.edit = edit
         if form is not None:
             name, change = form
@@ -50,18 +45,11 @@ class _Flow(Flow):
 
     @cached_property
     def _kernels(self) -> dict[str, Any]:
-        return _run(self, kernel_file(self.scheme))
+        composed = self.context.substeps
+        return _run(self, composed_file(self.origins) if composed else kernel_file(self.scheme))
 
 
-class _ComposedFlow(ComposedFlow):
-    edit: Edit | None = None
-
-    @cached_property
-    def _kernels(self) -> dict[str, Any]:
-        return _run(self, composed_file(tuple(s.origin for s in self.schemes)))
-
-
-def _run(flow: _Flow | _ComposedFlow, path: Path) -> dict[str, Any]:
+def _run(flow: _Flow, path: Path) -> dict[str, Any]:
     text = kernel_body(path)
     names = run_text(flow.edit(text) if flow.edit else text, flow.numbers.namespace())
     advance = names["advance"]
