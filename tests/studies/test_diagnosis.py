@@ -28,7 +28,6 @@ from discmech.integrators import (
 from discmech.integrators.compiler.modules import _MARK, kernel_file
 from discmech.integrators.flows.flow import Flow
 from discmech.integrators.flows.initial_state import Start
-from discmech.integrators.flows.newton_step import maps_at
 from discmech.integrators.numbers.numeric import run_text
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
@@ -107,8 +106,8 @@ def wrong_start(flow):
     """The start has u = v0 instead of μ = ∂l/∂ξ(x0, v0)."""
     scene = flow.scheme.scene
     with flow.numbers.working():
-        x, v = flow._vectors(scene.x0, scene.v0)
-        mu = maps_at(flow, x, v)["minus"] / flow._h
+        x, v = flow.context.vectors(scene.x0, scene.v0)
+        mu = flow.context.maps_at(x, v)["minus"] / flow.context.h
         flow.starting.__dict__["own"] = Start(x, mu, v)
 
 
