@@ -50,7 +50,7 @@ class EdgePolicy:
         """Cayley's chart and its translates; raises `BadInput` where there is none."""
         return self.context.chart
 
-    @property
+    @cached_property
     def reach(self) -> Any:
         """The largest size (`chart_margin.chart_extents`) that a step may have."""
         return chart_reach(self.context.scene.groupoid)
@@ -116,8 +116,9 @@ class EdgePolicy:
 class Refuse(EdgePolicy):
     """The edge is an error; a run goes as near to it as half the digits allow."""
 
-    @property
+    @cached_property
     def reach(self) -> Any:
+        """The largest size at which u has any digits."""
         return 1 / self.context.numbers.eps
 
 
