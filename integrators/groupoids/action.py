@@ -116,7 +116,6 @@ class RowAction(ActionGroupoid):
 class UserAction(ActionGroupoid):
     """A right action given by its map right_action(x, g) on Rⁿ or on an open part of it."""
 
-    by_user = True
     mend = "; a right action has x·e = x and (x·g)·g′ = x·(gg′)"
 
     def __init__(
@@ -132,7 +131,7 @@ class UserAction(ActionGroupoid):
                 "a right action needs its map and the dimension of its base: "
                 "action(algebra, right_action=lambda x, g: ..., dim_x=n), n from 1."
             )
-        self.right_action, self.dim_x = right_action, dim_x
+        self.right_action, self.dim_x, self.by_user = right_action, dim_x, True
 
     @property
     def name(self) -> str:

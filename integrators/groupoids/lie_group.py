@@ -26,7 +26,7 @@ class RetractionGroupoid(Groupoid):
             raise BadInput(f"the retraction is {retraction!r}: give cayley itself, not its name.")
         self.algebra, self.tau = algebra, retraction
         self.dim_u = algebra.dim
-        self.retraction = retraction.name
+        self.retraction, self.by_user = retraction.name, not retraction.proven
 
     @property
     def _chart(self) -> str:
@@ -36,10 +36,6 @@ class RetractionGroupoid(Groupoid):
     @abstractmethod
     def _in_chart(self, retraction: Retraction) -> RetractionGroupoid:
         """The same groupoid in the chart of another retraction."""
-
-    @property
-    def by_user(self) -> bool:  # type: ignore[override]
-        return not self.tau.proven
 
     def check(self) -> None:
         """Raise `BadInput` unless the algebra is closed and the retraction fits it."""
