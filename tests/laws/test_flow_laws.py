@@ -261,7 +261,7 @@ def test_groups_carry_no_x(scene):
     f = flow(scene, "midpoint", step_of(scene, "own"))
     run = f.trajectory(10)
     assert run.x.shape == (11, 0)
-    assert f.machine.kernels["SHAPE"]["dim_x"] == 0
+    assert f.machine.kernels.layout.n == 0
     y, v = f.evolve([], run.u[0])
     assert y.shape == (0,)
     assert np.allclose(v, run.u[1], atol=1e-15)

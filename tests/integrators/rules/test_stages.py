@@ -298,14 +298,6 @@ def test_double_precision_is_50_digits_rounded(scene, rule):
     assert short.u.shape == (21, len(SCENES[scene].v0))
 
 
-def test_nodes_that_are_alike_are_one_function():
-    from discmech.integrators.compiler.kernels import KernelBuilder
-
-    text = KernelBuilder(Scheme(SCENES["rigid-body"], get("gauss-2"))).build()
-    solver = text[text.index("def correct") : text.index("def update")]
-    assert solver.count("= node0(") == 2
-
-
 def test_a_node_with_one_output_gives_a_number():
     """A call returns a tuple, of one number too."""
     a, b = sympy.symbols("a b")
