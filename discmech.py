@@ -19,9 +19,11 @@ __path__ = [
 if TYPE_CHECKING:
     from discmech.integrators import (
         BadInput,
+        Bisection,
         Conserved,
         DiscmechError,
         Discretisation,
+        EvolutionOperator,
         Groupoid,
         LocalGroupoid,
         MatrixAlgebra,
@@ -66,9 +68,11 @@ def __getattr__(name: str) -> Any:
 
 __all__ = [
     "BadInput",
+    "Bisection",
     "Conserved",
     "DiscmechError",
     "Discretisation",
+    "EvolutionOperator",
     "Groupoid",
     "LocalGroupoid",
     "MatrixAlgebra",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from . import scenes
 from .algebras import MatrixAlgebra, se, sl, so, sp, su
+from .bisections import Bisection, EvolutionOperator
 from .errors import BadInput, DiscmechError, StepFailure
 from .flows.scheme import Scheme
 from .groupoids import LocalGroupoid, action, lie_group, pair, product
@@ -18,9 +19,11 @@ from .scene import Conserved, Scene, on_group
 
 __all__ = [
     "BadInput",
+    "Bisection",
     "Conserved",
     "DiscmechError",
     "Discretisation",
+    "EvolutionOperator",
     "Groupoid",
     "LocalGroupoid",
     "MatrixAlgebra",

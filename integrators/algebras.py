@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, product
+from itertools import combinations, combinations_with_replacement, product
 from math import prod
 from typing import Any
 
@@ -72,16 +72,16 @@ class MatrixAlgebra:
 
     @cached_property
     def is_complex(self) -> bool:
+        """Whether a basis matrix has an entry that is not real."""
         entries = (entry for e in self.basis for row in e for entry in row)
-        return any(
-            isinstance(entry, complex) or getattr(entry, "is_real", True) is False
-            for entry in entries
-        )  # without sympy: building an action loads nothing
+        return any(  # without sympy: building an action loads nothing
+            isinstance(e, complex) or getattr(e, "is_real", True) is False for e in entries
+        )
 
     def contains(self, matrix: Any) -> bool:
         """Whether the matrix is a combination of the basis (exactly)."""
         rest = matrix - self.hat(self.coordinates(matrix))
-        return all(sympy.simplify(entry) == 0 for entry in rest)
+        return all(entry == 0 or sympy.simplify(entry) == 0 for entry in rest)
 
     @cached_property
     def _matrices(self) -> list[Any]:
@@ -121,41 +121,34 @@ class MatrixAlgebra:
 
     def ad(self, xi: Sequence[Any]) -> Any:
         """The m×m matrix of η ↦ [ξ, η], with entries Ĉ^γ_{μν} ξ^μ."""
-        return sympy.Matrix.vstack(
-            *[(sympy.Matrix([list(xi)]) * c) for c in self.structure_constants]
-        )
+        row = sympy.Matrix([list(xi)])
+        return sympy.Matrix.vstack(*[row * c for c in self.structure_constants])
 
     @cached_property
     def ideals(self) -> list[Any]:
-        """Projections (m×m, rational) on ideals whose direct sum this is; [1] if none are found.
+        """Projections (m×m, rational) on ideals whose direct sum this is; [1] if it is simple.
 
         They are eigenspaces of a random map that commutes with every ad_ξ.
         """
-        from sympy.polys.matrices import DomainMatrix
-
-        one, unit = sympy.eye(self.dim), sympy.eye(self.dim).tolist()
+        one, t = sympy.eye(self.dim), sympy.Symbol("t")
         rows = [
             sympy.kronecker_product(one, a.T) - sympy.kronecker_product(a, one)
-            for a in (self.ad(row) for row in unit)
+            for a in map(self.ad, one.tolist())
         ]
-        system = DomainMatrix.from_Matrix(sympy.Matrix.vstack(*rows)).convert_to(sympy.QQ)
-        kernel = system.nullspace().to_Matrix()
+        over_q = sympy.polys.matrices.DomainMatrix.from_Matrix(sympy.Matrix.vstack(*rows))
+        kernel = over_q.convert_to(sympy.QQ).nullspace().to_Matrix()
         weights = sympy.Matrix([[(7919 * (i + 1)) % 101 for i in range(kernel.rows)]])
         commuting = (weights * kernel).reshape(self.dim, self.dim)
-        t = sympy.Symbol("t")
-        factors = [f.as_expr() for f, _ in sympy.factor_list(commuting.charpoly(t).as_expr())[1]]
-        roots = [-f.coeff(t, 0) / f.coeff(t, 1) for f in factors if f.as_poly(t).degree() == 1]
-        spaces = [(commuting - r * one).nullspace() for r in roots]
-        basis = [v for space in spaces for v in space]
-        if len(roots) < 2 or len(basis) != self.dim:
+        factors = [f.as_poly(t) for f, _ in sympy.factor_list(commuting.charpoly(t).as_expr())[1]]
+        roots = [-f.nth(0) / f.nth(1) for f in factors if f.degree() == 1]
+        spaces = [sympy.Matrix.hstack(*(commuting - r * one).nullspace()) for r in roots]
+        if len(roots) < 2 or sum(space.cols for space in spaces) != self.dim:
             return [one]
-        change = sympy.Matrix.hstack(*basis)
-        back, found, at = change.inv(), [], 0
+        back, projections = sympy.Matrix.hstack(*spaces).inv(), []
         for space in spaces:
-            pick = slice(at, at + len(space))
-            found.append(change[:, pick] * back[pick, :])
-            at += len(space)
-        return found
+            projections.append(space * back[: space.cols, :])
+            back = back[space.cols :, :]
+        return projections
 
     @cached_property
     def real(self) -> MatrixAlgebra:
@@ -165,23 +158,21 @@ class MatrixAlgebra:
         """
         if not self.is_complex:
             return self
-
-        basis = []
+        n, basis = self.size, []
         for e in self._matrices:
-            a, b = e.applyfunc(sympy.re), e.applyfunc(sympy.im)
-            basis.append(a.row_join(-b).col_join(b.row_join(a)))
-        twice = [_elementary(2 * n, {(i, j): B[i % n][j % n] for i in range(2 * n)
-                                     for j in range(2 * n) if i // n == j // n})
-                 for n in (self.size,) for B in self.cover]  # fmt: skip
-        return MatrixAlgebra(
-            self.name, tuple(tuple(map(tuple, e.tolist())) for e in basis), tuple(twice)
-        )
+            a, b = e.as_real_imag()
+            basis.append(a.row_join(-b).col_join(b.row_join(a)).tolist())
+        at = [(k, i, j) for k in (0, n) for i, j in product(range(n), repeat=2)]
+        cover = [
+            _elementary(2 * n, {(k + i, k + j): B[i][j] for k, i, j in at}) for B in self.cover
+        ]
+        return MatrixAlgebra(self.name, basis, cover)  # type: ignore[arg-type]
 
     @cached_property
     def adjoint(self) -> tuple[Nested, ...]:
         """The m×m matrices of ad along each basis matrix, as a basis is given."""
-        ads = [self.ad(row) for row in sympy.eye(self.dim).tolist()]
-        return tuple(tuple(map(tuple, a.tolist())) for a in ads)
+        units = sympy.eye(self.dim).tolist()
+        return tuple(tuple(map(tuple, self.ad(row).tolist())) for row in units)
 
     @cached_property
     def closed_under_triple_products(self) -> bool:
@@ -190,12 +181,8 @@ class MatrixAlgebra:
         Tested by polarisation on e_a e_c e_b + e_b e_c e_a; true of so, se, sp, sl(2), su(2).
         """
         es = self._matrices
-        return all(
-            self.contains(es[a] * e * es[b] + es[b] * e * es[a])
-            for a in range(self.dim)
-            for b in range(a, self.dim)
-            for e in es
-        )
+        pairs = combinations_with_replacement(es, 2)
+        return all(self.contains(a * e * b + b * e * a) for a, b in pairs for e in es)
 
 
 def _elementary(n: int, entries: dict[tuple[int, int], Any]) -> Nested:
@@ -259,8 +246,7 @@ def sp(n: int) -> MatrixAlgebra:
     if n % 2:
         raise BadInput(f"sp({n}): the size of symplectic matrices is even; write sp({n + 1}).")
     k = n // 2
-    basis: list[dict[tuple[int, int], Any]] = []
-    basis += [{(i, j): 1, (k + j, k + i): -1} for i in range(k) for j in range(k)]
+    basis = [{(i, j): 1, (k + j, k + i): -1} for i in range(k) for j in range(k)]
     upper = [(i, j) for i in range(k) for j in range(i, k)]
     basis += [{(i, k + j): 1, (j, k + i): 1} for i, j in upper]
     basis += [{(k + i, j): 1, (k + j, i): 1} for i, j in upper]
@@ -273,8 +259,7 @@ def su(n: int) -> MatrixAlgebra:
     _sized("su", n, 2)
     basis: list[dict[tuple[int, int], Any]] = []
     for i, j in combinations(range(n), 2):
-        basis.append({(i, j): -0.5j, (j, i): -0.5j})
-        basis.append({(i, j): -0.5, (j, i): 0.5})
+        basis += [{(i, j): -0.5j, (j, i): -0.5j}, {(i, j): -0.5, (j, i): 0.5}]
     basis += [{(i, i): -0.5j, (i + 1, i + 1): 0.5j} for i in range(n - 1)]
     cover = _plus_minus(n) if n == 2 else ()
     return MatrixAlgebra(f"su({n})", tuple(_elementary(n, e) for e in basis), cover)

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators import Scheme, StepFailure
+from discmech.integrators import Bisection, EvolutionOperator, Scheme, StepFailure
 from discmech.integrators import rules as discretisations
+from discmech.integrators.flows.flow import Flow, Trajectory
 from discmech.integrators.geometry.transitions import (
-    arrow,
     defects,
     regularity,
     residual,
@@ -41,6 +41,7 @@ LOOKED_AT = 8  # arrows of a run whose defects are taken, beside those at change
 SIDE = 41  # points across the picture of the ball of rotations
 RESIDUAL, DEFECT = 1e-13, 1e-12
 WELL = 1e-2  # regularity from which g′ itself is compared, to the same bound
+EDGE = 1e-5  # |det(e + g)| below which coordinates in the chart of e are left alone
 SINGULAR = 1e-3  # a run may stop where FL is as near to singular as that
 
 
@@ -90,13 +91,15 @@ def turn_of(g: Any) -> float:
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """One row a start: {turn, axis, steps, outcome, margin, newton_mean, newton_max, changes,
-    translates, residual, pullback, poisson, momentum, factorisation, regularity, chart_turn,
-    chart_margin, cause}; measured: the worst of each, how many stopped.
+    translates, residual, pullback, poisson, momentum, factorisation, operator, regularity,
+    chart_turn, chart_margin, cause}; measured: the worst of each, how many stopped.
 
     pullback, poisson: the worst at every change of chart and at arrows spread over the run;
     factorisation: ‖g′ − ĝ′‖ against `reference.moser_veselov`, times the regularity, for round-off
     of μ is divided by that; distance: ‖g′ − ĝ′‖ as it is, where the regularity is at least WELL;
-    solutions: where it stopped, how many the search through the cover finds at that μ;
+    operator: ‖g′ − ĝ′‖ of the first step against the evolution operator through bisections near
+    its arrows, times the regularity; solutions: where it stopped, how many the search through the
+    cover finds at that μ;
     chart_turn: the rotation that the chart-bound method makes of the same spin.
     """
     starts = [(turn, k) for k in range(AXES) for turn in TURNS]
@@ -123,7 +126,7 @@ def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
     flow = scheme.flow(STEP, case.digits, on_edge="bisect")
     row: dict[str, Any] = dict.fromkeys(
         ("margin", "newton_mean", "newton_max", "changes", "residual", "pullback", "poisson",
-         "momentum", "factorisation", "distance", "regularity", "solutions")
+         "momentum", "factorisation", "distance", "operator", "regularity", "solutions")
     )  # fmt: skip
     row |= {"steps": 0, "outcome": "ran", "cause": "", "translates": {}}
     try:
@@ -142,11 +145,14 @@ def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
     at = {*range(0, last, max(1, last // LOOKED_AT)), *np.flatnonzero(np.diff(run.translates))}
     elements = flow.elements(run)
     worst: dict[str, float] = {}
+    gap = _through_bisections(flow, run, elements)
+    if gap is not None:
+        worst["operator"] = gap
     for k in sorted(at):
-        here, there = arrow(flow, run, k), arrow(flow, run, k + 1)
-        pullback, poisson = defects(flow, here, there)
-        regular = regularity(flow, there)
-        found = {"residual": residual(flow, here, there), "pullback": pullback, "poisson": poisson}
+        here, there = flow.arrow(run, k), flow.arrow(run, k + 1)
+        pullback, poisson = defects(here, there)
+        regular = regularity(there)
+        found = {"residual": residual(here, there), "pullback": pullback, "poisson": poisson}
         gap = _factorised(case, elements[k], elements[k + 1])
         if gap is not None:
             found["factorisation"] = gap * regular
@@ -156,6 +162,29 @@ def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
             worst[name] = max(worst.get(name, 0.0), float(value))
         worst["regularity"] = min(worst.get("regularity", 1.0), regular)
     return row | worst
+
+
+def _through_bisections(flow: Flow, run: Trajectory, elements: np.ndarray) -> float | None:
+    """‖g′ − ĝ′‖ × regularity: ĝ′ by the evolution operator through bisections near g and g′.
+
+    Its arrows are written in the chart of e: None where that holds one of them badly. Near the
+    singular set of FL two solutions are as near as the regularity, so the bisections are nearer.
+    """
+    context, chart = flow.context, flow.context.chart
+    regular = regularity(flow.arrow(run, 1))
+    with context.numbers.working():
+        g, after = (chart.array(e) for e in elements[:2])
+        if min(chart.openness(g), chart.openness(after)) < EDGE:
+            return None
+        u, v = (chart.coordinates(e) / context.h for e in (g, after))
+        away = context.numbers.number(regular) / 20
+        sigma, upsilon = (
+            Bisection(context.scene.groupoid, x, near, flow.step, flow.digits)
+            for x, near in zip(run.x[:2], (u + away, v - away), strict=True)
+        )
+        w = EvolutionOperator(context, sigma, upsilon).evolve(run.x[0], u)[1]
+        reached = chart.element(context.h * context.vector(w, len(w)))
+        return float(np.max(abs(reached - after))) * regular
 
 
 @lru_cache(maxsize=8)
@@ -231,6 +260,7 @@ def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "momentum",
         "factorisation",
         "distance",
+        "operator",
         "newton_max",
     )
     measured = {name: of(name) for name in (*names, "chart_turn")}
@@ -252,18 +282,24 @@ def _slice(case: Case) -> dict[str, Any]:
     det: list[list[float | None]] = []
     best: list[list[int | None]] = []
     for b in across:
-        found = [singular_sign(flow, rotation(2 * math.pi * (a * p + b * q)), x0)
+        found = [_sign(flow, rotation(2 * math.pi * (a * p + b * q)), x0)
                  if math.hypot(a, b) <= 0.51 else (None, None) for a in across]  # fmt: skip
         det.append([None if d is None else round(d, 6) for d, _ in found])
         best.append([k for _, k in found])
     return {"across": across.tolist(), "det": det, "best": best}
 
 
+def _sign(flow: Flow, g: np.ndarray, x: Any) -> tuple[float, int]:
+    """(`singular_sign` at an element g, the translate that holds it best)."""
+    translate, u = flow.edge.place(g)
+    return singular_sign(flow.context.arrow(x, 0 * u, u, translate)), translate
+
+
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Right, or stopped beside the singular set of FL or where no solution is; never silent."""
     unit = 10.0 ** (16 - case.digits)
     limits = {"residual": RESIDUAL, "pullback": DEFECT, "poisson": DEFECT,
-              "factorisation": RESIDUAL, "distance": RESIDUAL}  # fmt: skip
+              "factorisation": RESIDUAL, "distance": RESIDUAL, "operator": RESIDUAL}  # fmt: skip
     limits = {name: limit * unit for name, limit in limits.items()}
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
     for row in measurement["rows"]:

@@ -8,6 +8,7 @@ told by a number that the others leave as it is.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -15,7 +16,7 @@ import numpy as np
 
 from discmech.integrators import BadInput, Scheme, retractions
 from discmech.integrators.flows.flow import Flow
-from discmech.integrators.flows.newton_step import maps_at
+from discmech.integrators.numbers.arithmetic import arithmetic
 
 from .case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation
@@ -183,16 +184,16 @@ def _residuals(flow: Flow) -> tuple[float, float]:
     Both relative to ‖μ‖: the largest ‖F⁻(x, u)/h − μ‖ in the flow's own numbers, and what more
     digits say of F⁻ and F⁺ at the same points; of a composition those of its first substep.
     """
-    run, flow = flow.trajectory(ROWS), flow.parts[0]
-    more = Flow(flow.scheme, flow.step, flow.digits + 34)
+    run, first = flow.trajectory(ROWS), flow.parts[0]
+    more = replace(first, numbers=arithmetic(flow.digits + 34))
     residual = noise = 0.0
     size = _size(run.mu)
     for x, u, mu in zip(run.x, run.u, run.mu, strict=True):
         maps = []
-        for f in (flow, more):
-            with f.numbers.working():
-                here = maps_at(f, *f._vectors(x, u))
-                maps.append({k: f.numbers.public(here[k] / f._h) for k in ("minus", "plus")})
+        for at in (first, more):
+            with at.numbers.working():
+                here = at.maps_at(*at.vectors(x, u))
+                maps.append({k: at.numbers.public(here[k] / at.h) for k in ("minus", "plus")})
         residual = max(residual, float(max(abs(maps[0]["minus"] - mu))) / size)
         off = [max(abs(float(a - b)) for a, b in zip(maps[1][k], maps[0][k], strict=True))
                for k in ("minus", "plus")]  # fmt: skip

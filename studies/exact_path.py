@@ -17,7 +17,6 @@ import numpy as np
 
 from discmech.integrators import Scheme
 from discmech.integrators.flows.flow import Flow
-from discmech.integrators.flows.newton_step import maps_at
 from discmech.integrators.geometry.local_geometry import text_of
 from discmech.integrators.numbers.arithmetic import arithmetic
 from discmech.integrators.numbers.numeric import numeric_function
@@ -140,7 +139,7 @@ def truncation(scheme: Scheme) -> Truncation:
         flow = Flow(scheme.origin, step, DIGITS)
         with numbers.working():
             h = numbers.number(step)
-            maps = [maps_at(flow, a.x, a.u) for a in pair]
+            maps = [flow.context.maps_at(a.x, a.u) for a in pair]
             mu, mu_after = (np.array(p, dtype=object) for p in (pair[0].mu, pair[0].mu_after))
             size = max(_norm(mu), _norm(mu_after))
             gaps = (maps[0]["minus"] / h - mu, maps[0]["plus"] / h - mu_after)
@@ -208,4 +207,4 @@ def _discrete_lagrangian(scheme: Scheme, arrow: Arrow, flow: Flow) -> Any:
     text = text_of(scheme, {"x": s.x, "u": s.u, "s": s.stages},
                    [scheme.at_points.discrete_lagrangian])  # fmt: skip
     action = numeric_function(text, flow.numbers)
-    return action(arrow.x, arrow.u, flow.geometry.stages(arrow.x, arrow.u), flow._q)
+    return action(arrow.x, arrow.u, flow.geometry.stages(arrow.x, arrow.u), flow.context.q)

@@ -11,7 +11,6 @@ import numpy as np
 
 from discmech.integrators import Scheme
 from discmech.integrators.flows.flow import Flow
-from discmech.integrators.flows.newton_step import maps_at
 from discmech.integrators.scene import Conserved, Scene
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
@@ -149,9 +148,10 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     run = flow.trajectory(COUNT)
     rows_of = with_terms(scheme, formula_of(scheme, worst), 30)
     with flow.numbers.working():
-        arrows = [maps_at(flow, *flow._vectors(x, u)) for x, u in zip(run.x, run.u, strict=True)]
-        before = np.array([here["minus"] / flow._h for here in arrows])
-        after = np.array([here["plus"] / flow._h for here in arrows])
+        at, h = flow.context, flow.context.h
+        arrows = [at.maps_at(*at.vectors(x, u)) for x, u in zip(run.x, run.u, strict=True)]
+        before = np.array([here["minus"] / h for here in arrows])
+        after = np.array([here["plus"] / h for here in arrows])
         ends = np.array([here["target"] for here in arrows]).reshape(run.x.shape)
     start, terms = rows_of(replace(run, mu=before))
     end, later = rows_of(replace(run, x=ends, mu=after))

@@ -14,8 +14,9 @@ import numpy as np
 
 from discmech.integrators.flows.flow import Flow, Trajectory
 from discmech.integrators.flows.initial_state import Start
-from discmech.integrators.flows.newton_step import arrow_from, maps_at, step_along
+from discmech.integrators.flows.newton_step import arrow_from, step_along
 from discmech.integrators.flows.run import first_u
+from discmech.integrators.geometry.transitions import poisson_defect, pullback_defect
 from discmech.integrators.numbers.newton import newton
 
 from .case import Case
@@ -88,16 +89,16 @@ def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[
     swept = dict.fromkeys((*TOLERANCES, 0.0), 0.0)
     size = max(float(abs(e)) for e in run.mu.ravel()) or 1.0
     for k in places:
-        (x, u), (_, mu) = flow._vectors(run.x[k], run.u[k]), flow._vectors(run.x[k], run.mu[k])
+        (x, u), (_, mu) = (flow.context.vectors(run.x[k], v[k]) for v in (run.u, run.mu))
 
         def defect(after_x: Any, after_mu: Any, k: int = k) -> float:
             return float(flow.step_defect(run.x[k], run.mu[k], after_x, after_mu, u0=run.u[k]))
 
         first = flow.parts[0]
-        here = maps_at(first, x, u)
-        off = max(off, float(max(abs(here["minus"] / first._h - mu))) / size)
+        here = first.maps_at(x, u)
+        off = max(off, float(max(abs(here["minus"] / first.h - mu))) / size)
         if len(flow.parts) == 1:
-            own = max(own, defect(here["target"], mu + (here["plus"] - here["minus"]) / flow._h))
+            own = max(own, defect(here["target"], mu + (here["plus"] - here["minus"]) / first.h))
         taken = max(taken, defect(run.x[k + 1], run.mu[k + 1]))
         for tolerance in swept:
             swept[tolerance] = max(
@@ -133,11 +134,11 @@ def _step(flow: Flow, x: Any, mu: Any, guess: Any, off: float) -> tuple[Any, Any
     numbers = flow.numbers
     for part in flow.parts:
         guess = arrow_from(part, x, mu, guess)
-        here = maps_at(part, x, guess)
+        here = part.maps_at(x, guess)
         if off:
-            left = 0 * mu + numbers.number(off) * part._h
-            here = maps_at(part, x, guess + np.asarray(numbers.solve(here["minus_u"], left)))
-        x, mu = here["target"], mu + (here["plus"] - here["minus"]) / part._h
+            left = 0 * mu + numbers.number(off) * part.h
+            here = part.maps_at(x, guess + np.asarray(numbers.solve(here["minus_u"], left)))
+        x, mu = here["target"], mu + (here["plus"] - here["minus"]) / part.h
     return x, mu
 
 
@@ -146,31 +147,33 @@ def _at(
 ) -> tuple[Callable[[np.ndarray], float], float, np.ndarray, np.ndarray, np.ndarray]:
     """At one point: (defect as a function of the velocity that was solved for, its relative
     residual in the flow, that velocity, the same to round-off, its change for a residual of 1)."""
-    geometry, numbers = flow.geometry, flow.numbers
-    x, u = flow._vectors(x, u)
-    here = maps_at(flow, x, u)
+    context, geometry, numbers = flow.context, flow.geometry, flow.numbers
+    x, u = context.vectors(x, u)
+    here = context.maps_at(x, u)
     if kind == "pullback":
         base, wanted = here["target"], here["plus"]
-        own = flow._evolve(here, x, u)[1]
+        own = flow.next_arrow(here, x, u)[1]
 
         def defect(v: np.ndarray) -> float:
-            there = maps_at(flow, base, v)
-            return float(flow._pullback(here, there, geometry.tangent(here, there)))
+            there = context.maps_at(base, v)
+            tangent = geometry.tangent(here, there)
+            return float(pullback_defect(geometry, here, there, tangent))
     else:
         mus = np.array([numbers.number(e) for e in mu], dtype=numbers.dtype)
-        base, wanted = x, mus * flow._h
-        own = first_u(flow, Start(x, mus, u))
+        base, wanted = x, mus * context.h
+        own = first_u(flow.edge, Start(x, mus, u))
 
         def defect(v: np.ndarray) -> float:
-            return float(flow._poisson(base, mus, step_along(flow, maps_at(flow, base, v))))
+            step = step_along(context, context.maps_at(base, v))
+            return float(poisson_defect(geometry, base, mus, step))
 
     def change(v: np.ndarray) -> np.ndarray:
-        at = maps_at(flow, base, v)
+        at = context.maps_at(base, v)
         return np.asarray(numbers.solve(at["minus_u"], wanted - at["minus"]))
 
     polished = newton(change, own, 0, numbers.eps)
     polished = own if polished is None else polished
     size = max(abs(e) for e in wanted) or numbers.number(1)
-    off = float(max(abs(maps_at(flow, base, own)["minus"] - wanted)) / size)
-    shift = numbers.solve(maps_at(flow, base, polished)["minus_u"], 0 * wanted + size)
+    off = float(max(abs(context.maps_at(base, own)["minus"] - wanted)) / size)
+    shift = numbers.solve(context.maps_at(base, polished)["minus_u"], 0 * wanted + size)
     return defect, off, own, polished, np.asarray(shift)

@@ -127,9 +127,10 @@ class Bisection:
         y = self.maps(x, u, 0 * self.u0)["target"]
         at = self.maps(x, u, self.section(y))
         through = at["p_v"] @ self.slope
-        top = np.hstack([self.numbers.identity(self.n), self.numbers.zeros(self.n, self.m)])
+        one = np.eye(self.n).astype(self.numbers.dtype)
+        zero = self.numbers.zeros(self.n, self.m)
         bottom = np.hstack([at["p_x"] + through @ at["b_x"], at["p_u"] + through @ at["b_u"]])
-        return np.vstack([top, bottom])
+        return np.vstack([np.hstack([one, zero]), bottom])
 
     def without_left(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
         """L_Σ⁻¹: the arrow that L_Σ takes to (x, u)."""
@@ -161,9 +162,15 @@ class Bisection:
 
     def maps(self, x: Any, u: Any, v: Any) -> dict[str, np.ndarray]:
         """b, p and their derivatives at (x, u), (b, v)."""
-        names = ("target", "product", "b_x", "b_u", "p_x", "p_u", "p_v")
-        values = _maps(self.groupoid, self.numbers)(x, u, v, self.h)
-        return dict(zip(names, values, strict=True))
+        return groupoid_maps(self.groupoid, self.numbers, self.h, x, u, v)
+
+
+def groupoid_maps(
+    groupoid: Groupoid, numbers: Any, h: Any, x: Any, u: Any, v: Any
+) -> dict[str, np.ndarray]:
+    """b (target), p (product) and their derivatives at (x, u), (b, v), in an arithmetic."""
+    names = ("target", "product", "b_x", "b_u", "p_x", "p_u", "p_v")
+    return dict(zip(names, _maps(groupoid, numbers)(x, u, v, h), strict=True))
 
 
 @lru_cache(maxsize=64)

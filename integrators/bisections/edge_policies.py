@@ -5,104 +5,132 @@
     shrink   the step is taken as two of half its size, and so on
 
 A translate changes the coefficients of the kernels (`prepare`), a shrunk step too; nothing is
-derived or compiled again.
+derived or compiled again. With `bisect` the solutions of F⁻(x, g) = hμ are searched through the
+cover; the one on the branch of the last step is taken, in the translate that holds it best.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ..compiler.kernels_at_step import OK, Run
+import numpy as np
+
+from ..compiler import EDGE, NOT_CONVERGED, OK, SINGULAR, STRAYED
+from ..compiler.kernels_at_step import KernelsAtStep, Run
+from ..compiler.layout import BRANCH, REACH, SLACK
 from ..errors import BadInput
 from ..groupoids.chart_margin import chart_reach
+from .step_context import StepContext
 from .translates import GroupChart
 
-if TYPE_CHECKING:
-    from ..flows.flow import Flow
-
-EDGE, STRAYED = 3, 4
-ON_EDGE = ("refuse", "bisect", "shrink")
 CAUSES = {
     EDGE: "the step is at or beyond the edge of its chart, where coordinates lose their digits",
     STRAYED: "Newton found a solution on another branch than the last step's, and no other",
 }
-MOST_HALVINGS = 20
+MOST_HALVINGS = 20  # to a millionth of the step: what needs less fails at any size
+SPREAD = 24  # elements between those of the cover: a few to each of at most 16 translates
 
 
-class Refuse:
-    """The edge is an error; a run goes as near to it as half the digits allow."""
+class EdgePolicy:
+    """What a run looks at after each step, and how it goes on where the driver stopped."""
 
+    #: the driver's statuses that `resume` may get past
     handles: tuple[int, ...] = ()
 
-    def __init__(self, flow: Flow) -> None:
-        self.flow = flow
-        kernels = flow.machine.kernels
-        self.huge, self.root_eps = kernels.huge, kernels.root_eps
-
-    @cached_property
-    def chart(self) -> GroupChart:
-        """The Cayley chart and its translates; raises `BadInput` where there is none."""
-        return GroupChart(self.flow.scheme.scene.groupoid, self.flow.numbers)
-
-    def coefficients(self, translate: int) -> Any:
-        """The kernels' coefficients in the chart of a translate: here there is only e."""
-        return self.flow.machine.c
-
-    def place(self, g: Any) -> tuple[int, Any]:
-        """(translate, u) of an element; here there is only e (`in_own_chart`)."""
-        return 0, in_own_chart(self.flow, g)
+    def __init__(self, context: StepContext, machine: KernelsAtStep) -> None:
+        self.context, self.machine = context, machine
+        self.huge, self.root_eps = machine.kernels.huge, machine.kernels.root_eps
 
     @property
+    def chart(self) -> GroupChart:
+        """Cayley's chart and its translates; raises `BadInput` where there is none."""
+        return self.context.chart
+
+    @cached_property
     def reach(self) -> Any:
-        """The largest size (`neighbourhoods.chart_extents`) that a step may have."""
-        return 1 / self.flow.numbers.eps
+        """The largest size (`chart_margin.chart_extents`) that a step may have."""
+        return chart_reach(self.context.scene.groupoid)
+
+    def coefficients(self, translate: int) -> Any:
+        """The kernels' coefficients in the chart of a translate; here there is only e."""
+        return self.machine.c
+
+    def place(self, g: Any) -> tuple[int, Any]:
+        """(translate, u) of an element; here there is only e."""
+        return 0, self.in_own_chart(g)
+
+    def in_own_chart(self, g: Any) -> Any:
+        """u with g = τ(hu); raises `BadInput` at the chart's edge, where u has too few digits."""
+        u = self.context.coordinates(g)
+        if u is None:
+            raise BadInput(
+                f"{self.context.scene.name}: a step lies at the edge of its chart, where "
+                'det(e + g) = 0 and u is infinite; take flow(step, on_edge="bisect") and its '
+                "trajectory."
+            )
+        return u
 
     def begin(self, run: Run, branch: Any = None) -> None:
         """Set what `watch` compares with; `branch`: the number of the step before, if known."""
-        run.totals[4], run.totals[5] = self.reach, self.huge if branch is None else branch
-        run.totals[6] = self.slack
+        run.totals[REACH] = self.reach
+        run.totals[BRANCH] = self.huge if branch is None else branch
+        run.totals[SLACK] = self.slack
 
     @cached_property
     def slack(self) -> Any:
         """The largest change of the branch's number in a step (HUGE: not watched).
 
-        In one chart it is watched where the map keeps the number: there any change is an error. Of
-        a composition each substep has a number of its own size, which the others do not keep.
+        In one chart it is watched where the map conserves the number: there any change is an error.
+        Of a composition each substep has a number of its own size, which the others change.
         """
-        element, one = self.flow.scheme.element, len(self.flow.parts) == 1
-        watched = element is not None and element.given.kept and one
-        return self._kept_slack if watched else self.huge
+        watched = self._conserved and not self.context.substeps
+        return self._round_off if watched else self.huge
 
     @property
-    def _kept_slack(self) -> Any:
-        """What round-off may make of a number that is kept."""
+    def _conserved(self) -> bool:
+        """Whether the map conserves the branch's number exactly."""
+        element = self.context.equations.element
+        return element is not None and element.given.kept
+
+    @property
+    def _round_off(self) -> Any:
+        """What round-off may make of a number that is conserved: half its digits, less six bits."""
         return self.scale * self.root_eps * 64
 
     @cached_property
     def scale(self) -> Any:
         """The largest size of the branch's number at the cover's elements."""
-        x, zero = self.flow._vectors(self.flow.scheme.scene.x0, [0] * self.chart.m)
+        x, zero = self.context.vectors(self.context.scene.x0, [0] * self.chart.m)
         family = range(len(self.chart.translates))
-        return max(abs(self.flow.geometry_in(J).branch(x, zero)) for J in family)
+        return max(abs(self.context.geometry_in(J).branch(x, zero)) for J in family)
 
-    def mend(self, run: Run, status: int) -> int:
-        """Bring the run past the step; the status that remains if it cannot be."""
+    def resume(self, run: Run, status: int) -> int:
+        """Bring the run past the step; the status that remains if that fails."""
         return status
 
 
-class Shrink(Refuse):
-    """Steps beyond the reach are taken in halves; the rest keep their size."""
+class Refuse(EdgePolicy):
+    """The edge is an error; a run goes as near to it as half the digits allow."""
 
-    handles = (1, 2, EDGE, STRAYED)  # 1, 2: not solved at all
-
-    @property
+    @cached_property
     def reach(self) -> Any:
-        """Twice what a cover would allow, as for bisections."""
-        return chart_reach(self.flow.scheme.scene.groupoid)
+        """The largest size at which u has any digits."""
+        return 1 / self.context.numbers.eps
 
-    def mend(self, run: Run, status: int) -> int:
-        machine, full = self.flow.machine, run.c
+
+class Shrink(EdgePolicy):
+    """Steps beyond the reach, twice what a cover would allow, are halved; the rest keep their size.
+
+    Of a composition every substep is halved.
+    """
+
+    handles = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)
+
+    def resume(self, run: Run, status: int) -> int:
+        machine, full = self.machine, run.c
         run.changes += 1
         start, past = run.state.copy(), machine.history(run.state)
         # what Newton found beyond the edge is no start: the solution before it is
@@ -111,18 +139,18 @@ class Shrink(Refuse):
             run.c = machine.coefficients(halvings=level)
             machine.recarry(run.state, run.c)
             machine.seed(run.state, last)
-            run.totals[5] = self.huge  # a branch's number depends on the step
+            run.totals[BRANCH] = self.huge  # a branch's number depends on the step
             status = self._substeps(run, 2**level)
             if status == OK:
                 break
             run.state[:] = start
-        run.c, run.totals[5] = full, self.huge
+        run.c, run.totals[BRANCH] = full, self.huge
         machine.recarry(run.state, run.c)
         return status
 
     def _substeps(self, run: Run, count: int) -> int:
-        """One step in `count` parts: the first keeps its row, the others none."""
-        machine, here = self.flow.machine, run.index
+        """One step in `count` parts, of which the first alone writes a row."""
+        machine, here = self.machine, run.index
         status = machine.one_step(run)
         if status != OK or here == run.steps:
             return status
@@ -134,24 +162,137 @@ class Shrink(Refuse):
         return status
 
 
-def in_own_chart(flow: Flow, g: Any) -> Any:
-    """u with g = τ(hu); raises `BadInput` at the chart's edge, where u has too few digits."""
-    scene, numbers, chart = flow.scheme.scene, flow.numbers, flow.edge.chart
-    try:
-        xi = chart.coordinates(g)
-        off = abs(chart.element(xi) - g).max()
-    except ZeroDivisionError:
-        off = None
-    if off is None or not off <= 2**20 * numbers.eps * (1 + abs(g).max()):
-        raise BadInput(
-            f"{scene.name}: a step lies at the edge of its chart, where det(e + g) = 0 and u is "
-            'infinite; take flow(step, on_edge="bisect") and its trajectory.'
-        )
-    return xi / flow._h
+@dataclass(frozen=True)
+class Solution:
+    """A solution of F⁻(x, g) = hμ: g = τ(hu) B of a translate, and the number of its branch."""
+
+    translate: int
+    u: Any
+    element: Any
+    branch: Any
+
+    def as_public(self, numbers: Any) -> Solution:
+        """This solution in the numbers that are handed out."""
+        u, element, (branch,) = map(numbers.public, (self.u, self.element, [self.branch]))
+        return Solution(self.translate, u, element, branch)
 
 
-def policy(flow: Flow, on_edge: str) -> Refuse:
-    """What to do at the edge, by one of the names in ON_EDGE."""
-    from .bisecting import Bisect
+class Bisect(EdgePolicy):
+    """Another translate takes over; of several solutions the one on the last step's branch.
 
-    return {"refuse": Refuse, "bisect": Bisect, "shrink": Shrink}[on_edge](flow)
+    This is no use of `Bisection`, whose arrows have coordinates in the chart of e: a half-turn has
+    none there.
+    """
+
+    handles = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)
+
+    def __init__(self, context: StepContext, machine: KernelsAtStep) -> None:
+        super().__init__(context, machine)
+        name = context.scene.name
+        if context.equations.element is None:
+            raise BadInput(
+                f"{name}: bisections continue a discrete Lagrangian given on the "
+                'group (on_group); for one in a chart take on_edge="shrink" or "refuse".'
+            )
+        if context.substeps:
+            raise BadInput(
+                f"{name}: {context.equations.rule.name} is a composition, whose substeps lie in "
+                'different translates; take on_edge="shrink" or "refuse".'
+            )
+
+    def coefficients(self, translate: int) -> Any:
+        return self.machine.coefficients(translate, self.chart.translates[translate])
+
+    @cached_property
+    def slack(self) -> Any:
+        """The largest change of the branch's number: a tenth of its scale if it may change."""
+        return self._round_off if self._conserved else self.scale / 10
+
+    def element(self, u: Any, translate: int) -> np.ndarray:
+        """g = τ(hu) B."""
+        return self.chart.element(self.context.h * np.asarray(u), translate)
+
+    def place(self, g: np.ndarray) -> tuple[int, np.ndarray]:
+        """The translate that holds g best, and u in it."""
+        J = self.chart.best(g)
+        return J, self.chart.coordinates(g, J) / self.context.h
+
+    def resume(self, run: Run, status: int) -> int:
+        machine = self.machine
+        run.changes += 1
+        solved, before = machine.history(run.state)[:2]
+        accepted = status in (EDGE, STRAYED)  # by Newton, and not by `watch`
+        starts = [self.element(before if accepted else solved, run.translate)]
+        if accepted:
+            starts.append(self.element(solved, run.translate))
+        if status == EDGE:
+            status = self._step(run, *self.place(starts[-1]))
+            if status == OK:
+                return OK
+        found = self._nearest(*machine.point(run.state), starts, run.totals)
+        return status if found is None else self._step(run, found.translate, found.u)
+
+    def _nearest(self, x: Any, mu: Any, starts: list[np.ndarray], totals: Any) -> Solution | None:
+        """The solution on the branch of the last step; None if the search fails."""
+        last, known = totals[BRANCH], totals[BRANCH] < self.huge
+        if known and self._conserved:  # the branch has one solution: the first that is met will do
+            for s in self._newton(x, mu, map(self.place, starts)):
+                if abs(s.branch - last) <= self.slack:
+                    return s
+        best = None
+        for more in (False, True):
+            found = self.solutions(x, mu, starts, more)
+            best = min(found, key=lambda s: abs(s.branch - last), default=None)
+            if best is not None and (not known or abs(best.branch - last) <= self.slack):
+                return best
+        if best is None or (known and self._conserved):
+            return None
+        totals[BRANCH] = self.huge  # the nearest there is, though the number jumped
+        return best
+
+    def _step(self, run: Run, translate: int, u: Any) -> int:
+        """One step from a solution in another chart, however near to that chart's edge."""
+        run.translate, run.c = translate, self.coefficients(translate)
+        self.machine.recarry(run.state, run.c)
+        self.machine.seed(run.state, u)
+        run.totals[REACH] = 1 / self.context.numbers.eps
+        status = self.machine.one_step(run)
+        run.totals[REACH] = self.reach
+        return status
+
+    def solutions(
+        self, x: Any, mu: Any, starts: Iterable[np.ndarray] = (), more: bool = True
+    ) -> list[Solution]:
+        """Solutions of F⁻(x, g) = hμ that Newton finds from the cover and from `starts`.
+
+        With `more` also from elements between those of the cover. Each is given in the translate
+        that holds it best; two are told apart by their elements.
+        """
+        family = range(len(self.chart.translates))
+        tries = [self.place(g) for g in starts]
+        tries += [(J, self.context.numbers.zeros(self.chart.m)) for J in family]
+        if more:
+            tries += [(J, u / self.context.h) for J in family for u in self._between]
+        distinct: list[Solution] = []
+        for s in self._newton(x, mu, tries):
+            if all(np.max(abs(s.element - t.element)) > self.root_eps for t in distinct):
+                distinct.append(s)
+        return distinct
+
+    def _newton(self, x: Any, mu: Any, tries: Iterable[tuple[int, Any]]) -> Iterable[Solution]:
+        """The solutions that Newton finds from these (translate, u)."""
+        for J, u in tries:
+            solved = self.machine.solve(x, mu, self.coefficients(J), u)
+            if solved is not None:
+                element = self.element(solved[0], J)
+                yield Solution(*self.place(element), element, solved[1])
+
+    @cached_property
+    def _between(self) -> list[np.ndarray]:
+        """Coordinates ξ spread over the chart, fixed once and for all."""
+        numbers, generator = self.context.numbers, np.random.default_rng(7)
+        draws = generator.uniform(-2, 2, (SPREAD, self.chart.m))  # a right angle is ξ = 2
+        return [numbers.number(1) * d.astype(numbers.dtype) for d in draws]
+
+
+POLICIES = {"refuse": Refuse, "bisect": Bisect, "shrink": Shrink}

@@ -5,169 +5,263 @@ near the identities; (g, h) is composable iff y = b(x, u). The equations are
 
     e←_γ(g_W)(L_d∘L_Σ) = e→_γ(h_W)(L_d∘R_Υ)
 
-This is the theory's form, evaluated as it stands: gradients of L_d pushed through T L_Σ and T R_Υ.
-Runs use `integrators.bisections.edge_policies`: there a bisection of a group is a parameter of the
-kernels.
+L_Σ carries e← to e← and R_Υ carries e→ to e→ (section 4.1), so the sides are F⁺(g) and F⁻(h). The
+identity bisections, which move nothing, give the local operator of section 2.4. Runs use
+`bisections.edge_policies`: there a bisection of a group is a parameter of the kernels.
 """
 
 from __future__ import annotations
 
-from functools import cached_property
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from ..errors import BadInput
-from ..flows.scheme import Scheme
-from ..numbers.differentiation import jacobian
+from ..geometry.transitions import pullback_defect
 from ..numbers.newton import newton
-from ..numbers.numeric import numeric
-from .bisection import Bisection
+from .bisection import Bisection, groupoid_maps
+from .step_context import StepContext
 
 Arrow = tuple[np.ndarray, np.ndarray]
+Pair = tuple[Bisection, Bisection]
+Maps = dict[str, np.ndarray]
 
 
-class GeneralOperator:
-    """Ψ from near g₀ (on Σ = sigma) to near h₀ (on Υ = upsilon), and its inverse Ξ.
+def following(
+    context: StepContext, upsilon: Bisection | None, y: Any, wanted: Any, start: Any, scale: Any = 0
+) -> np.ndarray | None:
+    """The v with F⁻(R_Υ(y, v)) = wanted, m, by Newton from a start; None if it finds none.
 
-    Of several solutions it finds the one near the bisection, as in the theorem. Arrows are written
-    in the groupoid's own chart, so L_d may be given on the group too: any element of that chart.
-    Raises `BadInput` for bisections of another groupoid, step or number of digits.
+    scale: the size of v below which round-off is absolute. No Υ is the identity bisection.
     """
 
-    def __init__(self, scheme: Scheme, sigma: Bisection, upsilon: Bisection, step: Any) -> None:
-        self.scheme, self.sigma, self.upsilon = scheme, sigma, upsilon
-        self.flow = scheme.flow(step, sigma.numbers.digits)
-        for bisection in (sigma, upsilon):
-            same = (bisection.step, bisection.numbers) == (self.flow.step, sigma.numbers)
-            if bisection.groupoid is not scheme.scene.groupoid or not same:
+    def change(v: np.ndarray) -> np.ndarray:
+        here = _maps_through(context, upsilon, "right", y, v)
+        dv = np.asarray(context.numbers.solve(here["minus_u"], wanted - here["minus"]))
+        return _along_group(context, here["R"], dv, v)
+
+    return newton(change, start, scale, context.numbers.eps)
+
+
+def preceding(
+    context: StepContext, sigma: Bisection | None, y: Any, wanted: Any, start: Any, scale: Any = 0
+) -> np.ndarray | None:
+    """The (x, u) with b(x, u) = y and F⁺(L_Σ(x, u)) = wanted, n+m; otherwise as `following`."""
+    n = len(y)
+
+    def change(point: np.ndarray) -> np.ndarray:
+        here = _maps_through(context, sigma, "left", point[:n], point[n:])
+        matrix = np.vstack([np.hstack([here[f"{part}_x"], here[f"{part}_u"]])
+                            for part in ("target", "plus")])  # fmt: skip
+        gap = np.concatenate([y, wanted]) - np.concatenate([here["target"], here["plus"]])
+        step = np.asarray(context.numbers.solve(matrix, gap))
+        step[n:] = _along_group(context, here["R"], step[n:], point[n:])
+        return step
+
+    return newton(change, start, scale, context.numbers.eps)
+
+
+def _along_group(context: StepContext, R: np.ndarray, du: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """The change of u that follows R⁻¹du in the group, where L_d is given on it; else du."""
+    if context.equations.element is None:
+        return du
+    chart, h = context.chart, context.h
+    along = chart.element(h * context.numbers.solve(R, du))
+    return np.asarray(chart.coordinates(along @ chart.element(h * u)) / h - u)
+
+
+def _maps_through(
+    context: StepContext, bisection: Bisection | None, side: str, x: Any, u: Any
+) -> Maps:
+    """The Legendre maps at L_Σ(x, u) or R_Σ(x, u) ("left", "right"); derivatives by (x, u).
+
+    F⁺ is e←(L_d∘L_Σ), F⁻ is e→(L_d∘R_Σ). The target, its derivatives and R are of (x, u) itself;
+    "tangent" is T L_Σ or T R_Σ (of a bisection only).
+    """
+    if bisection is None:
+        return context.geometry.at(x, u)
+    n, zero = len(x), 0 * u
+    to, tangent_of = (getattr(bisection, side + end) for end in ("", "_tangent"))
+    at, tangent, here = context.geometry.at(*to(x, u)), tangent_of(x, u), bisection.maps(x, u, zero)
+    found = {"target": here["target"], "target_x": here["b_x"], "target_u": here["b_u"],
+             "R": bisection.maps(x, zero, u)["p_u"], "tangent": tangent}  # fmt: skip
+    for name in ("minus", "plus"):
+        slope = np.hstack([at[f"{name}_x"], at[f"{name}_u"]]) @ tangent
+        found |= {name: at[name], f"{name}_x": slope[:, :n], f"{name}_u": slope[:, n:]}
+    return found
+
+
+class EvolutionOperator:
+    """Ψ from near g₀ (on Σ = sigma) to near h₀ (on Υ = upsilon), and its inverse Ξ.
+
+    context: of a flow (`flow.context`). A bisection that is left out is the identity bisection. Of
+    several solutions it gives the one near the bisection, as in the theorem. Arrows are written in
+    the groupoid's own chart, so L_d may be given on the group too: any element of that chart.
+    Raises `BadInput` for bisections of another groupoid, step or number of digits, `CannotMeasure`
+    for a composition.
+    """
+
+    def __init__(
+        self,
+        context: StepContext,
+        sigma: Bisection | None = None,
+        upsilon: Bisection | None = None,
+    ) -> None:
+        context.check_one_arrow()
+        self.context, self.sigma, self.upsilon = context, sigma, upsilon
+        self.numbers, self.groupoid = context.numbers, context.scene.groupoid
+        for bisection in filter(None, (sigma, upsilon)):
+            same = (bisection.step, bisection.numbers) == (context.step, context.numbers)
+            if bisection.groupoid is not self.groupoid or not same:
                 raise BadInput(
-                    f"{scheme.scene.name}: a bisection is of another groupoid, step or number of "
+                    f"{context.scene.name}: a bisection is of another groupoid, step or number of "
                     "digits; take both through arrows of this scheme's groupoid at this step."
                 )
-        self.numbers = self.flow.numbers
-        self.n, self.m = len(scheme.x), len(scheme.u)
 
-    def plus(self, x: Any, u: Any) -> np.ndarray:
-        """e←_γ(L_d∘L_Σ) at g_W = (x, u), m."""
-        at = self.flow.geometry.at(x, u)
-        d = self._gradient(*self.sigma.left(x, u)) @ self.sigma.left_tangent(x, u)
-        return np.asarray(at["L"].T @ d[self.n :])
+    def evolve(self, x: Any, u: Any) -> Arrow:
+        """Ψ: the h = (y, v) that follows g = (x, u); raises `BadInput` if Newton finds none."""
+        with self.numbers.working():
+            return self._public(self._step(*self.context.vectors(x, u))[-1])
 
-    def minus(self, y: Any, v: Any) -> np.ndarray:
-        """e→_γ(L_d∘R_Υ) at h_W = (y, v), m."""
-        at = self.flow.geometry.at(y, v)
-        d = self._gradient(*self.upsilon.right(y, v)) @ self.upsilon.right_tangent(y, v)
-        return np.asarray(at["R"].T @ d[self.n :] - at["rho"].T @ d[: self.n])
+    def devolve(self, y: Any, v: Any) -> Arrow:
+        """Ξ: the g = (x, u) that h = (y, v) follows; raises `BadInput` if Newton finds none."""
+        with self.numbers.working():
+            y, v = self.context.vectors(y, v)
+            wanted = self._after(*_without(self.upsilon, "right", y, v))["minus"]
+            starts = (np.concatenate([y, w]) for w in (0 * v, v))
+            near = self._solved(preceding, self.sigma, y, wanted, starts)
+            return self._public(_moved(self.sigma, "left", near[: len(y)], near[len(y) :]))
+
+    def trajectory(
+        self, steps: int, x: Any, u: Any, choose: Callable[[Any, Any], Pair] | None = None
+    ) -> Arrow:
+        """(x, u) of the arrows g, Ψ(g), …: (steps + 1)×n and (steps + 1)×m.
+
+        choose(x, u): the bisections (Σ, Υ) for the step from that arrow. If left out, this
+        operator's own serve all steps; without those each step has its own (`bisections_at`).
+        """
+        if choose is None and self.sigma is None and self.upsilon is None:
+            choose = self.bisections_at
+        with self.numbers.working():
+            rows = [self._public(self.context.vectors(x, u))]
+        for _ in range(steps):
+            through = choose(*rows[-1]) if choose else (self.sigma, self.upsilon)
+            rows.append(EvolutionOperator(self.context, *through).evolve(*rows[-1]))
+        x, u = zip(*rows, strict=True)
+        return np.array(x), np.array(u)
+
+    def bisections_at(self, x: Any, u: Any) -> Pair:
+        """Σ through (x, u), and Υ through the arrow of the same u at its target."""
+        with self.numbers.working():
+            x, u = self.context.vectors(x, u)
+            h = self.context.h
+            y = groupoid_maps(self.groupoid, self.numbers, h, x, u, 0 * u)["target"]
+            step, digits = self.context.step, self.numbers.digits
+            sigma, upsilon = (Bisection(self.groupoid, z, u, step, digits) for z in (x, y))
+            return sigma, upsilon
+
+    # -- what decides and judges a step -----------------------------------------------------------
 
     def residual(self, x: Any, u: Any, v: Any) -> np.ndarray:
         """The equations at g_W = (x, u), h_W = (b(x, u), v), m."""
-        return self.plus(x, u) - self.minus(self._target(x, u), v)
+        before = self._before(x, u)
+        return np.asarray(before["plus"] - self._after(before["target"], v)["minus"])
 
     def FL(self, y: Any, v: Any) -> np.ndarray:
         """(FL)^γ_μ = −∂/∂v^γ e→_μ(L_d∘R_Υ) at h_W = (y, v), row γ, m×m."""
-        return -self._minus_slope(y, v).T
+        return -self._after(y, v)["minus_u"].T
 
     def barred_FL(self, y: Any, v: Any) -> np.ndarray:
-        """The same of (Implicit2): −∂/∂v̄^γ of −e←_μ(L_d∘L_Σ) in (x̄, ū) = (x, u)∘i, m×m.
+        """−∂/∂v̄^γ of −e←_μ(L_d∘L_Σ) in (x̄, ū) = (x, u)∘i, row γ, m×m (Implicit2).
 
         At g_W = i(y, v̄), where v̄ = v: the β-fibre over y. It decides whether F⁺ is regular at
         g = L_Σ(g_W) [misprint: implicit2].
         """
-        return self._plus_slope(y, v).T
+        (x, u), tangent = self._inverse(y, v)
+        at = self._before(x, u)
+        return np.asarray((np.hstack([at["plus_x"], at["plus_u"]]) @ tangent).T)
 
-    def evolve(self, x: Any, u: Any) -> Arrow:
-        """Ψ: the h = (y, w) that follows g = (x, u); raises `BadInput` if Newton finds none."""
+    def tangent(self, x: Any, u: Any) -> np.ndarray:
+        """TΨ at g = (x, u), (n+m)×(n+m): T R_Υ ∘ T(g_W ↦ h_W) ∘ (T L_Σ)⁻¹."""
         with self.numbers.working():
-            x, u = self.flow._vectors(x, u)
-            near, w = self.sigma.without_left(x, u)
-            y, wanted = self._target(near, w), self.plus(near, w)
+            return self.numbers.public(self._tangent(*self._step(*self.context.vectors(x, u))[:2]))
 
-            def change(v: np.ndarray) -> np.ndarray:
-                gap = wanted - self.minus(y, v)
-                return np.asarray(self.numbers.solve(self._minus_slope(y, v), gap))
-
-            starts = [0 * w, *self._written(lambda: self.upsilon.without_right(y, u)[1])]
-            return self._public(self.upsilon.right(y, self._solved(change, starts)))
-
-    def devolve(self, y: Any, v: Any) -> Arrow:
-        """Ξ: the g = (x, u) that h = (y, v) follows, solved in (x̄, ū)."""
+    def pullback_defect(self, x: Any, u: Any) -> Any:
+        """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) at g = (x, u), with TΨ through the bisections."""
         with self.numbers.working():
-            y, v = self.flow._vectors(y, v)
-            _, w = self.upsilon.without_right(y, v)
-            wanted = self.minus(y, w)
-
-            def change(bar: np.ndarray) -> np.ndarray:
-                gap = wanted - self.plus(*self._inverse(y, bar))
-                return np.asarray(self.numbers.solve(self._plus_slope(y, bar), gap))
-
-            found = self._solved(change, [0 * w])
-            return self._public(self.sigma.left(*self._inverse(y, found)))
+            x, u = self.context.vectors(x, u)
+            *maps, end = self._step(x, u)
+            here, there = self.context.maps_at(x, u), self.context.maps_at(*end)
+            return pullback_defect(self.context.geometry, here, there, self._tangent(*maps))
 
     # -- inner ----------------------------------------------------------------------------------
 
-    def _solved(self, change: Any, starts: list[np.ndarray]) -> np.ndarray:
-        """By Newton from the bisection, which is 0; else from the other starts."""
+    def _before(self, x: Any, u: Any) -> Maps:
+        return _maps_through(self.context, self.sigma, "left", x, u)
+
+    def _after(self, y: Any, v: Any) -> Maps:
+        return _maps_through(self.context, self.upsilon, "right", y, v)
+
+    def _step(self, x: Any, u: Any) -> tuple[Maps, Maps, Arrow]:
+        """The maps at g_W and at h_W, and h, of the step from g = (x, u)."""
+        before = self._before(*_without(self.sigma, "left", x, u))
+        y = before["target"]
+
+        def starts() -> Iterator[np.ndarray]:
+            yield 0 * u  # the bisection itself
+            yield _without(self.upsilon, "right", y, u)[1]  # the last step, written on it
+
+        v = self._solved(following, self.upsilon, y, before["plus"], starts())
+        return before, self._after(y, v), _moved(self.upsilon, "right", y, v)
+
+    def _tangent(self, before: Maps, after: Maps) -> np.ndarray:
+        tangent = self.context.geometry.tangent(before, after)
+        if self.upsilon is not None:
+            tangent = after["tangent"] @ tangent
+        if self.sigma is not None:
+            tangent = self.numbers.solve(before["tangent"].T, tangent.T).T
+        return np.asarray(tangent)
+
+    def _solved(
+        self, solve: Any, bisection: Any, y: Any, wanted: Any, starts: Iterator[np.ndarray]
+    ) -> np.ndarray:
+        """What `solve` finds from the first start that leads to a solution."""
         for start in starts:
-            found = newton(change, start, 1, self.numbers.eps)
+            found = solve(self.context, bisection, y, wanted, start, scale=1)
             if found is not None:
-                return found
+                return np.asarray(found)
         raise BadInput(
-            f"{self.scheme.scene.name}: no solution was found near the bisections; take them "
+            f"{self.context.scene.name}: no solution was found near the bisections; take them "
             "through arrows nearer to the solution, or a smaller step."
         )
 
-    @staticmethod
-    def _written(last: Any) -> list[np.ndarray]:
-        """The last arrow in the coordinates of the bisection, where it has any."""
-        try:
-            return [np.asarray(last())]
-        except BadInput:
-            return []
+    def _inverse(self, y: Any, v: Any) -> tuple[Arrow, np.ndarray]:
+        """i(y, v̄) = (b, ι), with p(y, v̄, ι) = 0, and ∂i/∂v̄, (n+m)×m."""
 
-    def _minus_slope(self, y: Any, v: Any) -> np.ndarray:
-        """∂/∂v of `minus`: F⁻ at h has the same value, and R_Υ keeps y."""
-        slope = self.flow.geometry.at(*self.upsilon.right(y, v))["minus_u"]
-        return np.asarray(slope @ self.upsilon.right_tangent(y, v)[self.n :, self.n :])
+        def maps(w: Any) -> Maps:
+            return groupoid_maps(self.groupoid, self.numbers, self.context.h, y, v, w)
 
-    def _plus_slope(self, y: Any, bar: Any) -> np.ndarray:
-        """∂/∂v̄ of `plus` at i(y, v̄)."""
-        near = self._inverse(y, bar)
-        at = self.flow.geometry.at(*self.sigma.left(*near))
-        tangent = self.sigma.left_tangent(*near) @ self._inverse_tangent(y, bar)
-        return np.hstack([at["plus_x"], at["plus_u"]]) @ tangent
+        def change(w: np.ndarray) -> np.ndarray:
+            at = maps(w)
+            return np.asarray(-self.numbers.solve(at["p_v"], at["product"]))
 
-    def _inverse(self, y: Any, bar: Any) -> Arrow:
-        """i(y, v̄) = (b, ι) in coordinates."""
-        x, u, *_ = self._inversion(y, bar, self.flow._h)
-        return x, u
-
-    def _inverse_tangent(self, y: Any, bar: Any) -> np.ndarray:
-        """∂/∂v̄ of i(y, v̄), (n+m)×m."""
-        return np.vstack(self._inversion(y, bar, self.flow._h)[2:])
-
-    def _target(self, x: Any, u: Any) -> np.ndarray:
-        return np.asarray(self.flow.geometry.at(x, u)["target"])
-
-    def _gradient(self, x: Any, u: Any) -> np.ndarray:
-        return np.asarray(self._derivatives(x, u, self.flow._q))
+        iota = newton(change, -v, 1, self.numbers.eps)
+        if iota is None:
+            raise BadInput(f"{self.groupoid.name}: that arrow has no inverse in this chart.")
+        at = maps(iota)
+        fibre = -self.numbers.solve(at["p_v"], at["p_u"])
+        return (at["target"], iota), np.vstack([at["b_u"], fibre])
 
     def _public(self, arrow: Arrow) -> Arrow:
         return self.numbers.public(arrow[0]), self.numbers.public(arrow[1])
 
-    @cached_property
-    def _derivatives(self) -> Any:
-        """(∂L_d/∂x, ∂L_d/∂u) of L_d written out in (x, u)."""
-        s, L_d = self.scheme.s, self.scheme.discrete_lagrangian
-        gradient = [L_d.diff(w) for w in (*s.x, *s.u)]
-        return numeric({"x": s.x, "u": s.u, "q": s.q}, [gradient], self.numbers)
 
-    @cached_property
-    def _inversion(self) -> Any:
-        """(b, ι, ∂b/∂u, ∂ι/∂u) of the inverse arrow."""
-        groupoid = self.scheme.scene.groupoid
-        s = groupoid._symbols
-        x, u, h = s["x"], s["u"], s["h"]
-        b, iota = groupoid.target(x, u, h), groupoid.inversion(x, u, h)
-        results = [list(b), list(iota), jacobian(b, u), jacobian(iota, u)]
-        return numeric({"x": x, "u": u, "h": h}, results, self.numbers)
+def _moved(bisection: Bisection | None, side: str, x: Any, u: Any) -> Arrow:
+    """L_Σ(x, u) or R_Σ(x, u); (x, u) for the identity bisection."""
+    return (x, u) if bisection is None else getattr(bisection, side)(x, u)
+
+
+def _without(bisection: Bisection | None, side: str, x: Any, u: Any) -> Arrow:
+    """L_Σ⁻¹(x, u) or R_Σ⁻¹(x, u); (x, u) for the identity bisection."""
+    return (x, u) if bisection is None else getattr(bisection, f"without_{side}")(x, u)

@@ -23,7 +23,7 @@ from .layout import Layout
 from .omissions import carried, is_affine, pivot_rows
 from .system import System
 
-_DRIVER = Path(__file__).with_name("driver.py")
+DRIVER = Path(__file__).with_name("driver.py")
 SHORTEST = 40  # operations of a function from which a call costs less than it saves
 
 
@@ -45,7 +45,7 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
         f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",
     ]
-    parts = [f"# {system.name}", *texts, "\n".join(facts), _DRIVER.read_text(encoding="utf-8")]
+    parts = [f"# {system.name}", *texts, "\n".join(facts), DRIVER.read_text(encoding="utf-8")]
     return with_tables("\n\n".join(parts))
 
 

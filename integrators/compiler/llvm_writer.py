@@ -392,7 +392,7 @@ class Scope:
                 return self._chosen(test, self.value(node.body), self.value(node.orelse))
             case ast.Subscript():
                 return self._read(node)
-            case ast.ListComp(generators=[loop]):
+            case ast.ListComp(generators=[ast.comprehension(ifs=[]) as loop]):
                 return self._listed(node.elt, loop)
             case ast.Call(keywords=[]):
                 return self._called(node)

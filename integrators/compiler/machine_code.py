@@ -63,7 +63,8 @@ def compiled(
     arrays: which of its arguments are arrays, of contiguous numbers; the others are whole numbers.
     """
     cpu, features, target = _host()
-    key = digest(sources(), text, llvmlite.__version__, cpu, features, target.triple)
+    host = (llvmlite.__version__, cpu, features, target.triple)
+    key = digest(sources(), text, str(arrays), *host)
     path = cache_folder() / f"{name}_{key}.o"
     nodes = {n.name: n for n in ast.parse(text).body if isinstance(n, ast.FunctionDef)}
     tables = {n: len(names[n](*[0.0] * len(node.args.args)))

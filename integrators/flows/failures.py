@@ -1,49 +1,86 @@
-"""The sentences of a step that fails: what stopped it, where, and the mend."""
+"""The sentences of a run that fails: what stopped it, where, in which direction, and the fix."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ..bisections import edge_policies as edges
+from ..bisections import edge_policies
+from ..bisections.edge_policies import EdgePolicy
+from ..bisections.step_context import StepContext
 from ..compiler import NOT_CONVERGED, SINGULAR
+from ..compiler.kernels_at_step import Run
+from ..equations.continuous import mass_matrix
 from ..errors import SMALLER, StepFailure
-from .singular import singular_direction
-
-if TYPE_CHECKING:
-    from ..compiler.kernels_at_step import Run
-    from .flow import Flow
-    from .run import Trajectory
+from ..numbers.evaluation import evaluate_matrix
+from ..numbers.exact import exact, to_sympy
+from ..numbers.identities import null_direction, shown
+from ..numbers.lazy import sympy
 
 #: what the status that the driver ends with says
 CAUSES = {
-    **edges.CAUSES,
+    **edge_policies.CAUSES,
     NOT_CONVERGED: "Newton did not converge",
     SINGULAR: "FL is singular or the numbers are no longer finite",
 }
 
 
-def failure(
-    flow: Flow,
-    cause: str,
-    state: dict[str, Any],
-    index: int = 0,
-    trajectory: Trajectory | None = None,
-    mend: str = SMALLER,
-) -> StepFailure:
-    """The failure of step `index` at a state in the flow's own numbers."""
-    where = {name: flow.numbers.public(value) for name, value in state.items()}
-    names = flow.scheme.scene.name, flow.scheme.rule.name
-    return StepFailure(*names, index, float(flow.step * index), where, cause, trajectory, mend)
+def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: Any) -> StepFailure:
+    """The failure that a run ended with; `rows`: its trajectory so far."""
+    context, machine = edge.context, edge.machine
+    x, mu = machine.point(run.state)
+    last = machine.last_solution(run.lead)
+    cause, fix = CAUSES[status], SMALLER
+    if status not in edge_policies.CAUSES:
+        # where the start of Newton is not printed, F⁻ is affine and FL is without u
+        u = last.get("u", context.vectors(context.scene.x0, context.scene.v0)[1])
+        if singular := singular_direction(context.parts[0], x, u, run.translate):
+            direction, fix = singular
+            cause = f"{cause}, for {direction}" if status == NOT_CONVERGED else direction
+    return context.failure(cause, {"x": x, "mu": mu, **last}, run.index, rows, fix)
 
 
-def failure_of_run(flow: Flow, run: Run, status: int, found: Trajectory) -> StepFailure:
-    """The failure that a run ended with; `found`: its rows so far."""
-    x, mu = flow.machine.point(run.state)
-    last = flow.machine.last_solution(run.lead)
-    where, cause, mend = {"x": x, "mu": mu, **last}, CAUSES[status], SMALLER
-    if status not in edges.CAUSES:
-        u = last.get("u", flow._guess(None))  # where none is printed, FL is without u
-        if singular := singular_direction(flow, x, u, run.translate):
-            told, mend = singular
-            cause = f"{cause}, for {told}" if status == NOT_CONVERGED else told
-    return failure(flow, cause, where, run.index, found, mend)
+def singular_direction(
+    context: StepContext, x: Any, u: Any, translate: int = 0
+) -> tuple[str, str] | None:
+    """Which of ∂²l/∂ξ² and FL is singular to round-off at (x, u) and where to, with the fix.
+
+    The mass matrix comes first: where it is singular no step size helps, and FL need be so only at
+    the solution, whereas u is where Newton started. FL alone is singular at certain steps. None if
+    both are regular.
+    """
+    asked = (
+        (_mass(context, x, u), "∂²l/∂ξ²", "ξ", "no smaller step helps, begin elsewhere"),
+        (_FL(context, x, u, translate), "FL", "u", "take another step, or begin elsewhere"),
+    )
+    for matrix, name, letter, fix in asked:
+        if matrix is None or not all(e.is_real and e.is_finite for e in matrix):
+            continue
+        # a thousand round-offs: the derivatives themselves are sums of as many terms at most
+        direction = null_direction(matrix, 2**10 * float(context.numbers.eps))
+        if direction is not None:
+            return f"{name} is singular in the direction ({shown(direction)}) of {letter}", fix
+    return None
+
+
+def _FL(context: StepContext, x: Any, u: Any, translate: int) -> Any:
+    """∂F⁻/∂u, m×m, as sympy's Floats; None where it has no value."""
+    try:
+        slope = context.geometry_in(translate).at(x, u)["minus_u"]
+        return sympy.Matrix(slope.tolist()).applyfunc(
+            lambda e: sympy.Float(str(e), context.numbers.digits + 5)
+        )
+    except (ArithmeticError, ValueError):  # the maps have no value there, or one that is infinite
+        return None
+
+
+def _mass(context: StepContext, x: Any, u: Any) -> Any:
+    """∂²l/∂ξ², m×m; None where the scene has no Lagrangian or this has no value."""
+    s = context.equations.s
+    if context.scene.lagrangian is None:
+        return None
+    at = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))
+    try:
+        at |= {v: to_sympy(exact(e, "x")) for v, e in zip([*s.x, *s.u], [*x, *u], strict=True)}
+        return evaluate_matrix(mass_matrix(s).xreplace(at), context.numbers.digits)
+    except (ArithmeticError, ValueError):
+        return None

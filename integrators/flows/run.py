@@ -1,24 +1,22 @@
-"""A run: the driver advances, edges are mended, and what was kept becomes a trajectory."""
+"""A run: the driver advances, edges are got past, and the rows become a trajectory."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..bisections.edge_policies import Refuse, in_own_chart
+from ..bisections.edge_policies import EdgePolicy
+from ..bisections.step_context import StepContext
 from ..compiler.kernels_at_step import Run
 from ..groupoids.chart_margin import margin_of
 from .failures import failure_of_run
+from .initial_state import Start
 
-if TYPE_CHECKING:
-    from .flow import Flow
-    from .initial_state import Start
-
-CHUNK, CHUNK_OF_DIGITS = 2**19, 64  # steps between two reports of progress
+#: steps between two reports of progress: some hundredths of a second, compiled and at many digits
+CHUNK, CHUNK_OF_DIGITS = 2**19, 64
 
 
 @dataclass(frozen=True)
@@ -27,10 +25,10 @@ class Trajectory:
 
     t (r,), x (r, n), u (r, m), mu (r, m): row k holds x_k, μ_k = F⁻/h in the natural basis, and the
     u that leaves x_k. iterations (r,): Newton corrections of that row's step. newton_mean and
-    newton_max: over all steps, kept or not; newton_residual: size of the last correction.
-    margin: the smallest of all steps in the charts of groups (`neighbourhoods.Position`; 1 where
+    newton_max: over all steps, with or without a row; newton_residual: size of the last correction.
+    margin: the smallest of all steps in the charts of groups (`chart_margin.Position`; 1 where
     there is no edge; a lower bound for the exponential where it has no closed form). edges: how
-    often the edge was met and mended; translates (r,): the number of the element B of the cover
+    often the edge was met and got past; translates (r,): the number of the element B of the cover
     with g = τ(hu) B, 0 for e.
     """
 
@@ -50,82 +48,81 @@ class Trajectory:
 
 
 def run_from(
-    flow: Flow,
+    edge: EdgePolicy,
     start: Start,
     steps: int,
     every: int = 1,
     progress: Callable[[int], None] | None = None,
     branch: object = None,
 ) -> Trajectory:
-    """`steps` steps of a flow, each every-th row kept; the flow's numbers must be at work.
+    """`steps` steps from a start, each every-th a row; the flow's numbers must be at work.
 
     branch: the number of the branch of the step before, if it is known. Raises `StepFailure`, with
     the rows so far, if a step cannot be solved.
     """
-    machine, edge = flow.machine, flow.edge
-    c = edge.coefficients(start.translate)
+    machine, c = edge.machine, edge.coefficients(start.translate)
     run = machine.buffers(machine.lead(start.x, start.mu, c, start.guess), steps, every)
     run.translate = start.translate
     edge.begin(run, branch)
-    status = _advance(flow, edge, run, progress)
-    found = _rows(flow, run, -(-run.index // every) if status else steps // every + 1)
+    status = _advance(edge, run, progress)
+    rows = _rows(edge.context, run, -(-run.index // every) if status else steps // every + 1)
     if status:
-        raise failure_of_run(flow, run, status, found)
-    return found
+        raise failure_of_run(edge, run, status, rows)
+    return rows
 
 
-def first_u(flow: Flow, start: Start, branch: object = None) -> np.ndarray:
+def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> np.ndarray:
     """The u with F⁻(x, u) = hμ in the chart of e, as a run from there begins.
 
-    Raises `StepFailure` if it is not found, `BadInput` where that chart ends.
+    Raises `StepFailure` if Newton finds none, `BadInput` where that chart ends.
     """
-    run = run_from(flow, start, 0, branch=branch)
+    run = run_from(edge, start, 0, branch=branch)
     if run.translates[0]:
-        return np.asarray(in_own_chart(flow, element_of(flow, run, 0)))
-    return _velocity(flow, run, 0)
+        return np.asarray(edge.in_own_chart(element_of(edge.context, run, 0)))
+    return _velocity(edge.context, run, 0)
 
 
-def element_of(flow: Flow, run: Trajectory, row: int) -> np.ndarray:
+def element_of(context: StepContext, run: Trajectory, row: int) -> np.ndarray:
     """The group element g = τ(hu) B of a row, N×N; the flow's numbers must be at work."""
-    u = flow._h * _velocity(flow, run, row)
-    return flow.edge.chart.element(u, int(run.translates[row]))
+    u = context.h * _velocity(context, run, row)
+    return context.chart.element(u, int(run.translates[row]))
 
 
-def _velocity(flow: Flow, run: Trajectory, row: int) -> np.ndarray:
+def _velocity(context: StepContext, run: Trajectory, row: int) -> np.ndarray:
     """u of a row, in the flow's own numbers again."""
-    return np.array([flow.numbers.number(e) for e in run.u[row]], dtype=flow.numbers.dtype)
+    return context.vector(run.u[row], run.u.shape[1])
 
 
-def _advance(flow: Flow, edge: Refuse, run: Run, progress: Callable[[int], None] | None) -> int:
-    """To the run's end, or to the step that no one can mend: its status."""
-    chunk = CHUNK if flow.numbers.dtype is np.float64 else CHUNK_OF_DIGITS
+def _advance(edge: EdgePolicy, run: Run, progress: Callable[[int], None] | None) -> int:
+    """To the run's end, or to the step that nothing gets past: its status."""
+    chunk = CHUNK if edge.context.numbers.dtype is np.float64 else CHUNK_OF_DIGITS
     while True:
-        status = flow.machine.advance(run, min(run.steps, run.index + chunk))
+        status = edge.machine.advance(run, min(run.steps, run.index + chunk))
         ended = run.index == run.steps
         if status in edge.handles:
-            status = edge.mend(run, status)
+            status = edge.resume(run, status)
         if progress is not None:
             progress(run.index)
         if status or ended:
             return status
 
 
-def _rows(flow: Flow, run: Run, kept: int) -> Trajectory:
-    """The first `kept` rows of a run."""
-    index, public = np.arange(kept, dtype=np.int64) * run.every, flow.numbers.public
+def _rows(context: StepContext, run: Run, count: int) -> Trajectory:
+    """The first `count` rows of a run."""
+    index, public = np.arange(count, dtype=np.int64) * run.every, context.numbers.public
     totals = run.totals
     return Trajectory(
-        t=public(flow.numbers.multiples(flow.step, index)),
-        x=public(run.xs[:kept]),
-        u=public(run.us[:kept]),
-        mu=public(run.mus[:kept]),
-        iterations=run.counts[:kept],
+        t=public(context.numbers.multiples(context.step, index)),
+        x=public(run.xs[:count]),
+        u=public(run.us[:count]),
+        mu=public(run.mus[:count]),
+        iterations=run.counts[:count],
         newton_mean=float(totals[0]) / (run.index + 1),
         newton_max=int(totals[1]),
         newton_residual=float(totals[2]),
         steps=run.index,
-        step=flow.step,
+        step=context.step,
         margin=margin_of(totals[3]),
-        translates=run.translates[:kept],
+        translates=run.translates[:count],
         edges=run.changes,
     )

@@ -11,8 +11,7 @@ from ..equations.discrete_equations import DiscreteEquations
 from ..errors import BadInput
 from ..geometry.adjoint import is_self_adjoint
 from ..rules.composition import Composition, Substep, adjoint
-from .composed_flow import ComposedFlow
-from .flow import Flow
+from .flow import Flow, Substeps
 
 
 class Scheme(DiscreteEquations):
@@ -74,9 +73,9 @@ class Scheme(DiscreteEquations):
         return self.rule.method.substeps(self.base.self_adjoint)
 
     @property
-    def substep_schemes(self) -> list[Scheme]:
-        """The schemes that the substeps are steps of: this one, and its adjoint where one is."""
-        return [self, self.adjoint] if any(s.adjoint for s in self.substeps) else [self]
+    def flow_substeps(self) -> Substeps:
+        """(equations, share of the step) of each substep of a composition, as `Flow` takes them."""
+        return [(self.adjoint if s.adjoint else self, s.coefficient) for s in self.substeps]
 
     @cached_property
     def order(self) -> int | None:
@@ -102,11 +101,7 @@ class Scheme(DiscreteEquations):
     def flow(self, step: Any, digits: int = 16, on_edge: str = "refuse") -> Flow:
         """The flow at one step size; digits = 16 is compiled double precision, more is mpmath.
 
-        on_edge: "refuse", "bisect" or "shrink" where a step reaches the edge of its chart; a
-        composition has no other way than to refuse.
+        on_edge: "refuse", "bisect" or "shrink" where a step reaches the edge of its chart
+        (`bisections.edge_policies`); a composition cannot "bisect".
         """
-        if not self.substeps:
-            return Flow(self, step, digits, on_edge)
-        if on_edge != "refuse":
-            raise BadInput(f'{self.rule.name} is a composition: on_edge is "refuse" only.')
-        return ComposedFlow(self.substep_schemes, self.substeps, step, digits)
+        return Flow(self, step, digits, on_edge, self.flow_substeps)

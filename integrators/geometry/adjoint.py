@@ -6,14 +6,12 @@ F⁻*(g; h) = −F⁺(g⁻¹; −h) and F⁺*(g; h) = −F⁻(g⁻¹; −h) in t
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ..equations.discrete_equations import DiscreteEquations
 from ..numbers.arithmetic import arithmetic
 from ..numbers.identities import random_point
 from .local_geometry import LocalGeometry
-
-if TYPE_CHECKING:
-    from ..equations.discrete_equations import DiscreteEquations
 
 DIGITS = 50
 

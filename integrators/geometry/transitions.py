@@ -1,78 +1,86 @@
-"""What a run's own arrows say: residual, defects, regularity, in whatever translate each lies.
+"""What arrows say about the step from one to the next: residual, defects, regularity.
 
-Rows k and k+1 of a run that keeps every step are two arrows g, g′ = Ψ(g), each in the chart of its
-translate. Residual and defects hold them against one another across charts (paper, section 4.2).
+Two arrows g, g′ = Ψ(g) may lie in the charts of different translates: the Legendre maps at both
+are compared across charts (paper, section 4.2).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .local_geometry import LocalGeometry, frobenius, relative_defect
 
-if TYPE_CHECKING:
-    from ..flows.flow import Flow, Trajectory
+Maps = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
 class Arrow:
-    """A row of a run: (x, μ), its translate's maps at this point, and what they give there."""
+    """An arrow g with its (x, μ), its translate's geometry, and the maps at g (`geometry.at`)."""
 
     x: np.ndarray
     mu: np.ndarray
     geometry: LocalGeometry
-    at: dict[str, np.ndarray]
+    at: Maps
 
 
-def arrow(flow: Flow, run: Trajectory, row: int) -> Arrow:
-    """The arrow of a row."""
-    with flow.numbers.working():
-        x, mu = flow._vectors(run.x[row], run.mu[row])
-        _, u = flow._vectors(run.x[row], run.u[row])
-        geometry = flow.geometry_in(int(run.translates[row]))
-        return Arrow(x, mu, geometry, geometry.at(x, u))
-
-
-def residual(flow: Flow, here: Arrow, there: Arrow) -> Any:
+def residual(here: Arrow, there: Arrow) -> Any:
     """‖F⁺(g) − F⁻(g′)‖/h relative to ‖μ′‖ + 1."""
-    with flow.numbers.working():
-        gap = (here.at["plus"] - there.at["minus"]) / flow._h
-        return flow._number(frobenius(gap) / (1 + frobenius(there.mu)))
+    geometry = here.geometry
+    with geometry.numbers.working():
+        gap = (here.at["plus"] - there.at["minus"]) / geometry.q[0]
+        return _public(geometry, frobenius(gap) / (1 + frobenius(there.mu)))
 
 
-def defects(flow: Flow, here: Arrow, there: Arrow) -> tuple[Any, Any]:
+def defects(here: Arrow, there: Arrow) -> tuple[Any, Any]:
     """(pullback, Poisson) of the step from g to g′, as in `Flow.pullback_defect`."""
-    with flow.numbers.working():
-        geometry = here.geometry
+    geometry = here.geometry
+    with geometry.numbers.working():
         tangent = geometry.tangent(here.at, there.at)
-        pullback = flow._pullback(here.at, there.at, tangent)
-        m = geometry.dual_step(here.at, flow._h)
-        before, after = (geometry.poisson_tensor(a.x, a.mu) for a in (here, there))
-        return pullback, flow._number(relative_defect(m @ before @ m.T, after, m))
+        step = there.x, there.mu, geometry.dual_step(here.at, geometry.q[0])
+        pullback = pullback_defect(geometry, here.at, there.at, tangent)
+        return pullback, poisson_defect(geometry, here.x, here.mu, step)
 
 
-def regularity(flow: Flow, here: Arrow) -> float:
+def pullback_defect(geometry: LocalGeometry, here: Maps, there: Maps, tangent: np.ndarray) -> Any:
+    """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) of TΨ = tangent, (n+m)×(n+m), between two arrows' maps."""
+    p = geometry.prolongation(here, there, tangent)
+    before, after = geometry.omega(here), geometry.omega(there)
+    return _public(geometry, relative_defect(p.T @ after @ p, before, p))
+
+
+def poisson_defect(
+    geometry: LocalGeometry, x: Any, mu: Any, step: tuple[Any, Any, Any], bracket_sign: int = 1
+) -> Any:
+    """‖M Π Mᵀ − Π′‖ / (‖M‖²‖Π′‖) of a step (x′, μ′, M) from (x, μ), M its derivative."""
+    after_x, after_mu, m = step
+    before = geometry.poisson_tensor(x, mu, bracket_sign)
+    after = geometry.poisson_tensor(after_x, after_mu, bracket_sign)
+    return _public(geometry, relative_defect(m @ before @ m.T, after, m))
+
+
+def regularity(arrow: Arrow) -> float:
     """Smallest over largest singular value of e→_μ(F⁻_γ) at a fixed x, in double precision.
 
     0 on the set where FL is singular; no chart enters it.
     """
-    with flow.numbers.working():
-        along = here.at["minus_u"] @ here.at["R"]
-    sizes = np.linalg.svd(np.asarray(along, dtype=float))[1]
+    sizes = np.linalg.svd(_along(arrow))[1]
     return float(sizes[-1] / sizes[0])
 
 
-def singular_sign(flow: Flow, g: Any, x: Any) -> tuple[float, int]:
-    """(det of e→(F⁻) over ‖e→(F⁻)‖ᵐ, the translate that holds it best) at an element g, N×N.
+def singular_sign(arrow: Arrow) -> float:
+    """det of e→(F⁻) over ‖e→(F⁻)‖ᵐ: its sign changes where FL is singular."""
+    along = _along(arrow)
+    return float(np.linalg.det(along) / np.linalg.norm(along, 2) ** len(along))
 
-    The sign changes where FL is singular.
-    """
-    with flow.numbers.working():
-        translate, u = flow.edge.place(flow.edge.chart.array(g))
-        x, u = flow._vectors(x, u)
-        at = flow.geometry_in(translate).at(x, u)
-        along = np.asarray(at["minus_u"] @ at["R"], dtype=float)
-    return float(np.linalg.det(along) / np.linalg.norm(along, 2) ** len(along)), translate
+
+def _along(arrow: Arrow) -> np.ndarray:
+    """e→_μ(F⁻_γ), m×m, in double precision."""
+    with arrow.geometry.numbers.working():
+        return np.asarray(arrow.at["minus_u"] @ arrow.at["R"], dtype=float)
+
+
+def _public(geometry: LocalGeometry, value: Any) -> Any:
+    return geometry.numbers.public([value])[0]

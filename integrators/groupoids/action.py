@@ -83,15 +83,12 @@ class RowAction(ActionGroupoid):
         super().__init__(algebra.real, retraction)  # complex rows of length N are real ones of 2N
         if type(rows) is not int or rows < 1:
             raise BadInput(f"rows is {rows!r}: give a whole number from 1.")
-        self.rows, self.dim_x = rows, rows * self.algebra.size
+        self.rows, self.dim_x, self.further = rows, rows * self.algebra.size, (rows,)
 
     @property
     def name(self) -> str:
         rows = f", rows={self.rows}" if self.rows > 1 else ""
         return f"action({self.algebra.name}{rows}{self._chart})"
-
-    def _in_chart(self, retraction: Retraction) -> RowAction:
-        return RowAction(self.algebra, retraction, self.rows)
 
     def moved(self, x: Any, g: Any) -> Any:
         return (x.reshape(self.rows, self.algebra.size) * g).reshape(self.dim_x, 1)
@@ -116,7 +113,6 @@ class RowAction(ActionGroupoid):
 class UserAction(ActionGroupoid):
     """A right action given by its map right_action(x, g) on Rⁿ or on an open part of it."""
 
-    by_user = True
     mend = "; a right action has x·e = x and (x·g)·g′ = x·(gg′)"
 
     def __init__(
@@ -132,15 +128,13 @@ class UserAction(ActionGroupoid):
                 "a right action needs its map and the dimension of its base: "
                 "action(algebra, right_action=lambda x, g: ..., dim_x=n), n from 1."
             )
-        self.right_action, self.dim_x = right_action, dim_x
+        self.right_action, self.dim_x, self.by_user = right_action, dim_x, True
+        self.further = right_action, dim_x
 
     @property
     def name(self) -> str:
         label = getattr(self.right_action, "__name__", "map").strip("<>")
         return f"action({self.algebra.name}, {label}{self._chart})"
-
-    def _in_chart(self, retraction: Retraction) -> UserAction:
-        return UserAction(self.algebra, retraction, self.right_action, self.dim_x)
 
     @property
     def place(self) -> str:  # type: ignore[override]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +18,9 @@ class RetractionGroupoid(Groupoid):
     Raises `BadInput`, when first used, if the retraction does not fit the algebra.
     """
 
+    #: What a subclass is built from behind the algebra and the retraction.
+    further: tuple[Any, ...] = ()
+
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction) -> None:
         if not isinstance(algebra, MatrixAlgebra):
             raise BadInput(f"the algebra is {algebra!r}: give so(3), se(3) or a MatrixAlgebra.")
@@ -26,20 +28,12 @@ class RetractionGroupoid(Groupoid):
             raise BadInput(f"the retraction is {retraction!r}: give cayley itself, not its name.")
         self.algebra, self.tau = algebra, retraction
         self.dim_u = algebra.dim
-        self.retraction = retraction.name
+        self.retraction, self.by_user = retraction.name, not retraction.proven
 
     @property
     def _chart(self) -> str:
         """What the name says of the retraction: nothing of Cayley's."""
         return "" if self.tau is cayley else f", {self.tau.name}"
-
-    @abstractmethod
-    def _in_chart(self, retraction: Retraction) -> RetractionGroupoid:
-        """The same groupoid in the chart of another retraction."""
-
-    @property
-    def by_user(self) -> bool:  # type: ignore[override]
-        return not self.tau.proven
 
     def check(self) -> None:
         """Raise `BadInput` unless the algebra is closed and the retraction fits it."""
@@ -50,7 +44,7 @@ class RetractionGroupoid(Groupoid):
         if retraction == self.tau:
             return self
         retraction.check(self.algebra)
-        return self._in_chart(retraction)
+        return type(self)(self.algebra, retraction, *self.further)
 
     def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
         return [(self, h * u)]
@@ -119,9 +113,6 @@ class LieGroup(RetractionGroupoid):
     def rho(self, x: Any, h: Any) -> Any:
         """The 0×m matrix: a group has no base to move on."""
         return sympy.zeros(0, self.dim_u)
-
-    def _in_chart(self, retraction: Retraction) -> LieGroup:
-        return LieGroup(self.algebra, retraction)
 
 
 def lie_group(algebra: MatrixAlgebra, retraction: Retraction = cayley) -> LieGroup:

@@ -27,7 +27,7 @@ from .stumpff import stumpff
 class Turning:
     """One ideal of an algebra that turns at one rate.
 
-    ideal: the matrices of its basis in the coordinates of the whole (columns; None: the whole).
+    project: the projection on it in the coordinates of the whole algebra, m×m.
     pairs: how many pairs ±√−z the spectrum of ad has, `pairs_of_matrix` that of the matrix ξ̂.
     """
 
@@ -45,11 +45,11 @@ class Turning:
         a only grows large, since no rounded number has the cosine 0.
         """
         own = self.own(xi)
-        z = self._rate(self._square(own), self.pairs_of_matrix)
+        z = _rate(self._square(own), self.pairs_of_matrix)
         tangent = stumpff(1, z / 4) / (2 * stumpff(0, z / 4))
         turn = own.applyfunc(lambda e: held(tangent * e))
         a, square = self.algebra.hat(turn), self._square(turn)
-        over = 2 / (1 + self._rate(square, self.pairs_of_matrix))
+        over = 2 / (1 + _rate(square, self.pairs_of_matrix))
         rotation = (a + square).applyfunc(lambda e: e * over)
         b = self.algebra.hat(own)
         rest = (b * self._square(own) + z * b).applyfunc(_expand)
@@ -73,25 +73,19 @@ class Turning:
         """s, s², s(s² + z), s²(s² + z) and z: polynomials in ξ, written out once."""
         s = self.algebra.ad(self.own(xi))
         square = (s * s).applyfunc(_expand)
-        z = self._rate(square, self.pairs)
+        z = _rate(square, self.pairs)
         rest = (s * square + z * s).applyfunc(_expand)
         return s, square, rest, (s * rest).applyfunc(_expand), z
 
     def own(self, xi: Any) -> Any:
         """The part of ξ in this ideal, in the coordinates of the whole algebra."""
         # a sum gets one letter: polynomials in its terms would be long
-        own = xi if self.project is None else self.project * xi
-        return own.applyfunc(lambda e: held(e) if e.has(sympy.Add) else e)
+        return (self.project * xi).applyfunc(lambda e: held(e) if e.has(sympy.Add) else e)
 
     def squared_rate(self, xi: Any) -> Any:
         """ϑ² at ξ where ±iϑ are the eigenvalues of ad on this ideal (negative: ad stretches)."""
-        own = xi if self.project is None else self.project * xi
-        s = self.algebra.ad(own)
-        return self._rate((s * s).applyfunc(_expand), self.pairs)
-
-    @staticmethod
-    def _rate(square: Any, pairs: int) -> Any:
-        return _expand(-square.trace() / (2 * pairs))
+        s = self.algebra.ad(self.project * xi)
+        return _rate((s * s).applyfunc(_expand), self.pairs)
 
 
 def _combined(first: Any, rest: Any, z: Any, function: Callable[[Any], Any]) -> Any:
@@ -105,8 +99,7 @@ def _combined(first: Any, rest: Any, z: Any, function: Callable[[Any], Any]) -> 
 @lru_cache(maxsize=64)
 def turnings(algebra: MatrixAlgebra) -> tuple[Turning, ...]:
     """The ideals on which the algebra turns at one rate each; empty if there is no such form."""
-    whole = _turning(algebra, None)
-    if whole is not None:
+    if (whole := _turning(algebra, sympy.eye(algebra.dim))) is not None:
         return (whole,)
     parts = [_turning(algebra, projection) for projection in algebra.ideals]
     return tuple(p for p in parts if p is not None) if len(parts) > 1 and all(parts) else ()
@@ -114,37 +107,26 @@ def turnings(algebra: MatrixAlgebra) -> tuple[Turning, ...]:
 
 def _turning(algebra: MatrixAlgebra, project: Any) -> Turning | None:
     """Decided by the annihilating polynomials at two random rational points, exactly."""
-    points = [random_columns({"xi": algebra.dim}, seed=seed)["xi"] for seed in range(2)]
-    own = [xi if project is None else project * xi for xi in points]
-
-    def pairs(matrices: list[Any], polynomial: Callable[[Any, Any], Any]) -> int | None:
-        """The number of pairs ±√−z for which the polynomial annihilates the matrices."""
-        for count in range(1, max(matrices[0].shape[0] // 2, 1) + 1):
-            rates = [-(m * m).trace() / (2 * count) for m in matrices]
-            values = [
-                polynomial(m, z).applyfunc(_expand) for m, z in zip(matrices, rates, strict=True)
-            ]
-            if not any(any(v) for v in values):
-                return count
-        return None
-
-    of_ad = pairs(
-        [algebra.ad(xi) for xi in own],
-        lambda s, z: s * (s * s + z * _one(s)) * (s * s + z * _one(s)),
-    )
-    of_matrix = pairs([algebra.hat(xi) for xi in own], lambda a, z: a * a * (a * a + z * _one(a)))
-    if of_ad is None or of_matrix is None:
-        return None
-    return Turning(algebra, project, of_ad, of_matrix)
+    own = [project * random_columns({"xi": algebra.dim}, seed=seed)["xi"] for seed in range(2)]
+    of_ad = _pairs([algebra.ad(xi) for xi in own], 1, 2)
+    of_matrix = _pairs([algebra.hat(xi) for xi in own], 2, 1)
+    return Turning(algebra, project, of_ad, of_matrix) if of_ad and of_matrix else None
 
 
-def _one(matrix: Any) -> Any:
-    return sympy.eye(matrix.shape[0])
+def _pairs(matrices: list[Any], at_zero: int, at_rate: int) -> int | None:
+    """The number of pairs ±√−z for which sᵃ(s² + z)ᵇ, a = at_zero, b = at_rate, is 0."""
+    one = sympy.eye(matrices[0].rows)
+    for count in range(1, max(one.rows // 2, 1) + 1):
+        rates = [_rate(m * m, count) for m in matrices]
+        values = [m**at_zero * (m * m + z * one) ** at_rate for m, z in zip(matrices, rates)]  # noqa: B905
+        if not any(_expand(entry) for value in values for entry in value):
+            return count
+    return None
+
+
+def _rate(square: Any, pairs: int) -> Any:
+    return _expand(-square.trace() / (2 * pairs))
 
 
 def _expand(e: Any) -> Any:
-    return e.expand(complex=True) if e.has(_i()) else e.expand()
-
-
-def _i() -> Any:
-    return sympy.I
+    return e.expand(complex=True) if e.has(sympy.I) else e.expand()

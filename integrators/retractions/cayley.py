@@ -96,9 +96,7 @@ class Cayley(EquivariantRetraction):
 
 def _over_ring(matrix: Any) -> Any:
     """The matrix over the ring of polynomials that its entries lie in."""
-    from sympy.polys.matrices import DomainMatrix
-
-    return DomainMatrix.from_Matrix(matrix).to_dense()
+    return sympy.polys.matrices.DomainMatrix.from_Matrix(matrix).to_dense()
 
 
 def _factors(algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:

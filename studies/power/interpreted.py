@@ -13,7 +13,6 @@ from typing import Any
 
 from discmech.integrators import Scheme
 from discmech.integrators.compiler import SINGULAR, Kernels, interpreted, kernel_text
-from discmech.integrators.flows.composed_flow import ComposedFlow
 from discmech.integrators.flows.flow import Flow
 
 Edit = Callable[[str], str]
@@ -27,11 +26,7 @@ def interpret(scheme: Scheme, edit: Edit | None = None, form: Form | None = None
     """
 
     def flow(step: Any, digits: int = 16) -> Flow:
-        made: _Flow | _ComposedFlow
-        if scheme.substeps:
-            made = _ComposedFlow(scheme.substep_schemes, scheme.substeps, step, digits)
-        else:
-            made = _Flow(scheme, step, digits)
+        made = _Flow(scheme, step, digits, substeps=scheme.flow_substeps)
         made.edit = edit
         if form is not None:
             name, change = form
@@ -43,14 +38,14 @@ def interpret(scheme: Scheme, edit: Edit | None = None, form: Form | None = None
     return scheme
 
 
-class _Interpreted:
-    """A flow's kernels as Python, with a change of their text."""
+class _Flow(Flow):
+    """A flow with its kernels as Python, and a change of their text."""
 
     edit: Edit | None = None
 
     @cached_property
-    def _kernels(self: Any) -> Kernels:
-        text = kernel_text(self._system, self.without)
+    def _kernels(self) -> Kernels:
+        text = kernel_text(self.system, self.without)
         kernels = interpreted(self.edit(text) if self.edit else text, self.numbers)
 
         def advance(*arguments: Any) -> Any:
@@ -61,11 +56,3 @@ class _Interpreted:
                 return 0, SINGULAR
 
         return replace(kernels, advance=advance)
-
-
-class _Flow(_Interpreted, Flow):
-    """A flow of a rule of one step."""
-
-
-class _ComposedFlow(_Interpreted, ComposedFlow):
-    """A flow of a composition."""

@@ -227,8 +227,9 @@ def _in_retraction(fault: Fault, given: Any, name: str) -> Any:
 
 
 def _fresh(groupoid: Any) -> Any:
-    """A copy that has derived nothing yet."""
+    """A copy that has derived nothing yet, and whose axioms a scheme checks."""
     other = copy(groupoid)
+    other.by_user = True
     for kind in type(groupoid).__mro__:
         for name, member in vars(kind).items():
             if isinstance(member, cached_property):

@@ -268,7 +268,7 @@ def _got_stability(measured: dict[str, Any]) -> str:
 def _got_charts(measured: dict[str, Any]) -> str:
     said = [f"{measured['steps']} steps", f"{measured['changes']} changes of chart"]
     said += [f"{measured['stopped']} stopped"] if measured["stopped"] else []
-    names = ("residual", "pullback", "poisson", "momentum", "factorisation", "distance")
+    names = ("residual", "pullback", "poisson", "momentum", "factorisation", "distance", "operator")
     said += [f"{k} {scientific(measured[k])}" for k in names if measured.get(k) is not None]
     return ", ".join(said)
 

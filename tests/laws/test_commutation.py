@@ -30,7 +30,8 @@ from discmech.integrators import (
     su,
     trapezoidal,
 )
-from discmech.integrators.compiler.kernels import KernelBuilder
+from discmech.integrators.compiler.kernel_text import KernelText
+from discmech.integrators.equations.step_system import step_system
 from tests.objects import OWN_SCENES
 
 RULES = [rectangle, midpoint, trapezoidal]
@@ -195,7 +196,7 @@ def test_wongs_field_is_the_same_wherever_it_is_taken_along_a_step():
 
 def operations(scene, rule):
     """Multiplications, divisions, additions and functions in the kernels of a scheme."""
-    text = KernelBuilder(Scheme(scene, rule)).build().split("def load_c")[0]
+    text = KernelText(step_system(Scheme(scene, rule))).text
     body = "\n".join(line for line in text.splitlines() if not line.startswith("#"))
     return len(re.findall(r"[-+*/]|(?:sin|cos|sqrt)\(", body))
 

@@ -68,7 +68,7 @@ def work(digits):
 @both_precisions
 def test_evolve_and_devolve_are_inverse(scene, rule, size, start, digits, limit, tolerance):
     f = flow(scene, rule, step_of(scene, size), digits)
-    x, u = f._vectors(*start_of(scene, start))
+    x, u = f.context.vectors(*start_of(scene, start))
     with work(digits):
         point = [f.numbers.public(part) for part in (x, u)]
         after = f.evolve(*point)
@@ -116,21 +116,22 @@ def test_a_flipped_bracket_is_caught(digits, limit, tolerance):
 def test_a_wrong_map_is_caught(scene, digits, limit, tolerance):
     """A tangent that is off by one part in 10⁶ (10²⁰) fails the pullback of Ω and of Π."""
     from discmech.integrators.geometry.local_geometry import relative_defect
+    from discmech.integrators.geometry.transitions import pullback_defect
 
     f = flow(scene, "midpoint", SCENES[scene].step, digits)
     off = 1e-6 if digits == 16 else mpmath.mpf(10) ** -20
     with f.numbers.working():
-        x, u = f._vectors(*start_of(scene, "generic"))
+        x, u = f.context.vectors(*start_of(scene, "generic"))
         here = f.geometry.at(x, u)
-        there = f.geometry.at(*f._evolve(here, x, u))
+        there = f.geometry.at(*f.next_arrow(here, x, u))
         off = f.numbers.number(off)
-        assert f._pullback(here, there, f.geometry.tangent(here, there)) <= limit
+        assert pullback_defect(f.geometry, here, there, f.geometry.tangent(here, there)) <= limit
         damped = f.geometry.tangent(here, there)
         damped[len(x) :] = damped[len(x) :] * (1 - off)
-        assert f._pullback(here, there, damped) > 1e3 * limit
-        m = f.geometry.dual_step(here, f._h) * (1 - off)
-        mu = here["minus"] / f._h
-        after = f.geometry.poisson_tensor(here["target"], here["plus"] / f._h)
+        assert pullback_defect(f.geometry, here, there, damped) > 1e3 * limit
+        m = f.geometry.dual_step(here, f.context.h) * (1 - off)
+        mu = here["minus"] / f.context.h
+        after = f.geometry.poisson_tensor(here["target"], here["plus"] / f.context.h)
         defect = relative_defect(m @ f.geometry.poisson_tensor(x, mu) @ m.T, after, m)
         assert defect > 1e3 * limit
 
@@ -139,7 +140,7 @@ def test_a_wrong_map_is_caught(scene, digits, limit, tolerance):
 def test_tangent_against_differences_at_50_digits(scene, rule):
     f = flow(scene, rule, step_of(scene, "own"), 50)
     with work(60):
-        x, u = (f.numbers.public(part) for part in f._vectors(*start_of(scene, "generic")))
+        x, u = (f.numbers.public(part) for part in f.context.vectors(*start_of(scene, "generic")))
         point, n = np.concatenate([x, u]), len(x)
         exact = f.tangent(x, u)
         nearby = mpmath.mpf(10) ** -15
@@ -260,7 +261,7 @@ def test_groups_carry_no_x(scene):
     f = flow(scene, "midpoint", step_of(scene, "own"))
     run = f.trajectory(10)
     assert run.x.shape == (11, 0)
-    assert f.machine.kernels["SHAPE"]["dim_x"] == 0
+    assert f.machine.kernels.layout.n == 0
     y, v = f.evolve([], run.u[0])
     assert y.shape == (0,)
     assert np.allclose(v, run.u[1], atol=1e-15)

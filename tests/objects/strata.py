@@ -3,6 +3,8 @@
 import sympy
 from sympy import Matrix, Rational
 
+from discmech.integrators import exponential
+
 #: how far from the identities, as |hu|: near them, in the middle, near the chart's edge
 ARROWS = ("near", "generic", "edge")
 STEPS = (Rational(1, 10), Rational(3), Rational(-2, 7))

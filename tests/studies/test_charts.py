@@ -30,6 +30,7 @@ def test_every_start_goes_through_and_all_translates_are_used(found):
     assert measured["starts"] == len(charts.TURNS) * charts.AXES == len(found["rows"])
     assert set(measured["translates"]) == set("0123") and measured["changes"] > 0
     assert measured["stopped"] == 0
+    assert measured["operator"] < 1e-14  # the evolution operator through bisections
     assert {row["turn"] for row in found["rows"]} >= {0.01, 0.5, 0.99}
     assert all(0 < row["margin"] <= 1 for row in found["rows"])
 
@@ -67,7 +68,8 @@ def test_the_singular_set_crosses_the_picture(found):
     assert np.nanmin(det) < 0 < np.nanmax(det)
 
 
-@pytest.mark.parametrize("name", ["residual", "poisson", "factorisation", "distance", "momentum"])
+@pytest.mark.parametrize("name", ["residual", "poisson", "factorisation", "distance", "operator",
+                                  "momentum"])  # fmt: skip
 def test_a_wrong_number_fails(found, name):
     rows = [dict(row) for row in found["rows"]]
     rows[5][name] = 1e-9

@@ -282,6 +282,7 @@ def test_each_study_as_a_table_and_as_json(capsys, tmp_path, study):
                 "momentum",
                 "factorisation",
                 "distance",
+                "operator",
                 "newton_max",
                 "chart_turn",
                 "margin",

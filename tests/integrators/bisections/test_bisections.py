@@ -11,6 +11,8 @@ from sympy import Rational
 
 from discmech.integrators import (
     BadInput,
+    Bisection,
+    EvolutionOperator,
     LocalGroupoid,
     Scene,
     Scheme,
@@ -23,8 +25,8 @@ from discmech.integrators import (
     so,
     trapezoidal,
 )
-from discmech.integrators.bisections.bisection import Bisection, common_complement, complement_slope
-from discmech.integrators.bisections.evolution_operator import GeneralOperator
+from discmech.integrators import rules as discretisations
+from discmech.integrators.bisections.bisection import common_complement, complement_slope
 from discmech.integrators.bisections.translates import GroupChart
 from tests.objects import SCENES, affine_action, affine_group, framed_plane
 
@@ -137,7 +139,7 @@ def test_bisections_of_another_step_or_groupoid_are_told():
     fit = Bisection(group, [], [0, 0, 0], 1)
     for other in (Bisection(group, [], [0, 0, 0], 2), Bisection(pair(1), [0], [0], 1)):
         with pytest.raises(BadInput, match="another groupoid, step"):
-            GeneralOperator(of_body, fit, other, 1)
+            EvolutionOperator(of_body.flow(1).context, fit, other)
 
 
 @pytest.mark.parametrize("away", (0, 0.05, -0.1))
@@ -150,7 +152,7 @@ def test_the_general_operator_at_any_element_of_the_group(away):
         before, after = flow.elements(flow.trajectory(1, element0=g))
         u, v = chart.coordinates(before), chart.coordinates(after)
         through = (Bisection(group, [], w, 1) for w in (u + away, v - away))
-        operator = GeneralOperator(on_group, *through, 1)
+        operator = EvolutionOperator(flow.context, *through)
         _, w = operator.evolve([], u)
         _, back = operator.devolve([], w)
         matrices = operator.FL([], 0 * v), operator.barred_FL([], 0 * v)
@@ -221,16 +223,15 @@ def scheme(name):
 def operators(name, x, u, step):
     """Operators with three different choices of bisections around the arrow (x, u)."""
     g = scheme(name).scene.groupoid
-    y = np.array(scheme(name).flow(step).geometry.at(x, u)["target"])
+    context = scheme(name).flow(step).context
+    y = np.array(context.geometry.at(x, u)["target"])
     generator = np.random.default_rng(11)
     for size in (0, 0.05, 0.3):
         arrows = [u * (size > 0) + size * generator.uniform(-1, 1, len(u)) for _ in range(2)]
         slopes = [size * generator.uniform(-1, 1, (len(u), len(x))) for _ in range(2)]
         # x0 such that β(x0, σ) is near x: the bisection's arrows end where g's source is
         sigma = Bisection(g, x, arrows[0], step, slope=slopes[0])
-        yield GeneralOperator(
-            scheme(name), sigma, Bisection(g, y, arrows[1], step, slope=slopes[1]), step
-        )
+        yield EvolutionOperator(context, sigma, Bisection(g, y, arrows[1], step, slope=slopes[1]))
 
 
 @pytest.mark.parametrize("name", [
@@ -256,6 +257,57 @@ def test_the_step_is_the_same_whichever_bisections_are_chosen(name):
         assert max(bar) < 100
         near = operator.sigma.without_left(x, u)
         assert np.max(abs(operator.residual(*near, v))) < 1e-13
+
+
+def test_the_identity_bisections_give_the_local_operator():
+    flow = scheme("rigid-body").flow("0.1")
+    operator = EvolutionOperator(flow.context)
+    x, u = [], [0.3, -0.4, 0.5]
+    for found, wanted in ((operator.evolve(x, u), flow.evolve(x, u)),
+                          (operator.devolve(x, u), flow.devolve(x, u)),
+                          ((operator.tangent(x, u),), (flow.tangent(x, u),))):  # fmt: skip
+        for a, b in zip(found, wanted, strict=True):
+            assert np.allclose(a, b, rtol=0, atol=1e-14)
+    assert operator.pullback_defect(x, u) < 1e-15
+    assert np.max(abs(operator.residual(np.array([]), u, operator.evolve(x, u)[1]))) < 1e-14
+
+
+def test_a_trajectory_through_bisections_that_are_chosen_or_given():
+    """Also the defects: TΨ is composed of T L_Σ, T R_Υ and the step between g_W and h_W."""
+    flow = scheme("framed-plane").flow(SCENES["framed-plane"].step)
+    run = flow.trajectory(5)
+    operator = EvolutionOperator(flow.context)
+    x, u = run.x[0], run.u[0]
+    chosen = operator.trajectory(5, x, u)
+    sigma, upsilon = operator.bisections_at(x, u)
+    own = EvolutionOperator(flow.context, sigma, upsilon)
+    for xs, us in (chosen, own.trajectory(5, x, u),
+                   operator.trajectory(5, x, u, lambda *_: (sigma, upsilon))):  # fmt: skip
+        assert xs.shape == run.x.shape and us.shape == run.u.shape
+        assert max(np.max(abs(xs - run.x)), np.max(abs(us - run.u))) < 1e-12
+    assert np.allclose(own.tangent(x, u), flow.tangent(x, u), rtol=0, atol=1e-12)
+    assert own.pullback_defect(x, u) < 1e-15
+    damped = flow.context.geometry.at
+    flow.context.geometry.at = lambda x, u: {
+        k: v * (1 - 1e-6) if k.startswith("plus") else v for k, v in damped(x, u).items()
+    }
+    assert own.pullback_defect(x, u) > 1e-9  # a control: F⁺ is a little too small
+
+
+def test_galerkin_rules_have_the_general_operator_too():
+    scene = SCENES["pendulum"]
+    flow = Scheme(scene, discretisations.get("gauss-2")).flow("0.1", 30)
+    x, u = ["1/2"], ["1/3"]
+    sigma, upsilon = (Bisection(scene.groupoid, x, [w], "0.1", 30) for w in ("0.4", "0.2"))
+    found = EvolutionOperator(flow.context, sigma, upsilon).evolve(x, u)
+    for a, b in zip(found, flow.evolve(x, u), strict=True):
+        assert np.max(abs(a - b)) < 1e-28
+
+
+def test_a_composition_has_no_operator_on_arrows():
+    flow = Scheme(SCENES["pendulum"], discretisations.get("triple-jump:midpoint")).flow("0.1")
+    with pytest.raises(BadInput, match="it steps on"):
+        EvolutionOperator(flow.context)
 
 
 @pytest.mark.slow

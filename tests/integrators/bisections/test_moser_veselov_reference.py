@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from discmech.integrators import Scheme, rectangle, scenes
-from discmech.integrators.geometry.transitions import arrow, regularity
+from discmech.integrators.geometry.transitions import regularity
 from discmech.reference.moser_veselov import step
 
 MASS = ("1.75", "1.25", "0.75")
@@ -27,7 +27,7 @@ def test_each_step_is_the_factorisations(scheme):
         run = flow.trajectory(30, element0=g)
         found = flow.elements(run)
         for k, (a, b) in enumerate(pairwise(found)):
-            regular = regularity(flow, arrow(flow, run, k + 1))
+            regular = regularity(flow.arrow(run, k + 1))
             steps, well = steps + 1, well + (regular >= 1e-2)
             gap = np.max(abs(step(a, [float(e) for e in MASS]) - b))
             assert gap < 1e-13 if regular >= 1e-2 else gap * regular < 1e-14

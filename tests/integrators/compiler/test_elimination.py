@@ -5,9 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from numba import njit
 
-from discmech.integrators.compiler.elimination import eliminate
+from discmech.integrators.compiler.kernel_text import DRIVER
+from discmech.integrators.compiler.llvm_writer import Array
+from discmech.integrators.compiler.machine_code import compiled
+from discmech.integrators.numbers.interpreting import run_text
 
 
 def system(m, zeros):
@@ -25,8 +27,11 @@ def system(m, zeros):
 def test_the_loop_solves(m, zeros):
     rows, solution = system(m, zeros)
     a = np.array([[float(e) for e in row] for row in rows])
-    njit(eliminate)(a, m)
+    text = DRIVER.read_text(encoding="utf-8")
+    text = f"{text[text.index('@node') :]}\ndef advance(a, m):\n    eliminate(a, m)\n    return 0, 0"
+    names = run_text(text, {})
+    compiled("test", text, names, {"a": Array("f", columns=m + 1)})(a, m)
     size = np.linalg.cond(np.array([[float(e) for e in row[:m]] for row in rows]))
     assert np.allclose(a[:, m], [float(e) for e in solution], rtol=0, atol=1e-14 * size)
-    eliminate(rows, m)
+    names["eliminate"](rows, m)
     assert [row[m] for row in rows] == solution

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import discmech.integrators as integrators
-from discmech.integrators import Scene, Scheme, StepFailure, midpoint, pair, trapezoidal
-from discmech.integrators.compiler.modules import kernel_file
+from discmech.integrators import Scene, Scheme, StepFailure, compiler, midpoint, pair, trapezoidal
+from discmech.integrators.compiler import cache
+from discmech.integrators.equations.step_system import step_system
 from tests.objects import ALIKE, ALWAYS, SCENES, SCHEMES, flow, named, scheme
 
 ROOT = Path(integrators.__file__).parents[1]
@@ -109,11 +110,12 @@ FIRST = """
 import sys, warnings
 warnings.simplefilter("ignore")
 from discmech.integrators import Scheme, midpoint, scenes
-import discmech.integrators.compiler.modules as compiling
+from discmech.integrators import compiler
+from discmech.integrators.compiler import machine_code
 if "--sealed" in sys.argv:
-    def build(self):
+    def build(*_):
         raise AssertionError("derived again")
-    compiling.KernelBuilder.build = build
+    compiler.module_text = machine_code._object = build
 flow = Scheme(scenes.get("pendulum"), midpoint).flow("0.1")
 print(repr(flow.trajectory(5).x[-1, 0]))
 """
@@ -142,11 +144,11 @@ def test_a_second_process_neither_derives_nor_compiles(tmp_path):
     first = in_a_new_process(cache)
     files = files_of(cache)
     assert any(p.suffix == ".py" for p in files)
-    assert any(p.suffix == ".nbc" for p in files), "machine code is not kept"
+    assert any(p.suffix == ".o" for p in files), "machine code is not kept"
     assert oct(cache.stat().st_mode & 0o777) == "0o700"
     assert in_a_new_process(cache, "--sealed") == first
-    code = {p: t for p, t in files_of(cache).items() if p.suffix in (".py", ".nbc", ".nbi")}
-    assert code == {p: t for p, t in files.items() if p.suffix in (".py", ".nbc", ".nbi")}
+    code = {p: t for p, t in files_of(cache).items() if p.suffix in (".py", ".o")}
+    assert code == {p: t for p, t in files.items() if p.suffix in (".py", ".o")}
     # the seal is a real one: without the files it is broken
     with pytest.raises(AssertionError, match="derived again"):
         in_a_new_process(tmp_path / "other", "--sealed")
@@ -158,22 +160,29 @@ def own_cache(tmp_path, monkeypatch):
     return tmp_path
 
 
+def kernels(scheme):
+    """The text and the functions of a scheme, nothing remembered from before."""
+    compiler.kernel_text.cache_clear()
+    system = step_system(scheme.origin)
+    return compiler.kernel_text(system), compiler.compile(system, scheme.flow(1).numbers)
+
+
 def test_steps_parameters_and_starts_compile_nothing_new(own_cache, monkeypatch):
     """Other numbers, the same kernels: the same file and the same function."""
     scene = SCENES["harmonic"]
-    file = kernel_file(Scheme(scene, trapezoidal))
+    text, _ = kernels(Scheme(scene, trapezoidal))
+    files = files_of(own_cache)
     changed = [
         scene.with_values(parameters={"stiffness": 2, "mass": "1/3"}),
         scene.with_values(x0=["0.7"], v0=[1], duration=3),
     ]
-    import discmech.integrators.compiler.modules as compiling
-
-    monkeypatch.setattr(compiling.KernelBuilder, "build", None)
-    assert all(kernel_file(Scheme(s, trapezoidal)) == file for s in changed)
-    functions = {id(Scheme(s, trapezoidal).flow(h)._kernels["advance"])
-                 for s in changed for h in ("1/10", "-3/7", 1e-3)}  # fmt: skip
-    assert len(functions) == 1
-    assert [p for p in own_cache.glob("*.py")] == [file]
+    monkeypatch.setattr(compiler, "module_text", None)
+    for s in changed:
+        scheme = Scheme(s, trapezoidal)
+        assert kernels(scheme)[0] == text
+        functions = {id(scheme.flow(h)._kernels.advance) for h in ("1/10", "-3/7", 1e-3)}
+        assert len(functions) == 1
+    assert files_of(own_cache) == files
 
 
 def test_changed_parameters_change_the_motion():
@@ -183,33 +192,31 @@ def test_changed_parameters_change_the_motion():
     assert abs(run.x[-1, 0] - np.cos(3)) < 1e-5
 
 
-def test_another_lagrangian_is_another_file(own_cache):
-    def file(lagrangian):
-        return kernel_file(Scheme(Scene("same", pair(1), lagrangian, x0=[1], v0=[0]), trapezoidal))
+def test_another_lagrangian_is_another_text():
+    def text(lagrangian):
+        scene = Scene("same", pair(1), lagrangian, x0=[1], v0=[0])
+        return kernels(Scheme(scene, trapezoidal))[0]
 
-    one = file(lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 2 / 2)
-    assert one == file(lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2)
-    assert one != file(lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 2 / 2)
+    one = text(lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 2 / 2)
+    assert one == text(lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2)
+    assert one != text(lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 2 / 2)
 
 
 def test_a_cache_that_cannot_be_written_is_no_obstacle(tmp_path, monkeypatch):
     blocked = tmp_path / "file"
     blocked.write_text("a file where the folder should be")
     monkeypatch.setenv("DISCMECH_CACHE", str(blocked))
-    of = Scheme(SCENES["harmonic"], trapezoidal)
-    assert kernel_file(of).exists()
-    assert kernel_file(of).parent != blocked
+    assert kernels(Scheme(SCENES["harmonic"], trapezoidal))[0]
+    assert cache.cache_folder() != blocked
 
 
 def test_nothing_half_written_stays(tmp_path, monkeypatch):
-    from discmech.integrators.compiler import modules as compiling
-
     def refuse(*_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(compiling.os, "replace", refuse)
+    monkeypatch.setattr(cache.os, "replace", refuse)
     with pytest.raises(OSError, match="disk full"):
-        compiling.write_atomically(tmp_path / "kernel.py", "text")
+        cache.write_atomically(tmp_path / "kernel.py", "text")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -279,7 +286,7 @@ def test_after_a_failure_the_flow_is_as_before():
 def test_schemes_share_a_kernel_where_and_only_where_they_are_one():
     """On a group every rule is h·l(u); written h(l + l)/2 it may be rounded in another order."""
     schemes = [(s, r) for s, r in SCHEMES if s in ALWAYS]
-    files = {s: kernel_file(scheme(*s)) for s in schemes}
+    files = {s: compiler.kernel_text(step_system(scheme(*s))) for s in schemes}
     shared = [(s, r) for s, r in schemes if files[s, r] == files[s, "midpoint"] and r != "midpoint"]
     assert {s for s, _ in shared} <= ALIKE
     assert ("rigid-body", "rectangle") in shared

@@ -92,7 +92,7 @@ def test_shrunk_steps_are_those_of_the_smaller_step():
 
 @pytest.mark.slow
 def test_a_heavy_top_turns_by_any_angle_a_step():
-    from discmech.integrators.geometry.transitions import arrow, defects, residual
+    from discmech.integrators.geometry.transitions import defects, residual
 
     flow = Scheme(example("heavy_top_on_group").scene, rectangle).flow(1, on_edge="bisect")
     translates = set()
@@ -104,7 +104,7 @@ def test_a_heavy_top_turns_by_any_angle_a_step():
         assert np.max(abs(vertical - vertical[0])) < 1e-12
         translates |= set(run.translates.tolist())
         for k in range(0, 40, 5):
-            here, there = arrow(flow, run, k), arrow(flow, run, k + 1)
-            assert residual(flow, here, there) < 1e-13
-            assert max(defects(flow, here, there)) < 1e-13
+            here, there = flow.arrow(run, k), flow.arrow(run, k + 1)
+            assert residual(here, there) < 1e-13
+            assert max(defects(here, there)) < 1e-13
     assert len(translates) > 1

@@ -23,7 +23,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.algebras import se, sl, sp, su
 from discmech.integrators.bisections.translates import GroupChart
-from discmech.integrators.geometry.transitions import arrow, defects, residual
+from discmech.integrators.geometry.transitions import defects, residual
 from discmech.integrators.scene import on_group
 
 
@@ -103,11 +103,11 @@ def test_a_step_on_the_cut_locus_is_right_or_an_error(name, away):
             continue
         elements = flow.elements(run)
         assert np.max(abs(elements[0] - g)) < 1e-13  # it is the g that was given
-        arrows = [arrow(flow, run, k) for k in range(len(run.t))]
+        arrows = [flow.arrow(run, k) for k in range(len(run.t))]
         for here, there in pairwise(arrows):
             went += 1
-            assert residual(flow, here, there) < 1e-13
-            assert max(defects(flow, here, there)) < 1e-13
+            assert residual(here, there) < 1e-13
+            assert max(defects(here, there)) < 1e-13
     if name in ("so(3)", "sl(2)"):
         assert went
 
@@ -125,9 +125,9 @@ def test_one_chart_goes_on_rightly_from_beside_its_edge(name, away):
         except (BadInput, StepFailure) as failure:
             run = getattr(failure, "trajectory", None)
         if run is not None:
-            arrows = [arrow(flow, run, k) for k in range(len(run.t))]
+            arrows = [flow.arrow(run, k) for k in range(len(run.t))]
             for here, there in pairwise(arrows):
-                assert residual(flow, here, there) < 1e-13
+                assert residual(here, there) < 1e-13
 
 
 @pytest.mark.parametrize("name", ("so(3)", "sl(2)"))

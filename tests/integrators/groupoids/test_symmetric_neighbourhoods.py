@@ -207,7 +207,7 @@ def test_an_arrow_that_has_no_u_is_said(moser_veselov):
     flow = moser_veselov.flow(1, on_edge="bisect")
     start = flow.starting.at(None, None, element0=np.diag([-1.0, -1.0, 1.0]))
     with pytest.raises(BadInput, match="edge of its chart"):
-        first_u(flow, start)
+        first_u(flow.edge, start)
 
 
 def test_one_chart_says_so_where_it_would_go_on_along_another_branch(moser_veselov):

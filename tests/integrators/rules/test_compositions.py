@@ -279,7 +279,7 @@ def test_a_run_in_pieces_is_the_run_in_one():
 
 def test_compositions_of_a_rule_share_their_kernels():
     one, two = (flow_of("pendulum", f"{m}:trapezoidal", 1, 16) for m in ("suzuki", "kahan-li-6"))
-    assert one._kernels is two._kernels or one._kernels["advance"] is two._kernels["advance"]
+    assert one._kernels.advance is two._kernels.advance
     sizes = {part.step for part in two.parts}
     assert len({id(part) for part in two.parts}) == len(sizes) == 5
 
@@ -291,6 +291,37 @@ def test_a_failing_substep_is_a_step_failure():
     run = caught.value.trajectory
     assert len(run.t) == caught.value.step_index
     assert set(caught.value.state) == {"x", "mu", "u"}
+
+
+@pytest.mark.parametrize("rule", ["triple-jump:own", "triple-jump:rectangle"])
+def test_a_composition_shrinks_its_steps_at_the_edge_of_a_chart(rule):
+    """All substeps are halved: one step is two, or four, of the first part within the reach."""
+    name, step, start = {
+        "triple-jump:own": ("moser-veselov", Fraction(1, 2), {"mu0": [2, 2, -1]}),
+        "triple-jump:rectangle": ("rigid-body", Fraction(40), {}),
+    }[rule]
+    of = Scheme(SCENES[name], get(rule))
+    for digits in (16, 30):
+        run = of.flow(step, digits, on_edge="shrink").trajectory(4, **start)
+        assert run.edges > 0 and len(run.t) == 5
+        x, mu = run.x[0], run.mu[0]
+        for halvings in range(1, 6):
+            count, flow = 2**halvings, of.flow(step / 2**halvings, digits)
+            try:
+                fine = flow.trajectory(count, count, x0=x, mu0=mu)
+            except StepFailure:
+                continue
+            if fine.margin > 8**-0.5:  # `chart_reach` of so(3)
+                assert max(abs(run.mu[1] - fine.mu[-1])) < 10.0 ** (4 - digits)
+                break
+        else:
+            pytest.fail("no part of the step can be solved")
+
+
+def test_a_composition_does_not_bisect():
+    flow = Scheme(SCENES["moser-veselov"], get("triple-jump:own")).flow("0.1", on_edge="bisect")
+    with pytest.raises(BadInput, match="lie in different translates; take on_edge="):
+        flow.trajectory(1)
 
 
 def test_what_a_composition_has_and_has_not():

@@ -53,7 +53,7 @@ def flow_of(scene, rule, step=None, digits=DIGITS):
 def start_of(f):
     scene = f.scheme.scene
     v0 = scene.v0 if any(scene.v0) else [Rational(1, 3 + i) for i in range(len(scene.v0))]
-    return f._vectors(scene.x0, v0)
+    return f.context.vectors(scene.x0, v0)
 
 
 def close(a, b, limit=1e-44):
@@ -179,7 +179,7 @@ def test_derivatives_are_schur_complements():
     with f.numbers.working(), mpmath.workdps(60):
         x, u = start_of(f)
         here, s = f.geometry.at(x, u), f.geometry.stages(x, u)
-        values = f.numbers.public([*x, *u, *s, *f._q])
+        values = f.numbers.public([*x, *u, *s, *f.context.q])
         wanted = -f.numbers.public(here["minus_u"]).T
     letters = [*of.x, *of.u, *of.s.stages, *of.s.q]
     pairs = zip(letters, values, strict=True)
@@ -296,14 +296,6 @@ def test_double_precision_is_50_digits_rounded(scene, rule):
     sparse = flow_of(scene, rule, digits=16).trajectory(20, 5)
     assert np.array_equal(sparse.mu, short.mu[::5])
     assert short.u.shape == (21, len(SCENES[scene].v0))
-
-
-def test_nodes_that_are_alike_are_one_function():
-    from discmech.integrators.compiler.kernels import KernelBuilder
-
-    text = KernelBuilder(Scheme(SCENES["rigid-body"], get("gauss-2"))).build()
-    solver = text[text.index("def correct") : text.index("def update")]
-    assert solver.count("= node0(") == 2
 
 
 def test_a_node_with_one_output_gives_a_number():

@@ -1,0 +1,150 @@
+"""A scheme at one step size in one arithmetic, as data: all that is handed down from a flow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..equations.discrete_equations import DiscreteEquations
+from ..errors import SMALLER, BadInput, CannotMeasure, StepFailure
+from ..geometry.local_geometry import LocalGeometry, StagesNotFound
+from ..geometry.transitions import Arrow
+from .translates import GroupChart
+
+
+@dataclass(frozen=True, eq=False)
+class StepContext:
+    """Discrete equations at one step size in one arithmetic.
+
+    substeps: the contexts of a composition's substeps in their order; empty for a rule of one step.
+    """
+
+    equations: DiscreteEquations
+    numbers: Any
+    step: Fraction
+    substeps: tuple[StepContext, ...] = ()
+
+    @property
+    def parts(self) -> tuple[StepContext, ...]:
+        """The contexts whose steps, one after another, are one step: of a plain rule, this one."""
+        return self.substeps or (self,)
+
+    @property
+    def scene(self) -> Any:
+        """The scene whose equations these are."""
+        return self.equations.scene
+
+    @cached_property
+    def q(self) -> list[Any]:
+        """The values of the equations' letters `s.q`: h, parameters, constants, B = e."""
+        with self.numbers.working():
+            return self.equations.s.q_values(self.step, self.numbers)
+
+    @property
+    def h(self) -> Any:
+        """The step in this arithmetic."""
+        return self.q[0]
+
+    @cached_property
+    def chart(self) -> GroupChart:
+        """Cayley's chart of the group and its translates; raises `BadInput` if it has none."""
+        return GroupChart(self.scene.groupoid, self.numbers)
+
+    @cached_property
+    def geometry(self) -> LocalGeometry:
+        """The maps and their derivatives as numbers at this step."""
+        return LocalGeometry(self.equations, self.numbers, self.q)
+
+    def geometry_in(self, translate: int) -> LocalGeometry:
+        """The geometry in the chart of a translate B, by its number in the cover; 0 is e."""
+        if translate == 0:
+            return self.geometry
+        letters = [e for matrix in self.chart.translates[translate] for e in matrix.ravel()]
+        q = [*self.q[: len(self.q) - len(letters)], *letters]
+        return LocalGeometry(self.equations, self.numbers, q)
+
+    def coordinates(self, g: np.ndarray, translate: int = 0) -> np.ndarray | None:
+        """u with g = τ(hu) B; None where that is off g by 2²⁰ round-offs, half a double's digits.
+
+        That is so at the chart's edge, and where g is no element of the group.
+        """
+        try:
+            xi = self.chart.coordinates(g, translate)
+        except ZeroDivisionError:
+            return None
+        off = abs(self.chart.element(xi, translate) - g).max()
+        return xi / self.h if off <= 2**20 * self.numbers.eps * (1 + abs(g).max()) else None
+
+    def maps_at(self, x: Any, u: Any) -> dict[str, np.ndarray]:
+        """The maps and derivatives at (x, u) (`LocalGeometry.at`).
+
+        Raises `StepFailure` where stages are not found, or a map has no value.
+        """
+        try:
+            return self.geometry.at(x, u)
+        except StagesNotFound:
+            cause = "the internal stages were not found"
+        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+            cause = "L_d or a derivative of it is no number"
+        raise self.failure(cause, {"x": x, "u": u})
+
+    def arrow(self, x: Any, mu: Any, u: Any, translate: int = 0) -> Arrow:
+        """The arrow (x, u) in the chart of a translate, with its μ and the maps there."""
+        with self.numbers.working():
+            (x, u), mu = self.vectors(x, u), self.vector(mu, len(self.equations.u))
+            geometry = self.geometry_in(translate)
+            return Arrow(x, mu, geometry, geometry.at(x, u))
+
+    def vectors(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+        """An x and a u (or μ), checked and rounded (`vector`)."""
+        equations = self.equations
+        return self.vector(x, len(equations.x)), self.vector(u, len(equations.u))
+
+    def vector(self, values: Any, length: int) -> np.ndarray:
+        """Numbers of this arithmetic, each rounded once; None is the empty vector.
+
+        Raises `BadInput` for anything but a list of that length.
+        """
+        name, number = self.scene.name, self.numbers.number
+        listed = isinstance(values, Iterable) or hasattr(values, "shape")
+        if values is not None and (isinstance(values, str) or not listed):
+            raise BadInput(
+                f"{name}: {values!r} was given where a list of {length} numbers is needed."
+            )
+        entries = [] if values is None else list(values)
+        if len(entries) != length:
+            raise BadInput(
+                f"{name}: a vector of {len(entries)} entries was given where {length} are needed."
+            )
+        return np.array([number(e) for e in entries], dtype=self.numbers.dtype)
+
+    def number(self, value: Any) -> Any:
+        """A number of this arithmetic as it is handed out."""
+        return self.numbers.public([value])[0]
+
+    def check_one_arrow(self) -> None:
+        """Raise `CannotMeasure` for a composition, whose step is no map of arrows (x, u)."""
+        if self.substeps:
+            raise CannotMeasure(
+                f"{self.equations.rule.name} is a composition: it steps on (x, mu), not on arrows "
+                "(x, u); use dual_step and poisson_defect."
+            )
+
+    def failure(
+        self,
+        cause: str,
+        state: dict[str, Any],
+        index: int = 0,
+        trajectory: Any = None,
+        fix: str = SMALLER,
+    ) -> StepFailure:
+        """The failure of step `index` at a state in this arithmetic; `trajectory`: rows so far."""
+        where = {name: self.numbers.public(value) for name, value in state.items()}
+        names = self.scene.name, self.equations.rule.name
+        time = float(self.step * index)
+        return StepFailure(*names, index, time, where, cause, trajectory, fix)
