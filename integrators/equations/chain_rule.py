@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..numbers.definitions import Definition
+from ..numbers.definitions import Definition, symbols_of
 from ..numbers.differentiation import jacobian
 from ..numbers.lazy import sympy
 
@@ -61,13 +61,16 @@ class ChainRule:
 
     def total(self, column: Any, variable: Any) -> Any:
         """d(column)/d(variable) through all blocks; the variable is a column of letters."""
-        symbols = set().union(*(e.free_symbols for e in column)) if len(variable) else set()
+        width = len(variable)
+        symbols = symbols_of(column) if width else set()
         rows = {s: self._row(s, variable) for s in sorted(symbols, key=str)}
-        letters = [s for s, row in rows.items() if any(row)]
+        letters = [s for s, row in rows.items() if any(e != 0 for e in row)]
         direct = jacobian(column, letters)
-        return direct * sympy.Matrix(
-            len(letters), len(variable), [e for s in letters for e in rows[s]]
-        )
+        totals = [
+            _combined([(direct[i, k], rows[s]) for k, s in enumerate(letters)], width)
+            for i in range(len(column))
+        ]
+        return sympy.Matrix(len(column), width, [e for row in totals for e in row])
 
     def definitions(self) -> list[Definition]:
         """What all letters stand for, in order."""
@@ -90,13 +93,13 @@ class ChainRule:
         return self._known[key]
 
     def _through(self, parts: list[tuple[Any, list[Any]]], variable: Any) -> list[Any]:
-        total = [sympy.Integer(0)] * len(variable)
-        for column, partial in parts:
-            for inner, slope in zip(column, partial, strict=True):
-                if slope != 0:
-                    row = self._row(inner, variable)
-                    total = [t + slope * r for t, r in zip(total, row, strict=True)]
-        return total
+        pairs = [
+            (slope, self._row(inner, variable))
+            for column, partial in parts
+            for inner, slope in zip(column, partial, strict=True)
+            if slope != 0
+        ]
+        return _combined(pairs, len(variable))
 
     def _named(self, row: Any) -> list[Any]:
         """The row with letters for its sums."""
@@ -109,7 +112,15 @@ class ChainRule:
         return [swap.get(e, e) for e in row]
 
 
+def _combined(pairs: list[tuple[Any, list[Any]]], width: int) -> list[Any]:
+    """Σ slope·row over the pairs; nothing is multiplied by zero."""
+    return [
+        sympy.Add(*[slope * row[j] for slope, row in pairs if slope != 0 and row[j] != 0])
+        for j in range(width)
+    ]
+
+
 def partials(values: Any, columns: list[Any]) -> list[tuple[Any, Any]]:
     """[(column, ∂values/∂column)] of those columns that the values hold."""
-    symbols = set().union(*(e.free_symbols for e in values))
+    symbols = symbols_of(values)
     return [(c, jacobian(values, c)) for c in columns if len(c) and symbols & set(c)]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..errors import BadInput, line_of
-from ..numbers.definitions import symbols_of, values_at
+from ..numbers.definitions import symbols_of
 from ..numbers.evaluation import evaluate_matrix
 from ..numbers.exact import exact, to_sympy
 from ..numbers.identities import null_direction, random_point, shown
@@ -69,9 +69,9 @@ def check_regular(maps: LegendreMaps, w: Any, scene: Scene, rule: Discretisation
         point = random_point([*s.x, *w, *s.q], (*w, s.h), seed) | s.constant_values(40)
         for p, value in zip(s.parameter_list, s.parameter_values, strict=True):
             point[p] = to_sympy(value)
-        at = values_at(maps.definitions(maps.slope), point)
         directions = {
-            a: null_direction(evaluate_matrix(m.xreplace(at), 30)) for a, m in asked.items()
+            a: null_direction(evaluate_matrix(m, 30, point, maps.definitions(m)))
+            for a, m in asked.items()
         }
         asked = {a: m for a, m in asked.items() if directions[a] is not None}
     for name, of_what in asked:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from ..numbers.definitions import Definition, needed
+from ..numbers.definitions import Definition, needed, replaced
 from ..numbers.lazy import sympy
 from ..numbers.multi_output import opaque
 from .discrete_lagrangian import DiscreteLagrangian
@@ -94,7 +94,9 @@ class LegendreMaps:
         return written.applyfunc(lambda e: e.expand().collect(letters))
 
     def _inlined(self, expression: Any) -> Any:
-        return expression.xreplace(self.of.inline) if self.of.inline else expression
+        if not self.of.inline:
+            return expression
+        return sympy.Matrix(*expression.shape, replaced(expression, self.of.inline))
 
     @cached_property
     def stage_equations(self) -> Any:

@@ -16,7 +16,7 @@ from functools import cached_property
 from typing import Any
 
 from ..groupoids import Groupoid
-from ..numbers.definitions import Definition, Function
+from ..numbers.definitions import Definition, Function, replaced
 from ..numbers.differentiation import jacobian
 from ..numbers.lazy import sympy
 from .chain_rule import Block, ChainRule, partials
@@ -46,17 +46,16 @@ class Term:
         """∂²value/∂letters², square."""
         return jacobian(self.gradient, self.letters)
 
-    def at(self, expressions: Any, place: Any) -> Any:
-        """The expressions with the term's letters replaced by those of a place."""
-        return expressions.xreplace(dict(zip(self.letters, place, strict=True)))
-
     def gradient_block(self, columns: list[Any], letter: str) -> tuple[Any, Block]:
         """(gradient at a place, its block): letters for those entries that are sums or functions.
 
         columns: the letters of the place, point and velocity.
         """
-        place = sympy.Matrix([e for column in columns for e in column])
-        values, hessian = self.at(self.gradient, place), self.at(self.hessian, place)
+        place = [e for column in columns for e in column]
+        swap = dict(zip(self.letters, place, strict=True))
+        entries = replaced([*self.gradient, *self.hessian], swap)
+        values = sympy.Matrix(entries[: len(place)])
+        hessian = sympy.Matrix(len(place), len(place), entries[len(place) :])
         rows = [i for i, e in enumerate(values) if not (e.is_Symbol or e.is_Number)]
         names = column_of(letter, len(rows))
         parts, at = [], 0

@@ -51,8 +51,28 @@ class Definition:
 
 
 def symbols_of(expressions: Iterable[Any]) -> set[Any]:
-    """All free symbols of the expressions."""
-    return set().union(*(e.free_symbols for e in expressions))
+    """All free symbols of the expressions; each subexpression is looked at once."""
+    seen, pending = set[Any](), list(expressions)
+    while pending:
+        e = pending.pop()
+        if e not in seen:
+            seen.add(e)
+            pending += e.args
+    return {e for e in seen if e.is_Symbol}
+
+
+def replaced(expressions: Iterable[Any], swap: dict[Any, Any]) -> list[Any]:
+    """The expressions with letters replaced; what they share is rebuilt once."""
+    known = dict(swap)
+
+    def rebuilt(e: Any) -> Any:
+        if e not in known:
+            args = [rebuilt(a) for a in e.args]
+            same = all(a is b for a, b in zip(args, e.args, strict=True))
+            known[e] = e if same else e.func(*args)
+        return known[e]
+
+    return [rebuilt(e) for e in expressions]
 
 
 def needed(
@@ -101,9 +121,9 @@ def inlined(definitions: Sequence[Definition]) -> list[Definition]:
         rename = dict(zip(f.arguments, d.arguments, strict=True))
         for inner in inlined(f.definitions):
             own = tuple(sympy.Symbol(f"{s}_of_{number}", real=True) for s in inner.letters)
-            plain.append(Definition(own, tuple(e.xreplace(rename) for e in inner.values)))
+            plain.append(Definition(own, tuple(replaced(inner.values, rename))))
             rename |= dict(zip(inner.letters, own, strict=True))
-        plain.append(Definition(d.letters, tuple(e.xreplace(rename) for e in f.results)))
+        plain.append(Definition(d.letters, tuple(replaced(f.results, rename))))
     return plain
 
 
@@ -112,11 +132,3 @@ def written_out(definitions: Sequence[Definition], expression: Any) -> Any:
     for d in reversed(inlined(definitions)):
         expression = expression.xreplace(dict(zip(d.letters, d.values, strict=True)))
     return expression
-
-
-def values_at(definitions: Sequence[Definition], point: dict[Any, Any]) -> dict[Any, Any]:
-    """The point (numbers by symbols) with the values of all defined letters at it."""
-    result = dict(point)
-    for d in inlined(definitions):
-        result.update(zip(d.letters, [e.xreplace(result) for e in d.values], strict=True))
-    return result

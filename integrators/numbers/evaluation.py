@@ -8,12 +8,13 @@ method `in_arithmetic(numbers, values)`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from functools import reduce
 from operator import add, mul
 from typing import Any
 
 from .arithmetic import FUNCTIONS, arithmetic
+from .definitions import Definition, inlined
 from .lazy import sympy
 from .types import Expression, Number, SymbolicMatrix
 
@@ -28,18 +29,41 @@ def evaluate(expression: Expression, digits: int) -> Number:
         return _evaluator(numbers)(expression)
 
 
-def evaluate_matrix(matrix: SymbolicMatrix, digits: int) -> SymbolicMatrix:
-    """A sympy matrix of numbers with its entries as Floats."""
-    numbers = arithmetic(digits)
-    value_of = _evaluator(numbers)
+def evaluate_at(
+    expressions: Iterable[Expression],
+    point: Mapping[Expression, Any],
+    digits: int,
+    definitions: Iterable[Definition] = (),
+) -> list[Number]:
+    """The values of expressions at a point: exact numbers by symbols.
 
-    def decimal(e: Expression) -> Expression:
-        value = value_of(e)
+    Letters of the definitions need no number of their own.
+    """
+    numbers = arithmetic(digits)
+    with numbers.working():
+        known = {symbol: numbers.number(value) for symbol, value in point.items()}
+        value_of = _evaluator(numbers, known)
+        for d in inlined(tuple(definitions)):
+            known.update({s: value_of(e) for s, e in zip(d.letters, d.values, strict=True)})
+        return [value_of(e) for e in expressions]
+
+
+def evaluate_matrix(
+    matrix: SymbolicMatrix,
+    digits: int,
+    point: Mapping[Expression, Any] | None = None,
+    definitions: Iterable[Definition] = (),
+) -> SymbolicMatrix:
+    """A sympy matrix at a point (`evaluate_at`), with its entries as Floats."""
+    numbers = arithmetic(digits)
+
+    def decimal(value: Number) -> Expression:
         parts = [sympy.Float(str(part), digits) for part in (value.real, value.imag)]
         return parts[0] + sympy.I * parts[1] if value.imag != 0 else parts[0]
 
     with numbers.working():
-        return matrix.applyfunc(decimal)
+        values = evaluate_at(matrix, point or {}, digits, definitions)
+        return sympy.Matrix(*matrix.shape, list(map(decimal, values)))
 
 
 def number(expression: Expression, bits: int) -> Number:
@@ -50,8 +74,10 @@ def number(expression: Expression, bits: int) -> Number:
         return numbers.public([evaluate(expression, digits)])[0]
 
 
-def _evaluator(numbers: Any) -> Callable[[Expression], Number]:
-    known: dict[Expression, Number] = {}
+def _evaluator(
+    numbers: Any, given: dict[Expression, Number] | None = None
+) -> Callable[[Expression], Number]:
+    known = {} if given is None else given
     functions = {**numbers.namespace(), "abs": abs}
 
     def value_of(e: Expression) -> Number:

@@ -12,6 +12,7 @@ from typing import Any
 
 from ..errors import BadInput
 from .arithmetic import FUNCTIONS
+from .definitions import symbols_of
 from .lazy import sympy
 from .multi_output import is_table, together
 from .types import Expression, Expressions, Letter, Letters, Replacement
@@ -32,6 +33,7 @@ class Coefficients:
         self.values: list[Expression] = []
         self._index: Replacement = {}
         self._done: Replacement = {}
+        self._of_q: dict[Expression, bool] = {}
 
     def symbol(self, expression: Expression) -> Letter:
         """The symbol that stands for a coefficient; of ±e, one is kept."""
@@ -42,6 +44,12 @@ class Coefficients:
             self.values.append(expression)
         return self._index[expression]
 
+    def _constant(self, e: Expression) -> bool:
+        """Whether an expression holds no symbol but those of q."""
+        if e not in self._of_q:
+            self._of_q[e] = all(map(self._constant, e.args)) and (not e.is_Symbol or e in self.q)
+        return self._of_q[e]
+
     def hoist(self, e: Expression) -> Expression:
         """`e` with every largest subexpression in q alone replaced by its coefficient."""
         if e not in self._done:
@@ -51,13 +59,13 @@ class Coefficients:
     def _hoist(self, e: Expression) -> Expression:
         if e.is_Integer:
             return e
-        if not e.free_symbols - self.q:
+        if self._constant(e):
             return self.symbol(e)
         if e.is_Atom:
             return e
         if isinstance(e, (sympy.Add, sympy.Mul)):
-            constant = [a for a in e.args if not a.free_symbols - self.q]
-            rest = [self.hoist(a) for a in e.args if a.free_symbols - self.q]
+            constant = [a for a in e.args if self._constant(a)]
+            rest = [self.hoist(a) for a in e.args if not self._constant(a)]
             if isinstance(e, sympy.Mul):
                 contents, rest = map(list, zip(*map(_primitive, rest), strict=True))
                 constant = [c for c in (*constant, *contents) if c != 1]
@@ -233,7 +241,7 @@ def body(
             pending += [([s], [e], _assign) for s, e in zip(letters, made, strict=True)]
     pending += [([s], [e], _assign) for s, e in taken]
     unknown = {s for letters, _, _ in pending for s in letters}
-    needed = [set().union(*(e.free_symbols for e in values)) for _, values, _ in pending]
+    needed = [symbols_of(values) for _, values, _ in pending]
     while pending:
         i = next(i for i, symbols in enumerate(needed) if not symbols & unknown)
         letters, values, write = pending.pop(i)
