@@ -85,11 +85,9 @@ class KernelText:
         c = [e.xreplace(numbered) for e in self.coefficients.values]
         prepare = function_text(f"prepare{self.suffix}", {"q": numbered.values()}, [c])
         shared = [
-            f"@{'node' if self._calls[name] > 1 and length >= SHORTEST else 'kernel'}\n{text}"
-            for name, length, text in (
-                (name, sum(map(sympy.count_ops, _expressions(f))), text)
-                for f, (name, _, text) in self._functions.items()
-            )
+            f"@{'node' if self._calls[name] > 1 and _operations(text) >= SHORTEST else 'kernel'}\n"
+            f"{text}"
+            for name, _, text in self._functions.values()
         ]
         return "\n\n".join([*shared, *kernels, prepare])
 
@@ -247,9 +245,6 @@ def _symbol(name: str) -> Any:
     return sympy.Symbol(name, real=True)
 
 
-def _expressions(item: Definition | Function) -> list[Any]:
-    """All expressions that a definition or a function holds."""
-    if isinstance(item, Function):
-        return [*item.results, *(e for d in item.definitions for e in _expressions(d))]
-    inner = [] if item.function is None else _expressions(item.function)
-    return [*item.values, *item.arguments, *inner]
+def _operations(text: str) -> int:
+    """Arithmetic operations in a text."""
+    return sum(map(text.count, "+-*/"))

@@ -14,7 +14,7 @@ from operator import add, mul
 from typing import Any
 
 from .arithmetic import FUNCTIONS, arithmetic
-from .definitions import Definition, inlined
+from .definitions import Definition
 from .lazy import sympy
 from .types import Expression, Number, SymbolicMatrix
 
@@ -41,11 +41,28 @@ def evaluate_at(
     """
     numbers = arithmetic(digits)
     with numbers.working():
-        known = {symbol: numbers.number(value) for symbol, value in point.items()}
-        value_of = _evaluator(numbers, known)
-        for d in inlined(tuple(definitions)):
-            known.update({s: value_of(e) for s, e in zip(d.letters, d.values, strict=True)})
-        return [value_of(e) for e in expressions]
+        letters = {symbol: numbers.number(value) for symbol, value in point.items()}
+        return _values(list(expressions), letters, definitions, numbers)
+
+
+def _values(
+    expressions: Iterable[Expression],
+    letters: dict[Expression, Number],
+    definitions: Iterable[Definition],
+    numbers: Any,
+) -> list[Number]:
+    """The values of expressions in letters whose numbers are given or that are defined."""
+    letters = dict(letters)
+    value_of = _evaluator(numbers, known := dict(letters))
+    for d in definitions:
+        values = [value_of(e) for e in d.values]
+        if (f := d.function) is not None:
+            given = {s: value_of(e) for s, e in zip(f.arguments, d.arguments, strict=True)}
+            values = _values(f.results, {**letters, **given}, f.definitions, numbers)
+        made = dict(zip(d.letters, values, strict=True))
+        letters |= made
+        known |= made
+    return [value_of(e) for e in expressions]
 
 
 def evaluate_matrix(
