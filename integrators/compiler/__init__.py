@@ -19,14 +19,14 @@ from . import layout as _layout
 from .cache import cache_folder, cached_text, digest, imported, sources, write_atomically
 from .kernel_text import module_text
 from .layout import EDGE, NOT_CONVERGED, OK, SINGULAR, STRAYED, Layout
-from .llvm_writer import Array
+from .llvm_values import Array
 from .omissions import SAVINGS, is_affine
 from .system import Definition, Function, System, written
 
 __all__ = [
     "EDGE", "NOT_CONVERGED", "OK", "SAVINGS", "SINGULAR", "STRAYED", "Definition", "Function",
-    "Kernels", "Layout", "System", "cache_folder", "cached_text", "compile", "imported", "interpreted",
-    "is_affine",     "kernel_text", "text_key", "write_atomically",
+    "Kernels", "Layout", "System", "cache_folder", "cached_text", "compile", "imported",
+    "interpreted", "is_affine", "kernel_text", "text_key", "write_atomically",
 ]  # fmt: skip
 
 

@@ -36,9 +36,9 @@ class Flow:
 
     step: a non-zero number (exact: a float is its binary value; "0.1" is one tenth); a negative
     step runs Φ₋ₕ, which is the inverse only of a self-adjoint rule. digits = 16 is compiled double
-    precision; more gives mpmath numbers. on_edge: what is done where a step reaches the edge of its
-    chart, "refuse", "bisect" or "shrink" (`bisections.edge_policies`). Raises `BadInput` for a step of 0
-    or a non-finite one, and another on_edge.
+    precision; more gives mpmath numbers. on_edge: what is done where a step reaches the edge of
+    its chart, "refuse", "bisect" or "shrink" (`bisections.edge_policies`). Raises `BadInput` for a
+    step of 0 or a non-finite one, and another on_edge.
     """
 
     #: savings that the kernels do not make (`savings.SAVINGS`), so that they can be measured

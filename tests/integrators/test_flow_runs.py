@@ -11,8 +11,7 @@ import pytest
 from everything import ALIKE, ALWAYS, SCENES, SCHEMES, flow, named, scheme
 
 import discmech.integrators as integrators
-from discmech.integrators import Scene, Scheme, StepFailure, midpoint, pair, trapezoidal
-from discmech.integrators import compiler
+from discmech.integrators import Scene, Scheme, StepFailure, compiler, midpoint, pair, trapezoidal
 from discmech.integrators.compiler import cache
 from discmech.integrators.equations.step_system import step_system
 
