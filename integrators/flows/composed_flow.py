@@ -30,8 +30,9 @@ class ComposedFlow(Flow):
         substeps: Sequence[Substep],
         step: Any,
         digits: int = 16,
+        on_edge: str = "refuse",
     ) -> None:
-        super().__init__(schemes[0], step, digits)
+        super().__init__(schemes[0], step, digits, on_edge)
         made: dict[tuple[Fraction, bool], Flow] = {}
         self.schemes = schemes
         self.kinds = [int(s.adjoint) for s in substeps]

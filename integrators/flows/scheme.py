@@ -103,10 +103,12 @@ class Scheme(DiscreteEquations):
         """The flow at one step size; digits = 16 is compiled double precision, more is mpmath.
 
         on_edge: "refuse", "bisect" or "shrink" where a step reaches the edge of its chart; a
-        composition has no other way than to refuse.
+        composition knows no "bisect".
         """
         if not self.substeps:
             return Flow(self, step, digits, on_edge)
-        if on_edge != "refuse":
-            raise BadInput(f'{self.rule.name} is a composition: on_edge is "refuse" only.')
-        return ComposedFlow(self.substep_schemes, self.substeps, step, digits)
+        if on_edge == "bisect":
+            raise BadInput(
+                f'{self.rule.name} is a composition: on_edge is "refuse" or "shrink" only.'
+            )
+        return ComposedFlow(self.substep_schemes, self.substeps, step, digits, on_edge)
