@@ -63,12 +63,12 @@ class Module:
             given[argument] = replace(kind, name=f"%{argument}")
         found = Scope(self, routine, node).call(list(given.values()))
         for i, value in enumerate(found):
-            at = routine.get("i", f"getelementptr i64, ptr %out, i64 {i}")
+            at = routine.get("i", f"getelementptr i64, ptr %.out, i64 {i}")
             routine.do(f"store i64 {name_of(value)}, ptr {at.name}")
         routine.do("ret void")
         types = [f"ptr noalias %{a}" if isinstance(v, Array) else f"i64 %{a}"
                  for a, v in given.items()]  # fmt: skip
-        self._define(f"void @{name}({', '.join([*types, 'ptr noalias %out'])})", routine)
+        self._define(f"void @{name}({', '.join([*types, 'ptr noalias %.out'])})", routine)
 
     def shared(self, node: ast.FunctionDef, arguments: list[Any]) -> tuple[str, list[Any], Any]:
         """(type and name, flat arguments, form of the result) of a function written once."""
