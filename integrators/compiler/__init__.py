@@ -20,14 +20,14 @@ from . import layout as _layout
 from .cache import cache_folder, cached_text, digest, imported, sources, write_atomically
 from .kernel_text import module_text
 from .layout import EDGE, NOT_CONVERGED, OK, SINGULAR, STRAYED, Layout
-from .llvm_writer import Array
+from .llvm_values import Array
 from .omissions import SAVINGS, is_affine
 from .system import System, written
 
 __all__ = [
     "EDGE", "NOT_CONVERGED", "OK", "SAVINGS", "SINGULAR", "STRAYED", "Definition", "Function",
-    "Kernels", "Layout", "System", "cache_folder", "cached_text", "compile", "imported", "interpreted",
-    "is_affine",     "kernel_text", "text_key", "write_atomically",
+    "Kernels", "Layout", "System", "cache_folder", "cached_text", "compile", "imported",
+    "interpreted", "is_affine", "kernel_text", "names_of", "text_key", "write_atomically",
 ]  # fmt: skip
 
 
@@ -60,7 +60,7 @@ def compile(system: System, numbers: Any, omit: frozenset[str] = frozenset()) ->
         return interpreted(text, numbers)
     from .machine_code import compiled
 
-    names = _names(text, numbers)
+    names = names_of(text, numbers)
     at: Layout = names["LAYOUT"]
     arrays = {name: Array("f") for name in ("state", "totals")}
     arrays |= {name: Array("i") for name in ("kinds", "counts")}
@@ -71,7 +71,7 @@ def compile(system: System, numbers: Any, omit: frozenset[str] = frozenset()) ->
 
 def interpreted(text: str, numbers: Any) -> Kernels:
     """Kernels that Python runs, of a text as `kernel_text` gives it."""
-    names = _names(text, numbers)
+    names = names_of(text, numbers)
     return _kernels(names, names["advance"])
 
 
@@ -92,7 +92,8 @@ def _file_name(system: System) -> str:
     return re.sub(r"\W", "_", system.name)
 
 
-def _names(text: str, numbers: Any) -> dict[str, Any]:
+def names_of(text: str, numbers: Any) -> dict[str, Any]:
+    """The functions and constants of a text, run by Python."""
     known = {name: value for name, value in vars(_layout).items() if name.isupper()}
 
     def workspace(rows: int, columns: int) -> list[list[Any]]:

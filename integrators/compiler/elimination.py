@@ -1,7 +1,7 @@
 """Linear equations in generated code: what a Newton correction solves.
 
 Small or sparse systems are unrolled, so that zeros cost nothing; a large dense one (many bodies by
-an implicit rule) is solved by a loop (`driver.eliminate`), whose text stays short.
+an implicit rule) is solved by a loop (`tuple_operations.eliminate`), whose text stays short.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def solve(
 
 
 class Equations(Together):
-    """The unknowns of m linear equations, found by `driver.eliminate`."""
+    """The unknowns of m linear equations, found by `tuple_operations.eliminate`."""
 
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
         """Fill a workspace, solve, and read the unknowns off."""

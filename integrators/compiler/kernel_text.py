@@ -23,7 +23,6 @@ from .layout import Layout
 from .omissions import carried, is_affine, pivot_rows
 from .system import System
 
-DRIVER = Path(__file__).with_name("driver.py")
 SHORTEST = 40  # operations of a function from which a call costs less than it saves
 
 
@@ -45,8 +44,14 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), kernels)),  # noqa: B905
         f"SYSTEMS = RULE,{' ADJOINT' if mixed else ''}",
     ]
-    parts = [f"# {system.name}", *texts, "\n".join(facts), DRIVER.read_text(encoding="utf-8")]
+    parts = [f"# {system.name}", *texts, "\n".join(facts), driver_text()]
     return with_tables("\n\n".join(parts))
+
+
+def driver_text() -> str:
+    """The text that is part of every module."""
+    files = (Path(__file__).with_name(f"{name}.py") for name in ("driver", "tuple_operations"))
+    return "\n\n".join(file.read_text(encoding="utf-8") for file in files)
 
 
 class KernelText:
@@ -161,8 +166,8 @@ class KernelText:
             columns = self._written(function.definitions)
             results = [self._hoist(e) for e in function.results]
             own = {*function.arguments, *(z for d in function.definitions for z in d.letters)}
-            used = set().union(*(e.free_symbols for e in results),
-                               *(e.free_symbols for _, values in columns for e in values))  # fmt: skip
+            values = [*results, *(e for _, column in columns for e in column)]
+            used = set().union(*(e.free_symbols for e in values))
             shared = sorted(used - own, key=str)
             text = function_text(name, {}, [results], columns, [*function.arguments, *shared])
             self._functions[function] = name, shared, text

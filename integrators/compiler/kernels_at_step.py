@@ -137,7 +137,7 @@ class KernelsAtStep:
             state[self.layout.k] = self.kernels.carry[0](state[self.layout.x], c[0])
 
     def seed(self, state: Any, guess: Any) -> None:
-        """Forget past solutions: Newton starts from the guess, with stages of 0 (a straight path)."""
+        """Forget past solutions: Newton starts from the guess, with stages of 0 (straight path)."""
         for memory in self._memories(state):
             *past, numbers = self._parts(memory)
             for u in past:

@@ -9,12 +9,16 @@ import shutil
 import statistics
 import subprocess
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from discmech.integrators import Scheme, cayley, exponential, midpoint, scenes, trapezoidal
+from discmech.integrators.compiler import kernel_text, names_of
+from discmech.integrators.compiler.llvm_values import Array
+from discmech.integrators.compiler.machine_code import compiled as machine_code
 
 HERE = Path(__file__).parent
 STEPS, ROUNDS = 2_000_000, 15  # long enough that starting a run does not count
@@ -90,28 +94,36 @@ def bench_heavy_top(benchmark, compiled):
     )
 
 
+CORRECTIONS = """
+def corrections(out, steps, mu, w, c):
+    q = load(c, slice(0, RULE.width))
+    p, start, dw = load(mu, slice(0, 6)), load(w, slice(0, 6)), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for _ in range(steps):
+        near = tuple([a + 1e-3 * b for a, b in zip(start, dw)])
+        dw, size = RULE.solver((), near, p, (), q)
+    save(out, 0, dw)
+    return 0, 0
+"""
+
+
 @needs_gcc
 @pytest.mark.parametrize("retraction", [cayley, exponential], ids=["cayley", "exponential"])
 def bench_correction_on_se3(benchmark, compiled, retraction):
     """One Newton correction of a body in a fluid: beside plain C, which has Cayley's equations."""
-    from numba import njit
-
     h, c = 0.1, compiled("se3_correction")
     scene = scenes.get("kirchhoff").with_retraction(retraction)
     flow = Scheme(scene, midpoint).flow(h)
     run = flow.trajectory(1)
-    names = flow._kernels
-    correct, plus, load_c = names["correct"], names["plus"], names["load_c"]
+    text = f"{kernel_text(flow._system)}\n{CORRECTIONS}"
+    names = names_of(text, flow.numbers)
+    shapes = {"out": Array("f"), "mu": Array("f"), "w": Array("f"), "c": Array("f")}
+    text = text.replace("def advance(", "def whole(").replace("def corrections(", "def advance(")
+    kernel = machine_code("corrections", text, names, shapes)
 
-    @njit(error_model="numpy")
     def ours(steps, mu, w, coefficients):
-        c = load_c(coefficients)
-        dw = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        for _ in range(steps):
-            a, b, d, e, f, g = dw
-            start = plus(w, (1e-3 * a, 1e-3 * b, 1e-3 * d, 1e-3 * e, 1e-3 * f, 1e-3 * g))
-            dw, size = correct((), start, mu, (), c)
-        return dw
+        out = np.zeros(6)
+        kernel(out, steps, np.array(mu), np.array(w), coefficients[0])
+        return out
 
     mu, w = tuple(run.mu[0]), tuple(float(v) for v in scene.v0)
     found = ours(STEPS, mu, w, flow.machine.c)
@@ -157,22 +169,15 @@ def bench_heavy_top_beside_scipy(benchmark):
     benchmark.pedantic(lambda: flow.trajectory(2000, 2000), rounds=5)
 
 
-def unwatched(scheme, step, monkeypatch, tmp_path):
+def unwatched(scheme, step):
     """The same flow without the look at the chart's extent and the branch after every step."""
-    from discmech.integrators.compiler import edge_guard as watching
-    from discmech.integrators.compiler import kernels
-    from discmech.integrators.compiler import modules as compiling
-
-    nothing = ["EDGE, STRAYED = 3, 4\n", watching._NOTHING]
-    monkeypatch.setattr(kernels, "watch_text", lambda builder: nothing)
-    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path))
-    compiling.load_kernels.cache_clear()
     blind = scheme.flow(step)
+    blind.__dict__["_system"] = replace(blind._system, extents=(), branch=None)
     blind.trajectory(10)
     return blind
 
 
-def bench_staying_in_one_chart(benchmark, monkeypatch, tmp_path):
+def bench_staying_in_one_chart(benchmark):
     """Bisections at hand that nobody needs: at most 5 % over the flow that has none.
 
     That one knows neither edge nor branch; the flow that refuses the edge runs the same kernels.
@@ -181,7 +186,7 @@ def bench_staying_in_one_chart(benchmark, monkeypatch, tmp_path):
     with_bisections, refusing = (scheme.flow("0.1", on_edge=e) for e in ("bisect", "refuse"))
     assert with_bisections.trajectory(STEPS, STEPS).edges == 0
     refusing.trajectory(10)
-    without = unwatched(scheme, "0.1", monkeypatch, tmp_path)
+    without = unwatched(scheme, "0.1")
     mu = [flow.trajectory(100).mu for flow in (with_bisections, without)]
     assert np.allclose(*mu, rtol=0, atol=1e-13)
     interleaved(

@@ -87,7 +87,9 @@ class Broken(Case):
 
 def loose(flow):
     """Newton is content with a velocity that is off by a part in ten million."""
-    edited(flow, "w = plus(w, dw)", 'w = tuple([(a + d) * (1 + R(1) / 10**7) for a, d in zip(w, dw)])')
+    edited(
+        flow, "w = plus(w, dw)", "w = tuple([(a + d) * (1 + R(1) / 10**7) for a, d in zip(w, dw)])"
+    )
     edited(flow, "if total == 0 and", "if True or total == 0 and")
 
 

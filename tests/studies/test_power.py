@@ -8,7 +8,7 @@ import random
 import pytest
 import sympy
 
-from discmech.integrators.compiler.kernel_text import DRIVER
+from discmech.integrators.compiler.kernel_text import driver_text
 from discmech.integrators.numbers.identities import first_violation
 from discmech.studies.case import Choice
 from discmech.studies.command import main
@@ -84,7 +84,7 @@ def test_names_are_unique_and_every_site_is_there():
 
 def test_what_a_fault_of_the_solver_changes_stands_in_the_driver():
     """Else the fault would have no place and be left out without a word."""
-    text = DRIVER.read_text(encoding="utf-8")
+    text = driver_text()
     for words, (old, new) in SOLVER.items():
         assert old in text and old != new, words
     stale = [f for f in CATALOGUE if f.words in ("stale stages", "a stale velocity")]

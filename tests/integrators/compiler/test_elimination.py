@@ -6,8 +6,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from discmech.integrators.compiler.kernel_text import DRIVER
-from discmech.integrators.compiler.llvm_writer import Array
+from discmech.integrators.compiler.kernel_text import driver_text
+from discmech.integrators.compiler.llvm_values import Array
 from discmech.integrators.compiler.machine_code import compiled
 from discmech.integrators.numbers.interpreting import run_text
 
@@ -27,8 +27,9 @@ def system(m, zeros):
 def test_the_loop_solves(m, zeros):
     rows, solution = system(m, zeros)
     a = np.array([[float(e) for e in row] for row in rows])
-    text = DRIVER.read_text(encoding="utf-8")
-    text = f"{text[text.index('@node') :]}\ndef advance(a, m):\n    eliminate(a, m)\n    return 0, 0"
+    text = driver_text()
+    text = text[text.index("@node") :]
+    text += "\n\ndef advance(a, m):\n    eliminate(a, m)\n    return 0, 0\n"
     names = run_text(text, {})
     compiled("test", text, names, {"a": Array("f", columns=m + 1)})(a, m)
     size = np.linalg.cond(np.array([[float(e) for e in row[:m]] for row in rows]))

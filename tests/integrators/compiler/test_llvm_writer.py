@@ -7,7 +7,7 @@ import textwrap
 import numpy as np
 import pytest
 
-from discmech.integrators.compiler.llvm_writer import Array
+from discmech.integrators.compiler.llvm_values import Array
 from discmech.integrators.compiler.machine_code import compiled
 from discmech.integrators.numbers.arithmetic import Double
 from discmech.integrators.numbers.interpreting import run_text

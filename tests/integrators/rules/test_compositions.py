@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from discmech.integrators import BadInput, Scheme, StepFailure, midpoint, rectangle
+from discmech.integrators import BadInput, Scheme, StepFailure, compiler, midpoint, rectangle
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers.exact import exact_rational
 from discmech.integrators.rules import get, names
@@ -279,7 +279,8 @@ def test_a_run_in_pieces_is_the_run_in_one():
 
 def test_compositions_of_a_rule_share_their_kernels():
     one, two = (flow_of("pendulum", f"{m}:trapezoidal", 1, 16) for m in ("suzuki", "kahan-li-6"))
-    assert one._kernels.advance is two._kernels.advance
+    assert one._kernels.layout == two._kernels.layout and one._system.rows == two._system.rows
+    assert compiler.kernel_text(one._system) == compiler.kernel_text(two._system)
     sizes = {part.step for part in two.parts}
     assert len({id(part) for part in two.parts}) == len(sizes) == 5
 
@@ -368,3 +369,12 @@ def test_the_defects_of_a_composition_are_those_of_all_its_substeps():
     assert flow.step_defect(x, mu, after_x, after_mu, u0=u) < 1e-48
     other = Scheme(SCENES["pendulum"], midpoint).flow("0.1", 50).trajectory(1)
     assert flow.step_defect(x, mu, other.x[1], other.mu[1], u0=u) > 1e-8
+
+
+def test_a_composition_shrinks_its_steps_at_the_edge():
+    """Substeps beyond the reach are halved, all of a step alike, and |μ| stays what it is."""
+    scene = SCENES["rigid-body"].with_values(v0=[30, 20, 9])
+    f = Scheme(scene, get("triple-jump:trapezoidal")).flow("2", on_edge="shrink")
+    run = f.trajectory(10)
+    assert run.edges > 5 and run.margin > 8**-0.5
+    assert np.allclose(np.linalg.norm(run.mu, axis=1), np.linalg.norm(run.mu[0]), rtol=1e-14)
