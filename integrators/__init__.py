@@ -10,9 +10,8 @@ from . import scenes
 from .algebras import MatrixAlgebra, se, sl, so, sp, su
 from .bisections import Bisection, EvolutionOperator
 from .errors import BadInput, DiscmechError, StepFailure
-from .flows.scheme import Scheme
-from .groupoids import LocalGroupoid, action, lie_group, pair, product
-from .groupoids.groupoid import Groupoid
+from .flows import Scheme
+from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
 from .retractions import cayley, exponential
 from .rules import Discretisation, discretisation, imex, midpoint, rectangle, trapezoidal
 from .scene import Conserved, Scene, on_group

@@ -10,8 +10,7 @@ from math import prod
 from typing import Any
 
 from .errors import BadInput
-from .numbers.exact import exact_matrices, floats_exact
-from .numbers.lazy import sympy
+from .numbers import exact_matrices, floats_exact, sympy
 
 Nested = tuple[tuple[Any, ...], ...]
 

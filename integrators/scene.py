@@ -10,8 +10,8 @@ from fractions import Fraction
 from typing import Any, Literal
 
 from .errors import BadInput
-from .groupoids import Groupoid, LieGroup, action
-from .numbers.exact import exact_nested, exact_rational, exact_vector
+from .groupoids import Groupoid, LieGroup, RowAction
+from .numbers import exact_nested, exact_rational, exact_vector
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ class Scene:
             )
         size = group.algebra.real.size
         identity = [Fraction(int(i == j)) for i in range(size) for j in range(size)]
-        return replace(self, groupoid=action(group.algebra, group.tau, rows=size), x0=identity)
+        return replace(self, groupoid=RowAction(group.algebra, group.tau, rows=size), x0=identity)
 
     def steps_for(self, step: Any) -> int:
         """The number of steps of this size in the scene's duration, rounded."""

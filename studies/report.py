@@ -75,7 +75,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
     Exact: terms are only collected in powers of h and factored. F⁺ and F⁻ are divided by h.
     """
     from discmech.integrators.compiler import is_affine
-    from discmech.integrators.equations.step_system import step_system
+    from discmech.integrators.equations.system import step_system
 
     from .rendering.formulas import Typesetter, ascending
 

@@ -1,6 +1,11 @@
 """Section 4 of the paper: bisections, translations, the general evolution operator, covers."""
 
 from .bisection import Bisection
-from .evolution_operator import EvolutionOperator
+from .edge_policies import POLICIES, Bisect, EdgePolicy, Solution
+from .evolution_operator import EvolutionOperator, following, preceding
+from .step_context import StepContext
 
-__all__ = ["Bisection", "EvolutionOperator"]
+__all__ = [
+    "Bisect", "Bisection", "EdgePolicy", "EvolutionOperator", "POLICIES", "Solution",
+    "StepContext", "following", "preceding",
+]  # fmt: skip

@@ -20,12 +20,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput
-from ..groupoids.groupoid import Groupoid
-from ..numbers.arithmetic import arithmetic
-from ..numbers.differentiation import jacobian
-from ..numbers.exact import exact_rational, exact_vector
-from ..numbers.newton import newton
-from ..numbers.numeric import numeric
+from ..groupoids import Groupoid
+from ..numbers import arithmetic, exact_rational, exact_vector, jacobian, newton, numeric
 
 
 class Bisection:

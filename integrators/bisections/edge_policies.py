@@ -18,11 +18,20 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import EDGE, NOT_CONVERGED, OK, SINGULAR, STRAYED
-from ..compiler.kernels_at_step import KernelsAtStep, Run
-from ..compiler.layout import BRANCH, REACH, SLACK
+from ..compiler import (
+    BRANCH,
+    EDGE,
+    NOT_CONVERGED,
+    OK,
+    REACH,
+    SINGULAR,
+    SLACK,
+    STRAYED,
+    KernelsAtStep,
+    Run,
+)
 from ..errors import BadInput
-from ..groupoids.chart_margin import chart_reach
+from ..groupoids import chart_reach
 from .step_context import StepContext
 from .translates import GroupChart
 

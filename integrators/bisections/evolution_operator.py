@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput
-from ..geometry.transitions import pullback_defect
-from ..numbers.newton import newton
+from ..geometry import pullback_defect
+from ..numbers import newton
 from .bisection import Bisection, groupoid_maps
 from .step_context import StepContext
 

@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ..equations.discrete_equations import DiscreteEquations
+from ..equations import DiscreteEquations
 from ..errors import SMALLER, BadInput, CannotMeasure, StepFailure
-from ..geometry.local_geometry import LocalGeometry, StagesNotFound
-from ..geometry.transitions import Arrow
+from ..geometry import Arrow, LocalGeometry, StagesNotFound
 from .translates import GroupChart
 
 

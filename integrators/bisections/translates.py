@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput
-from ..groupoids.lie_group import RetractionGroupoid
+from ..groupoids import RetractionGroupoid
 from ..retractions import AlgebraInNumbers
 
 

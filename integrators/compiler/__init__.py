@@ -1,116 +1,20 @@
 """From one step as plain data to machine code, or to functions of numbers of any precision.
 
-`compile(system, numbers, omit)` is all of it: the text of the kernels and of the driver is derived
-and kept in the cache, then it is run by Python (any precision) or written as machine code (double).
+`compile(system, numbers, omit)` is all of it; a `KernelsAtStep` runs what it gives.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache
-from types import SimpleNamespace
-from typing import Any
-
-from ..numbers.arithmetic import Multiple
-from ..numbers.definitions import Definition, Function
-from ..numbers.numeric import run_text
-from . import layout as _layout
-from .cache import cache_folder, cached_text, digest, imported, sources, write_atomically
-from .kernel_text import module_text
-from .layout import EDGE, NOT_CONVERGED, OK, SINGULAR, STRAYED, Layout
-from .llvm_values import Array
+from .cache import cache_folder, cached_text, imported, write_atomically
+from .kernels import Kernels, compile, interpreted, kernel_text, names_of, text_key
+from .kernels_at_step import KernelsAtStep, Run
+from .layout import BRANCH, EDGE, NOT_CONVERGED, OK, REACH, SINGULAR, SLACK, STRAYED, Layout
 from .omissions import SAVINGS, is_affine
-from .system import System, written
+from .system import System
 
 __all__ = [
-    "EDGE", "NOT_CONVERGED", "OK", "SAVINGS", "SINGULAR", "STRAYED", "Definition", "Function",
-    "Kernels", "Layout", "System", "cache_folder", "cached_text", "compile", "imported",
-    "interpreted", "is_affine", "kernel_text", "names_of", "text_key", "write_atomically",
+    "BRANCH", "EDGE", "Kernels", "KernelsAtStep", "Layout", "NOT_CONVERGED", "OK", "REACH",
+    "Run", "SAVINGS", "SINGULAR", "SLACK", "STRAYED", "System", "cache_folder", "cached_text",
+    "compile", "imported", "interpreted", "is_affine", "kernel_text", "names_of", "text_key",
+    "write_atomically",
 ]  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Kernels:
-    """The functions of one system in one arithmetic.
-
-    advance: the driver (`driver.advance`). prepare, carry: one of each system, of the rule and of
-    its adjoint; q ↦ c and (x, c) ↦ k. affine: whether one correction solves a substep of it.
-    huge: what no size reaches; root_eps: √ε.
-    """
-
-    advance: Callable[..., tuple[int, int]]
-    prepare: tuple[Callable[[Any], Any], ...]
-    carry: tuple[Callable[[Any, Any], Any], ...]
-    affine: tuple[bool, ...]
-    layout: Layout
-    huge: Any
-    root_eps: Any
-
-
-@lru_cache(maxsize=512)
-def compile(system: System, numbers: Any, omit: frozenset[str] = frozenset()) -> Kernels:
-    """The kernels of a system: machine code in double precision, else functions of its numbers.
-
-    omit: names of `SAVINGS` that are not made, so that they can be measured.
-    """
-    text = kernel_text(system, omit)
-    if isinstance(numbers, Multiple):
-        return interpreted(text, numbers)
-    from .machine_code import compiled
-
-    names = names_of(text, numbers)
-    at: Layout = names["LAYOUT"]
-    arrays = {name: Array("f") for name in ("state", "totals")}
-    arrays |= {name: Array("i") for name in ("kinds", "counts")}
-    columns = {"coefficients": at.width, "xs": at.n, "us": at.m, "mus": at.m}
-    arrays |= {name: Array("f", columns=width) for name, width in columns.items()}
-    return _kernels(names, compiled(_file_name(system), text, names, arrays))
-
-
-def interpreted(text: str, numbers: Any) -> Kernels:
-    """Kernels that Python runs, of a text as `kernel_text` gives it."""
-    names = names_of(text, numbers)
-    return _kernels(names, names["advance"])
-
-
-@lru_cache(maxsize=512)
-def kernel_text(system: System, omit: frozenset[str] = frozenset()) -> str:
-    """The text of a system's kernels and driver, derived if the cache does not hold it."""
-    path = f"{_file_name(system)}_{text_key(system, *sorted(omit))}.py"
-    return cached_text(path, lambda: module_text(system, omit))
-
-
-def text_key(*parts: Any) -> str:
-    """Part of the name of a file that is generated from systems, expressions and words."""
-    return digest(sources(), written(*parts))
-
-
-def _file_name(system: System) -> str:
-    # the rule's name is left out: on a group every simple rule gives the same kernels
-    return re.sub(r"\W", "_", system.name)
-
-
-def names_of(text: str, numbers: Any) -> dict[str, Any]:
-    """The functions and constants of a text, run by Python."""
-    known = {name: value for name, value in vars(_layout).items() if name.isupper()}
-
-    def workspace(rows: int, columns: int) -> list[list[Any]]:
-        return [[numbers.number(0)] * columns for _ in range(rows)]
-
-    given = {"workspace": workspace, "Layout": Layout, "Record": SimpleNamespace, **known}
-    return run_text(text, {**given, **numbers.namespace()})
-
-
-def _kernels(names: dict[str, Any], advance: Any) -> Kernels:
-    systems = names["SYSTEMS"]
-    return Kernels(
-        advance,
-        tuple(s.prepare for s in systems),
-        tuple(s.carry for s in systems),
-        tuple(s.affine for s in systems),
-        names["LAYOUT"],
-        names["HUGE"],
-        names["ROOT_EPS"],
-    )

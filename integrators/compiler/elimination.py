@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..numbers.lazy import sympy
-from ..numbers.printing import Coefficients, Together
+from ..numbers import Coefficients, Together, sympy
 
 #: multiplications up to which a system is unrolled: a dense one of 12 unknowns
 UNROLLED = 600

@@ -14,10 +14,18 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ..numbers.definitions import Definition, Function, needed, written_out
-from ..numbers.lazy import sympy
-from ..numbers.multi_output import with_tables
-from ..numbers.printing import Call, Coefficients, Parameters, function_text
+from ..numbers import (
+    Call,
+    Coefficients,
+    Definition,
+    Function,
+    Parameters,
+    function_text,
+    needed,
+    sympy,
+    with_tables,
+    written_out,
+)
 from .elimination import solve
 from .layout import Layout
 from .omissions import carried, is_affine, pivot_rows

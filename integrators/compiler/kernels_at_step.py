@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput
-from . import Kernels
+from .kernels import Kernels
 from .layout import BRANCH, OK, PAST, REACH, SLACK, TOTALS
 
 

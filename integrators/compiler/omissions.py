@@ -8,9 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ..numbers.definitions import needed
-from ..numbers.evaluation import evaluate_at
-from ..numbers.identities import random_point
+from ..numbers import evaluate_at, needed, random_point
 from .system import System
 
 #: what a kernel leaves out where it can

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
-from ..numbers.definitions import Definition, Letters
+from ..numbers import Definition, Letters
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,9 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..numbers.definitions import Definition, symbols_of
-from ..numbers.differentiation import jacobian
-from ..numbers.lazy import sympy
+from ..numbers import Definition, jacobian, symbols_of, sympy
 
 
 @dataclass(eq=False)

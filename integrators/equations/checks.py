@@ -6,11 +6,16 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..errors import BadInput, line_of
-from ..numbers.definitions import symbols_of
-from ..numbers.evaluation import evaluate_matrix
-from ..numbers.exact import exact, to_sympy
-from ..numbers.identities import null_direction, random_point, shown
-from ..numbers.lazy import sympy
+from ..numbers import (
+    evaluate_matrix,
+    exact,
+    null_direction,
+    random_point,
+    shown,
+    symbols_of,
+    sympy,
+    to_sympy,
+)
 from ..rules import Discretisation
 from ..scene import Scene
 from .continuous import mass_matrix

@@ -9,8 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure
-from ..numbers.lazy import sympy
-from ..numbers.numeric import numeric
+from ..numbers import numeric, sympy
 from ..scene import Scene
 from .symbols import SceneSymbols
 

@@ -15,8 +15,7 @@ from typing import Any
 
 from ..errors import BadInput
 from ..groupoids import check_axioms
-from ..numbers.definitions import written_out
-from ..numbers.lazy import sympy
+from ..numbers import sympy, written_out
 from ..rules import Composition, Discretisation, own
 from ..scene import OnGroup, Scene
 from .chain_rule import Block

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..groupoids import Groupoid
-from ..numbers.differentiation import jacobian
-from ..numbers.lazy import sympy
+from ..numbers import jacobian, sympy
 from .chain_rule import Block, ChainRule, partials
 from .rule_view import GroupoidForRule, LagrangianForRule
 from .symbols import SceneSymbols

@@ -13,9 +13,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from ..numbers.definitions import Definition, needed, replaced
-from ..numbers.lazy import sympy
-from ..numbers.multi_output import opaque
+from ..numbers import Definition, needed, opaque, replaced, sympy
 from .discrete_lagrangian import DiscreteLagrangian
 from .on_group import Element
 

@@ -15,8 +15,8 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoids.lie_group import LieGroup, RetractionGroupoid
-from ..numbers.lazy import sympy
+from ..groupoids import LieGroup, RetractionGroupoid
+from ..numbers import sympy
 from ..scene import OnGroup
 from .chain_rule import Block
 from .symbols import SceneSymbols

@@ -11,8 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..groupoids import Groupoid
-from ..numbers.exact import floats_exact
-from ..numbers.lazy import sympy
+from ..numbers import floats_exact, sympy
 from .symbols import SceneSymbols
 
 

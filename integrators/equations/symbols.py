@@ -9,8 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure, line_of
-from ..numbers.exact import flatten, floats_exact
-from ..numbers.lazy import sympy
+from ..numbers import flatten, floats_exact, sympy
 from ..scene import OnGroup, Scene
 
 #: names that coordinates, coefficients and intermediate results have

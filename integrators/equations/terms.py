@@ -16,9 +16,7 @@ from functools import cached_property
 from typing import Any
 
 from ..groupoids import Groupoid
-from ..numbers.definitions import Definition, Function, replaced
-from ..numbers.differentiation import jacobian
-from ..numbers.lazy import sympy
+from ..numbers import Definition, Function, jacobian, replaced, sympy
 from .chain_rule import Block, ChainRule, partials
 
 

@@ -1,1 +1,7 @@
 """Schemes and their flows: starts, steps, runs, failures."""
+
+from .scheme import Scheme
+
+__all__ = [
+    "Scheme",
+]  # fmt: skip

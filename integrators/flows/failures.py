@@ -4,17 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..bisections import edge_policies
-from ..bisections.edge_policies import EdgePolicy
-from ..bisections.step_context import StepContext
-from ..compiler import NOT_CONVERGED, SINGULAR
-from ..compiler.kernels_at_step import Run
-from ..equations.continuous import mass_matrix
+from ..bisections import EdgePolicy, StepContext, edge_policies
+from ..compiler import NOT_CONVERGED, SINGULAR, Run
+from ..equations import mass_matrix
 from ..errors import SMALLER, StepFailure
-from ..numbers.evaluation import evaluate_matrix
-from ..numbers.exact import exact, to_sympy
-from ..numbers.identities import null_direction, shown
-from ..numbers.lazy import sympy
+from ..numbers import evaluate_matrix, exact, null_direction, shown, sympy, to_sympy
 
 #: what the status that the driver ends with says
 CAUSES = {

@@ -9,17 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ..bisections.edge_policies import POLICIES, Bisect, EdgePolicy, Solution
-from ..bisections.step_context import StepContext
-from ..compiler import Kernels, System, compile
-from ..compiler.kernels_at_step import KernelsAtStep
-from ..equations.discrete_equations import DiscreteEquations
-from ..equations.step_system import step_system
+from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
+from ..compiler import Kernels, KernelsAtStep, System, compile
+from ..equations import DiscreteEquations, step_system
 from ..errors import BadInput
-from ..geometry.local_geometry import LocalGeometry, frobenius
-from ..geometry.transitions import Arrow, poisson_defect, pullback_defect
-from ..numbers.arithmetic import arithmetic
-from ..numbers.exact import exact_rational
+from ..geometry import Arrow, LocalGeometry, frobenius, poisson_defect, pullback_defect
+from ..numbers import arithmetic, exact_rational
 from .initial_state import Start, Starting
 from .newton_step import arrow_before, step_from
 from .run import Trajectory, element_of, first_u, run_from

@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..bisections.edge_policies import EdgePolicy
-from ..equations.checks import check_momentum, check_start
-from ..equations.continuous import initial_momentum
+from ..bisections import EdgePolicy
+from ..equations import check_momentum, check_start, initial_momentum
 from ..errors import BadInput
 
 

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..bisections.evolution_operator import following, preceding
-from ..bisections.step_context import StepContext
+from ..bisections import StepContext, following, preceding
 
 #: (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′)
 Step = tuple[np.ndarray, np.ndarray, np.ndarray]

@@ -8,10 +8,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..bisections.edge_policies import EdgePolicy
-from ..bisections.step_context import StepContext
-from ..compiler.kernels_at_step import Run
-from ..groupoids.chart_margin import margin_of
+from ..bisections import EdgePolicy, StepContext
+from ..compiler import Run
+from ..groupoids import margin_of
 from .failures import failure_of_run
 from .initial_state import Start
 

@@ -6,11 +6,10 @@ from copy import copy
 from functools import cached_property
 from typing import Any
 
-from ..equations.checks import check_start
-from ..equations.discrete_equations import DiscreteEquations
+from ..equations import DiscreteEquations, check_start
 from ..errors import BadInput
-from ..geometry.adjoint import is_self_adjoint
-from ..rules.composition import Composition, Substep, adjoint
+from ..geometry import is_self_adjoint
+from ..rules import Composition, Substep, adjoint
 from .flow import Flow, Substeps
 
 

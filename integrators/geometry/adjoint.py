@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..equations.discrete_equations import DiscreteEquations
-from ..numbers.arithmetic import arithmetic
-from ..numbers.identities import random_point
+from ..equations import DiscreteEquations
+from ..numbers import arithmetic, random_point
 from .local_geometry import LocalGeometry
 
 DIGITS = 50

@@ -12,13 +12,18 @@ from typing import Any
 import numpy as np
 
 from ..compiler import cached_text, text_key
-from ..equations.discrete_equations import DiscreteEquations
-from ..equations.step_system import step_system
-from ..numbers.arithmetic import Arithmetic
-from ..numbers.definitions import inlined
-from ..numbers.newton import newton
-from ..numbers.numeric import numeric_function, numeric_text
-from ..numbers.types import Letters, Matrix, Number, Vector
+from ..equations import DiscreteEquations, step_system
+from ..numbers import (
+    Arithmetic,
+    Letters,
+    Matrix,
+    Number,
+    Vector,
+    inlined,
+    newton,
+    numeric_function,
+    numeric_text,
+)
 
 #: what `local` returns, in order; F± and their derivatives are those of L_d, unscaled
 _PARTS = (

@@ -5,29 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from .action import ActionGroupoid, action
+from .action import ActionGroupoid, RowAction, action
 from .axioms import check_axioms
+from .chart_margin import chart_extents, chart_reach, margin_of
 from .connection import ConnectionGroupoid
 from .groupoid import Groupoid
-from .lie_group import LieGroup, lie_group
+from .lie_group import LieGroup, RetractionGroupoid, lie_group
 from .local import LocalGroupoid
 from .pair import PairGroupoid, pair
 from .product import ProductGroupoid
 
 __all__ = [
-    "ActionGroupoid",
-    "ConnectionGroupoid",
-    "Groupoid",
-    "LieGroup",
-    "LocalGroupoid",
-    "PairGroupoid",
-    "ProductGroupoid",
-    "action",
-    "check_axioms",
-    "lie_group",
-    "pair",
-    "product",
-]
+    "ActionGroupoid", "ConnectionGroupoid", "Groupoid", "LieGroup", "LocalGroupoid",
+    "PairGroupoid", "ProductGroupoid", "RetractionGroupoid", "RowAction", "action", "chart_extents",
+    "chart_reach", "check_axioms", "lie_group", "margin_of", "pair", "product",
+]  # fmt: skip
 
 
 def product(

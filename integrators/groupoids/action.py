@@ -9,7 +9,7 @@ from typing import Any
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput, line_of
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from ..retractions import Retraction, cayley
 from .lie_group import RetractionGroupoid
 from .local import column_of

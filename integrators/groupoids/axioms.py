@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 from ..errors import BadInput
-from ..numbers.identities import is_zero, random_columns
+from ..numbers import is_zero, random_columns
 
 
 def axioms(groupoid: Any, point: dict[str, Any]) -> dict[str, Any]:

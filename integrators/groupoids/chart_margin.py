@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput
-from ..numbers.evaluation import evaluate_matrix
-from ..numbers.exact import exact, exact_vector, to_sympy
-from ..numbers.lazy import sympy
+from ..numbers import evaluate_matrix, exact, exact_vector, sympy, to_sympy
 
 
 def chart_extents(groupoid: Any, x: Any, u: Any, h: Any) -> list[tuple[str, Any]]:

@@ -20,7 +20,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from .groupoid import Groupoid
 from .lie_group import LieGroup
 from .local import column_of

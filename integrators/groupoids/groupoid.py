@@ -18,8 +18,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..numbers.identities import first_violation
-from ..numbers.lazy import sympy
+from ..numbers import first_violation, sympy
 from .chart_margin import Position, position
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from ..retractions import Retraction, cayley
 from .groupoid import Groupoid
 

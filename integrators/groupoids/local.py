@@ -7,8 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput, line_of
-from ..numbers.exact import floats_exact
-from ..numbers.lazy import sympy
+from ..numbers import floats_exact, sympy
 from .groupoid import Groupoid
 
 

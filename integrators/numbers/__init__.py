@@ -6,17 +6,41 @@ Importing this package loads neither sympy nor gmpy2.
 from __future__ import annotations
 
 from .arithmetic import Arithmetic, Double, Multiple, arithmetic
+from .definitions import Definition, Function, inlined, needed, replaced, symbols_of, written_out
 from .differentiation import jacobian
-from .evaluation import evaluate, evaluate_matrix
-from .exact import exact, exact_matrices, exact_nested, exact_rational, exact_vector
-from .identities import first_violation, is_zero, random_columns, random_point
-from .lazy import sympy
+from .evaluation import evaluate, evaluate_at, evaluate_matrix, number
+from .exact import (
+    exact,
+    exact_matrices,
+    exact_nested,
+    exact_rational,
+    exact_vector,
+    flatten,
+    floats_exact,
+    to_sympy,
+)
+from .identities import (
+    first_violation,
+    is_zero,
+    null_direction,
+    random_columns,
+    random_point,
+    shown,
+)
+from .lazy import LazyModule, sympy
+from .multi_output import collect, entry, held, opaque, register, with_tables
 from .newton import newton
-from .numeric import numeric, numeric_function, numeric_text
+from .numeric import numeric, numeric_function, numeric_text, run_text
+from .printing import Call, Coefficients, Parameters, Together, code, function_text
+from .types import Letters, Matrix, Number, Vector
 
 __all__ = [
-    "Arithmetic", "Double", "Multiple", "arithmetic", "evaluate", "evaluate_matrix", "exact",
+    "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function", "LazyModule", "Letters",
+    "Matrix", "Multiple", "Number", "Parameters", "Together", "Vector", "arithmetic", "code",
+    "collect", "entry", "evaluate", "evaluate_at", "evaluate_matrix", "exact",
     "exact_matrices", "exact_nested", "exact_rational", "exact_vector", "first_violation",
-    "is_zero", "jacobian", "newton", "numeric", "numeric_function", "numeric_text",
-    "random_columns", "random_point", "sympy",
+    "flatten", "floats_exact", "function_text", "held", "inlined", "is_zero", "jacobian",
+    "needed", "newton", "null_direction", "number", "numeric", "numeric_function",
+    "numeric_text", "opaque", "random_columns", "random_point", "register", "replaced",
+    "run_text", "shown", "symbols_of", "sympy", "to_sympy", "with_tables", "written_out",
 ]  # fmt: skip

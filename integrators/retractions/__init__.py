@@ -9,16 +9,10 @@ from .implicit_product import AlgebraInNumbers
 from .retraction import EquivariantRetraction, Retraction
 
 __all__ = [
-    "BUILT_IN",
-    "AlgebraInNumbers",
-    "Cayley",
-    "EquivariantRetraction",
-    "Exponential",
-    "Retraction",
-    "cayley",
-    "exponential",
-    "get",
-]
+    "AlgebraInNumbers", "BUILT_IN", "Cayley", "EquivariantRetraction", "Exponential",
+    "Retraction", "cayley", "exponential", "get",
+]  # fmt: skip
+
 
 BUILT_IN: dict[str, Retraction] = {r.name: r for r in (cayley, exponential)}
 

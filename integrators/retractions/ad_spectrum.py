@@ -17,9 +17,7 @@ from functools import lru_cache
 from typing import Any
 
 from ..algebras import MatrixAlgebra
-from ..numbers.identities import random_columns
-from ..numbers.lazy import sympy
-from ..numbers.multi_output import held
+from ..numbers import held, random_columns, sympy
 from .stumpff import stumpff
 
 

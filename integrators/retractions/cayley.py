@@ -9,7 +9,7 @@ import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from .retraction import AlgebraInNumbers, EquivariantRetraction, complex_form
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from .ad_spectrum import turnings
 from .implicit_product import AlgebraInNumbers
 from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction, in_arithmetic

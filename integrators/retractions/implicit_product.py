@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..algebras import MatrixAlgebra
-from ..numbers.evaluation import number
-from ..numbers.lazy import sympy
+from ..numbers import number, sympy
 
 
 class AlgebraInNumbers:

@@ -15,11 +15,7 @@ from functools import cached_property, lru_cache
 from itertools import combinations_with_replacement
 from typing import Any
 
-from ..numbers.exact import floats_exact
-from ..numbers.lazy import sympy
-from ..numbers.multi_output import entry, register, with_tables
-from ..numbers.numeric import run_text
-from ..numbers.printing import code
+from ..numbers import code, entry, floats_exact, register, run_text, sympy, with_tables
 from . import matrix_numbers
 
 Nested = tuple[tuple[Any, ...], ...]

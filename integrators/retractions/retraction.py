@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..algebras import MatrixAlgebra
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from .implicit_product import AlgebraInNumbers, implicit_product
 
 

@@ -10,9 +10,7 @@ from __future__ import annotations
 from functools import cache, lru_cache
 from typing import Any
 
-from ..numbers.lazy import sympy
-from ..numbers.multi_output import collect, entry, register
-from ..numbers.numeric import run_text
+from ..numbers import collect, entry, register, run_text, sympy
 
 
 def stumpff(k: int, z: Any) -> Any:

@@ -9,25 +9,11 @@ from .galerkin import FAMILIES, gauss, lobatto
 from .simple import imex, midpoint, rectangle, trapezoidal
 
 __all__ = [
-    "BUILT_IN",
-    "METHODS",
-    "Composition",
-    "Discretisation",
-    "Method",
-    "Substep",
-    "adjoint",
-    "compose",
-    "discretisation",
-    "gauss",
-    "get",
-    "imex",
-    "lobatto",
-    "midpoint",
-    "names",
-    "own",
-    "rectangle",
-    "trapezoidal",
-]
+    "BUILT_IN", "Composition", "Discretisation", "FAMILIES", "METHODS", "Method", "Substep",
+    "adjoint", "compose", "discretisation", "gauss", "get", "imex", "lobatto", "midpoint",
+    "names", "own", "rectangle", "trapezoidal",
+]  # fmt: skip
+
 
 BUILT_IN = {rule.name: rule for rule in (rectangle, midpoint, trapezoidal, imex)}
 

@@ -17,7 +17,7 @@ from functools import cache
 from typing import Any
 
 from ..errors import BadInput
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from .discretisation import Discretisation
 from .quadrature import NodeValue
 

@@ -4,7 +4,7 @@ from itertools import combinations
 from typing import Any
 
 from ..groupoids import pair
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from ..scene import Conserved, Scene
 
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from ..groupoids import pair
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from ..scene import Scene
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from ..algebras import so
 from ..groupoids import lie_group, pair, product
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from ..scene import Conserved, Scene
 
 

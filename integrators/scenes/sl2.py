@@ -4,7 +4,7 @@ from typing import Any
 
 from ..algebras import sl
 from ..groupoids import lie_group
-from ..numbers.lazy import sympy
+from ..numbers import sympy
 from ..scene import Conserved, Scene
 
 

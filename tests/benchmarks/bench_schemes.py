@@ -23,7 +23,7 @@ from discmech.integrators import (
     trapezoidal,
 )
 from discmech.integrators.compiler import compile, kernel_text
-from discmech.integrators.equations.step_system import step_system
+from discmech.integrators.equations.system import step_system
 
 
 def free_body(algebra):

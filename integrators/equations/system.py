@@ -7,8 +7,8 @@ from typing import Any
 
 from ..compiler import System
 from ..errors import BadInput
-from ..groupoids.chart_margin import chart_extents
-from ..numbers.lazy import sympy
+from ..groupoids import chart_extents
+from ..numbers import sympy
 from .discrete_equations import DiscreteEquations
 
 
