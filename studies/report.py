@@ -81,7 +81,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
 
     s: SceneSymbols = scheme.s
     points = [p for p in scheme.points if not p.is_end]
-    inner = [z for p in points for z in p.z]
+    inner = [z for p in points for z in p.letters]
     base = {*s.x, *s.y, *inner}
     letters = _letters(scheme)
     typeset = Typesetter(letters, s.h, [*base, *s.u, *s.v, *map(_after, inner)])
@@ -98,7 +98,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
         for symbol, names in ((letter, ("x", "u")), (after[letter], ("y", "v"))):
             shown = names if value.free_symbols & set(s.x) else names[1:]
             letters[symbol] = f"{letter}({', '.join(shown)})"
-    values = [(p.z, p.value) for p in points]
+    values = [(p.letters, p.values) for p in points]
     if len(s.x):
         values.append((s.y, scheme.scene.groupoid.target(s.x, s.u, s.h)))
     return {
@@ -143,8 +143,8 @@ def _letters(scheme: Scheme) -> dict[Any, str]:
     s: SceneSymbols = scheme.s
     columns = [("x", s.x), ("u", s.u), ("v", s.v), ("y", s.y), ("μ", s.mu)]
     for number, point in enumerate(p for p in scheme.points if not p.is_end):
-        columns.append(("z" + "′" * number, point.z))
-        columns.append(("w" + "′" * number, [_after(z) for z in point.z]))
+        columns.append(("z" + "′" * number, point.letters))
+        columns.append(("w" + "′" * number, [_after(z) for z in point.letters]))
     letters = {
         symbol: letter if len(column) == 1 else f"{letter}_{i + 1}"
         for letter, column in columns for i, symbol in enumerate(column)

@@ -107,7 +107,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 def operations(flow: Flow) -> tuple[int, int]:
     """(of one correction, of one update): arithmetic operations and functions in the kernel."""
-    text = kernel_text(flow._system, flow.without)
+    text = kernel_text(flow.system, flow.without)
     counts = {}
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef) and node.name in ("solver", "update"):

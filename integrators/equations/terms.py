@@ -114,6 +114,13 @@ class CurveTerm:
         #: ∂Λ by the chart values W, D and by the base; by the point where that is known; and what
         #: the motion of the base adds by e→(b) = 0: in letters of results
         self.gradient = {part: column.applyfunc(self._result) for part, column in outputs.items()}
+        #: the letters that are entries of ∂Λ/∂(W, D), up to a sign: (which entry, sign)
+        self._in_gradient = {
+            sign * e: (i, sign)
+            for i, e in enumerate([*self.gradient["W"], *self.gradient["D"]])
+            for sign in (1, -1)
+            if sign * e in self.letters
+        }
 
     @property
     def value(self) -> Any:
@@ -141,26 +148,26 @@ class CurveTerm:
     def _slope(self, letter: Any, part: str) -> list[Any]:
         key = (letter, part)
         if key not in self._slopes:
-            both = [*self.gradient["W"], *self.gradient["D"]]
-            if letter in both and part in ("W", "D"):
-                self._add_hessian(both)
+            if part in ("W", "D") and letter in self._in_gradient:
+                self._add_hessian()
             else:
-                value = self.results[self.letters[letter]]
-                row = self.chain.total([value], self.columns[part])
+                row = self.chain.total([self.results[self.letters[letter]]], self.columns[part])
                 self._slopes[key] = [self._result(e) for e in row]
         return self._slopes[key]
 
-    def _add_hessian(self, both: list[Any]) -> None:
+    def _add_hessian(self) -> None:
         """Second derivatives by (W, D): symmetric, so only half of them are results."""
-        m, size = len(self.W), len(both)
-        H = sympy.zeros(size, size)
-        for i, e in enumerate(both):
-            value = self.results[self.letters[e]] if e in self.letters else e
+        m = len(self.W)
+        H = sympy.zeros(2 * m, 2 * m)
+        values = {letter: self.results[i] for letter, i in self.letters.items()}
+        for i, e in enumerate([*self.gradient["W"], *self.gradient["D"]]):
+            value = e.xreplace(values)
             row = [*self.chain.total([value], self.W), *self.chain.total([value], self.D)]
-            for j in range(size):
+            for j in range(2 * m):
                 H[i, j] = H[j, i] if j < i else self._result(row[j])
-        for i, e in enumerate(both):
-            self._slopes[e, "W"], self._slopes[e, "D"] = list(H[i, :m]), list(H[i, m:])
+        for letter, (i, sign) in self._in_gradient.items():
+            self._slopes[letter, "W"] = [sign * e for e in H[i, :m]]
+            self._slopes[letter, "D"] = [sign * e for e in H[i, m:]]
 
     @property
     def function(self) -> Function:

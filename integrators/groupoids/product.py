@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +18,8 @@ class ProductGroupoid(Groupoid):
     """
 
     kind = "product"
+    #: the principal connection that the coordinates are adapted to, or None
+    connection: Callable[..., Any] | None = None
 
     def __init__(self, first: Groupoid, second: Groupoid) -> None:
         for part in (first, second):

@@ -33,7 +33,7 @@ def exact(value: Any, what: str) -> Exact:
             ) from None
     if getattr(value, "is_Rational", False):  # sympy's
         return Fraction(int(value.p), int(value.q))
-    if hasattr(value, "_mpf_"):  # mpmath's and sympy's floats: the exact binary value
+    if hasattr(value, "_mpf_") and not hasattr(value, "as_mantissa_exp"):  # not gmpy2's
         sign, mantissa, exponent, _ = value._mpf_
         if not mantissa and exponent:
             raise BadInput(f"{what} is {value}: give a finite number.")

@@ -118,10 +118,8 @@ def _in_rule(fault: Fault, rule: Discretisation, site: str) -> Discretisation:
     """The rule with a slip in its value, or in the first question of its kind that has a place."""
 
     def formula(L: Any, G: Any, x: Any, u: Any, h: Any, *s: Any) -> Any:
-        from sympy import Matrix
-
         if site == "rule":
-            return fault.changed(Matrix([rule.formula(L, G, x, u, h, *s)]), h)[0]
+            return _in_value(fault, rule.formula(L, G, x, u, h, *s), L, G, h)
         asked = _Asked(fault, site, L, G)
         value = rule.formula(asked if site == "velocity" else L, asked, x, u, h, *s)
         if not asked.done:
@@ -129,6 +127,17 @@ def _in_rule(fault: Fault, rule: Discretisation, site: str) -> Discretisation:
         return value
 
     return replace(rule, formula=formula)
+
+
+def _in_value(fault: Fault, value: Any, L: Any, G: Any, h: Any) -> Any:
+    """The value with the slip in what the rule computes: L written out, the points as letters."""
+    from sympy import Matrix, Symbol, default_sort_key
+
+    value = value.xreplace({e: e.written_out() for e in value.atoms(L.Value, L.Fast)})
+    answers = sorted(value.atoms(G.Target, G.Velocity), key=default_sort_key)
+    letters = {e: Symbol(f"z_{i}", real=True) for i, e in enumerate(answers)}
+    changed = fault.changed(Matrix([value.xreplace(letters)]), h)[0]
+    return changed.xreplace({letter: e for e, letter in letters.items()})
 
 
 class _Asked:

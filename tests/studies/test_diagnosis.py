@@ -95,7 +95,7 @@ def loose(flow):
 
 def edited(flow, old, new):
     """Kernels run by Python, with another line in their text."""
-    text = getattr(flow, "text", None) or kernel_text(flow._system)
+    text = getattr(flow, "text", None) or kernel_text(flow.system)
     assert old in text
     flow.text = text.replace(old, new)
     flow.__dict__["_kernels"] = interpreted(flow.text, flow.numbers)

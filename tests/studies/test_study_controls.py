@@ -7,7 +7,7 @@ import pytest
 import sympy
 
 from discmech.integrators import BadInput, LocalGroupoid, Scene, discretisation, scenes
-from discmech.integrators.equations.legendre_maps import AtPoints
+from discmech.integrators.equations.legendre_maps import LegendreMaps
 from discmech.integrators.rules import midpoint, rectangle, trapezoidal
 from discmech.integrators.scene import Conserved
 from discmech.studies import check, controls, get
@@ -234,13 +234,13 @@ def test_every_point_that_is_left_out_has_a_reason(monkeypatch):
 @pytest.fixture
 def wrong_gain(tmp_path, monkeypatch):
     """Schemes whose μ′ − μ = F⁺ − F⁻ is off by a part in 10⁹, as by a wrong simplification."""
-    right = AtPoints.gain.func
+    right = LegendreMaps.gain.func
 
     def gain(self):
         return right(self) * (1 + sympy.Rational(1, 10**9))
 
     monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path / "kernels"))  # of no use to anybody else
-    monkeypatch.setattr(AtPoints, "gain", property(gain))
+    monkeypatch.setattr(LegendreMaps, "gain", property(gain))
 
 
 @pytest.mark.parametrize(
@@ -357,7 +357,7 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_elsewhere_too(
     def gain(self):
         return self.plus * sympy.Rational(999, 1000) - self.minus
 
-    monkeypatch.setattr(AtPoints, "gain", property(gain))
+    monkeypatch.setattr(LegendreMaps, "gain", property(gain))
     found = run_case(get(study), case(study, copy("pendulum"), midpoint, digits))
     assert found["verdict"] in ("fail", "inconclusive" if study == "order" else "fail")
 
