@@ -223,15 +223,13 @@ class DiscreteLagrangian:
         """Letters of a point: itself, or a chart block of its expressions."""
         if W is not None:
             point = self.groupoid.target(point, W, sympy.Integer(1))
-        known = {_key(c) for c in (self.s.x, *(b.letters for b in self.moved)) if len(c)}
-        return point if not len(point) or _key(point) in known else self._chart(point)
+        columns = [self.s.x, *(b.letters for b in self.moved)]
+        return point if any(point == c for c in columns) else self._chart(point)
 
     def _chart(self, value: Any) -> Any:
         """Letters for a column of expressions in x, u, s and points; u itself needs none."""
         value = value.applyfunc(lambda e: e.expand())
-        if value == self.s.u or (
-            _key(value) in self.chain.owner and all(e.is_Symbol for e in value)
-        ):
+        if value == self.s.u or any(value == letters for letters, _ in self._charts.values()):
             return value
         key = tuple(value)
         if key not in self._charts:

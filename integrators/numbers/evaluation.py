@@ -113,6 +113,10 @@ def _evaluator(
         if hasattr(e, "in_arithmetic"):
             return e.in_arithmetic(numbers, parts)
         name = FUNCTIONS.get(type(e).__name__)
-        return functions[name](*parts) if name else numbers.number(e)
+        if name:
+            return functions[name](*parts)
+        digits = numbers.digits + 20  # no function of kernels': sympy knows it
+        at = e.func(*(sympy.Float(str(part), digits) for part in parts))
+        return numbers.number(at.evalf(digits))
 
     return value_of
