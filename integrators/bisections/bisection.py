@@ -14,6 +14,7 @@ ker Tβ. Translations act on arrows near the identities:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -27,9 +28,9 @@ from ..numbers import arithmetic, exact_rational, exact_vector, jacobian, newton
 class Bisection:
     """A local bisection through the arrow (x0, u0) at step h, in an arithmetic.
 
-    x0: n numbers, u0: m numbers; `slope` is S, m×n: if left out 0, or for a `LocalGroupoid` found
-    by `complement_slope`. Raises `BadInput` if β is no diffeomorphism on it near x0, for other
-    shapes, what is no number, and a step of 0.
+    x0: n numbers, u0: m numbers; `slope` is S, m×n: if left out 0, or for a `LocalGroupoid` from
+    `complement_slope`. Raises `BadInput` if β is no diffeomorphism on it near x0, for other shapes,
+    what is no number, and a step of 0.
     """
 
     def __init__(
@@ -50,51 +51,52 @@ class Bisection:
                 f"{(m, n)}; leave it out, and it is chosen."
             )
         with self.numbers.working():
-            number = self.numbers.number
+            number, array = self.numbers.number, self.numbers.array
             self.h = number(self.step)
-            self.x0 = self._vector(x0, n, "x0")
-            self.u0 = self._vector(u0, m, "u0")
+            self.x0, self.u0 = (
+                array([number(e) for e in exact_vector(v, k, f"{groupoid.name}: {name}")], k)
+                for v, k, name in ((x0, n, "x0"), (u0, m, "u0"))
+            )
             here = self.maps(self.x0, self.u0, 0 * self.u0)
             if slope is None:
                 slope = complement_slope(here["b_x"], here["b_u"])
-            rows = [[number(e) for e in row] for row in np.asarray(slope).reshape(m, n)]
-            self.slope = np.array(rows, dtype=self.numbers.dtype).reshape(m, n)
-            turned = np.asarray(here["b_x"] + here["b_u"] @ self.slope, dtype=float)
-            if self.n and not np.linalg.cond(turned) < 1e12:
+            self.slope = array([number(e) for e in np.ravel(slope)], m, n)
+            # beyond 1e12 fewer than four of a double's digits tell x from β(x, σ(x))
+            if n and not np.linalg.cond(self._along(here).astype(float)) < 1e12:
                 raise BadInput(
                     f"{groupoid.name}: β is no diffeomorphism on that section through x = {x0}; "
                     "leave slope out, and it is chosen so that β is one."
                 )
 
-    def _vector(self, values: Any, length: int, name: str) -> np.ndarray:
-        exact_values = exact_vector(values, length, f"{self.groupoid.name}: {name}")
-        return np.array([self.numbers.number(e) for e in exact_values], dtype=self.numbers.dtype)
-
     def section(self, x: np.ndarray) -> np.ndarray:
         """σ(x), m."""
         return np.asarray(self.u0 + self.slope @ (x - self.x0))
+
+    def _along(self, at: dict[str, np.ndarray], part: str = "b") -> np.ndarray:
+        """The derivative of b(x, σ(x)), n×n, or of p(x, σ(x), u), m×n, by x."""
+        return np.asarray(at[f"{part}_x"] + at[f"{part}_u"] @ self.slope)
+
+    def _solved(self, change: Callable[[Any], Any], start: np.ndarray, off: str) -> np.ndarray:
+        """Newton's solution from a start; `off` says in the error what the point is."""
+        solution = newton(change, start, 1, self.numbers.eps)
+        if solution is None:
+            raise BadInput(
+                f"{self.groupoid.name}: {off} the bisection; take one through a nearer arrow."
+            )
+        return solution
 
     def source_of(self, y: np.ndarray) -> np.ndarray:
         """The z with b(z, σ(z)) = y, n, by Newton from x0; α∘Σ_β of the paper.
 
         Raises `BadInput` if y is too far from β(x0, u0).
         """
-        if not self.n:
-            return y
 
         def change(z: np.ndarray) -> np.ndarray:
             at = self.maps(z, self.section(z), 0 * self.u0)
-            return np.asarray(
-                self.numbers.solve(at["b_x"] + at["b_u"] @ self.slope, y - at["target"])
-            )
+            return np.asarray(self.numbers.solve(self._along(at), y - at["target"]))
 
-        found = newton(change, self.x0.copy(), 1, self.numbers.eps)
-        if found is None:
-            raise BadInput(
-                f"{self.groupoid.name}: {[float(e) for e in y]} is no target of an arrow of the "
-                "bisection; take one through a nearer arrow."
-            )
-        return found
+        point = [float(e) for e in y]
+        return self._solved(change, self.x0, f"{point} is no target of an arrow of")
 
     def left(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
         """L_Σ(x, u) = h·(x, u) with h in Σ, β(h) = x; keeps the β-fibres."""
@@ -110,51 +112,38 @@ class Bisection:
         """T L_Σ at (x, u), (n+m)×(n+m)."""
         z = self.source_of(x)
         at = self.maps(z, self.section(z), u)
+        back = self.numbers.solve(self._along(at), self.numbers.identity(self.n))
         zero = self.numbers.zeros(self.n, self.m)
-        if not self.n:
-            return np.asarray(at["p_v"])
-        turned = at["b_x"] + at["b_u"] @ self.slope
-        back = self.numbers.solve(turned, self.numbers.identity(self.n))
-        along = (at["p_x"] + at["p_u"] @ self.slope) @ back
-        return np.vstack([np.hstack([back, zero]), np.hstack([along, at["p_v"]])])
+        return np.block([[back, zero], [self._along(at, "p") @ back, at["p_v"]]])
 
     def right_tangent(self, x: Any, u: Any) -> np.ndarray:
         """T R_Σ at (x, u), (n+m)×(n+m)."""
         y = self.maps(x, u, 0 * self.u0)["target"]
         at = self.maps(x, u, self.section(y))
         through = at["p_v"] @ self.slope
-        one = np.eye(self.n).astype(self.numbers.dtype)
-        zero = self.numbers.zeros(self.n, self.m)
-        bottom = np.hstack([at["p_x"] + through @ at["b_x"], at["p_u"] + through @ at["b_u"]])
-        return np.vstack([np.hstack([one, zero]), bottom])
+        one, zero = self.numbers.identity(self.n), self.numbers.zeros(self.n, self.m)
+        bottom = [at["p_x"] + through @ at["b_x"], at["p_u"] + through @ at["b_u"]]
+        return np.block([[one, zero], bottom])
 
     def without_left(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
-        """L_Σ⁻¹: the arrow that L_Σ takes to (x, u)."""
+        """L_Σ⁻¹: the arrow that L_Σ takes to (x, u); raises `BadInput` if that is too far off."""
         sigma = self.section(x)
-        near = self.maps(x, sigma, 0 * self.u0)["target"]
 
         def change(v: np.ndarray) -> np.ndarray:
             at = self.maps(x, sigma, v)
             return np.asarray(self.numbers.solve(at["p_v"], u - at["product"]))
 
-        return near, self._found(newton(change, 0 * self.u0, 1, self.numbers.eps))
+        near = self.maps(x, sigma, 0 * self.u0)["target"]
+        return near, self._solved(change, 0 * self.u0, "the arrow is too far from")
 
     def without_right(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
-        """R_Σ⁻¹: the arrow that R_Σ takes to (x, u)."""
+        """R_Σ⁻¹: the arrow that R_Σ takes to (x, u); raises `BadInput` if that is too far off."""
 
         def change(v: np.ndarray) -> np.ndarray:
             slope = self.right_tangent(x, v)[self.n :, self.n :]
             return np.asarray(self.numbers.solve(slope, u - self.right(x, v)[1]))
 
-        return x, self._found(newton(change, 0 * self.u0, 1, self.numbers.eps))
-
-    def _found(self, u: np.ndarray | None) -> np.ndarray:
-        if u is None:
-            raise BadInput(
-                f"{self.groupoid.name}: the arrow is too far from the bisection; take one through "
-                "a nearer arrow."
-            )
-        return u
+        return x, self._solved(change, 0 * self.u0, "the arrow is too far from")
 
     def maps(self, x: Any, u: Any, v: Any) -> dict[str, np.ndarray]:
         """b, p and their derivatives at (x, u), (b, v)."""
@@ -190,8 +179,7 @@ def complement_slope(b_x: Any, b_u: Any) -> np.ndarray:
     if n == 0:
         return np.zeros((m, 0))
     A = np.vstack([np.zeros((n, m)), np.eye(m)])  # ker Tα: δx = 0
-    B = _kernel(np.hstack([b_x, b_u]))
-    C = common_complement(A, B)
+    C = common_complement(A, _kernel(np.hstack([b_x, b_u])))
     return np.asarray(np.linalg.solve(C[:n].T, C[n:].T).T)
 
 
@@ -204,9 +192,8 @@ def common_complement(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     left, cosines, right = np.linalg.svd(A.T @ B)
     principal_a, principal_b = A @ left, B @ right.T
     apart = cosines < 1 - 1e-12  # a and b of these pairs are not in A ∩ B
-    sums = [principal_a[:, i] + principal_b[:, i] for i in np.flatnonzero(apart)]
-    both = np.hstack([A, principal_b[:, apart]])
-    rest = _kernel(both.T)
+    sums = (principal_a + principal_b)[:, apart].T
+    rest = _kernel(np.hstack([A, principal_b[:, apart]]).T)
     return np.column_stack([*sums, *rest.T])
 
 

@@ -4,9 +4,9 @@
     bisect   the step goes on in the chart of another translate, where L_d is given on the group
     shrink   the step is taken as two of half its size, and so on
 
-A translate changes the coefficients of the kernels (`prepare`), a shrunk step too; nothing is
-derived or compiled again. With `bisect` the solutions of F⁻(x, g) = hμ are searched through the
-cover; the one on the branch of the last step is taken, in the translate that holds it best.
+A translate or a shorter step changes only the coefficients of the kernels (`prepare`). With
+`bisect` the solutions of F⁻(x, g) = hμ are searched through the cover; the one on the branch of the
+last step is taken, in the translate whose chart has it farthest from its edge.
 """
 
 from __future__ import annotations
@@ -39,12 +39,14 @@ CAUSES = {
     EDGE: "the step is at or beyond the edge of its chart, where coordinates lose their digits",
     STRAYED: "Newton found a solution on another branch than the last step's, and no other",
 }
+#: statuses that another chart or a shorter step may get past
+CURABLE = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)
 MOST_HALVINGS = 20  # to a millionth of the step: what needs less fails at any size
 SPREAD = 24  # elements between those of the cover: a few to each of at most 16 translates
 
 
 class EdgePolicy:
-    """What a run looks at after each step, and how it goes on where the driver stopped."""
+    """Limits that a run watches after each step, and its continuation where the driver stopped."""
 
     #: the driver's statuses that `resume` may get past
     handles: tuple[int, ...] = ()
@@ -64,11 +66,11 @@ class EdgePolicy:
         return chart_reach(self.context.scene.groupoid)
 
     def coefficients(self, translate: int) -> Any:
-        """The kernels' coefficients in the chart of a translate; here there is only e."""
+        """The kernels' coefficients in the chart of a translate; e has the number 0."""
         return self.machine.c
 
     def place(self, g: Any) -> tuple[int, Any]:
-        """(translate, u) of an element; here there is only e."""
+        """(translate, u) of an element; only `Bisect` uses translates other than e."""
         return 0, self.in_own_chart(g)
 
     def in_own_chart(self, g: Any) -> Any:
@@ -83,31 +85,26 @@ class EdgePolicy:
         return u
 
     def begin(self, run: Run, branch: Any = None) -> None:
-        """Set what `watch` compares with; `branch`: the number of the step before, if known."""
+        """Set the limits that `watch` compares with; branch: of the step before, if known."""
         run.totals[REACH] = self.reach
         run.totals[BRANCH] = self.huge if branch is None else branch
         run.totals[SLACK] = self.slack
 
     @cached_property
     def slack(self) -> Any:
-        """The largest change of the branch's number in a step (HUGE: not watched).
+        """The largest change of the branch's number in a step; HUGE where it is not watched.
 
-        In one chart it is watched where the map conserves the number: there any change is an error.
-        Of a composition each substep has a number of its own size, which the others change.
+        Watched where the map conserves it: round-off may change half the digits, less six bits. The
+        substeps of a composition differ in size, and each changes the number of the others.
         """
         watched = self._conserved and not self.context.substeps
-        return self._round_off if watched else self.huge
+        return self.scale * self.root_eps * 64 if watched else self.huge
 
     @property
     def _conserved(self) -> bool:
         """Whether the map conserves the branch's number exactly."""
         element = self.context.equations.element
         return element is not None and element.given.kept
-
-    @property
-    def _round_off(self) -> Any:
-        """What round-off may make of a number that is conserved: half its digits, less six bits."""
-        return self.scale * self.root_eps * 64
 
     @cached_property
     def scale(self) -> Any:
@@ -117,7 +114,7 @@ class EdgePolicy:
         return max(abs(self.context.geometry_in(J).branch(x, zero)) for J in family)
 
     def resume(self, run: Run, status: int) -> int:
-        """Bring the run past the step; the status that remains if that fails."""
+        """Bring the run past the step; returns `OK`, or the status that remains."""
         return status
 
 
@@ -131,12 +128,9 @@ class Refuse(EdgePolicy):
 
 
 class Shrink(EdgePolicy):
-    """Steps beyond the reach, twice what a cover would allow, are halved; the rest keep their size.
+    """Steps beyond the reach, twice what a cover would allow, are halved, with all substeps."""
 
-    Of a composition every substep is halved.
-    """
-
-    handles = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)
+    handles = CURABLE
 
     def resume(self, run: Run, status: int) -> int:
         machine, full = self.machine, run.c
@@ -180,20 +174,14 @@ class Solution:
     element: Any
     branch: Any
 
-    def as_public(self, numbers: Any) -> Solution:
-        """This solution in the numbers that are handed out."""
-        u, element, (branch,) = map(numbers.public, (self.u, self.element, [self.branch]))
-        return Solution(self.translate, u, element, branch)
-
 
 class Bisect(EdgePolicy):
     """Another translate takes over; of several solutions the one on the last step's branch.
 
-    This is no use of `Bisection`, whose arrows have coordinates in the chart of e: a half-turn has
-    none there.
+    A `Bisection` cannot serve: its arrows need coordinates in the chart of e, a half-turn has none.
     """
 
-    handles = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)
+    handles = CURABLE
 
     def __init__(self, context: StepContext, machine: KernelsAtStep) -> None:
         super().__init__(context, machine)
@@ -215,14 +203,14 @@ class Bisect(EdgePolicy):
     @cached_property
     def slack(self) -> Any:
         """The largest change of the branch's number: a tenth of its scale if it may change."""
-        return self._round_off if self._conserved else self.scale / 10
+        return super().slack if self._conserved else self.scale / 10
 
     def element(self, u: Any, translate: int) -> np.ndarray:
         """g = τ(hu) B."""
         return self.chart.element(self.context.h * np.asarray(u), translate)
 
     def place(self, g: np.ndarray) -> tuple[int, np.ndarray]:
-        """The translate that holds g best, and u in it."""
+        """The translate whose chart has g farthest from its edge, and u in it."""
         J = self.chart.best(g)
         return J, self.chart.coordinates(g, J) / self.context.h
 
@@ -238,8 +226,8 @@ class Bisect(EdgePolicy):
             status = self._step(run, *self.place(starts[-1]))
             if status == OK:
                 return OK
-        found = self._nearest(*machine.point(run.state), starts, run.totals)
-        return status if found is None else self._step(run, found.translate, found.u)
+        nearest = self._nearest(*machine.point(run.state), starts, run.totals)
+        return status if nearest is None else self._step(run, nearest.translate, nearest.u)
 
     def _nearest(self, x: Any, mu: Any, starts: list[np.ndarray], totals: Any) -> Solution | None:
         """The solution on the branch of the last step; None if the search fails."""
@@ -250,8 +238,8 @@ class Bisect(EdgePolicy):
                     return s
         best = None
         for more in (False, True):
-            found = self.solutions(x, mu, starts, more)
-            best = min(found, key=lambda s: abs(s.branch - last), default=None)
+            solutions = self.solutions(x, mu, starts, more)
+            best = min(solutions, key=lambda s: abs(s.branch - last), default=None)
             if best is not None and (not known or abs(best.branch - last) <= self.slack):
                 return best
         if best is None or (known and self._conserved):
@@ -272,10 +260,9 @@ class Bisect(EdgePolicy):
     def solutions(
         self, x: Any, mu: Any, starts: Iterable[np.ndarray] = (), more: bool = True
     ) -> list[Solution]:
-        """Solutions of F⁻(x, g) = hμ that Newton finds from the cover and from `starts`.
+        """Distinct solutions of F⁻(x, g) = hμ, by Newton from `starts` and the cover's elements.
 
-        With `more` also from elements between those of the cover. Each is given in the translate
-        that holds it best; two are told apart by their elements.
+        With `more` also from elements between these. Each is given in the translate of `place`.
         """
         family = range(len(self.chart.translates))
         tries = [self.place(g) for g in starts]
@@ -289,7 +276,7 @@ class Bisect(EdgePolicy):
         return distinct
 
     def _newton(self, x: Any, mu: Any, tries: Iterable[tuple[int, Any]]) -> Iterable[Solution]:
-        """The solutions that Newton finds from these (translate, u)."""
+        """The solutions to which Newton converges from these (translate, u)."""
         for J, u in tries:
             solved = self.machine.solve(x, mu, self.coefficients(J), u)
             if solved is not None:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput
-from ..geometry import pullback_defect
+from ..geometry import pullback_defect, slopes
 from ..numbers import newton
 from .bisection import Bisection, groupoid_maps
 from .step_context import StepContext
@@ -31,9 +31,9 @@ Maps = dict[str, np.ndarray]
 def following(
     context: StepContext, upsilon: Bisection | None, y: Any, wanted: Any, start: Any, scale: Any = 0
 ) -> np.ndarray | None:
-    """The v with F⁻(R_Υ(y, v)) = wanted, m, by Newton from a start; None if it finds none.
+    """The v with F⁻(R_Υ(y, v)) = wanted, m, by Newton from a start; None if it does not converge.
 
-    scale: the size of v below which round-off is absolute. No Υ is the identity bisection.
+    scale: the size of v below which round-off is absolute. Υ = None is the identity bisection.
     """
 
     def change(v: np.ndarray) -> np.ndarray:
@@ -47,13 +47,12 @@ def following(
 def preceding(
     context: StepContext, sigma: Bisection | None, y: Any, wanted: Any, start: Any, scale: Any = 0
 ) -> np.ndarray | None:
-    """The (x, u) with b(x, u) = y and F⁺(L_Σ(x, u)) = wanted, n+m; otherwise as `following`."""
+    """The (x, u) with b(x, u) = y and F⁺(L_Σ(x, u)) = wanted, n+m; the rest as in `following`."""
     n = len(y)
 
     def change(point: np.ndarray) -> np.ndarray:
         here = _maps_through(context, sigma, "left", point[:n], point[n:])
-        matrix = np.vstack([np.hstack([here[f"{part}_x"], here[f"{part}_u"]])
-                            for part in ("target", "plus")])  # fmt: skip
+        matrix = np.vstack([slopes(here, "target"), slopes(here, "plus")])
         gap = np.concatenate([y, wanted]) - np.concatenate([here["target"], here["plus"]])
         step = np.asarray(context.numbers.solve(matrix, gap))
         step[n:] = _along_group(context, here["R"], step[n:], point[n:])
@@ -84,22 +83,21 @@ def _maps_through(
     n, zero = len(x), 0 * u
     to, tangent_of = (getattr(bisection, side + end) for end in ("", "_tangent"))
     at, tangent, here = context.geometry.at(*to(x, u)), tangent_of(x, u), bisection.maps(x, u, zero)
-    found = {"target": here["target"], "target_x": here["b_x"], "target_u": here["b_u"],
+    parts = {"target": here["target"], "target_x": here["b_x"], "target_u": here["b_u"],
              "R": bisection.maps(x, zero, u)["p_u"], "tangent": tangent}  # fmt: skip
     for name in ("minus", "plus"):
-        slope = np.hstack([at[f"{name}_x"], at[f"{name}_u"]]) @ tangent
-        found |= {name: at[name], f"{name}_x": slope[:, :n], f"{name}_u": slope[:, n:]}
-    return found
+        slope = slopes(at, name) @ tangent
+        parts |= {name: at[name], f"{name}_x": slope[:, :n], f"{name}_u": slope[:, n:]}
+    return parts
 
 
 class EvolutionOperator:
     """Ψ from near g₀ (on Σ = sigma) to near h₀ (on Υ = upsilon), and its inverse Ξ.
 
     context: of a flow (`flow.context`). A bisection that is left out is the identity bisection. Of
-    several solutions it gives the one near the bisection, as in the theorem. Arrows are written in
-    the groupoid's own chart, so L_d may be given on the group too: any element of that chart.
-    Raises `BadInput` for bisections of another groupoid, step or number of digits, `CannotMeasure`
-    for a composition.
+    several solutions the one near the bisection is taken, as in the theorem. Arrows are written in
+    the groupoid's own chart, also where L_d is given on the group. Raises `BadInput` for bisections
+    of another groupoid, step or number of digits, `CannotMeasure` for a composition.
     """
 
     def __init__(
@@ -112,23 +110,23 @@ class EvolutionOperator:
         self.context, self.sigma, self.upsilon = context, sigma, upsilon
         self.numbers, self.groupoid = context.numbers, context.scene.groupoid
         for bisection in filter(None, (sigma, upsilon)):
-            same = (bisection.step, bisection.numbers) == (context.step, context.numbers)
-            if bisection.groupoid is not self.groupoid or not same:
+            fits = (bisection.step, bisection.numbers) == (context.step, context.numbers)
+            if bisection.groupoid is not self.groupoid or not fits:
                 raise BadInput(
                     f"{context.scene.name}: a bisection is of another groupoid, step or number of "
                     "digits; take both through arrows of this scheme's groupoid at this step."
                 )
 
     def evolve(self, x: Any, u: Any) -> Arrow:
-        """Ψ: the h = (y, v) that follows g = (x, u); raises `BadInput` if Newton finds none."""
+        """Ψ: the h = (y, v) that follows g = (x, u); raises `BadInput` if Newton diverges."""
         with self.numbers.working():
             return self._public(self._step(*self.context.vectors(x, u))[-1])
 
     def devolve(self, y: Any, v: Any) -> Arrow:
-        """Ξ: the g = (x, u) that h = (y, v) follows; raises `BadInput` if Newton finds none."""
+        """Ξ: the g = (x, u) that h = (y, v) follows; raises `BadInput` if Newton diverges."""
         with self.numbers.working():
             y, v = self.context.vectors(y, v)
-            wanted = self._after(*_without(self.upsilon, "right", y, v))["minus"]
+            wanted = self._after(*_moved(self.upsilon, "without_right", y, v))["minus"]
             starts = (np.concatenate([y, w]) for w in (0 * v, v))
             near = self._solved(preceding, self.sigma, y, wanted, starts)
             return self._public(_moved(self.sigma, "left", near[: len(y)], near[len(y) :]))
@@ -139,7 +137,7 @@ class EvolutionOperator:
         """(x, u) of the arrows g, Ψ(g), …: (steps + 1)×n and (steps + 1)×m.
 
         choose(x, u): the bisections (Σ, Υ) for the step from that arrow. If left out, this
-        operator's own serve all steps; without those each step has its own (`bisections_at`).
+        operator's own, or if it has neither, `bisections_at` each arrow.
         """
         if choose is None and self.sigma is None and self.upsilon is None:
             choose = self.bisections_at
@@ -155,13 +153,10 @@ class EvolutionOperator:
         """Σ through (x, u), and Υ through the arrow of the same u at its target."""
         with self.numbers.working():
             x, u = self.context.vectors(x, u)
-            h = self.context.h
-            y = groupoid_maps(self.groupoid, self.numbers, h, x, u, 0 * u)["target"]
+            y = groupoid_maps(self.groupoid, self.numbers, self.context.h, x, u, 0 * u)["target"]
             step, digits = self.context.step, self.numbers.digits
             sigma, upsilon = (Bisection(self.groupoid, z, u, step, digits) for z in (x, y))
             return sigma, upsilon
-
-    # -- what decides and judges a step -----------------------------------------------------------
 
     def residual(self, x: Any, u: Any, v: Any) -> np.ndarray:
         """The equations at g_W = (x, u), h_W = (b(x, u), v), m."""
@@ -180,7 +175,7 @@ class EvolutionOperator:
         """
         (x, u), tangent = self._inverse(y, v)
         at = self._before(x, u)
-        return np.asarray((np.hstack([at["plus_x"], at["plus_u"]]) @ tangent).T)
+        return np.asarray((slopes(at, "plus") @ tangent).T)
 
     def tangent(self, x: Any, u: Any) -> np.ndarray:
         """TΨ at g = (x, u), (n+m)×(n+m): T R_Υ ∘ T(g_W ↦ h_W) ∘ (T L_Σ)⁻¹."""
@@ -195,8 +190,6 @@ class EvolutionOperator:
             here, there = self.context.maps_at(x, u), self.context.maps_at(*end)
             return pullback_defect(self.context.geometry, here, there, self._tangent(*maps))
 
-    # -- inner ----------------------------------------------------------------------------------
-
     def _before(self, x: Any, u: Any) -> Maps:
         return _maps_through(self.context, self.sigma, "left", x, u)
 
@@ -205,12 +198,12 @@ class EvolutionOperator:
 
     def _step(self, x: Any, u: Any) -> tuple[Maps, Maps, Arrow]:
         """The maps at g_W and at h_W, and h, of the step from g = (x, u)."""
-        before = self._before(*_without(self.sigma, "left", x, u))
+        before = self._before(*_moved(self.sigma, "without_left", x, u))
         y = before["target"]
 
         def starts() -> Iterator[np.ndarray]:
             yield 0 * u  # the bisection itself
-            yield _without(self.upsilon, "right", y, u)[1]  # the last step, written on it
+            yield _moved(self.upsilon, "without_right", y, u)[1]  # the last step, written on it
 
         v = self._solved(following, self.upsilon, y, before["plus"], starts())
         return before, self._after(y, v), _moved(self.upsilon, "right", y, v)
@@ -226,11 +219,11 @@ class EvolutionOperator:
     def _solved(
         self, solve: Any, bisection: Any, y: Any, wanted: Any, starts: Iterator[np.ndarray]
     ) -> np.ndarray:
-        """What `solve` finds from the first start that leads to a solution."""
+        """The solution by `solve` from the first start that leads to one."""
         for start in starts:
-            found = solve(self.context, bisection, y, wanted, start, scale=1)
-            if found is not None:
-                return np.asarray(found)
+            solution = solve(self.context, bisection, y, wanted, start, scale=1)
+            if solution is not None:
+                return np.asarray(solution)
         raise BadInput(
             f"{self.context.scene.name}: no solution was found near the bisections; take them "
             "through arrows nearer to the solution, or a smaller step."
@@ -257,11 +250,6 @@ class EvolutionOperator:
         return self.numbers.public(arrow[0]), self.numbers.public(arrow[1])
 
 
-def _moved(bisection: Bisection | None, side: str, x: Any, u: Any) -> Arrow:
-    """L_Σ(x, u) or R_Σ(x, u); (x, u) for the identity bisection."""
-    return (x, u) if bisection is None else getattr(bisection, side)(x, u)
-
-
-def _without(bisection: Bisection | None, side: str, x: Any, u: Any) -> Arrow:
-    """L_Σ⁻¹(x, u) or R_Σ⁻¹(x, u); (x, u) for the identity bisection."""
-    return (x, u) if bisection is None else getattr(bisection, f"without_{side}")(x, u)
+def _moved(bisection: Bisection | None, by: str, x: Any, u: Any) -> Arrow:
+    """(x, u) moved by a translation: left, right, without_left or without_right (`Bisection`)."""
+    return (x, u) if bisection is None else getattr(bisection, by)(x, u)

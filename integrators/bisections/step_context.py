@@ -1,4 +1,4 @@
-"""A scheme at one step size in one arithmetic, as data: all that is handed down from a flow."""
+"""A scheme at one step size in one arithmetic, as data."""
 
 from __future__ import annotations
 
@@ -68,9 +68,9 @@ class StepContext:
         return LocalGeometry(self.equations, self.numbers, q)
 
     def coordinates(self, g: np.ndarray, translate: int = 0) -> np.ndarray | None:
-        """u with g = τ(hu) B; None where that is off g by 2²⁰ round-offs, half a double's digits.
+        """u with g = τ(hu) B; None at the chart's edge, and where g is no element of the group.
 
-        That is so at the chart's edge, and where g is no element of the group.
+        There τ(hu) B is off g by 2²⁰ round-offs, half a double's digits.
         """
         try:
             xi = self.chart.coordinates(g, translate)
@@ -110,12 +110,14 @@ class StepContext:
         Raises `BadInput` for anything but a list of that length.
         """
         name, number = self.scene.name, self.numbers.number
-        listed = isinstance(values, Iterable) or hasattr(values, "shape")
-        if values is not None and (isinstance(values, str) or not listed):
+        values = () if values is None else values
+        if isinstance(values, str) or not (
+            isinstance(values, Iterable) or hasattr(values, "shape")
+        ):
             raise BadInput(
                 f"{name}: {values!r} was given where a list of {length} numbers is needed."
             )
-        entries = [] if values is None else list(values)
+        entries = list(values)
         if len(entries) != length:
             raise BadInput(
                 f"{name}: a vector of {len(entries)} entries was given where {length} are needed."
@@ -123,7 +125,7 @@ class StepContext:
         return np.array([number(e) for e in entries], dtype=self.numbers.dtype)
 
     def number(self, value: Any) -> Any:
-        """A number of this arithmetic as it is handed out."""
+        """A number of this arithmetic as it is returned to users."""
         return self.numbers.public([value])[0]
 
     def check_one_arrow(self) -> None:
@@ -144,6 +146,5 @@ class StepContext:
     ) -> StepFailure:
         """The failure of step `index` at a state in this arithmetic; `trajectory`: rows so far."""
         where = {name: self.numbers.public(value) for name, value in state.items()}
-        names = self.scene.name, self.equations.rule.name
-        time = float(self.step * index)
+        names, time = (self.scene.name, self.equations.rule.name), float(self.step * index)
         return StepFailure(*names, index, time, where, cause, trajectory, fix)

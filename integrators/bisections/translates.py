@@ -1,7 +1,7 @@
 """A matrix group's Cayley chart and its translates (paper, section 4.3).
 
-The chart around a translate B holds the g with det(e + g B⁻¹) ≠ 0; a family of translates whose
-charts hold the whole group is a cover, and `MatrixAlgebra.cover` states it.
+The chart around a translate B is {g : det(e + g B⁻¹) ≠ 0}; a family of translates whose charts
+have the whole group as union is a cover, stated by `MatrixAlgebra.cover`.
 """
 
 from __future__ import annotations
@@ -52,5 +52,5 @@ class GroupChart(AlgebraInNumbers):
         return abs(self.numbers.det(self.e + g @ self.translates[translate][1]))
 
     def best(self, g: np.ndarray) -> int:
-        """The translate whose chart holds g farthest from its edge (I and J of section 4.3)."""
+        """The translate whose chart has g farthest from its edge (I and J of section 4.3)."""
         return int(np.argmax([self.openness(g, J) for J in range(len(self.translates))]))

@@ -164,8 +164,11 @@ class Flow:
         if not isinstance(self.edge, Bisect):
             raise BadInput('solutions are searched through a cover: take on_edge="bisect".')
         with self.numbers.working():
-            solutions = self.edge.solutions(*self.context.vectors(x, mu))
-            return [s.as_public(self.numbers) for s in solutions]
+            public = self.numbers.public
+            return [
+                Solution(s.translate, public(s.u), public(s.element), self.context.number(s.branch))
+                for s in self.edge.solutions(*self.context.vectors(x, mu))
+            ]
 
     # -- defects --------------------------------------------------------------------------------
 

@@ -1,6 +1,6 @@
 """First-order geometry of one step: TΨ, the prolongation PΨ, the Poisson map, and their defects.
 
-All derivatives are exact, from the implicit function theorem; none is a difference quotient.
+All derivatives are exact, from the implicit function theorem.
 """
 
 from __future__ import annotations
@@ -25,16 +25,21 @@ from ..numbers import (
     numeric_text,
 )
 
-#: what `local` returns, in order; F± and their derivatives are those of L_d, unscaled
+#: the results of `local` in order; F± are of L_d itself, not divided by h
 _PARTS = (
     "target", "rho", "L", "R", "minus", "plus",
     "target_x", "target_u", "minus_x", "minus_u", "plus_x", "plus_u",
 )  # fmt: skip
-#: with internal stages s also these, from which the derivatives above follow s = s(x, u)
+#: the further results with internal stages s: they complete the derivatives along s = s(x, u)
 _OF_STAGES = ("minus_s", "plus_s", "stages_x", "stages_u", "stages_s")
 
-#: those parts at a point, by name
+#: a scheme's maps and derivatives at a point, by name
 Maps = dict[str, np.ndarray]
+
+
+def slopes(maps: Maps, name: str) -> Matrix:
+    """The derivative of a map by (x, u), rows × (n+m)."""
+    return np.hstack([maps[f"{name}_x"], maps[f"{name}_u"]])
 
 
 class StagesNotFound(ArithmeticError):
@@ -58,12 +63,11 @@ class LocalGeometry:
         names = (*_PARTS, *(_OF_STAGES if self.k else ()))
         parts: Maps = dict(zip(names, values, strict=True))
         if self.k:
-            follow = np.hstack([parts.pop("stages_x"), parts.pop("stages_u")])
-            follow = -self.numbers.solve(parts.pop("stages_s"), follow)
-            for map_ in ("minus", "plus"):
-                through = parts.pop(f"{map_}_s")
-                parts[f"{map_}_x"] = parts[f"{map_}_x"] + through @ follow[:, : self.n]
-                parts[f"{map_}_u"] = parts[f"{map_}_u"] + through @ follow[:, self.n :]
+            follow = -self.numbers.solve(parts.pop("stages_s"), slopes(parts, "stages"))
+            for name in ("minus", "plus"):
+                through = parts.pop(f"{name}_s") @ follow
+                parts[f"{name}_x"] = parts[f"{name}_x"] + through[:, : self.n]
+                parts[f"{name}_u"] = parts[f"{name}_u"] + through[:, self.n :]
         return parts
 
     def stages(self, x: Vector, u: Vector) -> Vector:
@@ -76,15 +80,10 @@ class LocalGeometry:
             return -self.numbers.solve(slope, values)
 
         scale = sum(abs(e) for e in u)
-        found = newton(change, self.numbers.zeros(self.k), scale, self.numbers.eps)
-        if found is None:
+        stages = newton(change, self.numbers.zeros(self.k), scale, self.numbers.eps)
+        if stages is None:
             raise StagesNotFound
-        return found
-
-    def anchor_and_bracket(self, x: Vector) -> tuple[Matrix, np.ndarray]:
-        """ρ̂(x), n×m, and Ĉ as an array [γ, μ, ν], in the natural basis."""
-        rho, c = self._value("natural", x, self.q)
-        return rho, c
+        return stages
 
     def branch(self, x: Vector, u: Vector) -> Number:
         """The number of the branch at (x, u), where L_d is given on the group."""
@@ -95,30 +94,23 @@ class LocalGeometry:
 
     def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Matrix:
         """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
-        rho, c = self.anchor_and_bracket(x)
-        n, m = self.n, self.m
-        tensor = self.numbers.zeros(n + m, n + m)
-        tensor[:n, n:] = rho
-        tensor[n:, :n] = -rho.T
-        tensor[n:, n:] = -bracket_sign * sum((mu[t] * c[t] for t in range(m)), 0 * c[0])
-        return tensor
+        rho, c = self._value("natural", x, self.q)  # ρ̂, n×m, and Ĉ as [θ, γ, ν]
+        bracket = -bracket_sign * sum((mu[t] * c[t] for t in range(self.m)), 0 * c[0])
+        return np.block([[self.numbers.zeros(self.n, self.n), rho], [-rho.T, bracket]])
 
     def tangent(self, here: Maps, there: Maps) -> Matrix:
         """TΨ: (δx, δu) ↦ (δy, δv), from F⁻(y, v) = F⁺(x, u), y = b(x, u)."""
-        top = np.hstack([here["target_x"], here["target_u"]])
-        pushed = np.hstack([here["plus_x"], here["plus_u"]])
-        bottom = self.numbers.solve(there["minus_u"], pushed - there["minus_x"] @ top)
-        return np.vstack([top, bottom])
+        top = slopes(here, "target")
+        pushed = slopes(here, "plus") - there["minus_x"] @ top
+        return np.vstack([top, self.numbers.solve(there["minus_u"], pushed)])
 
     def prolongation(self, here: Maps, there: Maps, tangent: Matrix) -> Matrix:
         """PΨ on (a, c), 2m×2m: a* = −c, L(y,v) c* = δv + R(y,v) c, with δx = −ρa, δu = Ra + Lc."""
         n, m = self.n, self.m
-        zero, one = self.numbers.zeros(n, m), self.numbers.identity(m)
-        into = np.vstack([np.hstack([-here["rho"], zero]), np.hstack([here["R"], here["L"]])])
-        dv = (tangent @ into)[n:]
-        only_c = np.hstack([self.numbers.zeros(m, m), one])
-        c_star = self.numbers.solve(there["L"], dv + there["R"] @ only_c)
-        return np.vstack([-only_c, c_star])
+        into = np.block([[-here["rho"], self.numbers.zeros(n, m)], [here["R"], here["L"]]])
+        only_c = np.hstack([self.numbers.zeros(m, m), self.numbers.identity(m)])
+        pushed = (tangent @ into)[n:] + there["R"] @ only_c
+        return np.vstack([-only_c, self.numbers.solve(there["L"], pushed)])
 
     def omega(self, here: Maps) -> Matrix:
         """Ω on (a, c), 2m×2m, with W_γμ = L^θ_μ ∂F⁻_γ/∂u^θ.
@@ -128,17 +120,15 @@ class LocalGeometry:
         """
         w = here["minus_u"] @ here["L"]
         zero = self.numbers.zeros(self.m, self.m)
-        return np.vstack([np.hstack([zero, w]), np.hstack([-w.T, zero])])
+        return np.block([[zero, w], [-w.T, zero]])
 
     def dual_step(self, here: Maps, h: Number) -> Matrix:
         """Derivative of (x, μ) ↦ (b, F⁺/h) with u from F⁻(x, u) = hμ, (n+m)×(n+m)."""
         n, m = self.n, self.m
+        dx = np.hstack([self.numbers.identity(n), self.numbers.zeros(n, m)])
         rhs = np.hstack([-here["minus_x"], h * self.numbers.identity(m)])
-        du = self.numbers.solve(here["minus_u"], rhs)
-        base = np.hstack([self.numbers.identity(n), self.numbers.zeros(n, m)])
-        top = here["target_x"] @ base + here["target_u"] @ du
-        bottom = (here["plus_x"] @ base + here["plus_u"] @ du) / h
-        return np.vstack([top, bottom])
+        along = np.vstack([dx, self.numbers.solve(here["minus_u"], rhs)])
+        return np.vstack([slopes(here, "target") @ along, slopes(here, "plus") @ along / h])
 
 
 @lru_cache(maxsize=512)
