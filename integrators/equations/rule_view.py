@@ -45,8 +45,8 @@ class GroupoidForRule:
             return groupoid.target(_column(a[:n]), _column(a[n:-1]), a[-1])[int(i)]
 
         def velocity(i: Any, *a: Any) -> Any:
-            columns = (_column(part) for part in (a[:n], a[n : n + m], a[n + m : -1]))
-            return groupoid.velocity(*columns, a[-1])[int(i)]
+            x, w, dw = (_column(part) for part in (a[:n], a[n : n + m], a[n + m : -1]))
+            return groupoid.velocity(x, w, dw, a[-1])[int(i)]
 
         self.Target, self.Velocity = answer("target", target), answer("velocity", velocity)
         #: whether the rule takes velocities from curves, and so serves every chart alike

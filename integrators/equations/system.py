@@ -67,7 +67,7 @@ def _along_group(equations: DiscreteEquations) -> tuple[tuple[Any, ...], tuple[A
     Newton in the chart alone goes astray near its edge (Moser–Veselov, rotations spread over
     the group, from the last step: it finds 55 of 100 steps; followed in the group 99).
     """
-    groupoid = equations.scene.groupoid
+    groupoid: Any = equations.scene.groupoid
     if not groupoid.tau.has_translates:
         raise BadInput(
             f"{equations.scene.name}: a discrete Lagrangian given on the group runs in "

@@ -18,6 +18,7 @@ from ..numbers import (
     Letters,
     Matrix,
     Number,
+    Numbers,
     Vector,
     inlined,
     newton,
@@ -53,7 +54,7 @@ class LocalGeometry:
         self.scheme, self.numbers, self.q = scheme, numbers, q
         self.n, self.m, self.k = len(scheme.x), len(scheme.u), len(scheme.s.stages)
 
-    def at(self, x: Vector, u: Vector) -> Maps:
+    def at(self, x: Numbers, u: Numbers) -> Maps:
         """Every part at (x, u): vectors of length n or m, matrices of the shapes they have.
 
         Internal stages are solved for, and derivatives are along ∂L_d/∂s = 0 (Schur complements).
@@ -70,7 +71,7 @@ class LocalGeometry:
                 parts[f"{name}_u"] = parts[f"{name}_u"] + through[:, self.n :]
         return parts
 
-    def stages(self, x: Vector, u: Vector) -> Vector:
+    def stages(self, x: Numbers, u: Numbers) -> Vector:
         """The s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; empty without stages."""
         if not self.k:
             return self.numbers.zeros(0)
@@ -158,6 +159,7 @@ def _stages_text(scheme: DiscreteEquations) -> str:
 
 
 def _branch_text(scheme: DiscreteEquations) -> str:
+    assert scheme.element is not None
     return text_of(scheme, {"x": scheme.s.x, "u": scheme.s.u}, [scheme.element.branch])
 
 

@@ -39,7 +39,8 @@ class ConnectionGroupoid(ProductGroupoid):
             )
         if not callable(connection):
             raise BadInput(f"{self.name}: connection is {connection!r}; give a function of x.")
-        self.connection, self.by_user = connection, True
+        self.connection: Callable[..., Any] = connection
+        self.by_user = True
 
     def with_retraction(self, retraction: Any) -> Groupoid:
         first, second = self.parts

@@ -88,7 +88,7 @@ class RetractionGroupoid(Groupoid):
         return self.tau.invariant_fields(self.algebra, s["h"] * s["u"])
 
     @property
-    def symmetric_chart(self) -> bool:  # type: ignore[override]
+    def symmetric_chart(self) -> bool:
         return self.tau.symmetric
 
     @cached_property

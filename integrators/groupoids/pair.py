@@ -40,7 +40,7 @@ class PairGroupoid(Groupoid):
         """I."""
         return sympy.eye(self.dim_u)
 
-    R = inverse_left = L
+    R = inverse_left = L  # type: ignore[assignment]
 
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """Zeros: fields on different ends of an arrow commute."""

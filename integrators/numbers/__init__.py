@@ -32,11 +32,11 @@ from .multi_output import collect, entry, held, opaque, register, with_tables
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, run_text
 from .printing import Call, Coefficients, Parameters, Together, code, function_text
-from .types import Letters, Matrix, Number, Vector
+from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
     "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function", "LazyModule", "Letters",
-    "Matrix", "Multiple", "Number", "Parameters", "Together", "Vector", "arithmetic", "code",
+    "Matrix", "Multiple", "Number", "Numbers", "Parameters", "Together", "Vector", "arithmetic", "code",
     "collect", "entry", "evaluate", "evaluate_at", "evaluate_matrix", "exact",
     "exact_matrices", "exact_nested", "exact_rational", "exact_vector", "first_violation",
     "flatten", "floats_exact", "function_text", "held", "inlined", "is_zero", "jacobian",

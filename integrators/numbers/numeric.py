@@ -51,7 +51,7 @@ def numeric_text(
     names = {s: name for name, s in arguments.items() if name not in vectors}
     names |= {s: f"{name}_{i}" for name, v in vectors.items() for i, s in enumerate(v)}
     # a parameter's own name may be a word of Python or of this text
-    safe = {s: sympy.Symbol(name, real=True) for s, name in names.items() if s.name != name}
+    safe = {s: sympy.Symbol(name, real=True) for s, name in names.items() if str(s) != name}
     shaped = [np.array(result, dtype=object) for result in results]
     before = [(letters, [e.xreplace(safe) for e in values]) for letters, values in definitions]
     lines, texts = body(
@@ -70,7 +70,7 @@ def numeric_text(
 
 def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> Callable[..., Any]:
     """The function of a text that `numeric_text` wrote, in an arithmetic."""
-    namespace = numbers.array_namespace() if columns else numbers.namespace()
+    namespace: dict[str, Any] = getattr(numbers, "array_namespace" if columns else "namespace")()
     with numbers.working():  # tables compute constants of theirs first
         function: Callable[..., Any] = run_text(text, namespace)["function"]
     return function

@@ -24,4 +24,5 @@ Exact: TypeAlias = Any
 Number: TypeAlias = Any
 #: numbers of an arithmetic in an array, of one and of two dimensions
 Vector: TypeAlias = np.ndarray
+Numbers: TypeAlias = Sequence[Number] | np.ndarray
 Matrix: TypeAlias = np.ndarray

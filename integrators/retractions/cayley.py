@@ -10,7 +10,8 @@ import numpy as np
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
 from ..numbers import sympy
-from .retraction import AlgebraInNumbers, EquivariantRetraction, complex_form
+from .implicit_product import AlgebraInNumbers
+from .retraction import EquivariantRetraction, complex_form
 
 
 @dataclass(frozen=True)
