@@ -61,7 +61,8 @@ class LegendreMaps:
         difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
         gain = difference.T * of_u + of_x + turned_x + turned_y
         for block in self.of.moved:
-            right, left = block.fields or ()
+            assert block.fields is not None
+            right, left = block.fields
             d_z = d.of(block.letters)
             minus, plus = minus + right.T * d_z, plus + left.T * d_z
             gain += (left - right).T * d_z

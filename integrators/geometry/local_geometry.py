@@ -90,7 +90,7 @@ class LocalGeometry:
         """The number of the branch at (x, u), where L_d is given on the group."""
         return self._value("branch", x, u, self.q)
 
-    def _value(self, what: str, *arguments: Vector | list[Number]) -> Any:
+    def _value(self, what: str, *arguments: Numbers) -> Any:
         return _function(self.scheme.origin, self.numbers, what)(*arguments)
 
     def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Matrix:

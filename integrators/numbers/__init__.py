@@ -35,12 +35,13 @@ from .printing import Call, Coefficients, Parameters, Together, code, function_t
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
-    "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function", "LazyModule", "Letters",
-    "Matrix", "Multiple", "Number", "Numbers", "Parameters", "Together", "Vector", "arithmetic", "code",
-    "collect", "entry", "evaluate", "evaluate_at", "evaluate_matrix", "exact",
-    "exact_matrices", "exact_nested", "exact_rational", "exact_vector", "first_violation",
-    "flatten", "floats_exact", "function_text", "held", "inlined", "is_zero", "jacobian",
-    "needed", "newton", "null_direction", "number", "numeric", "numeric_function",
-    "numeric_text", "opaque", "random_columns", "random_point", "register", "replaced",
-    "run_text", "shown", "symbols_of", "sympy", "to_sympy", "with_tables", "written_out",
+    "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function", "LazyModule",
+    "Letters", "Matrix", "Multiple", "Number", "Numbers", "Parameters", "Together", "Vector",
+    "arithmetic", "code", "collect", "entry", "evaluate", "evaluate_at", "evaluate_matrix",
+    "exact", "exact_matrices", "exact_nested", "exact_rational", "exact_vector",
+    "first_violation", "flatten", "floats_exact", "function_text", "held", "inlined",
+    "is_zero", "jacobian", "needed", "newton", "null_direction", "number", "numeric",
+    "numeric_function", "numeric_text", "opaque", "random_columns", "random_point",
+    "register", "replaced", "run_text", "shown", "symbols_of", "sympy", "to_sympy",
+    "with_tables", "written_out",
 ]  # fmt: skip
