@@ -16,7 +16,7 @@ class DiscmechError(Exception):
 
 
 class BadInput(DiscmechError, ValueError):
-    """The input cannot be used as it is: the message names it and says how to mend it."""
+    """The input cannot be used as it is: the message names it and says how to fix it."""
 
 
 def line_of(function: Any, error: BaseException | None = None) -> str:

@@ -95,10 +95,10 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
                 continue  # the start's momentum is only given with the run
             mu = _with_parameters(s, [s.lagrangian.diff(v) for v in s.u])
             formula = formula.xreplace(dict(zip(s.mu, mu, strict=True)))
-        found = formula.xreplace(at)
-        if sympy.simplify(found - wanted) != 0:
+        value = formula.xreplace(at)
+        if sympy.simplify(value - wanted) != 0:
             raise BadInput(
-                f"{scene.name}: {name} is {_beside(found, wanted)} at x0, but must be "
+                f"{scene.name}: {name} is {_compared(value, wanted)} at x0, but must be "
                 f"{wanted}; change x0 (an exact value: fractions such as 2/7, 3/7, 6/7)."
             )
 
@@ -109,14 +109,14 @@ def check_momentum(s: SceneSymbols, scene: Scene, x: Any, mu: Any) -> None:
     They may come from a row of a run, so not exactly: up to 2⁻²⁶ of what a relative change of every
     entry by one would make, Σ |∂f/∂zᵢ zᵢ|.
     """
-    letters, numbers = [*s.x, *s.mu], [to_sympy(exact(e, "start")) for e in [*x, *mu]]
-    at = dict(zip(letters, numbers, strict=True))
+    start = [to_sympy(exact(e, "start")) for e in [*x, *mu]]
+    at = dict(zip([*s.x, *s.mu], start, strict=True))
     for name, formula, wanted in _constraints(s, scene):
-        found = formula.xreplace(at)
-        size = sum(abs(formula.diff(z).xreplace(at) * value) for z, value in at.items())
-        if abs(float(found - wanted)) > 2**-26 * float(size):
+        value = formula.xreplace(at)
+        size = sum(abs(formula.diff(z).xreplace(at) * number) for z, number in at.items())
+        if abs(float(value - wanted)) > 2**-26 * float(size):
             raise BadInput(
-                f"{scene.name}: {name} is {_beside(found, wanted)} at this start, but must be "
+                f"{scene.name}: {name} is {_compared(value, wanted)} at this start, but must be "
                 f"{wanted}; change mu0, or x0."
             )
 
@@ -136,7 +136,7 @@ def _with_parameters(s: SceneSymbols, expressions: list[Any]) -> list[Any]:
     return [e.xreplace(values) for e in expressions]
 
 
-def _beside(found: Any, wanted: Any) -> str:
-    """A number, told apart from the one it should be."""
-    difference = float(found - wanted)
-    return f"{float(found):.6g}" if abs(difference) > 1e-4 else f"{wanted} {difference:+.2g}"
+def _compared(value: Any, wanted: Any) -> str:
+    """A number in so many digits that it differs from the one it should be."""
+    difference = float(value - wanted)
+    return f"{float(value):.6g}" if abs(difference) > 1e-4 else f"{wanted} {difference:+.2g}"

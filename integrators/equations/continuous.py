@@ -75,7 +75,7 @@ def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Any) -> list[Any]:
             f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
             "trajectory(..., mu0=...)."
         )
-    f = _momentum_function(s, numbers)
+    f = _momentum_function(s.origin, numbers)
     with numbers.working():
         x = [numbers.number(v) for v in scene.x0]
         v = [numbers.number(v) for v in scene.v0]

@@ -44,7 +44,7 @@ class DiscreteEquations:
         if scene.discrete_lagrangian is not None and not isinstance(rule, Composition):
             rule = own  # no rule has a say where L_d is given
         self.scene, self.rule = scene, rule
-        #: what the kernels depend on beside L_d and the groupoid: nothing, as long as nobody
+        #: what the kernels depend on besides L_d and the groupoid: nothing, as long as nobody
         #: changes what is derived (`studies.power` does, to see whether that is noticed)
         self.mark = ""
         self.s = s = SceneSymbols(scene, rule.stages)
@@ -141,12 +141,15 @@ class DiscreteEquations:
 
         With stages the derivative along ∂L_d/∂s = 0, still written in (x, u, s).
         """
-        slope = self.written_out(self.at_points.total(self.at_points.minus, self.u))
-        if len(self.s.stages):
-            across = self.written_out(self.at_points.total(self.at_points.minus, self.s.stages))
-            of_stages = [self.written_out(self.at_points.total(self.at_points.stage_equations, c))
-                         for c in (self.s.stages, self.u)]  # fmt: skip
-            slope -= across * of_stages[0].LUsolve(of_stages[1])
+        maps, stages = self.at_points, self.s.stages
+
+        def by(column: Any, variable: Any) -> Any:
+            return self.written_out(maps.total(column, variable))
+
+        slope = by(maps.minus, self.u)
+        if len(stages):
+            equations = maps.stage_equations
+            slope -= by(maps.minus, stages) * by(equations, stages).LUsolve(by(equations, self.u))
         return -slope.T
 
     @cached_property

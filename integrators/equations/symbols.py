@@ -16,10 +16,6 @@ from ..scene import OnGroup, Scene
 _TAKEN = re.compile(r"h|mu|(x|u|v|w|y|d|s|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
 
 
-def _rows(value: Any) -> tuple[Any, ...]:
-    return value if isinstance(value, tuple) else ()
-
-
 class SceneSymbols:
     """Columns x, u, y, mu (natural momenta), the step h and the parameters of one scene.
 
@@ -29,6 +25,8 @@ class SceneSymbols:
 
     def __init__(self, scene: Scene, stages: int = 0) -> None:
         self.scene = scene
+        #: these symbols before other values were put into a copy of them (`Scheme.at`)
+        self.origin = self
         own = scene.groupoid._symbols
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
         self.y = self.vector("y", scene.groupoid.dim_x)
@@ -60,21 +58,19 @@ class SceneSymbols:
     def _parameter(self, name: str, value: Any) -> Any:
         if _TAKEN.fullmatch(name):
             name = f"p.{name}"  # no identifier, so it is nobody else's symbol
-        if len({len(row) if isinstance(row, tuple) else 0 for row in _rows(value)}) > 1:
-            raise BadInput(f"{self.scene.name}: the rows of parameter {name} differ in length.")
         if not isinstance(value, tuple):
             symbol = sympy.Symbol(name, real=True)
             self.parameter_list.append(symbol)
             return symbol
-        rows = [row if isinstance(row, tuple) else (row,) for row in value]
-        symbols = [
-            [sympy.Symbol("_".join([name, *map(str, index)]), real=True) for index in indices]
-            for indices in (
-                [(i, j) if isinstance(value[i], tuple) else (i,) for j in range(len(row))]
-                for i, row in enumerate(rows)
-            )
-        ]
-        matrix = sympy.Matrix(symbols)
+        if len({len(row) if isinstance(row, tuple) else 0 for row in value}) > 1:
+            raise BadInput(f"{self.scene.name}: the rows of parameter {name} differ in length.")
+        nested = isinstance(value[0], tuple) if value else False
+        columns = len(value[0]) if nested else 1
+
+        def letter(i: int, j: int) -> Any:
+            return sympy.Symbol(f"{name}_{i}_{j}" if nested else f"{name}_{i}", real=True)
+
+        matrix = sympy.Matrix(len(value), columns, letter)
         self.parameter_list.extend(matrix)
         return matrix
 
@@ -142,11 +138,11 @@ class SceneSymbols:
                 f"the parameters are: {known}."
             ) from error
         except Exception as error:
-            # what is made for numbers alone says that it has another type
-            mend = "write it with sympy functions" if isinstance(error, TypeError) else "mend it"
+            # a function made for numbers alone says that a symbol has the wrong type
+            fix = "write it with sympy functions" if isinstance(error, TypeError) else "fix it"
             raise BadInput(
                 f"{self._at(function, what, error)} could not be evaluated with symbols "
-                f"({type(error).__name__}: {error}); {mend}."
+                f"({type(error).__name__}: {error}); {fix}."
             ) from error
         return self.scalar(value, what, function)
 

@@ -91,7 +91,7 @@ CASES = {
                           "bad: its Lagrangian could not be evaluated with symbols .*Zero"),
     "numpy": (lambda: with_lagrangian(lambda x, v, p: np.cos(x[0]) * v[0] ** 2),
               "its Lagrangian could not be evaluated .* write it with sympy functions"),
-    "index": (lambda: with_lagrangian(lambda x, v, p: v[1]), "IndexError.*; mend it"),
+    "index": (lambda: with_lagrangian(lambda x, v, p: v[1]), "IndexError.*; fix it"),
     "arguments": (lambda: with_lagrangian(lambda x, v: v[0]), "its Lagrangian could not be"),
     "parameter not there": (
         lambda: with_lagrangian(lambda x, v, p: p.width * v[0], parameters={"length": 1}),
