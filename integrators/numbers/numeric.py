@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -71,9 +72,14 @@ def numeric_text(
 def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> Callable[..., Any]:
     """The function of a text that `numeric_text` wrote, in an arithmetic."""
     namespace = numbers.array_namespace() if columns else numbers.namespace()
-    with numbers.working():  # tables compute constants of theirs first
-        function: Callable[..., Any] = run_text(text, namespace)["function"]
-    return function
+    with numbers.working():  # tables compute their constants first
+        return run_text(text, namespace)["function"]  # type: ignore[no-any-return]
+
+
+@lru_cache(maxsize=256)
+def registered_function(name: str, numbers: Arithmetic) -> Callable[..., Any]:
+    """The function that is registered (`multi_output.register`) under a name, in an arithmetic."""
+    return run_text(with_tables(f"# {name}()"), numbers.namespace())[name]  # type: ignore[no-any-return]
 
 
 def run_text(text: str, namespace: Mapping[str, Any]) -> dict[str, Any]:

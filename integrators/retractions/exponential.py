@@ -15,10 +15,10 @@ import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
-from ..numbers import sympy
+from ..numbers import registered_function, sympy
 from .ad_spectrum import turnings
 from .implicit_product import AlgebraInNumbers
-from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction, in_arithmetic
+from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction
 from .retraction import EquivariantRetraction, complex_form
 from .stumpff import stumpff
 
@@ -89,10 +89,11 @@ class Exponential(EquivariantRetraction):
         return total
 
     def element_in(self, frame: AlgebraInNumbers, xi: Any) -> np.ndarray:
-        return frame.e + in_arithmetic(frame.numbers)(frame.hat(xi), DISPLACEMENT)
+        function = registered_function("matrix_function", frame.numbers)
+        return np.asarray(frame.e + function(frame.hat(xi), DISPLACEMENT))
 
     def coordinates_in(self, frame: AlgebraInNumbers, g: np.ndarray) -> np.ndarray:
-        """Of the principal logarithm; raises `BadInput` where an angle reaches a half-turn.
+        """Coordinates of log g, m numbers; raises `BadInput` where an angle reaches a half-turn.
 
         Square roots until near e, then log g = 2 artanh((g − e)(g + e)⁻¹) by its series (Higham,
         Functions of Matrices, 11.5).
