@@ -69,8 +69,11 @@ def _values(
             return parts[0] ** (int(e.exp) if e.exp.is_Integer else parts[1])
         if hasattr(e, "in_arithmetic"):
             return e.in_arithmetic(numbers, parts)
-        name = FUNCTIONS.get(type(e).__name__)
-        return functions[name](*parts) if name else numbers.number(e)
+        if name := FUNCTIONS.get(type(e).__name__):
+            return functions[name](*parts)
+        given = [a if a.is_number else sympy.Float(str(v), numbers.digits)
+                 for a, v in zip(e.args, parts, strict=True)]  # fmt: skip
+        return numbers.number(e.func(*given))  # of sympy's own, such as sign
 
     for d in definitions:
         values = [value_of(e) for e in d.values]

@@ -23,7 +23,7 @@ from .stumpff import stumpff
 
 @dataclass(frozen=True)
 class Turning:
-    """One ideal of an algebra that turns at one rate.
+    """One ideal of an algebra, on which ad turns at one rate.
 
     project: the projection on it in the coordinates of the whole algebra, m×m.
     pairs: how many pairs ±√−z the spectrum of ad has, `pairs_of_matrix` that of the matrix ξ̂.
@@ -85,7 +85,7 @@ class Turning:
     def squared_rate(self, xi: Any) -> Any:
         """ϑ² at ξ where ±iϑ are the eigenvalues of ad on this ideal (negative: ad stretches)."""
         s = self.algebra.ad(self.project * xi)
-        return _rate((s * s).applyfunc(_expand), self.pairs)
+        return _rate(s * s, self.pairs)
 
 
 @lru_cache(maxsize=64)
