@@ -1,7 +1,7 @@
 """Letters that stand for expressions, and functions called from several places.
 
-Large expressions are kept as small ones in named letters. A list of definitions is ordered: each
-uses letters of those before it, and of whatever the reader supplies.
+Large expressions are split into small ones with a letter each. A list of definitions is ordered:
+each uses the letters of earlier ones, and letters that the reader supplies.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Function:
     """A function of numbers with several results, written once and called from several places.
 
     `definitions` are computed inside it; `results` are expressions in `arguments`, in letters that
-    every caller has (x, y, q) and in those of the definitions.
+    every caller has (x, y, q) and in letters of the definitions.
     """
 
     name: str

@@ -16,7 +16,7 @@ import numpy as np
 from .arithmetic import Arithmetic
 from .lazy import sympy
 from .multi_output import with_tables
-from .printing import Definition, body
+from .printing import Assignment, body
 from .types import Letter, Letters
 
 #: what decorates functions in generated modules; only machine code has use for it
@@ -27,7 +27,7 @@ def numeric(
     arguments: Mapping[str, Letter | Letters],
     results: Sequence[Any],
     numbers: Arithmetic,
-    definitions: Sequence[Definition] = (),
+    definitions: Sequence[Assignment] = (),
     columns: bool = False,
 ) -> Callable[..., Any]:
     """The results as a function of the arguments, in an arithmetic that must be at work.
@@ -45,7 +45,7 @@ def numeric(
 def numeric_text(
     arguments: Mapping[str, Letter | Letters],
     results: Sequence[Any],
-    definitions: Sequence[Definition] = (),
+    definitions: Sequence[Assignment] = (),
 ) -> str:
     """Text of the function that `numeric` makes, good for every arithmetic."""
     vectors = {name: list(given) for name, given in arguments.items() if hasattr(given, "__len__")}

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -44,10 +45,8 @@ class Exponential(EquivariantRetraction):
     def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
         if not turnings(algebra):
             return complex_form(algebra, MatrixFunction(DISPLACEMENT, algebra.real.basis)(xi))
-        first, *others = (turning.displacement(xi) for turning in turnings(algebra))
-        for other in others:  # commuting factors: (e + a)(e + b) − e
-            first = first + other + first * other
-        return first
+        parts = (turning.displacement(xi) for turning in turnings(algebra))
+        return reduce(lambda a, b: a + b + a * b, parts)  # commuting factors: (e + a)(e + b) − e
 
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
         if not turnings(algebra):

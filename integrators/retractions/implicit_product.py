@@ -95,6 +95,9 @@ def _slope(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any, d_xi: Any, d_eta
     return sympy.ImmutableMatrix(total)
 
 
+_frame = lru_cache(maxsize=64)(AlgebraInNumbers)
+
+
 @lru_cache(maxsize=4096)
 def _numbers(tau: Any, algebra: MatrixAlgebra, values: tuple[Any, ...], numbers: Any) -> Any:
     """The m entries at numbers ξ, η."""
@@ -102,8 +105,3 @@ def _numbers(tau: Any, algebra: MatrixAlgebra, values: tuple[Any, ...], numbers:
     with numbers.working():
         first, second = (tau.element_in(frame, part) for part in (values[:m], values[m:]))
         return tau.coordinates_in(frame, first @ second)
-
-
-@lru_cache(maxsize=64)
-def _frame(algebra: MatrixAlgebra, numbers: Any) -> AlgebraInNumbers:
-    return AlgebraInNumbers(algebra, numbers)
