@@ -20,7 +20,7 @@ class MatrixAlgebra:
     """The span of `basis` (m linearly independent N×N matrices), closed under the commutator.
 
     Coordinates ξ ∈ Rᵐ stand for the matrix ξ^γ e_γ. Matrices are given as rows, or as numpy's or
-    sympy's, and stored as nested tuples of exact numbers, so that building an algebra loads nothing;
+    sympy's, and stored as nested tuples of exact numbers: building an algebra loads nothing, and
     what needs symbolic mathematics is derived when first asked for.
     `cover`: elements B of the group, e first, such that every g has det(e + g B⁻¹) ≠ 0 for one of
     them: their translates of the Cayley chart hold the whole group (paper, section 4.3).
