@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations, combinations_with_replacement, product
+from itertools import accumulate, combinations, combinations_with_replacement, permutations, product
 from math import prod
 from typing import Any
 
@@ -20,11 +20,11 @@ class MatrixAlgebra:
     """The span of `basis` (m linearly independent N×N matrices), closed under the commutator.
 
     Coordinates ξ ∈ Rᵐ stand for the matrix ξ^γ e_γ. Matrices are given as rows, or as numpy's or
-    sympy's, and kept as nested tuples of exact numbers, so that building an algebra loads nothing;
+    sympy's, and stored as nested tuples of exact numbers: building an algebra loads nothing, and
     what needs symbolic mathematics is derived when first asked for.
     `cover`: elements B of the group, e first, such that every g has det(e + g B⁻¹) ≠ 0 for one of
     them: their translates of the Cayley chart hold the whole group (paper, section 4.3).
-    Raises `BadInput` for what are no square matrices of numbers of one size.
+    Raises `BadInput` unless they are square matrices of numbers, all of one size.
     """
 
     name: str
@@ -56,7 +56,7 @@ class MatrixAlgebra:
 
     @property
     def translates(self) -> tuple[Nested, ...]:
-        """The cover, or e alone where none is known."""
+        """The elements B of the cover, or e alone where no cover is known."""
         return self.cover or (_signature((1,) * self.size),)
 
     def hat(self, xi: Sequence[Any]) -> Any:
@@ -72,10 +72,10 @@ class MatrixAlgebra:
     @cached_property
     def is_complex(self) -> bool:
         """Whether a basis matrix has an entry that is not real."""
-        entries = (entry for e in self.basis for row in e for entry in row)
         return any(  # without sympy: building an action loads nothing
-            isinstance(e, complex) or getattr(e, "is_real", True) is False for e in entries
-        )
+            isinstance(entry, complex) or getattr(entry, "is_real", True) is False
+            for e in self.basis for row in e for entry in row
+        )  # fmt: skip
 
     def contains(self, matrix: Any) -> bool:
         """Whether the matrix is a combination of the basis (exactly)."""
@@ -90,7 +90,7 @@ class MatrixAlgebra:
     @cached_property
     def dual(self) -> Any:
         """The m×N² matrix that reads coordinates off a matrix (least squares, exact)."""
-        columns = sympy.Matrix.hstack(*[e.reshape(self.size**2, 1) for e in self._matrices])
+        columns = sympy.Matrix([list(e) for e in self._matrices]).T
         gram = columns.H * columns
         if gram.det() == 0:
             raise BadInput(
@@ -125,7 +125,7 @@ class MatrixAlgebra:
 
     @cached_property
     def ideals(self) -> list[Any]:
-        """Projections (m×m, rational) on ideals whose direct sum this is; [1] if it is simple.
+        """Projections (m×m, rational) on ideals whose direct sum the algebra is; [1] if simple.
 
         They are eigenspaces of a random map that commutes with every ad_ξ.
         """
@@ -143,41 +143,33 @@ class MatrixAlgebra:
         spaces = [sympy.Matrix.hstack(*(commuting - r * one).nullspace()) for r in roots]
         if len(roots) < 2 or sum(space.cols for space in spaces) != self.dim:
             return [one]
-        back, projections = sympy.Matrix.hstack(*spaces).inv(), []
-        for space in spaces:
-            projections.append(space * back[: space.cols, :])
-            back = back[space.cols :, :]
-        return projections
+        basis, ends = sympy.Matrix.hstack(*spaces), accumulate(space.cols for space in spaces)
+        back = basis.inv()
+        return [
+            space * back[end - space.cols : end, :] for space, end in zip(spaces, ends, strict=True)
+        ]
 
     @cached_property
     def real(self) -> MatrixAlgebra:
-        """The algebra itself if its matrices are real, else with a + ib ↦ [[a, −b], [b, a]].
-
-        The cover, which is real, goes with it.
-        """
+        """The algebra itself if its matrices are real, else with a + ib ↦ [[a, −b], [b, a]]."""
         if not self.is_complex:
             return self
-        n, basis = self.size, []
-        for e in self._matrices:
-            a, b = e.as_real_imag()
-            basis.append(a.row_join(-b).col_join(b.row_join(a)).tolist())
-        at = [(k, i, j) for k in (0, n) for i, j in product(range(n), repeat=2)]
-        cover = [
-            _elementary(2 * n, {(k + i, k + j): B[i][j] for k, i, j in at}) for B in self.cover
-        ]
-        return MatrixAlgebra(self.name, basis, cover)  # type: ignore[arg-type]
+        parts = [e.as_real_imag() for e in self._matrices]
+        parts += [(sympy.Matrix(B), sympy.zeros(self.size)) for B in self.cover]
+        real = [a.row_join(-b).col_join(b.row_join(a)).tolist() for a, b in parts]
+        return MatrixAlgebra(self.name, real[: self.dim], real[self.dim :])  # type: ignore[arg-type]
 
     @cached_property
     def adjoint(self) -> tuple[Nested, ...]:
-        """The m×m matrices of ad along each basis matrix, as a basis is given."""
+        """The m×m matrices of ad along each basis matrix, as nested tuples."""
         units = sympy.eye(self.dim).tolist()
         return tuple(tuple(map(tuple, self.ad(row).tolist())) for row in units)
 
     @cached_property
     def closed_under_triple_products(self) -> bool:
-        """Whether ξηξ stays in the algebra: what Cayley needs.
+        """Whether ξηξ stays in the algebra, as Cayley needs: true of so, se, sp, sl(2), su(2).
 
-        Tested by polarisation on e_a e_c e_b + e_b e_c e_a; true of so, se, sp, sl(2), su(2).
+        Tested by polarisation on e_a e_c e_b + e_b e_c e_a.
         """
         es = self._matrices
         pairs = combinations_with_replacement(es, 2)
@@ -189,12 +181,11 @@ def _elementary(n: int, entries: dict[tuple[int, int], Any]) -> Nested:
 
 
 def _signature(signs: Sequence[int]) -> Nested:
-    """The diagonal matrix of these signs."""
     return _elementary(len(signs), {(i, i): sign for i, sign in enumerate(signs)})
 
 
 def _signatures(n: int, fixed: int = 0) -> tuple[Nested, ...]:
-    """The 2ⁿ⁻¹ diagonal matrices of signs with determinant 1, e first; then `fixed` ones.
+    """The 2ⁿ⁻¹ diagonal matrices of signs with determinant 1, e first; `fixed` more entries are 1.
 
     Some translate of SO(n) has det(e + g B⁻¹) ≥ 2, for the mean of det(B + g) over them is 2.
     """
@@ -235,7 +226,7 @@ def sl(n: int) -> MatrixAlgebra:
     """Traceless n×n matrices: the diagonal E_ii − E_i+1,i+1, then E_ij for i ≠ j."""
     _sized("sl", n, 2)
     diagonal = [_elementary(n, {(i, i): 1, (i + 1, i + 1): -1}) for i in range(n - 1)]
-    others = [_elementary(n, {(i, j): 1}) for i in range(n) for j in range(n) if i != j]
+    others = [_elementary(n, {place: 1}) for place in permutations(range(n), 2)]
     return MatrixAlgebra(f"sl({n})", (*diagonal, *others), _plus_minus(n) if n == 2 else ())
 
 
@@ -245,8 +236,8 @@ def sp(n: int) -> MatrixAlgebra:
     if n % 2:
         raise BadInput(f"sp({n}): the size of symplectic matrices is even; write sp({n + 1}).")
     k = n // 2
-    basis = [{(i, j): 1, (k + j, k + i): -1} for i in range(k) for j in range(k)]
-    upper = [(i, j) for i in range(k) for j in range(i, k)]
+    basis = [{(i, j): 1, (k + j, k + i): -1} for i, j in product(range(k), repeat=2)]
+    upper = list(combinations_with_replacement(range(k), 2))
     basis += [{(i, k + j): 1, (j, k + i): 1} for i, j in upper]
     basis += [{(k + i, j): 1, (k + j, i): 1} for i, j in upper]
     cover = _plus_minus(n) if n == 2 else ()

@@ -80,7 +80,7 @@ def test_scenes_are_data(path):
         "algebras",
         "errors",
         "groupoids",
-        "numbers.lazy",
+        "numbers.sympy",
         "retractions",
         "scene",
         "scenes",

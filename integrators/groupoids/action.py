@@ -16,7 +16,7 @@ from .local import column_of
 
 
 class ActionGroupoid(RetractionGroupoid):
-    """What all right actions share; subclasses say `moved` and may state ρ and the increment."""
+    """Base of right actions; a subclass gives `moved` and may state ρ and the increment."""
 
     kind = "action"
 
@@ -113,7 +113,7 @@ class RowAction(ActionGroupoid):
 class UserAction(ActionGroupoid):
     """A right action given by its map right_action(x, g) on Rⁿ or on an open part of it."""
 
-    mend = "; a right action has x·e = x and (x·g)·g′ = x·(gg′)"
+    fix = "; a right action has x·e = x and (x·g)·g′ = x·(gg′)"
 
     def __init__(
         self,

@@ -40,9 +40,9 @@ def axioms(groupoid: Any, point: dict[str, Any]) -> dict[str, Any]:
 def check_axioms(groupoid: Any) -> None:
     """Raise `BadInput` unless what the user gave of a groupoid makes it one.
 
-    The axioms are evaluated at random rational points, exactly or to 40 digits: a false identity
-    between analytic functions shows there with certainty in practice. The algebra of a matrix
-    group has to be closed. Groupoids of this package are compared with the laws by the tests.
+    The axioms are evaluated at random rational points, exactly or to 40 digits, where a false
+    identity between analytic functions shows in practice. The algebra of a matrix group must be
+    closed. For groupoids of this package the tests check the laws.
     """
     groupoid.check()
     if not groupoid.by_user:
@@ -60,5 +60,5 @@ def check_axioms(groupoid: Any) -> None:
                 place = f"{groupoid.place}: " if groupoid.place else ""
                 raise BadInput(
                     f"{place}{groupoid.name} is not a groupoid: {law} fails at "
-                    f"{shown}{groupoid.mend}."
+                    f"{shown}{groupoid.fix}."
                 )

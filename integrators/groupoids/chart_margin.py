@@ -17,20 +17,17 @@ from ..numbers import evaluate_matrix, exact, exact_vector, sympy, to_sympy
 
 
 def chart_extents(groupoid: Any, x: Any, u: Any, h: Any) -> list[tuple[str, Any]]:
-    """What tells how near the chart's edges an arrow is, symbolic (`Retraction.extents`).
-
-    Nothing where there is no edge.
-    """
-    found = [
-        extent
+    """How near an arrow is to each edge of its chart, symbolic (`Retraction.extents`)."""
+    return [
+        (kind, value)
         for group, xi in groupoid.group_parts(x, u, h)
-        for extent in group.tau.extents(group.algebra, xi)
+        for kind, value in group.tau.extents(group.algebra, xi)
+        if value.free_symbols
     ]
-    return [(kind, value) for kind, value in found if value.free_symbols]
 
 
 def chart_reach(groupoid: Any) -> float:
-    """The size (`chart_extents`) at which a chart is left (`Retraction.reach`)."""
+    """The size (`chart_extents`) at which a run leaves its chart (`Retraction.reach`)."""
     groups = groupoid.matrix_groups()
     return min((group.tau.reach(group.algebra) for group in groups), default=math.inf)
 
@@ -44,12 +41,12 @@ def margin_of(size: Any) -> float:
 class Position:
     """Where an arrow lies in its chart.
 
-    inside: whether the chart's symmetric neighbourhood holds it; distance: to the chart's edge
-    (infinite where there is none; None where the groupoid does not know it); condition_L,
-    condition_R: condition numbers of L and R; margin: 1 at the identities, 0 at the edge.
+    inside: whether it lies in the symmetric neighbourhood; distance: to the chart's edge (infinite
+    without an edge; None if the groupoid does not know it); condition_L, condition_R: condition
+    numbers of L and R; margin: 1 at the identities, 0 at the edge.
 
-    Distance and margin are the retraction's (`distance_and_margin`), of a product the least of its
-    parts. Where no group takes part, the margin is the inverse of the larger condition number.
+    Distance and margin come from the retraction (`distance_and_margin`), for a product the least of
+    its parts. Without a group, the margin is the inverse of the larger condition number.
     """
 
     inside: bool
@@ -60,7 +57,11 @@ class Position:
 
 
 def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
-    """The position of the arrow (x, u) at step h; `Groupoid.position` says the rest."""
+    """Where the arrow (x, u) lies in its chart, at the step h.
+
+    x: n numbers, u: m numbers; a float is its binary value. Raises `BadInput` for other shapes,
+    what is no number, and a step of 0.
+    """
     step = to_sympy(exact(h, "the step"))
     if step == 0:
         raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
@@ -77,14 +78,14 @@ def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
         conditions = [
             float(np.linalg.cond(numbers(f(*at, step)))) for f in (groupoid.L, groupoid.R)
         ]
-        found = [
+        edges = [
             group.tau.distance_and_margin(group.algebra, numbers(xi)[:, 0])
             for group, xi in groupoid.group_parts(*at, step)
         ]
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):  # the maps have no value there
         return Position(False, 0.0, 0.0, math.inf, math.inf)
-    if found:
-        distance, margin = (min(values) for values in zip(*found, strict=True))
+    if edges:
+        distance, margin = (min(values) for values in zip(*edges, strict=True))
         return Position(distance > 0, distance, margin, *conditions)
     worst = max(conditions)
     margin = 1 / worst if worst < 2.0**53 else 0.0  # beyond, u has no digits left

@@ -40,12 +40,7 @@ class ConnectionGroupoid(ProductGroupoid):
         if not callable(connection):
             raise BadInput(f"{self.name}: connection is {connection!r}; give a function of x.")
         self.connection: Callable[..., Any] = connection
-        self.by_user = True
-
-    def with_retraction(self, retraction: Any) -> Groupoid:
-        first, second = self.parts
-        other = second.with_retraction(retraction)
-        return self if other is second else ConnectionGroupoid(first, other, self.connection)
+        self.further, self.by_user = (connection,), True
 
     @property
     def name(self) -> str:
@@ -86,21 +81,18 @@ class ConnectionGroupoid(ProductGroupoid):
         return self._sheared(-block * self.L(x, w, h)[n:, :n], block)
 
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
-        """h times those of the frame (ē_i, e_a): curvature, and the bracket with A."""
+        """h times the structure functions of (ē_i, e_a): curvature, and the bracket with A."""
         n, k = (g.dim_u for g in self.parts)
         constants = [c / h for c in self.parts[1].structure_functions(x[:0, :], h)]
         A = self._A(x)
         slopes = self._at(self._slopes, x=x)  # row a + k·i: ∂A^a_i/∂x^j
-        found = [sympy.zeros(n + k) for _ in range(n)]
+        functions = [sympy.zeros(n + k) for _ in range(n)]
         for a, c in enumerate(constants):
             d = slopes[a::k, :]
-            block = sympy.zeros(n + k)
-            block[:n, :n] = d - d.T + A.T * c * A
-            block[:n, n:] = -A.T * c
-            block[n:, :n] = -c * A
-            block[n:, n:] = c
-            found.append(block)
-        return [h * c for c in found]
+            block = sympy.Matrix.diag(d - d.T + A.T * c * A, c)
+            block[:n, n:], block[n:, :n] = -A.T * c, -c * A
+            functions.append(h * block)
+        return functions
 
     @cached_property
     def _inversion(self) -> Any:
@@ -133,8 +125,7 @@ class ConnectionGroupoid(ProductGroupoid):
     @cached_property
     def _slopes(self) -> Any:
         """∂A^a_i/∂x^j in row a + k·i, column j."""
-        flat = self._matrix.T.reshape(len(self._matrix), 1)
-        return flat.jacobian(self._symbols["x"])
+        return self._matrix.vec().jacobian(self._symbols["x"])
 
     def _along(self, x: Any, w: Any) -> Any:
         """∂(A(x) w)/∂x at fixed w, k×n."""

@@ -6,8 +6,8 @@ Coordinates (x, u) ∈ Rⁿ×Rᵐ with α(x, u) = x and identities (x, 0). Two m
     product   (x, u)(y, v) = (x, p(x, u, v; h)),   composable iff y = b(x, u; h)
 
 u is velocity-like: it is scaled by the step h (pair: b = x + hu; group: the element is τ(hu)).
-Whatever else the theory needs is derived here, once, by exact differentiation; a groupoid states
-what it knows in closed form, and the laws in the tests compare that with the derived one.
+All else is derived here by exact differentiation; a groupoid states what it knows in closed form,
+and the laws in the tests compare that with the derived form.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 
 from ..errors import BadInput
 from ..numbers import first_violation, sympy
-from .chart_margin import Position, position
+from .chart_margin import position
 
 
 class Groupoid(ABC):
@@ -37,9 +37,9 @@ class Groupoid(ABC):
     retraction: str | None = None
     #: Whether a scheme checks the axioms: not where the tests already check its closed forms.
     by_user: bool = True
-    #: Where in a file the user's own map is, and what to change if the axioms fail.
+    #: Where in a file the user's own map stands, and what to change if the axioms fail.
     place: str = ""
-    mend: str = ""
+    fix: str = ""
 
     @property
     @abstractmethod
@@ -104,7 +104,7 @@ class Groupoid(ABC):
         return [self._at(c, x=x, h=h) for c in self.derived["C"]]
 
     def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
-        """(matrix group, the column ξ of its element) of each that takes part; here none."""
+        """(matrix group, the column ξ of its element) for each group that takes part."""
         return []
 
     def matrix_groups(self) -> list[Any]:
@@ -112,13 +112,7 @@ class Groupoid(ABC):
         s = self._symbols
         return [group for group, _ in self.group_parts(s["x"], s["u"], s["h"])]
 
-    def position(self, x: Any, u: Any, h: Any) -> Position:
-        """Where the arrow (x, u) lies in its chart (`chart_margin.Position`).
-
-        x: n numbers, u: m numbers, h: the step; a float is its binary value. Raises `BadInput` for
-        other shapes, what is no number, and a step of 0.
-        """
-        return position(self, x, u, h)
+    position = position
 
     def with_retraction(self, retraction: Any) -> Groupoid:
         """The groupoid in another retraction's chart; itself where none is used.
@@ -132,13 +126,12 @@ class Groupoid(ABC):
 
         Raises `BadInput` where none could be derived: say `inverse=` then.
         """
-        found = self._inversion
-        if found is None:
+        if self._inversion is None:
             raise BadInput(
                 f"{self.name}: no closed form of the inversion was found; give it as "
                 "inverse=lambda x, u, h: ..."
             )
-        return self._at(found, x=x, u=u, h=h)
+        return self._at(self._inversion, x=x, u=u, h=h)
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:
         """b(x, u; h) − x with the difference cancelled, so that nothing is lost at small h."""
@@ -163,17 +156,12 @@ class Groupoid(ABC):
 
     @cached_property
     def _symbols(self) -> dict[str, Any]:
-        def vector(letter: str, length: int) -> Any:
-            return sympy.Matrix(
-                length, 1, [sympy.Symbol(f"{letter}_{i}", real=True) for i in range(length)]
-            )
-
-        return {
-            "x": vector("x", self.dim_x),
-            "u": vector("u", self.dim_u),
-            "v": vector("v", self.dim_u),
-            "h": sympy.Symbol("h", real=True, nonzero=True),
+        lengths = {"x": self.dim_x, "u": self.dim_u, "v": self.dim_u}
+        vectors = {
+            letter: sympy.Matrix(n, 1, [sympy.Symbol(f"{letter}_{i}", real=True) for i in range(n)])
+            for letter, n in lengths.items()
         }
+        return {**vectors, "h": sympy.Symbol("h", real=True, nonzero=True)}
 
     @cached_property
     def derived(self) -> dict[str, Any]:
@@ -219,10 +207,5 @@ class Groupoid(ABC):
         pairs: dict[Any, Any] = {}
         for name, value in values.items():
             symbol = self._symbols[name]
-            if name == "h":
-                pairs[symbol] = value
-            else:
-                pairs.update(zip(symbol, value, strict=True))
-        return (
-            expression.xreplace(pairs) if expression.shape[0] * expression.shape[1] else expression
-        )
+            pairs |= {symbol: value} if name == "h" else dict(zip(symbol, value, strict=True))
+        return expression.xreplace(pairs) if len(expression) else expression

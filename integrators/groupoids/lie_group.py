@@ -13,12 +13,12 @@ from .groupoid import Groupoid
 
 
 class RetractionGroupoid(Groupoid):
-    """What a group and its actions share: arrows τ(hu) in the chart of a retraction.
+    """Base of groups and their actions: arrows τ(hu) in the chart of a retraction.
 
     Raises `BadInput`, when first used, if the retraction does not fit the algebra.
     """
 
-    #: What a subclass is built from behind the algebra and the retraction.
+    #: what a subclass is built from after the algebra and the retraction
     further: tuple[Any, ...] = ()
 
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction) -> None:
@@ -32,8 +32,14 @@ class RetractionGroupoid(Groupoid):
 
     @property
     def _chart(self) -> str:
-        """What the name says of the retraction: nothing of Cayley's."""
+        """The retraction as part of the name; Cayley is not named."""
         return "" if self.tau is cayley else f", {self.tau.name}"
+
+    @property
+    def _fitting(self) -> Retraction:
+        """The retraction; raises `BadInput` unless it fits the algebra."""
+        self.tau.check(self.algebra)
+        return self.tau
 
     def check(self) -> None:
         """Raise `BadInput` unless the algebra is closed and the retraction fits it."""
@@ -51,17 +57,14 @@ class RetractionGroupoid(Groupoid):
 
     def element(self, u: Any, h: Any) -> Any:
         """τ(hu), N×N."""
-        self.tau.check(self.algebra)
-        return self.tau.element(self.algebra, h * u)
+        return self._fitting.element(self.algebra, h * u)
 
     def displacement(self, u: Any, h: Any) -> Any:
         """τ(hu) − e, N×N, with the difference cancelled."""
-        self.tau.check(self.algebra)
-        return self.tau.displacement(self.algebra, h * u)
+        return self._fitting.displacement(self.algebra, h * u)
 
     def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
-        self.tau.check(self.algebra)
-        return self.tau.product(self.algebra, h * u, h * v) / h
+        return self._fitting.product(self.algebra, h * u, h * v) / h
 
     def L(self, x: Any, u: Any, h: Any) -> Any:
         """dτ⁻¹_{hu} ∘ Ad_{τ(hu)}, m×m (paper, section 3.6.2)."""
@@ -74,8 +77,7 @@ class RetractionGroupoid(Groupoid):
     @cached_property
     def _inverse_left(self) -> Any:
         s = self._symbols
-        self.tau.check(self.algebra)
-        return self.tau.inverse_left_field(self.algebra, s["h"] * s["u"])
+        return self._fitting.inverse_left_field(self.algebra, s["h"] * s["u"])
 
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """h times the structure constants of the algebra."""
@@ -83,9 +85,8 @@ class RetractionGroupoid(Groupoid):
 
     @cached_property
     def _fields(self) -> tuple[Any, Any]:
-        self.tau.check(self.algebra)
         s = self._symbols
-        return self.tau.invariant_fields(self.algebra, s["h"] * s["u"])
+        return self._fitting.invariant_fields(self.algebra, s["h"] * s["u"])
 
     @property
     def symmetric_chart(self) -> bool:

@@ -15,7 +15,7 @@ class LocalGroupoid(Groupoid):
     """Any Lie groupoid near its identities, from its target and product alone.
 
     target(x, u, h) and product(x, u, v, h) take sympy columns and return n and m expressions;
-    `inverse(x, u, h)` is only needed where no closed form can be found. The axioms are checked
+    `inverse(x, u, h)` is only needed where sympy finds no closed form. The axioms are checked
     when the first scheme is built on it (`check_axioms`).
     """
 

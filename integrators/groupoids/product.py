@@ -20,6 +20,8 @@ class ProductGroupoid(Groupoid):
     kind = "product"
     #: the principal connection that the coordinates are adapted to, or None
     connection: Callable[..., Any] | None = None
+    #: what a subclass is built from after the two parts
+    further: tuple[Any, ...] = ()
 
     def __init__(self, first: Groupoid, second: Groupoid) -> None:
         for part in (first, second):
@@ -28,7 +30,7 @@ class ProductGroupoid(Groupoid):
         self.parts = (first, second)
         self.dim_x = first.dim_x + second.dim_x
         self.dim_u = first.dim_u + second.dim_u
-        self.mend = first.mend or second.mend
+        self.fix = first.fix or second.fix
         names = dict.fromkeys(g.retraction for g in self.parts if g.retraction)
         self.retraction = " and ".join(names) or None
         self.by_user = first.by_user or second.by_user
@@ -38,10 +40,8 @@ class ProductGroupoid(Groupoid):
         return " × ".join(g.name for g in self.parts)
 
     def with_retraction(self, retraction: Any) -> Groupoid:
-        parts = [g.with_retraction(retraction) for g in self.parts]
-        if all(new is old for new, old in zip(parts, self.parts, strict=True)):
-            return self
-        return type(self)(*parts)
+        parts = tuple(g.with_retraction(retraction) for g in self.parts)
+        return self if parts == self.parts else type(self)(*parts, *self.further)
 
     def check(self) -> None:
         for part in self.parts:
@@ -57,49 +57,48 @@ class ProductGroupoid(Groupoid):
         m = self.parts[0].dim_u
         return u[:m, :], u[m:, :]
 
-    def _each(self, *vectors: tuple[Any, Any]) -> Any:
-        """(part, its vectors) for both parts."""
-        return zip(self.parts, *vectors, strict=True)
+    def _both(self, what: str, x: Any, *fibres_and_h: Any) -> list[Any]:
+        """Results of the method `what` of both parts, each at its own part of x and the fibres."""
+        *fibres, h = fibres_and_h
+        vectors = self.base(x), *map(self.fibre, fibres)
+        return [getattr(g, what)(*own, h) for g, *own in zip(self.parts, *vectors, strict=True)]
 
     def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
-        found = (g.group_parts(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(u)))
-        return [part for parts in found for part in parts]
+        first, second = self._both("group_parts", x, u, h)
+        return [*first, *second]
 
     def target(self, x: Any, u: Any, h: Any) -> Any:
-        return _stacked(g.target(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(u)))
+        return sympy.Matrix.vstack(*self._both("target", x, u, h))
 
     def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
-        vectors = self.base(x), self.fibre(u), self.fibre(v)
-        return _stacked(g.product(y, w, z, h) for g, y, w, z in self._each(*vectors))
+        return sympy.Matrix.vstack(*self._both("product", x, u, v, h))
 
     def element(self, u: Any, h: Any) -> Any:
         """The element of the part that comes from a matrix group; of two such, block-diagonal."""
         if not self.retraction:
             return super().element(u, h)
-        found = [g.element(w, h) for g, w in self._each(self.fibre(u)) if g.retraction]
-        return sympy.Matrix.diag(*found)
+        blocks = zip(self.parts, self.fibre(u), strict=True)
+        return sympy.Matrix.diag(*[g.element(w, h) for g, w in blocks if g.retraction])
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:
         """Both increments, n×1."""
-        both = self._each(self.base(x), self.fibre(u))
-        return _stacked(g.increment(y, w, h) for g, y, w in both)
+        return sympy.Matrix.vstack(*self._both("increment", x, u, h))
 
     def rho(self, x: Any, h: Any) -> Any:
-        """ρ₁ and ρ₂, n×m; (hI, 0) for pair × group."""
-        return _blocks(g.rho(y, h) for g, y in self._each(self.base(x)))
+        """ρ₁ and ρ₂ in blocks, n×m; (hI, 0) for pair × group."""
+        return sympy.Matrix.diag(*self._both("rho", x, h))
 
     def L(self, x: Any, u: Any, h: Any) -> Any:
-        """L₁ and L₂, m×m."""
-        return _blocks(g.L(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(u)))
+        """L₁ and L₂ in blocks, m×m."""
+        return sympy.Matrix.diag(*self._both("L", x, u, h))
 
     def R(self, x: Any, v: Any, h: Any) -> Any:
-        """R₁ and R₂, m×m."""
-        return _blocks(g.R(y, w, h) for g, y, w in self._each(self.base(x), self.fibre(v)))
+        """R₁ and R₂ in blocks, m×m."""
+        return sympy.Matrix.diag(*self._both("R", x, v, h))
 
     def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
-        """L₁⁻¹ and L₂⁻¹, m×m."""
-        both = self._each(self.base(x), self.fibre(w))
-        return _blocks(g.inverse_left(y, v, h) for g, y, v in both)
+        """L₁⁻¹ and L₂⁻¹ in blocks, m×m."""
+        return sympy.Matrix.diag(*self._both("inverse_left", x, w, h))
 
     @property
     def left_is_identity(self) -> bool:  # type: ignore[override]
@@ -107,24 +106,25 @@ class ProductGroupoid(Groupoid):
 
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """C₁ and C₂ in blocks: fields of different parts commute."""
-        first, second = (g.structure_functions(y, h) for g, y in self._each(self.base(x)))
+        first, second = self._both("structure_functions", x, h)
         return [
-            *(_blocks([c, sympy.zeros(len(second))]) for c in first),
-            *(_blocks([sympy.zeros(len(first)), c]) for c in second),
+            *(sympy.Matrix.diag(c, sympy.zeros(len(second))) for c in first),
+            *(sympy.Matrix.diag(sympy.zeros(len(first)), c) for c in second),
         ]
 
     def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
-        vectors = self.base(x), self.fibre(u), self.base(z)
-        return _blocks(g.point_slope(y, w, h, theta, a) for g, y, w, a in self._each(*vectors))
+        own = zip(self.parts, self.base(x), self.fibre(u), self.base(z), strict=True)
+        return sympy.Matrix.diag(*[g.point_slope(y, w, h, theta, a) for g, y, w, a in own])
 
     def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
-        vectors = self.base(x), self.fibre(u), self.base(z)
-        found = [g.point_fields(y, w, h, theta, a) for g, y, w, a in self._each(*vectors)]
-        return _blocks(right for right, _ in found), _blocks(left for _, left in found)
+        own = zip(self.parts, self.base(x), self.fibre(u), self.base(z), strict=True)
+        fields = [g.point_fields(y, w, h, theta, a) for g, y, w, a in own]
+        right, left = (sympy.Matrix.diag(*blocks) for blocks in zip(*fields, strict=True))
+        return right, left
 
     @cached_property
     def symmetric_chart(self) -> bool:
-        """Whether both charts are."""
+        """Whether both charts are symmetric."""
         return all(g.symmetric_chart for g in self.parts)
 
     @cached_property
@@ -132,13 +132,4 @@ class ProductGroupoid(Groupoid):
         s = self._symbols
         if any(g._inversion is None for g in self.parts):
             return None
-        both = self._each(self.base(s["x"]), self.fibre(s["u"]))
-        return _stacked(g.inversion(y, w, s["h"]) for g, y, w in both)
-
-
-def _stacked(columns: Any) -> Any:
-    return sympy.Matrix.vstack(*columns)
-
-
-def _blocks(matrices: Any) -> Any:
-    return sympy.Matrix.diag(*matrices)
+        return sympy.Matrix.vstack(*self._both("inversion", s["x"], s["u"], s["h"]))

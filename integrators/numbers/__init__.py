@@ -28,20 +28,19 @@ from .identities import (
     shown,
 )
 from .lazy import LazyModule, sympy
-from .multi_output import collect, entry, held, opaque, register, with_tables
+from .multi_output import InArithmetic, as_one_number, collect, entry, opaque, register, with_tables
 from .newton import newton
-from .numeric import numeric, numeric_function, numeric_text, run_text
+from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
 from .printing import Call, Coefficients, Parameters, Together, code, function_text
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
-    "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function", "LazyModule",
-    "Letters", "Matrix", "Multiple", "Number", "Numbers", "Parameters", "Together", "Vector",
-    "arithmetic", "code", "collect", "entry", "evaluate", "evaluate_at", "evaluate_matrix",
-    "exact", "exact_matrices", "exact_nested", "exact_rational", "exact_vector",
-    "first_violation", "flatten", "floats_exact", "function_text", "held", "inlined",
-    "is_zero", "jacobian", "needed", "newton", "null_direction", "number", "numeric",
-    "numeric_function", "numeric_text", "opaque", "random_columns", "random_point",
-    "register", "replaced", "run_text", "shown", "symbols_of", "sympy", "to_sympy",
-    "with_tables", "written_out",
+    "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function", "InArithmetic",
+    "LazyModule", "Letters", "Matrix", "Multiple", "Number", "Numbers", "Parameters", "Together", "Vector",
+    "arithmetic", "as_one_number", "code", "collect", "entry", "evaluate", "evaluate_at",
+    "evaluate_matrix", "exact", "exact_matrices", "exact_nested", "exact_rational", "exact_vector",
+    "first_violation", "flatten", "floats_exact", "function_text", "inlined", "is_zero", "jacobian",
+    "needed", "newton", "null_direction", "number", "numeric", "numeric_function", "numeric_text",
+    "opaque", "random_columns", "random_point", "register", "registered_function", "replaced",
+    "run_text", "shown", "symbols_of", "sympy", "to_sympy", "with_tables", "written_out",
 ]  # fmt: skip

@@ -1,7 +1,7 @@
 """The two kinds of number a flow runs on: double precision, and any number of digits.
 
 High precision computes on gmpy2 numbers (nine times faster than mpmath's own) with guard digits,
-and hands out mpmath numbers. One class each, same members; nothing else knows which it has.
+and returns mpmath numbers. One class each, with equal members; nothing else knows which it has.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ import numpy as np
 
 from ..errors import BadInput
 from .exact import exact
+from .types import Matrix, Number, Vector
 
+#: digits computed beyond those that are asked for: a run loses fewer by cancellation
 GUARD_DIGITS = 12
 
 #: sympy function → its name in generated text; math, numpy and gmpy2 have each (abs is built in)
@@ -28,17 +30,22 @@ FUNCTIONS = {
 }  # fmt: skip
 
 
+def _functions(library: Any, **others: str) -> dict[str, Any]:
+    """The functions of a library by their names in generated text; `others` it calls otherwise."""
+    names = {*FUNCTIONS.values(), "sqrt"} - {"abs"}
+    return {name: getattr(library, others.get(name, name)) for name in names}
+
+
 class Double:
     """IEEE double precision; exact numbers are rounded once."""
 
     digits = 16
-    eps = 2.0**-53
+    eps: Number = 2.0**-53
     dtype: Any = np.float64
 
     def namespace(self) -> dict[str, Any]:
         """What generated text needs: functions, the number type R, constants."""
-        functions = {n: getattr(math, n) for n in FUNCTIONS.values() if n != "abs"}
-        return {**functions, "sqrt": math.sqrt, "R": float, "PI": math.pi,
+        return {**_functions(math), "R": float, "PI": math.pi,
                 "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999,
                 "zeros": self.zeros, "linear_solve": self.solve, "array": self.array}  # fmt: skip
 
@@ -49,11 +56,10 @@ class Double:
             rows = np.array(np.broadcast_arrays(*entries))  # a constant entry is one number
             return rows.reshape(*shape, *rows.shape[1:])
 
-        names = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
-        functions = {n: getattr(np, names.get(n, n)) for n in FUNCTIONS.values() if n != "abs"}
-        return {**functions, "sqrt": np.sqrt, "R": float, "PI": math.pi, "array": array}
+        functions = _functions(np, asin="arcsin", acos="arccos", atan="arctan", atan2="arctan2")
+        return {**functions, "R": float, "PI": math.pi, "array": array}
 
-    def number(self, value: Any, what: str = "value") -> Any:
+    def number(self, value: Any, what: str = "value") -> Number:
         """An exact value, float or mpf as a number of this kind."""
         if type(value) is float and math.isfinite(value):
             return value  # most are: a run should not start with fractions of them
@@ -65,15 +71,15 @@ class Double:
         with np.errstate(all="ignore"):
             yield
 
-    def public(self, array: Any) -> Any:
-        """An array as handed to the user."""
+    def public(self, array: Any) -> np.ndarray:
+        """An array as the user gets it: of floats, or of mpmath's numbers."""
         return np.asarray(array, dtype=np.float64)
 
     def array(self, entries: Any, *shape: int) -> np.ndarray:
         """An array of that shape from the entries, row by row."""
-        return np.array(entries, dtype=np.float64).reshape(shape)
+        return np.array(entries, dtype=self.dtype).reshape(shape)
 
-    def multiples(self, step: Fraction, index: np.ndarray) -> np.ndarray:
+    def multiples(self, step: Fraction, index: np.ndarray) -> Vector:
         """step·k for whole numbers k, each rounded once."""
         top, bottom = step.numerator, step.denominator
         if len(index) and abs(top) * int(index[-1]) < 2**53 and bottom < 2**53:
@@ -84,15 +90,15 @@ class Double:
         """An array of zeros of this kind."""
         return np.zeros(shape)
 
-    def identity(self, size: int) -> np.ndarray:
+    def identity(self, size: int) -> Matrix:
         """The identity matrix of this kind."""
-        return np.eye(size)
+        return self.zeros(size, size) + np.eye(size, dtype=int)
 
-    def det(self, a: np.ndarray) -> Any:
+    def det(self, a: Matrix) -> Number:
         """The determinant."""
         return np.linalg.det(a)
 
-    def solve(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    def solve(self, a: Matrix, b: np.ndarray) -> np.ndarray:
         """a⁻¹ b; raises `ZeroDivisionError` if a is singular."""
         try:
             return np.asarray(np.linalg.solve(a, b))
@@ -104,29 +110,28 @@ class Multiple:
     """Any number of decimal digits, with guard digits, on gmpy2's binary floating point."""
 
     dtype: Any = object
+    array, identity = Double.array, Double.identity  # they ask only for dtype and zeros
 
     def __init__(self, digits: int) -> None:
-        self.digits = digits
-        self.bits = math.ceil((digits + GUARD_DIGITS) * math.log2(10))
         import gmpy2
 
-        self._gmpy2 = gmpy2
+        self.digits, self._gmpy2 = digits, gmpy2
+        self.bits = math.ceil((digits + GUARD_DIGITS) * math.log2(10))
         with self.working():
-            self.eps = gmpy2.mpfr(2) ** -self.bits
-            self.imaginary_unit = gmpy2.mpc(0, 1)
+            self.eps: Number = gmpy2.mpfr(2) ** -self.bits
+            self.imaginary_unit: Number = gmpy2.mpc(0, 1)
 
     def namespace(self) -> dict[str, Any]:
         g = self._gmpy2
-        functions = {n: getattr(g, n) for n in FUNCTIONS.values() if n != "abs"}
         with self.working():
-            return {**functions, "sqrt": g.sqrt, "R": g.mpfr, "PI": g.const_pi(),
+            return {**_functions(g), "R": g.mpfr, "PI": g.const_pi(),
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
                     "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
                     "workspace": lambda rows, columns: [[g.mpfr(0)] * columns for _ in range(rows)],
                     "zeros": self.zeros, "linear_solve": self.solve,
                     "array": self.array}  # fmt: skip
 
-    def number(self, value: Any, what: str = "value") -> Any:
+    def number(self, value: Any, what: str = "value") -> Number:
         if isinstance(value, type(self._gmpy2.mpfr(0))):
             return value
         value = exact(value, what)
@@ -139,14 +144,10 @@ class Multiple:
         with self._gmpy2.context(self._gmpy2.context(), precision=self.bits):
             yield
 
-    def public(self, array: Any) -> Any:
-        array = np.asarray(array, dtype=object)
-        out = np.empty(array.shape, dtype=object)
-        for index, value in np.ndenumerate(array):
-            out[index] = self._mpf(value)
-        return out
+    def public(self, array: Any) -> np.ndarray:
+        return np.vectorize(self._mpf, otypes=[object])(np.asarray(array, dtype=object))
 
-    def _mpf(self, value: Any) -> Any:
+    def _mpf(self, value: Any) -> Number:
         import mpmath
 
         value = self._gmpy2.mpfr(value)
@@ -155,28 +156,22 @@ class Multiple:
         mantissa, exponent = value.as_mantissa_exp()
         return mpmath.mp.make_mpf(mpmath.libmp.from_man_exp(int(mantissa), int(exponent)))
 
-    def array(self, entries: Any, *shape: int) -> np.ndarray:
-        return np.array(entries, dtype=object).reshape(shape)
-
-    def multiples(self, step: Fraction, index: np.ndarray) -> np.ndarray:
+    def multiples(self, step: Fraction, index: np.ndarray) -> Vector:
         return np.array([self.number(step * int(k)) for k in index], dtype=object)
 
     def zeros(self, *shape: int) -> np.ndarray:
         return np.full(shape, self._gmpy2.mpfr(0), dtype=object)
 
-    def identity(self, size: int) -> np.ndarray:
-        return self.zeros(size, size) + np.eye(size, dtype=int)
-
-    def det(self, a: np.ndarray) -> Any:
+    def det(self, a: Matrix) -> Number:
         return self._gauss_jordan(a, a[:, :0])[0]
 
-    def solve(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    def solve(self, a: Matrix, b: np.ndarray) -> np.ndarray:
         det, solution = self._gauss_jordan(a, np.atleast_2d(np.transpose(b)).T)
         if det == 0:
             raise ZeroDivisionError("singular matrix")
         return solution.reshape(np.shape(b))
 
-    def _gauss_jordan(self, a: np.ndarray, b: np.ndarray) -> tuple[Any, np.ndarray]:
+    def _gauss_jordan(self, a: Matrix, b: Matrix) -> tuple[Number, Matrix]:
         """(det a, a⁻¹ b) with row exchanges, b a matrix; (0, nothing of use) if a is singular."""
         a, b, det = a.copy(), b.astype(object), self._gmpy2.mpfr(1)
         for p in range(len(a)):
@@ -197,6 +192,7 @@ class Multiple:
 
 #: the two kinds of number
 Arithmetic: TypeAlias = Double | Multiple
+_of_digits = cache(lambda digits: Double() if digits == 16 else Multiple(digits))
 
 
 def arithmetic(digits: int) -> Arithmetic:
@@ -205,9 +201,4 @@ def arithmetic(digits: int) -> Arithmetic:
         raise BadInput(
             f"digits is {digits!r}: give 16 (double precision) or a larger whole number."
         )
-    return _arithmetic(digits)
-
-
-@cache
-def _arithmetic(digits: int) -> Arithmetic:
-    return Double() if digits == 16 else Multiple(digits)
+    return _of_digits(digits)

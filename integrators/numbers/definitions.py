@@ -1,7 +1,7 @@
 """Letters that stand for expressions, and functions called from several places.
 
-Large expressions are kept as small ones in named letters. A list of definitions is ordered: each
-uses letters of those before it, and of whatever the reader supplies.
+Large expressions are split into small ones with a letter each. A list of definitions is ordered:
+each uses the letters of earlier ones, and letters that the reader supplies.
 """
 
 from __future__ import annotations
@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from .lazy import sympy
-
-Letters = tuple[Any, ...]
+from .types import Expression, Letter, Letters, Replacement
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +19,13 @@ class Function:
     """A function of numbers with several results, written once and called from several places.
 
     `definitions` are computed inside it; `results` are expressions in `arguments`, in letters that
-    every caller has (x, y, q) and in those of the definitions.
+    every caller has (x, y, q) and in letters of the definitions.
     """
 
     name: str
     arguments: Letters
     definitions: tuple[Definition, ...]
-    results: tuple[Any, ...]
+    results: tuple[Expression, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +33,13 @@ class Definition:
     """Letters and what they stand for: `values`, or the results of `function` at `arguments`."""
 
     letters: Letters
-    values: tuple[Any, ...] = ()
+    values: tuple[Expression, ...] = ()
     function: Function | None = None
     arguments: Letters = ()
 
     @property
-    def holds(self) -> set[Any]:
-        """The letters that its values are made of."""
+    def holds(self) -> set[Letter]:
+        """All letters that occur in its values."""
         if self.function is None:
             return symbols_of(self.values)
         inner = symbols_of(self.function.results)
@@ -50,7 +49,7 @@ class Definition:
         return (inner - own - set(self.function.arguments)) | symbols_of(self.arguments)
 
 
-def symbols_of(expressions: Iterable[Any]) -> set[Any]:
+def symbols_of(expressions: Iterable[Expression]) -> set[Letter]:
     """All free symbols of the expressions; each subexpression is looked at once."""
     seen, pending = set[Any](), list(expressions)
     while pending:
@@ -61,11 +60,11 @@ def symbols_of(expressions: Iterable[Any]) -> set[Any]:
     return {e for e in seen if e.is_Symbol}
 
 
-def replaced(expressions: Iterable[Any], swap: dict[Any, Any]) -> list[Any]:
+def replaced(expressions: Iterable[Expression], swap: Replacement) -> list[Expression]:
     """The expressions with letters replaced; what they share is rebuilt once."""
     known = dict(swap)
 
-    def rebuilt(e: Any) -> Any:
+    def rebuilt(e: Expression) -> Expression:
         if e not in known:
             args = [rebuilt(a) for a in e.args]
             same = all(a is b for a, b in zip(args, e.args, strict=True))
@@ -76,7 +75,9 @@ def replaced(expressions: Iterable[Any], swap: dict[Any, Any]) -> list[Any]:
 
 
 def needed(
-    definitions: Sequence[Definition], expressions: Iterable[Any], known: Iterable[Any] = ()
+    definitions: Sequence[Definition],
+    expressions: Iterable[Expression],
+    known: Iterable[Letter] = (),
 ) -> list[Definition]:
     """The definitions that the expressions use, directly or through others, in order.
 
@@ -93,7 +94,11 @@ def needed(
         if d.function is not None:
             indices = {i for i, letter in enumerate(d.letters) if letter in wanted}
             used.setdefault(d.function, set()).update(indices)
-    reduced = {f: _reduced(f, sorted(indices)) for f, indices in used.items()}
+    reduced = {}
+    for f, indices in used.items():
+        results = tuple(f.results[i] for i in sorted(indices))
+        inner = tuple(needed(f.definitions, results))
+        reduced[f] = replace(f, results=results, definitions=inner)
     return [
         d if d.function is None else replace(
             d, function=reduced[d.function],
@@ -101,13 +106,6 @@ def needed(
         )
         for d in chosen
     ]  # fmt: skip
-
-
-def _reduced(function: Function, indices: list[int]) -> Function:
-    results = tuple(function.results[i] for i in indices)
-    return replace(
-        function, results=results, definitions=tuple(needed(function.definitions, results))
-    )
 
 
 def inlined(definitions: Sequence[Definition]) -> list[Definition]:
@@ -127,7 +125,7 @@ def inlined(definitions: Sequence[Definition]) -> list[Definition]:
     return plain
 
 
-def written_out(definitions: Sequence[Definition], expression: Any) -> Any:
+def written_out(definitions: Sequence[Definition], expression: Expression) -> Expression:
     """The expression (or matrix) with every defined letter replaced by its value."""
     for d in reversed(inlined(definitions)):
         expression = expression.xreplace(dict(zip(d.letters, d.values, strict=True)))

@@ -1,8 +1,8 @@
 """Derivatives of large sums, each term differentiated only by the letters it holds.
 
 Sympy's `diff` asks every term of an expression about every letter: with the pair potentials of many
-bodies that is nearly all of the time a derivation takes. The derivatives here are the same, sums
-over terms in the same order.
+bodies that is nearly all of the time a derivation takes. The derivatives here equal sympy's, with
+their terms in its order.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ def _slopes(e: Expression, letters: frozenset[Letter], known: dict[Expression, S
     if e in known:
         return known[e]
     if e.is_Symbol or e.is_Number:
-        found = {e: e**0} if e in letters else {}
+        result = {e: e**0} if e in letters else {}
     elif e.is_Add or e.is_Mul:
         terms: dict[Letter, list[Expression]] = {}
         for i, part in enumerate(e.args):
             for v, slope in _slopes(part, letters, known).items():
                 whole = slope if e.is_Add else e.func(*e.args[:i], slope, *e.args[i + 1 :])
                 terms.setdefault(v, []).append(whole)
-        found = {v: sympy.Add(*slopes) for v, slopes in terms.items()}
+        result = {v: sympy.Add(*slopes) for v, slopes in terms.items()}
     elif e.is_Pow and e.exp.is_Number:
         inner = _slopes(e.base, letters, known)
         outer = e.exp * e.base ** (e.exp - 1)
-        found = {v: outer * slope for v, slope in inner.items()}
+        result = {v: outer * slope for v, slope in inner.items()}
     else:  # functions know their own derivatives
-        found = {v: e.diff(v) for v in e.free_symbols & letters}
-    known[e] = {v: slope for v, slope in found.items() if slope != 0}
+        result = {v: e.diff(v) for v in e.free_symbols & letters}
+    known[e] = {v: slope for v, slope in result.items() if slope != 0}
     return known[e]

@@ -8,7 +8,7 @@ method `in_arithmetic(numbers, values)`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from functools import reduce
 from operator import add, mul
 from typing import Any
@@ -24,9 +24,7 @@ def evaluate(expression: Expression, digits: int) -> Number:
 
     It has that many digits (more than 16) and guard digits.
     """
-    numbers = arithmetic(digits)
-    with numbers.working():
-        return _evaluator(numbers)(expression)
+    return evaluate_at([expression], {}, digits)[0]
 
 
 def evaluate_at(
@@ -42,18 +40,41 @@ def evaluate_at(
     numbers = arithmetic(digits)
     with numbers.working():
         letters = {symbol: numbers.number(value) for symbol, value in point.items()}
-        return _values(list(expressions), letters, definitions, numbers)
+        return _values(expressions, letters, definitions, numbers)
 
 
 def _values(
     expressions: Iterable[Expression],
-    letters: dict[Expression, Number],
+    letters: Mapping[Expression, Number],
     definitions: Iterable[Definition],
     numbers: Any,
 ) -> list[Number]:
     """The values of expressions in letters whose numbers are given or that are defined."""
     letters = dict(letters)
-    value_of = _evaluator(numbers, known := dict(letters))
+    known = dict(letters)
+    functions = {**numbers.namespace(), "abs": abs}
+
+    def value_of(e: Expression) -> Number:
+        if e not in known:
+            known[e] = computed(e)
+        return known[e]
+
+    def computed(e: Expression) -> Number:
+        if not e.args:  # never ask a sum whether it is real: sympy would evaluate its tables
+            return numbers.imaginary_unit if e.is_real is False else numbers.number(e)
+        parts = [value_of(a) for a in e.args]
+        if e.is_Add or e.is_Mul:
+            return reduce(add if e.is_Add else mul, parts)
+        if e.is_Pow:
+            return parts[0] ** (int(e.exp) if e.exp.is_Integer else parts[1])
+        if hasattr(e, "in_arithmetic"):
+            return e.in_arithmetic(numbers, parts)
+        if name := FUNCTIONS.get(type(e).__name__):
+            return functions[name](*parts)
+        given = [a if a.is_number else sympy.Float(str(v), numbers.digits)
+                 for a, v in zip(e.args, parts, strict=True)]  # fmt: skip
+        return numbers.number(e.func(*given))  # of sympy's own, such as sign
+
     for d in definitions:
         values = [value_of(e) for e in d.values]
         if (f := d.function) is not None:
@@ -72,13 +93,12 @@ def evaluate_matrix(
     definitions: Iterable[Definition] = (),
 ) -> SymbolicMatrix:
     """A sympy matrix at a point (`evaluate_at`), with its entries as Floats."""
-    numbers = arithmetic(digits)
 
     def decimal(value: Number) -> Expression:
         parts = [sympy.Float(str(part), digits) for part in (value.real, value.imag)]
         return parts[0] + sympy.I * parts[1] if value.imag != 0 else parts[0]
 
-    with numbers.working():
+    with arithmetic(digits).working():
         values = evaluate_at(matrix, point or {}, digits, definitions)
         return sympy.Matrix(*matrix.shape, list(map(decimal, values)))
 
@@ -89,34 +109,3 @@ def number(expression: Expression, bits: int) -> Number:
     numbers = arithmetic(digits)
     with numbers.working():
         return numbers.public([evaluate(expression, digits)])[0]
-
-
-def _evaluator(
-    numbers: Any, given: dict[Expression, Number] | None = None
-) -> Callable[[Expression], Number]:
-    known = {} if given is None else given
-    functions = {**numbers.namespace(), "abs": abs}
-
-    def value_of(e: Expression) -> Number:
-        if e not in known:
-            known[e] = _value(e)
-        return known[e]
-
-    def _value(e: Expression) -> Number:
-        if not e.args:  # never ask a sum whether it is real: sympy would evaluate its tables
-            return numbers.imaginary_unit if e.is_real is False else numbers.number(e)
-        parts = [value_of(a) for a in e.args]
-        if e.is_Add or e.is_Mul:
-            return reduce(add if e.is_Add else mul, parts)
-        if e.is_Pow:
-            return parts[0] ** (int(e.exp) if e.exp.is_Integer else parts[1])
-        if hasattr(e, "in_arithmetic"):
-            return e.in_arithmetic(numbers, parts)
-        name = FUNCTIONS.get(type(e).__name__)
-        if name:
-            return functions[name](*parts)
-        digits = numbers.digits + 20  # no function of kernels': sympy knows it
-        at = e.func(*(sympy.Float(str(part), digits) for part in parts))
-        return numbers.number(at.evalf(digits))
-
-    return value_of

@@ -55,7 +55,7 @@ def exact(value: Any, what: str) -> Exact:
 
 
 def exact_rational(value: Any, what: str) -> Fraction:
-    """As `exact`, for what must be a fraction (steps and durations)."""
+    """A Fraction, for steps and durations; raises `BadInput` as `exact` does, or if irrational."""
     number = exact(value, what)
     if not isinstance(number, Fraction):
         raise BadInput(f"{what} is {value}: give a fraction or a decimal, nothing irrational.")
@@ -63,7 +63,7 @@ def exact_rational(value: Any, what: str) -> Fraction:
 
 
 def exact_vector(values: Any, length: int, what: str) -> tuple[Exact, ...]:
-    """A tuple of `length` exact numbers; raises `BadInput` if the shape is another."""
+    """A tuple of `length` exact numbers; raises `BadInput` for any other shape."""
     listed = isinstance(values, Iterable) or hasattr(values, "shape")  # a sympy column too
     if isinstance(values, str) or not listed:
         raise BadInput(f"{what} is {values!r}: give a list of {length} numbers.")
@@ -85,16 +85,12 @@ def exact_matrices(values: Any, what: str) -> tuple[tuple[tuple[Exact, ...], ...
 
     Entries may be complex. Raises `BadInput` for what is no list of matrices of numbers.
     """
-    matrices = [
-        [_list(row, f"{what}[{k}]") for row in _list(matrix, f"{what}[{k}]")]
-        for k, matrix in enumerate(_list(values, what))
-    ]
     return tuple(
         tuple(
-            tuple(_entry(e, f"{what}[{k}][{i}, {j}]") for j, e in enumerate(row))
-            for i, row in enumerate(matrix)
+            tuple(_entry(e, f"{at}[{i}, {j}]") for j, e in enumerate(_list(row, at)))
+            for i, row in enumerate(_list(matrix, at))
         )
-        for k, matrix in enumerate(matrices)
+        for at, matrix in ((f"{what}[{k}]", m) for k, m in enumerate(_list(values, what)))
     )
 
 
@@ -123,8 +119,7 @@ def _entry(value: Any, what: str) -> Exact:
 
 def to_sympy(value: Exact) -> Expression:
     """An exact number (as `exact` makes it) as a sympy number."""
-    is_fraction = isinstance(value, Fraction)
-    return sympy.Rational(value.numerator, value.denominator) if is_fraction else value
+    return sympy.Rational(value) if isinstance(value, Fraction) else value
 
 
 def floats_exact(expression: Any) -> Expression:

@@ -15,18 +15,15 @@ from .evaluation import evaluate
 from .lazy import sympy
 from .types import Exact, Expression, Letter, Replacement, SymbolicMatrix
 
-DIGITS = 60
-
 
 def _random_rational(generator: random.Random, small: bool) -> Exact:
-    value = sympy.Rational(generator.randrange(500, 1500), 1000)
-    return value / 20 if small else value  # small: inside every chart
+    return sympy.Rational(generator.randrange(500, 1500), 20_000 if small else 1000)
 
 
 def random_columns(
     lengths: dict[str, int], small: Iterable[str] = (), seed: int = 0
 ) -> dict[str, Any]:
-    """Random rational columns by name, with two different small steps h and k."""
+    """Random rational columns by name (`small`: inside every chart), with two steps h and k."""
     generator, few = random.Random(f"discmech {seed}"), set(small)
     point = {
         name: sympy.Matrix(n, 1, [_random_rational(generator, name in few) for _ in range(n)])
@@ -38,20 +35,20 @@ def random_columns(
 def random_point(
     symbols: Iterable[Letter], small: Iterable[Letter] = (), seed: int = 0
 ) -> Replacement:
-    """Random rational values of symbols; those of `small` stay small."""
+    """Random rational values of symbols; symbols of `small` stay inside every chart."""
     generator, few = random.Random(f"discmech {seed}"), set(small)
     return {s: _random_rational(generator, s in few) for s in sorted(symbols, key=str)}
 
 
 def is_zero(number: Expression) -> bool:
-    """Whether an exact number is zero: exactly if rational, else to 40 of 60 digits.
+    """Whether an exact number is zero: exactly if rational, else to 40 digits.
 
-    400 digits are tried before a number is taken for another than zero.
+    Computed with 60 digits, then, before it counts as different from zero, with 400.
     """
     if number.is_Rational:
         return bool(number == 0)
     bound = Fraction(1, 10**40)
-    return any(abs(evaluate(number, most)) < bound for most in (DIGITS, 400))
+    return any(abs(evaluate(number, digits)) < bound for digits in (60, 400))
 
 
 def first_violation(
@@ -68,7 +65,7 @@ def first_violation(
 
 
 def shown(direction: SymbolicMatrix) -> str:
-    """A direction as a sentence shows it."""
+    """Text of a direction in three digits, for a message."""
     return ", ".join(f"{float(e):.3g}" for e in direction)
 
 

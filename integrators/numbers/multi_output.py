@@ -35,7 +35,7 @@ def collect(collector: Collector) -> Collector:
 
 
 def together(expressions: list[Expression]) -> list[Expression]:
-    """The expressions with functions that are cheaper together as entries of one table."""
+    """The expressions after all collectors: several functions become entries of one table."""
     for collector in _COLLECTORS:
         expressions = collector(expressions)
     return expressions
@@ -43,18 +43,16 @@ def together(expressions: list[Expression]) -> list[Expression]:
 
 def with_tables(text: str) -> str:
     """The text behind the definitions of all registered functions that it calls, each once."""
-    found: dict[str, str] = {}
-    seen: set[str] = set()
+    parts, seen = list[str](), set[str]()
 
     def visit(calling: str) -> None:
         for name in sorted(set(re.findall(r"\b(\w+)\(", calling)) & set(_TEXTS) - seen):
             seen.add(name)
-            definition = _TEXTS[name]()
-            visit(definition)  # what it calls stands in front
-            found[name] = definition
+            visit(_TEXTS[name]())  # what it calls stands in front
+        parts.append(calling)
 
     visit(text)
-    return "\n\n".join([*found.values(), text])
+    return "\n\n".join(parts)
 
 
 def entry(table: Expression, index: int) -> Expression:
@@ -66,7 +64,7 @@ def entry(table: Expression, index: int) -> Expression:
     return _classes()[0](table, index)
 
 
-def held(expression: Expression) -> Expression:
+def as_one_number(expression: Expression) -> Expression:
     """The expression as one number that is rounded once: products with it are not merged."""
     if expression.is_Rational:
         return expression
@@ -74,15 +72,18 @@ def held(expression: Expression) -> Expression:
     return sign * _classes()[1](sign * expression)
 
 
+class InArithmetic:
+    """Part of sympy functions whose decimals are computed by in_arithmetic(numbers, values)."""
+
+    is_number: bool
+
+    def _eval_evalf(self, prec: int) -> Expression | None:
+        return sympy.Float._new(number(self, prec)._mpf_, prec) if self.is_number else None
+
+
 @cache
 def _classes() -> tuple[Any, Any]:
-    class Decimal(sympy.Function):
-        """A function that is evaluated by `in_arithmetic`."""
-
-        def _eval_evalf(self, prec: int) -> Expression | None:
-            return sympy.Float._new(number(self, prec)._mpf_, prec) if self.is_number else None
-
-    class Entry(Decimal):
+    class Entry(InArithmetic, sympy.Function):
         nargs = 2
 
         def _eval_is_real(self) -> bool:
@@ -98,7 +99,7 @@ def _classes() -> tuple[Any, Any]:
         def _pythoncode(self, printer: Any) -> str:
             return f"{printer._print(self.args[0])}[{self.args[1]}]"
 
-    class Held(Decimal):
+    class Held(InArithmetic, sympy.Function):
         nargs = 1
 
         @classmethod
@@ -123,7 +124,7 @@ def _classes() -> tuple[Any, Any]:
 
 def opaque(expression: Expression) -> bool:
     """Whether the expression holds functions of ours, whose factors are better left standing."""
-    return any(hasattr(f, "in_arithmetic") for f in expression.atoms(sympy.Function))
+    return bool(expression.atoms(InArithmetic))
 
 
 def is_table(function: Expression) -> bool:

@@ -9,7 +9,7 @@ from .types import Number, Vector
 
 #: corrections: from a start in the basin some ten reach 50 digits, the others are for far starts
 MOST = 60
-#: units of round-off that a correction of a solution may have: those of the residual's last digits
+#: units of round-off that a correction at a solution may have: the residual's last digits
 ROUNDED = 4
 #: units below which corrections that no longer halve are round-off of an ill-conditioned Jacobian;
 #: above, they are wandering, and the iteration goes on
@@ -19,7 +19,7 @@ STAGNANT = 2**12
 def newton(
     change: Callable[[Vector], Vector], start: Vector, scale: Number, eps: Number
 ) -> Vector | None:
-    """Newton from `start` to round-off, `change` giving the correction; None if it is not reached.
+    """The solution by Newton from `start` to round-off, or None; `change` gives the correction.
 
     It ends when a correction is round-off of the solution (or of `scale`), or when corrections
     near it no longer halve.

@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from .arithmetic import Arithmetic
 from .lazy import sympy
 from .multi_output import with_tables
-from .printing import Definition, body
+from .printing import Assignment, body
 from .types import Letter, Letters
 
 #: what decorates functions in generated modules; only machine code has use for it
@@ -26,7 +27,7 @@ def numeric(
     arguments: Mapping[str, Letter | Letters],
     results: Sequence[Any],
     numbers: Arithmetic,
-    definitions: Sequence[Definition] = (),
+    definitions: Sequence[Assignment] = (),
     columns: bool = False,
 ) -> Callable[..., Any]:
     """The results as a function of the arguments, in an arithmetic that must be at work.
@@ -44,7 +45,7 @@ def numeric(
 def numeric_text(
     arguments: Mapping[str, Letter | Letters],
     results: Sequence[Any],
-    definitions: Sequence[Definition] = (),
+    definitions: Sequence[Assignment] = (),
 ) -> str:
     """Text of the function that `numeric` makes, good for every arithmetic."""
     vectors = {name: list(given) for name, given in arguments.items() if hasattr(given, "__len__")}
@@ -70,10 +71,15 @@ def numeric_text(
 
 def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> Callable[..., Any]:
     """The function of a text that `numeric_text` wrote, in an arithmetic."""
-    namespace: dict[str, Any] = getattr(numbers, "array_namespace" if columns else "namespace")()
-    with numbers.working():  # tables compute constants of theirs first
-        function: Callable[..., Any] = run_text(text, namespace)["function"]
-    return function
+    namespace = getattr(numbers, "array_namespace" if columns else "namespace")()
+    with numbers.working():  # tables compute their constants first
+        return run_text(text, namespace)["function"]  # type: ignore[no-any-return]
+
+
+@lru_cache(maxsize=256)
+def registered_function(name: str, numbers: Arithmetic) -> Callable[..., Any]:
+    """The function that is registered (`multi_output.register`) under a name, in an arithmetic."""
+    return run_text(with_tables(f"# {name}()"), numbers.namespace())[name]  # type: ignore[no-any-return]
 
 
 def run_text(text: str, namespace: Mapping[str, Any]) -> dict[str, Any]:

@@ -17,8 +17,8 @@ from .lazy import sympy
 from .multi_output import is_table, together
 from .types import Expression, Expressions, Letter, Letters, Replacement
 
-#: letters, and what they stand for: values, or a `Together` that makes all of them at once
-Definition = tuple[Letters, Expressions]
+#: letters and what they stand for: values, or a `Together` that makes all of them at once
+Assignment = tuple[Letters, Expressions]
 
 
 class Coefficients:
@@ -36,7 +36,7 @@ class Coefficients:
         self._of_q: dict[Expression, bool] = {}
 
     def symbol(self, expression: Expression) -> Letter:
-        """The symbol that stands for a coefficient; of ±e, one is kept."""
+        """The symbol that stands for a coefficient; −e is minus the symbol of e."""
         if expression.could_extract_minus_sign():
             return -self.symbol(-expression)
         if expression not in self._index:
@@ -45,7 +45,7 @@ class Coefficients:
         return self._index[expression]
 
     def _constant(self, e: Expression) -> bool:
-        """Whether an expression holds no symbol but those of q."""
+        """Whether an expression has symbols of q only."""
         if e not in self._of_q:
             self._of_q[e] = all(map(self._constant, e.args)) and (not e.is_Symbol or e in self.q)
         return self._of_q[e]
@@ -92,7 +92,7 @@ def _primitive(factor: Expression) -> tuple[Expression, Expression]:
 
 
 class Together(list[Any]):
-    """Expressions whose values are needed together: the text of some lines makes names of them."""
+    """Expressions whose values one statement or several define at once."""
 
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
         """The statements that define `names` from the texts of the expressions."""
@@ -115,10 +115,10 @@ class Parameters(Coefficients):
 def _shared(outputs: Expressions) -> tuple[list[tuple[Letter, Expression]], list[Expression]]:
     """Common subexpressions taken out: ([(letter, value)], [each output])."""
     letters = sympy.numbered_symbols("t", real=True)
-    found, reduced = sympy.cse(together(list(outputs)), symbols=letters, list=True)
+    shared, reduced = sympy.cse(together(list(outputs)), symbols=letters, list=True)
     opposite: Replacement = {}  # −t costs nothing, and a name for it lengthens the text
     taken = []
-    for name, value in found:
+    for name, value in shared:
         value = value.xreplace(opposite)
         if (-value).is_Symbol:
             opposite[name] = value
@@ -144,7 +144,7 @@ def _printer() -> Any:
             return f"(R({e.p})/{e.q})"
 
         def _print_Float(self, e: Expression) -> str:
-            return self._print_Rational(e) if e.is_Rational else f"R('{e}')"
+            return f"R('{e}')"
 
         def _print_Pi(self, e: Expression) -> str:
             return "PI"
@@ -200,7 +200,7 @@ def function_text(
     name: str,
     arguments: dict[str, Iterable[Letter]],
     results: Sequence[Expressions | Expression],
-    before: Sequence[Definition] = (),
+    before: Sequence[Assignment] = (),
     scalars: Letters = (),
 ) -> str:
     """Text of a function of vectors (and scalars) that returns tuples (for a column) and numbers.
@@ -221,7 +221,7 @@ def function_text(
 
 
 def body(
-    arguments: dict[str, Iterable[Letter]], results: Expressions, before: Sequence[Definition]
+    arguments: dict[str, Iterable[Letter]], results: Expressions, before: Sequence[Assignment]
 ) -> tuple[list[str], Iterator[str]]:
     """The statements of a function of vectors, and the texts of its results.
 

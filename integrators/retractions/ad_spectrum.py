@@ -17,13 +17,13 @@ from functools import lru_cache
 from typing import Any
 
 from ..algebras import MatrixAlgebra
-from ..numbers import held, random_columns, sympy
+from ..numbers import as_one_number, random_columns, sympy
 from .stumpff import stumpff
 
 
 @dataclass(frozen=True)
 class Turning:
-    """One ideal of an algebra that turns at one rate.
+    """One ideal of an algebra, on which ad turns at one rate.
 
     project: the projection on it in the coordinates of the whole algebra, m×m.
     pairs: how many pairs ±√−z the spectrum of ad has, `pairs_of_matrix` that of the matrix ξ̂.
@@ -35,7 +35,7 @@ class Turning:
     pairs_of_matrix: int
 
     def displacement(self, xi: Any) -> Any:
-        """exp(ξ) − e for ξ in the ideal, where ξ²(ξ² + z) = 0 as matrices.
+        """exp(ξ) − e for ξ in the ideal, N×N, where ξ²(ξ² + z) = 0 as matrices.
 
         cay(2a) − e = 2(a + a²)/(1 + z_a) with a = ξ tan(θ/2)/θ, and c₃(z)(ξ³ + zξ), which is 0
         where ξ³ = −zξ. So the rotation is one however a is rounded: with cosine and sine apart,
@@ -45,7 +45,7 @@ class Turning:
         own = self.own(xi)
         z = _rate(self._square(own), self.pairs_of_matrix)
         tangent = stumpff(1, z / 4) / (2 * stumpff(0, z / 4))
-        turn = own.applyfunc(lambda e: held(tangent * e))
+        turn = own.applyfunc(lambda e: as_one_number(tangent * e))
         a, square = self.algebra.hat(turn), self._square(turn)
         over = 2 / (1 + _rate(square, self.pairs_of_matrix))
         rotation = (a + square).applyfunc(lambda e: e * over)
@@ -59,52 +59,46 @@ class Turning:
 
     def odd(self, xi: Any, function: Callable[[Any], Any]) -> Any:
         """s q(s²) at s = ad_ξ, q given as the function z ↦ Q(z) = q(−z), m×m."""
-        s, _, rest, _, z = self._powers(xi)
-        return _combined(s, rest, z, function)
+        return self._interpolated(xi, 1, function)
 
     def even(self, xi: Any, function: Callable[[Any], Any]) -> Any:
-        """s² q(s²) at s = ad_ξ, m×m."""
-        _, square, _, rest, z = self._powers(xi)
-        return _combined(square, rest, z, function)
+        """s² q(s²) at s = ad_ξ, q given as the function z ↦ Q(z) = q(−z), m×m."""
+        return self._interpolated(xi, 2, function)
 
-    def _powers(self, xi: Any) -> tuple[Any, Any, Any, Any, Any]:
-        """s, s², s(s² + z), s²(s² + z) and z: polynomials in ξ, written out once."""
+    def _interpolated(self, xi: Any, power: int, function: Callable[[Any], Any]) -> Any:
+        """sᵖ Q(z) − sᵖ(s² + z) Q′(z), entry by entry: only the polynomials are multiplied out."""
         s = self.algebra.ad(self.own(xi))
         square = (s * s).applyfunc(_expand)
-        z = _rate(square, self.pairs)
-        rest = (s * square + z * s).applyfunc(_expand)
-        return s, square, rest, (s * rest).applyfunc(_expand), z
+        z, t = _rate(square, self.pairs), sympy.Dummy("z", real=True)
+        first, rest = s, (s * square + z * s).applyfunc(_expand)
+        if power == 2:
+            first, rest = square, (s * rest).applyfunc(_expand)
+        q = function(t)
+        value, slope = q.xreplace({t: z}), q.diff(t).xreplace({t: z})
+        return first.applyfunc(lambda e: e * value) - rest.applyfunc(lambda e: e * slope)
 
     def own(self, xi: Any) -> Any:
         """The part of ξ in this ideal, in the coordinates of the whole algebra."""
         # a sum gets one letter: polynomials in its terms would be long
-        return (self.project * xi).applyfunc(lambda e: held(e) if e.has(sympy.Add) else e)
+        return (self.project * xi).applyfunc(lambda e: as_one_number(e) if e.has(sympy.Add) else e)
 
     def squared_rate(self, xi: Any) -> Any:
         """ϑ² at ξ where ±iϑ are the eigenvalues of ad on this ideal (negative: ad stretches)."""
         s = self.algebra.ad(self.project * xi)
-        return _rate((s * s).applyfunc(_expand), self.pairs)
-
-
-def _combined(first: Any, rest: Any, z: Any, function: Callable[[Any], Any]) -> Any:
-    """first·Q(z) − rest·Q′(z), entry by entry: nothing is multiplied out."""
-    t = sympy.Dummy("z", real=True)
-    q = function(t)
-    value, slope = q.xreplace({t: z}), q.diff(t).xreplace({t: z})
-    return first.applyfunc(lambda e: e * value) - rest.applyfunc(lambda e: e * slope)
+        return _rate(s * s, self.pairs)
 
 
 @lru_cache(maxsize=64)
 def turnings(algebra: MatrixAlgebra) -> tuple[Turning, ...]:
     """The ideals on which the algebra turns at one rate each; empty if there is no such form."""
-    if (whole := _turning(algebra, sympy.eye(algebra.dim))) is not None:
+    if whole := _turning(algebra, sympy.eye(algebra.dim)):
         return (whole,)
-    parts = [_turning(algebra, projection) for projection in algebra.ideals]
-    return tuple(p for p in parts if p is not None) if len(parts) > 1 and all(parts) else ()
+    parts = [part for ideal in algebra.ideals if (part := _turning(algebra, ideal))]
+    return tuple(parts) if len(parts) == len(algebra.ideals) else ()
 
 
 def _turning(algebra: MatrixAlgebra, project: Any) -> Turning | None:
-    """Decided by the annihilating polynomials at two random rational points, exactly."""
+    """The ideal if its annihilating polynomials hold at two random rational points, exactly."""
     own = [project * random_columns({"xi": algebra.dim}, seed=seed)["xi"] for seed in range(2)]
     of_ad = _pairs([algebra.ad(xi) for xi in own], 1, 2)
     of_matrix = _pairs([algebra.hat(xi) for xi in own], 2, 1)

@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
-from ..numbers import sympy
+from ..numbers import registered_function, sympy
 from .ad_spectrum import turnings
 from .implicit_product import AlgebraInNumbers
-from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction, in_arithmetic
+from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction
 from .retraction import EquivariantRetraction, complex_form
 from .stumpff import stumpff
 
@@ -44,10 +45,8 @@ class Exponential(EquivariantRetraction):
     def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
         if not turnings(algebra):
             return complex_form(algebra, MatrixFunction(DISPLACEMENT, algebra.real.basis)(xi))
-        first, *others = (turning.displacement(xi) for turning in turnings(algebra))
-        for other in others:  # commuting factors: (e + a)(e + b) − e
-            first = first + other + first * other
-        return first
+        parts = (turning.displacement(xi) for turning in turnings(algebra))
+        return reduce(lambda a, b: a + b + a * b, parts)  # commuting factors: (e + a)(e + b) − e
 
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
         if not turnings(algebra):
@@ -89,10 +88,11 @@ class Exponential(EquivariantRetraction):
         return total
 
     def element_in(self, frame: AlgebraInNumbers, xi: Any) -> np.ndarray:
-        return frame.e + in_arithmetic(frame.numbers)(frame.hat(xi), DISPLACEMENT)
+        function = registered_function("matrix_function", frame.numbers)
+        return np.asarray(frame.e + function(frame.hat(xi), DISPLACEMENT))
 
     def coordinates_in(self, frame: AlgebraInNumbers, g: np.ndarray) -> np.ndarray:
-        """Of the principal logarithm; raises `BadInput` where an angle reaches a half-turn.
+        """Coordinates of log g, m numbers; raises `BadInput` where an angle reaches a half-turn.
 
         Square roots until near e, then log g = 2 artanh((g − e)(g + e)⁻¹) by its series (Higham,
         Functions of Matrices, 11.5).

@@ -1,4 +1,4 @@
-"""The product of a retraction, τ⁻¹(τ(ξ)τ(η)), known by its derivatives and to any number of digits.
+"""The product of a retraction, τ⁻¹(τ(ξ)τ(η)), by its derivatives and to any number of digits.
 
 ∂/∂ξ = R(p) R(ξ)⁻¹ and ∂/∂η = L(p) L(η)⁻¹: the product's invariant fields. Nothing that runs in a
 flow needs its values, so there is no text of it for compiled kernels.
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..algebras import MatrixAlgebra
-from ..numbers import number, sympy
+from ..numbers import InArithmetic, Matrix, Vector, sympy
 
 
 class AlgebraInNumbers:
@@ -21,30 +21,29 @@ class AlgebraInNumbers:
     def __init__(self, algebra: MatrixAlgebra, numbers: Any) -> None:
         self.algebra, self.numbers = algebra, numbers
 
-    def array(self, rows: Any) -> np.ndarray:
+    def array(self, rows: Any) -> Matrix:
         """A matrix of exact entries in this arithmetic."""
         number = self.numbers.number
         return np.array([[number(e) for e in row] for row in rows], dtype=self.numbers.dtype)
 
     @cached_property
-    def e(self) -> np.ndarray:
+    def e(self) -> Matrix:
         """The identity, N×N."""
-        n = self.algebra.size
-        return self.array([[int(i == j) for j in range(n)] for i in range(n)])
+        return self.numbers.identity(self.algebra.size)  # type: ignore[no-any-return]
 
     @cached_property
-    def _basis(self) -> list[np.ndarray]:
+    def _basis(self) -> list[Matrix]:
         return [self.array(e) for e in self.algebra.basis]
 
     @cached_property
-    def _dual(self) -> np.ndarray:
+    def _dual(self) -> Matrix:
         return self.array(self.algebra.dual.tolist())
 
-    def hat(self, xi: Any) -> np.ndarray:
+    def hat(self, xi: Any) -> Matrix:
         """ξ^γ e_γ, N×N."""
         return np.asarray(sum(c * e for c, e in zip(xi, self._basis, strict=True)))
 
-    def read(self, matrix: np.ndarray) -> np.ndarray:
+    def read(self, matrix: Matrix) -> Vector:
         """The coordinates of a matrix of the algebra, m."""
         return np.asarray(self._dual @ matrix.ravel())
 
@@ -63,16 +62,14 @@ def implicit_product(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any
 def _class(tau: Any, algebra: MatrixAlgebra) -> Any:
     m = algebra.dim
 
-    class Product(sympy.Function):
+    class Product(InArithmetic, sympy.Function):
         """Entry i of the product; the other arguments are ξ and η."""
 
         def _eval_is_real(self) -> bool:
             return True
 
         def _eval_derivative(self, s: Any) -> Any:
-            xi, eta = (
-                sympy.ImmutableMatrix(part) for part in (self.args[1 : m + 1], self.args[m + 1 :])
-            )
+            xi, eta = map(sympy.ImmutableMatrix, (self.args[1 : m + 1], self.args[m + 1 :]))
             d_xi, d_eta = xi.diff(s), eta.diff(s)
             if not any(d_xi) and not any(d_eta):
                 return 0 * s
@@ -81,11 +78,6 @@ def _class(tau: Any, algebra: MatrixAlgebra) -> Any:
         def in_arithmetic(self, numbers: Any, values: Any) -> Any:
             """The entry at given numbers."""
             return _numbers(tau, algebra, tuple(values[1:]), numbers)[int(self.args[0])]
-
-        def _eval_evalf(self, prec: int) -> Any:
-            if not all(a.is_number for a in self.args):
-                return None
-            return sympy.Float._new(number(self, prec)._mpf_, prec)
 
     Product.__name__ = f"product_{tau.name}_{algebra.name}"
     return Product
@@ -103,6 +95,9 @@ def _slope(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any, d_xi: Any, d_eta
     return sympy.ImmutableMatrix(total)
 
 
+_frame = lru_cache(maxsize=64)(AlgebraInNumbers)
+
+
 @lru_cache(maxsize=4096)
 def _numbers(tau: Any, algebra: MatrixAlgebra, values: tuple[Any, ...], numbers: Any) -> Any:
     """The m entries at numbers ξ, η."""
@@ -110,8 +105,3 @@ def _numbers(tau: Any, algebra: MatrixAlgebra, values: tuple[Any, ...], numbers:
     with numbers.working():
         first, second = (tau.element_in(frame, part) for part in (values[:m], values[m:]))
         return tau.coordinates_in(frame, first @ second)
-
-
-@lru_cache(maxsize=64)
-def _frame(algebra: MatrixAlgebra, numbers: Any) -> AlgebraInNumbers:
-    return AlgebraInNumbers(algebra, numbers)

@@ -3,7 +3,7 @@
 The construction for algebras without a closed form. φ₁(A) = (e^A − 1)/A comes from its series at
 A/2ⁿ and φ₁(2A) = (e^A + 1) φ₁(A)/2, convergent for every A (Higham, Functions of Matrices, 10.7).
 The derivative along e_k is the upper right block of f on [[A, A(e_k)], [0, A]], and so on with
-four blocks for two derivatives (the same, 3.2): nothing is a difference quotient.
+four blocks for two derivatives (Higham, 3.2): nothing is a difference quotient.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from __future__ import annotations
 import hashlib
 import inspect
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from itertools import combinations_with_replacement
 from typing import Any
 
-from ..numbers import code, entry, floats_exact, register, run_text, sympy, with_tables
+from ..numbers import code, entry, floats_exact, register, registered_function, sympy
 from . import matrix_numbers
 
 Nested = tuple[tuple[Any, ...], ...]
@@ -23,13 +23,9 @@ Nested = tuple[tuple[Any, ...], ...]
 DEXP, DEXP_INVERSE, DISPLACEMENT = 0, 1, 2
 
 
-def _register(function: Any) -> None:
-    register(function.__name__, lambda: f"@arrays\n{inspect.getsource(function)}")
-
-
-_register(matrix_numbers.matrix_function)
-_register(matrix_numbers.combination)
-_register(matrix_numbers.partial_derivatives)
+for _name in ("matrix_function", "combination", "partial_derivatives"):
+    _source = partial(inspect.getsource, getattr(matrix_numbers, _name))
+    register(_name, lambda source=_source: f"@arrays\n{source()}")  # type: ignore[misc]
 
 
 @dataclass(frozen=True)
@@ -96,20 +92,7 @@ def _table(function: MatrixFunction, order: int) -> Any:
 
         def in_arithmetic(self, numbers: Any, values: Any) -> Any:
             """All numbers of the table."""
-            return _numerical(function, order, numbers)(*values)
+            return registered_function(type(self).__name__, numbers)(*values)
 
     Table.__name__ = register(f"matrix_{function.digest}_{order}", lambda: function.text(order))
     return Table
-
-
-@lru_cache(maxsize=256)
-def _numerical(function: MatrixFunction, order: int, numbers: Any) -> Any:
-    text = with_tables(function.text(order))
-    return run_text(text, numbers.namespace())[f"matrix_{function.digest}_{order}"]
-
-
-@lru_cache(maxsize=64)
-def in_arithmetic(numbers: Any) -> Any:
-    """`matrix_numbers.matrix_function` on numbers of that kind."""
-    text = "@arrays\n" + inspect.getsource(matrix_numbers.matrix_function)
-    return run_text(text, numbers.namespace())["matrix_function"]

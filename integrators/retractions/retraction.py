@@ -24,8 +24,8 @@ class Retraction(ABC):
 
     ξ, η are sympy columns of coordinates, m×1. `symmetric`: whether τ(−ξ) = τ(ξ)⁻¹.
     `has_translates`: whether the translates of the chart by the algebra's cover hold the group, so
-    that bisections continue it. `proven`: whether the tests hold it to every law, so that a scheme
-    need not check the axioms again.
+    that bisections continue it. `proven`: whether the tests check every law, so that a scheme need
+    not check the axioms again.
     """
 
     name: str
@@ -97,7 +97,7 @@ class Retraction(ABC):
 
     @abstractmethod
     def extents(self, algebra: MatrixAlgebra, xi: Any) -> list[tuple[str, Any]]:
-        """What tells how near the chart's edge ξ is, symbolic: (kind, value) each.
+        """How near ξ is to the chart's edge, symbolic, as pairs (kind, value).
 
         "size": 1 at 0, its absolute value grows without bound towards the edge. "rest": 1 at 0,
         0 at the edge, negative beyond; 1/rest² is its size.

@@ -7,10 +7,10 @@ Fundamentals of Celestial Mechanics, 6.9). Written with them nothing is 0/0 at t
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
+from functools import cache
 from typing import Any
 
-from ..numbers import collect, entry, register, run_text, sympy
+from ..numbers import InArithmetic, collect, entry, register, registered_function, sympy
 
 
 def stumpff(k: int, z: Any) -> Any:
@@ -20,8 +20,8 @@ def stumpff(k: int, z: Any) -> Any:
 
 @cache
 def _class() -> Any:
-    class Stumpff(sympy.Function):
-        """c_k(z), known by its derivatives and by its value at 0."""
+    class Stumpff(InArithmetic, sympy.Function):
+        """c_k(z), which knows its derivatives and its value at 0."""
 
         nargs = 2
 
@@ -39,63 +39,35 @@ def _class() -> Any:
         def _eval_is_real(self) -> Any:
             return self.args[1].is_real
 
-        def _eval_evalf(self, prec: int) -> Any:
-            k, z = int(self.args[0]), self.args[1]
-            if not z.is_number:
-                return None
-            return sympy.Float._new(_value(k, z, prec)._mpf_, prec)
-
         def in_arithmetic(self, numbers: Any, values: Any) -> Any:
             """c_k of a number, by the text that the kernels have."""
             k = int(self.args[0])
-            return _numerical(k | 3, numbers)(values[1])[k]
-
-        def _numbers_at_once(self, most: int) -> Any:
-            """The same as an entry of c_0, …, c_most, which generated text computes together."""
-            k, z = self.args
-            name = register(f"stumpff_{most}", lambda: library(most))
-            return entry(sympy.Function(name, real=True)(z), k)
+            return registered_function(_registered(k | 3), numbers)(values[1])[k]
 
     Stumpff.__name__ = "stumpff"
     return Stumpff
 
 
+def _registered(most: int) -> str:
+    """The name of the function (c_0, …, c_most), which generated text may then call."""
+    return register(f"stumpff_{most}", lambda: library(most))
+
+
 @collect
 def together(expressions: list[Any]) -> list[Any]:
     """The expressions with each c_k(z) as an entry of one call (c_0, …, c_K)(z), K = 3, 7, 11 …"""
-    found = set().union(*(e.atoms(_class()) for e in expressions))
-    if not found:
+    values = set().union(*(e.atoms(_class()) for e in expressions))
+    if not values:
         return expressions
-    most = max(int(f.args[0]) for f in found) | 3
-    swap = {f: f._numbers_at_once(most) for f in found}
+    table = sympy.Function(_registered(max(int(c.args[0]) for c in values) | 3), real=True)
+    swap = {c: entry(table(c.args[1]), c.args[0]) for c in values}
     return [e.xreplace(swap) for e in expressions]
-
-
-def _value(k: int, z: Any, prec: int) -> Any:
-    """c_k(z) of a sympy number z to `prec` bits, by the series at more of them."""
-    import mpmath
-
-    # terms grow to e^√|z| before they fall: one and a half bits of each unit of √|z| are lost
-    size = abs(float(z.evalf(15))) ** 0.5
-    with mpmath.workprec(prec + 30 + int(3 * size)):
-        z = z.evalf(mpmath.mp.dps + 5)._to_mpmath(mpmath.mp.prec)
-        term = 1 / mpmath.factorial(k)
-        total, n = term, 0
-        while n < size or abs(term) > abs(total) * mpmath.eps:
-            term *= -z / ((2 * n + k + 1) * (2 * n + k + 2))
-            total, n = total + term, n + 1
-        return total
-
-
-@lru_cache(maxsize=64)
-def _numerical(most: int, numbers: Any) -> Any:
-    return run_text(library(most), numbers.namespace())[f"stumpff_{most}"]
 
 
 def library(most: int) -> str:
     """Text of stumpff_K(z) → (c_0, …, c_K), for double precision and for any other; K odd.
 
-    |z| ≤ 1: the two last by Horner's rule, the others from c_k = 1/k! − z c_{k+2}. Beyond: from
+    |z| ≤ 1: the last two by Horner's rule, the others from c_k = 1/k! − z c_{k+2}. Beyond: from
     z/4ⁿ by c_j(4z) = 2⁻ʲ (c₀c_j + c₁c_{j−1} + Σ_{i=2}^j c_i/(j−i)!), which is
     φ_j(2s) = 2⁻ʲ (eˢφ_j(s) + Σ_i φ_i(s)/(j−i)!) with s² = −z and φ_j = c_j + s c_{j+1}: positive
     terms if z < 0. c₀ and c₁ are taken from sines each time, so that their errors do not double,

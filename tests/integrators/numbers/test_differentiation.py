@@ -8,7 +8,7 @@ from discmech.integrators import scenes
 from discmech.integrators.equations.symbols import SceneSymbols
 from discmech.integrators.numbers.differentiation import jacobian
 from discmech.integrators.numbers.identities import first_violation
-from discmech.integrators.numbers.multi_output import held
+from discmech.integrators.numbers.multi_output import as_one_number
 
 x, y, z, a = symbols("x y z a", real=True, positive=True)
 EXPRESSIONS = [
@@ -18,7 +18,7 @@ EXPRESSIONS = [
     (x**2 + y**2 + a) ** sympy.Rational(-3, 2) * (x - y) * z,
     sin(x * y) * exp(z) + sqrt(cos(x) ** 2 + y),
     x**y + y**a,
-    held(x + y) * held(x * z),
+    as_one_number(x + y) * as_one_number(x * z),
     abs(x - y) ** 3,
 ]
 

@@ -17,7 +17,7 @@ from discmech.integrators.numbers import (
     numeric_text,
     random_point,
 )
-from discmech.integrators.numbers.multi_output import held
+from discmech.integrators.numbers.multi_output import as_one_number
 from discmech.integrators.retractions.stumpff import stumpff
 
 X = sympy.symbols("x_0:3", real=True)
@@ -28,7 +28,7 @@ EXPRESSIONS = [
     sympy.exp(-X[2]) * sympy.atan2(X[0], X[1]) + pi * H,
     X[0] ** X[1] + (X[0] + X[1]) ** Rational(1, 3) + sympy.E,
     Abs(X[0] - 2) + sympy.log(X[2]) + sympy.tanh(X[0] * X[1]),
-    held(sqrt(2) * X[0]) * held(X[1] + X[2]) * X[0] - H**2,
+    as_one_number(sqrt(2) * X[0]) * as_one_number(X[1] + X[2]) * X[0] - H**2,
     Rational(10**40 + 1, 10**39 + 7) * X[0] / H,
 ]
 POINTS = [random_point([*X, H], seed=seed) for seed in range(3)]
