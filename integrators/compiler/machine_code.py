@@ -12,9 +12,8 @@ import numpy as np
 
 from ..numbers import LazyModule
 from .cache import cache_folder, cached_text, digest, imported, sources, write_atomically
-from .llvm_expressions import decorators
 from .llvm_values import Array
-from .llvm_writer import Module
+from .llvm_writer import Module, decorators
 
 llvm: Any = LazyModule("llvmlite.binding")
 llvmlite: Any = LazyModule("llvmlite")
@@ -77,7 +76,7 @@ def compiled(
         for table, function in _tables(text, nodes, tables).items():
             llvm.add_symbol(table, function.address)
     if not path.exists():
-        module = Module(nodes, names, tables)
+        module = Module(text, names, tables)
         module.export("advance", arrays)
         write_atomically(path, _object(module.text()))
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())

@@ -9,7 +9,7 @@ import pytest
 from discmech.integrators.compiler.kernel_text import driver_text
 from discmech.integrators.compiler.llvm_values import Array
 from discmech.integrators.compiler.machine_code import compiled
-from discmech.integrators.numbers.interpreting import run_text
+from discmech.integrators.numbers import run_text
 
 
 def system(m, zeros):
