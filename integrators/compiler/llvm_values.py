@@ -7,9 +7,9 @@ unrolled while the instructions are written. Division by zero gives inf or nan.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import partial, reduce
 from typing import Any
 
 #: LLVM's types of a float, a whole number, a truth value; the first may become a vector
@@ -65,12 +65,11 @@ class Routine:
         self.lines.append(f"{label}:")
         self.open = True
 
-    def variable(self, kind: str, length: int | None = None) -> str:
-        """A place in memory at the function's entry; LLVM makes a register of a single number."""
-        name, type_ = self.name("%v"), TYPES[kind]
-        type_ = type_ if length is None else f"[{length} x {type_}]"
-        self.entry.append(f"  {name} = alloca {type_}")
-        return name
+    def memory(self, kind: str, length: int = 1, columns: int | None = None) -> Array:
+        """An array at the function's entry; LLVM makes a register of a single number."""
+        name = self.name("%v")
+        self.entry.append(f"  {name} = alloca {TYPES[kind]}, i64 {length}")
+        return Array(kind, name, columns, self)
 
     def operand(self, kind: str, number: Any) -> str:
         """LLVM's type and name of a number as one of that kind."""
@@ -83,14 +82,6 @@ class Routine:
         if number.kind != kind:
             raise NotImplementedError(f"{number} is no number of kind {kind}")
         return f"{TYPES[kind]} {number.name}"
-
-    def load(self, kind: str, place: str) -> Value:
-        """The number at a place."""
-        return self.get(kind, f"load {TYPES[kind]}, ptr {place}")
-
-    def store(self, kind: str, number: Any, place: str) -> None:
-        """Put a number at a place."""
-        self.do(f"store {self.operand(kind, number)}, ptr {place}")
 
     def call(self, name: str, *arguments: Any) -> Value:
         """A function of floats: an intrinsic, or one of C's library."""
@@ -149,16 +140,14 @@ class Value:
         raise NotImplementedError("a number decides here, where only a constant can")
 
 
-def _operator(name: str, turned: bool) -> Callable[[Value, Any], Value]:
-    if turned:
-        return lambda self, other: self.routine.binary(name, other, self)
-    return lambda self, other: self.routine.binary(name, self, other)
+def _give_operators(name: str) -> None:
+    setattr(Value, f"__{name}__", lambda self, other: self.routine.binary(name, self, other))
+    if name in ARITHMETIC:  # Python turns comparisons round by itself
+        setattr(Value, f"__r{name}__", lambda self, other: self.routine.binary(name, other, self))
 
 
-for _name in (*ARITHMETIC, *COMPARISONS):  # Python turns comparisons round by itself
-    setattr(Value, f"__{_name}__", _operator(_name, False))
-    if _name in ARITHMETIC:
-        setattr(Value, f"__r{_name}__", _operator(_name, True))
+for _name in (*ARITHMETIC, *COMPARISONS):
+    _give_operators(_name)
 
 
 @dataclass(frozen=True)
@@ -175,6 +164,8 @@ class Array:
         if self.columns is not None:
             row, column = index if isinstance(index, tuple) else (index, 0)
             index = row * self.columns + column
+        if isinstance(index, int) and index == 0:
+            return self.name
         at = self.routine.operand("i", index)
         place = f"getelementptr {TYPES[self.kind]}, ptr {self.name}, {at}"
         return str(self.routine.get("i", place).name)
@@ -183,10 +174,12 @@ class Array:
         place = self._place(index)
         if self.columns is not None and not isinstance(index, tuple):
             return replace(self, name=place, columns=None)  # a row
-        return self.routine.load(self.kind, place)
+        return self.routine.get(self.kind, f"load {TYPES[self.kind]}, ptr {place}")
 
     def __setitem__(self, index: Any, number: Any) -> None:
-        self.routine.store(self.kind, number, self._place(index))
+        self.routine.do(
+            f"store {self.routine.operand(self.kind, number)}, ptr {self._place(index)}"
+        )
 
 
 def register(number: Any) -> Value:
@@ -202,17 +195,49 @@ def register(number: Any) -> Value:
     raise NotImplementedError(f"{number!r} is no number")
 
 
+# -- tuples of numbers -----------------------------------------------------------------------------
+
+
+def mapped(function: Callable[..., Any], *trees: Any) -> Any:
+    """Tuples of tuples, of what a function gives for each leaf."""
+    if isinstance(trees[0], tuple):
+        return tuple(mapped(function, *branches) for branches in zip(*trees, strict=True))
+    return function(*trees)
+
+
+def flat(tree: Any) -> list[Any]:
+    """The numbers and arrays in a tuple of tuples; facts and functions are left out."""
+    leaves: list[Any] = []
+    mapped(lambda leaf: leaves.append(leaf) if _is_number(leaf) else None, tree)
+    return [leaf if isinstance(leaf, Array) else register(leaf) for leaf in leaves]
+
+
+def filled(tree: Any, values: Iterable[Any]) -> Any:
+    """Tuples like these, with other numbers, one after another."""
+    rest = iter(values)
+    return mapped(lambda leaf: next(rest) if _is_number(leaf) else leaf, tree)
+
+
+def form(tree: Any) -> Any:
+    """Numbers without names: what a shared function is written once for."""
+    return filled(tree, [replace(v, name="", routine=None) for v in flat(tree)])
+
+
+def _is_number(leaf: Any) -> bool:
+    return isinstance(leaf, (Value, Array, int, float)) and not isinstance(leaf, bool)
+
+
 # -- what Python decides itself, for numbers that it does not know ---------------------------------
 
 
 def chosen(test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
     """`yes() if test else no()`; both are computed where the test is not known."""
-    return _select(test, yes(), no()) if isinstance(test, Value) else yes() if test else no()
+    if isinstance(test, Value):
+        return mapped(partial(_select, test), yes(), no())
+    return yes() if test else no()
 
 
-def _select(test: Value, yes: Any, no: Any) -> Any:
-    if isinstance(yes, tuple):
-        return tuple(_select(test, a, b) for a, b in zip(yes, no, strict=True))
+def _select(test: Value, yes: Any, no: Any) -> Value:
     kind = register(yes).kind if register(yes).kind == register(no).kind else "f"
     one, other = (test.routine.operand(kind, v) for v in (yes, no))
     return test.routine.get(kind, f"select i1 {test.name}, {one}, {other}")
@@ -250,32 +275,3 @@ def mathematical(name: str, plain: Callable[..., Any]) -> Callable[..., Any]:
         return values[0].routine.call(name, *arguments) if values else plain(*arguments)
 
     return function
-
-
-# -- tuples of numbers -----------------------------------------------------------------------------
-
-
-def flat(values: Any) -> list[Any]:
-    """The numbers and arrays in a tuple of tuples; facts and functions are left out."""
-    if isinstance(values, tuple):
-        return [v for inner in values for v in flat(inner)]
-    if isinstance(values, Array):
-        return [values]
-    return [register(values)] if _is_number(values) else []
-
-
-def filled(like: Any, values: Any) -> Any:
-    """Tuples like those from values one after another."""
-    if isinstance(like, tuple):
-        return tuple(filled(inner, values) for inner in like)
-    return next(values) if isinstance(like, Array) or _is_number(like) else like
-
-
-def form(values: Any) -> Any:
-    """Values without names: what a shared function is written once for."""
-    bare = (replace(v, name="", routine=None) for v in flat(values))
-    return filled(values, bare)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (Value, int, float)) and not isinstance(value, bool)
