@@ -122,19 +122,21 @@ class KernelsAtStep:
         """(state, c) at (x, μ), nothing lost yet, one guess of each substep's u."""
         at = self.layout
         state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
-        state[at.x], state[at.mu] = x, mu
+        state[at.parts[0]], state[at.parts[1]] = x, mu
         self.recarry(state, c)
         self.seed(state, guess)
         return state, c
 
     def point(self, state: Any) -> tuple[Any, Any]:
         """(x, μ) of a state."""
-        return state[self.layout.x].copy(), state[self.layout.mu].copy()
+        x, mu, *_ = (state[part].copy() for part in self.layout.parts)
+        return x, mu
 
     def recarry(self, state: Any, c: Any) -> None:
         """Compute the reused functions of x anew."""
         if self.layout.reused:
-            state[self.layout.k] = self.kernels.carry[0](state[self.layout.x], c[0])
+            at = self.layout.parts
+            state[at[-1]] = self.kernels.carry[0](state[at[0]], c[0])
 
     def seed(self, state: Any, guess: Any) -> None:
         """Forget past solutions: Newton starts from the guess, with stages of 0 (straight path)."""
