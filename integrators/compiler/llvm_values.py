@@ -19,8 +19,9 @@ INTRINSICS = {"sin", "cos", "exp", "log", "sqrt", "pow", "fabs"}
 #: operator → instruction for floats, and for whole numbers (// and % of numbers from 0)
 ARITHMETIC = {"add": ("fadd", "add"), "sub": ("fsub", "sub"), "mul": ("fmul", "mul"),
               "truediv": ("fdiv", ""), "floordiv": ("", "sdiv"), "mod": ("", "srem")}  # fmt: skip
-COMPARISONS = {"lt": ("olt", "slt"), "le": ("ole", "sle"), "gt": ("ogt", "sgt"),
-               "ge": ("oge", "sge"), "eq": ("oeq", "eq"), "ne": ("une", "ne")}  # fmt: skip
+COMPARISONS = {"lt": ("fcmp olt", "icmp slt"), "le": ("fcmp ole", "icmp sle"),
+               "gt": ("fcmp ogt", "icmp sgt"), "ge": ("fcmp oge", "icmp sge"),
+               "eq": ("fcmp oeq", "icmp eq"), "ne": ("fcmp une", "icmp ne")}  # fmt: skip
 
 
 @dataclass(eq=False)
@@ -94,19 +95,16 @@ class Routine:
 
     def binary(self, operator: str, left: Any, right: Any) -> Value:
         """Arithmetic or a comparison of two numbers: of floats if one of them is."""
-        compared = operator in COMPARISONS
-        of_floats, of_whole = (COMPARISONS if compared else ARITHMETIC)[operator]
+        of_floats, of_whole = (ARITHMETIC | COMPARISONS)[operator]
         left, right = register(left), register(right)
         kind = "i" if of_whole and left.kind == right.kind == "i" else "f"
         word = of_whole if kind == "i" else of_floats
         if not word:
             raise NotImplementedError(f"{operator} of floats is not of the language")
-        if compared:
-            word = f"icmp {word}" if kind == "i" else f"fcmp {word}"
-        elif kind == "f":
-            word = f"{word} {self.fast}"
+        compared = operator in COMPARISONS
+        flags = "" if compared or kind == "i" else self.fast
         one, other = self.operand(kind, left), self.operand(kind, right)
-        return self.get("b" if compared else kind, f"{word} {one}, {other.split()[1]}")
+        return self.get("b" if compared else kind, f"{word} {flags}{one}, {other.split()[1]}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,9 +175,8 @@ class Array:
         return self.routine.get(self.kind, f"load {TYPES[self.kind]}, ptr {place}")
 
     def __setitem__(self, index: Any, number: Any) -> None:
-        self.routine.do(
-            f"store {self.routine.operand(self.kind, number)}, ptr {self._place(index)}"
-        )
+        entry = self.routine.operand(self.kind, number)
+        self.routine.do(f"store {entry}, ptr {self._place(index)}")
 
 
 def register(number: Any) -> Value:

@@ -101,15 +101,12 @@ def _object(text: str) -> bytes:
 def _callable(engine: Any, names: list[str], arrays: Mapping[str, Array]) -> Callable[..., Any]:
     """The function `advance` of an engine, for numpy arrays and whole numbers."""
     types = [ctypes.c_void_p if n in arrays else ctypes.c_int64 for n in names]
-    function = ctypes.CFUNCTYPE(None, *types, ctypes.c_void_p)(
-        engine.get_function_address("advance")
-    )
-    places = [i for i, n in enumerate(names) if n in arrays]
+    place = engine.get_function_address("advance")
+    function = ctypes.CFUNCTYPE(None, *types, ctypes.c_void_p)(place)
 
     def advance(*arguments: Any) -> tuple[int, int]:
-        out, given = np.empty(2, dtype=np.int64), list(arguments)
-        for i in places:
-            given[i] = arguments[i].ctypes.data
+        out = np.empty(2, dtype=np.int64)
+        given = (a.ctypes.data if n in arrays else a for n, a in zip(names, arguments, strict=True))
         function(*given, out.ctypes.data)
         return int(out[0]), int(out[1])
 
