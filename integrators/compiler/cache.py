@@ -35,7 +35,7 @@ def _temporary_folder() -> Path:
 @cache
 def sources() -> str:
     """Digest of all of our own text that generates: changed mathematics makes new files."""
-    files = (p for p in sorted(Path(__file__).parents[1].rglob("*.py")))
+    files = sorted(Path(__file__).parents[1].rglob("*.py"))
     return digest(*(p.read_text(encoding="utf-8") for p in files if p.parent.name != "scenes"))
 
 
@@ -46,13 +46,13 @@ def digest(*parts: str) -> str:
 
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write to another name, then rename: nobody ever sees half a file."""
-    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".new")
+    handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".new")
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(content.encode() if isinstance(content, str) else content)
-        os.replace(beside, path)
+        os.replace(draft, path)
     except BaseException:
-        Path(beside).unlink(missing_ok=True)
+        Path(draft).unlink(missing_ok=True)
         raise
 
 

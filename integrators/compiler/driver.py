@@ -11,7 +11,7 @@ substep), MIXED (substeps of the adjoint occur); LAYOUT and all names of `layout
 round-off), ROOT_EPS, HUGE, DECAY.
 """
 
-# ruff: noqa: F821, B905, SIM102 (lengths agree; a test that is known when this is compiled stands alone)
+# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
@@ -21,28 +21,25 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     A step is one substep, or a row of them, each with its row of coefficients and its memory of
     past solutions; kinds: 0 the rule, 1 its adjoint. `state` (`layout.Layout`) is read at the start
     and written at the end, so a run in pieces is the run in one. A row's u is that of the first
-    substep, its count the corrections of all.
+    substep, its count the corrections of all. z is (x, μ, what their sums lost, functions of x).
     """
-    x, mu, k = load(state, LAYOUT.x), load(state, LAYOUT.mu), load(state, LAYOUT.k)
-    ex, emu = load(state, LAYOUT.lost_x), load(state, LAYOUT.lost_mu)
+    z = tuple([load(state, at) for at in LAYOUT.parts])
     if SINGLE:
-        c = load_row(coefficients, 0, RULE.width)
+        c = load(coefficients[0], slice(0, RULE.width))
         memo = load_memo(RULE, state, LAYOUT.memory)
-    guard = totals[FARTHEST], totals[REACH], totals[BRANCH], totals[SLACK]
-    status, most, total, size = OK, totals[MOST], totals[CORRECTIONS], totals[LAST_SIZE]
+    total, most, size = load(totals, slice(CORRECTIONS, FARTHEST))
+    guard, status = load(totals, slice(FARTHEST, TOTALS)), OK
     row = (index + every - 1) // every
     wait = row * every - index  # steps to the next row that is kept
     while index < stop:
         if wait == 0:
-            save_row(xs, row, x)
-            save_row(mus, row, mu)
+            save(xs[row], 0, z[0])
+            save(mus[row], 0, z[1])
         if SINGLE:
-            x, mu, ex, emu, k, memo, w, guard, count, size, status = substep(
-                RULE, x, mu, ex, emu, k, memo, guard, c
-            )
+            z, memo, w, guard, count, size, status = substep(RULE, z, memo, guard, c)
         else:
-            x, mu, ex, emu, k, w, guard, count, size, status = composed_step(
-                x, mu, ex, emu, k, guard, state, coefficients, kinds, substeps
+            z, w, guard, count, size, status = composed_step(
+                z, guard, state, coefficients, kinds, substeps
             )
         total += count
         if count > most:
@@ -50,76 +47,63 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
         if status != OK:
             break
         if wait == 0:
-            save_row(us, row, w[: LAYOUT.m])
+            save(us[row], 0, w[: LAYOUT.m])
             counts[row] = count
             row += 1
             wait = every
         wait -= 1
         index += 1
-    save(state, 0, x + mu + ex + emu + k)
+    save(state, 0, z[0] + z[1] + z[2] + z[3] + z[4])
     if SINGLE:
         save_memo(RULE, state, LAYOUT.memory, memo)
-    totals[CORRECTIONS], totals[MOST], totals[LAST_SIZE] = total, most, size
-    totals[FARTHEST], totals[REACH], totals[BRANCH], totals[SLACK] = guard
+    save(totals, CORRECTIONS, (total, most, size) + guard)
     return index, status
 
 
-def composed_step(x, mu, ex, emu, k, guard, state, coefficients, kinds, substeps):
+def composed_step(z, guard, state, coefficients, kinds, substeps):
     """Substeps one after another; where one is not solved, the step is as if it were not begun."""
-    start_x, start_mu, start_ex, start_emu, start_k = x, mu, ex, emu, k
-    counted, size, status, first = 0, EPS, OK, (EPS,) * LAYOUT.solved
+    start, counted, size, status, first = z, 0, EPS, OK, (EPS,) * LAYOUT.solved
     for j in range(substeps):
-        if MIXED:
-            if kinds[j] == 0:
-                x, mu, ex, emu, k, w, guard, count, size, status = from_memory(
-                    RULE, x, mu, ex, emu, k, guard, state, coefficients, j
-                )
-            else:
-                x, mu, ex, emu, k, w, guard, count, size, status = from_memory(
-                    ADJOINT, x, mu, ex, emu, k, guard, state, coefficients, j
-                )
+        if not MIXED or kinds[j] == 0:
+            z, w, guard, count, size, status = remembered(RULE, z, guard, state, coefficients, j)
         else:
-            x, mu, ex, emu, k, w, guard, count, size, status = from_memory(
-                RULE, x, mu, ex, emu, k, guard, state, coefficients, j
-            )
+            z, w, guard, count, size, status = remembered(ADJOINT, z, guard, state, coefficients, j)
         counted += count
         if j == 0:
             first = w
         if status != OK:
-            x, mu, ex, emu, k = start_x, start_mu, start_ex, start_emu, start_k
+            z = start
             break
-    return x, mu, ex, emu, k, first, guard, counted, size, status
+    return z, first, guard, counted, size, status
 
 
-def from_memory(system, x, mu, ex, emu, k, guard, state, coefficients, j):
+def remembered(system, z, guard, state, coefficients, j):
     """Substep j with its own coefficients and memory.
 
     Substeps of two kinds alternate, and have different functions of x: they compute them anew.
     """
-    c = load_row(coefficients, j, system.width)
+    c = load(coefficients[j], slice(0, system.width))
     at = LAYOUT.memory + j * LAYOUT.row
     memo = load_memo(system, state, at)
-    own = system.carry(x, c) if MIXED else k
-    x, mu, ex, emu, own, memo, w, guard, count, size, status = substep(
-        system, x, mu, ex, emu, own, memo, guard, c
-    )
+    before = z[:4] + (system.carry(z[0], c),) if MIXED else z
+    after, memo, w, guard, count, size, status = substep(system, before, memo, guard, c)
     save_memo(system, state, at, memo)
-    return x, mu, ex, emu, () if MIXED else own, w, guard, count, size, status
+    return after[:4] + ((),) if MIXED else after, w, guard, count, size, status
 
 
-def substep(system, x, mu, ex, emu, k, memo, guard, c):
+def substep(system, z, memo, guard, c):
     """Solve for w, look whether the chart ends there, and grow x and μ by compensated sums."""
+    x, mu, ex, emu, k = z
     w, memo, count, size, status = solve(system, x, mu, k, memo, c)
     if status == OK:
         guard, status, near = watch(system, x, w, guard, c)
-        if not system.affine:
-            if near:
-                memo = forget(memo)
+        if not system.affine and near:
+            memo = forget(memo)
     if status == OK:
         dx, dmu, k = system.update(x, w, mu, k, ex, emu, c)
         x, ex = accumulate(x, dx)
         mu, emu = accumulate(mu, dmu)
-    return x, mu, ex, emu, k, memo, w, guard, count, size, status
+    return (x, mu, ex, emu, k), memo, w, guard, count, size, status
 
 
 def watch(system, x, w, guard, c):
@@ -137,7 +121,7 @@ def watch(system, x, w, guard, c):
         if not size <= reach:
             return guard, EDGE, False
         farthest = size if size > farthest else farthest
-        near = near or size > 1024  # where ten bits of u are lost
+        near = near or size > 1024  # = 2¹⁰: ten bits of u are lost
     if system.branched:
         (now,) = system.branch(x, w, c)
         if last < HUGE and abs(now - last) > slack:
@@ -152,9 +136,9 @@ def of_rest(rest):
 
 
 def forget(memo):
-    """What near a chart's edge was learned of u, which is large there, holds nowhere else.
+    """Forget what was seen of u near a chart's edge: it is large there and nowhere else.
 
-    Else a step of u = 10⁸ lets the next ones, of u = 100, end at corrections of 10⁻⁸.
+    Otherwise a step of u = 10⁸ lets the next ones, of u = 100, end at corrections of 10⁻⁸.
     """
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
     return u1, u2, u3, u4, u5, order, 0 * age, kappa, 0 * scale
@@ -176,8 +160,11 @@ def newton(system, x, mu, k, memo, c):
     """Newton from an extrapolated start, until what is left is certainly below round-off.
 
     After a correction of size s the next one is at most κs², κ being what was seen in this run.
-    Where that makes one correction enough, this is the whole solution; every sixteenth step is
-    corrected once more, to see κ again. If Newton fails, the last solution is tried as start.
+    Where that makes one correction enough (8: κ may have grown since), this is the whole solution;
+    every sixteenth step is corrected once more, to see κ again, for 1/16 more work. `scale` is the
+    size of w, forgotten slowly (DECAY, 0.999: in a thousand steps). The order of extrapolation is
+    chosen until all five past solutions are there (age 6), then with κ. If Newton fails, the last
+    solution is tried as start.
     """
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
     w = predict(order, u1, u2, u3, u4, u5)
@@ -210,7 +197,8 @@ def judge(size, before, here, scale, kappa, count):
     """Whether Newton is at its end after a correction of this size, and κ as seen so far.
 
     It ends when a correction is round-off, when the next one would be, or when corrections below
-    √ε no longer halve: what is left then is the round-off of the residual.
+    √ε no longer halve: what is left then is the round-off of the residual. κ is not seen in
+    corrections below 64 round-offs, which are noise.
     """
     if not size < HUGE:
         return SINGULAR, kappa

@@ -24,23 +24,20 @@ def solve(
     order of `rows`, or by the loop; what depends on parameters alone is done once per flow.
     """
     steps = Steps(coefficients)
-    solution: list[Any] = [None] * matrix.cols
+    solution: dict[int, Any] = {}
     for equations, unknowns in blocks(matrix, rows):
-        block = [[matrix[i, j] for j in unknowns] for i in equations]
-        right = [rhs[i] for i in equations]
-        if work(block) > UNROLLED and not steps.constant(block):
-            found = steps.together(block, right)
+        block, right = matrix.extract(equations, unknowns), rhs.extract(equations, [0])
+        if work(block) > UNROLLED and block.free_symbols - steps.q:
+            solved = steps.together(block, right)
         else:
-            J, b = steps.matrix("j", block), steps.matrix("e", [[e] for e in right])
-            by = _by_adjugate if len(unknowns) <= 3 else _by_elimination
-            found = by(J, b, steps)
-        for j, value in zip(unknowns, found, strict=True):
-            solution[j] = value
-    return sympy.Matrix(solution), steps.done
+            J, b = steps.matrix("j", block), steps.matrix("e", right)
+            solved = (_by_adjugate if len(unknowns) <= 3 else _by_elimination)(J, b, steps)
+        solution |= zip(unknowns, solved, strict=True)
+    return sympy.Matrix([solution[j] for j in range(matrix.cols)]), steps.done
 
 
 class Equations(Together):
-    """The unknowns of m linear equations, found by `tuple_operations.eliminate`."""
+    """The unknowns of m linear equations, solved by `tuple_operations.eliminate`."""
 
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
         """Fill a workspace, solve, and read the unknowns off."""
@@ -66,21 +63,16 @@ class Steps:
         self.done.append(([symbol], [value]))
         return symbol
 
-    def together(self, block: list[list[Any]], right: list[Any]) -> list[Any]:
+    def together(self, block: Any, right: Any) -> list[Any]:
         """Symbols of the unknowns of a block that is solved by the loop."""
         start = len(self.done)
         symbols = [sympy.Symbol(f"s{start}_{i}", real=True) for i in range(len(right))]
-        rows = [[*row, e] for row, e in zip(block, right, strict=True)]
-        self.done.append((symbols, Equations([e for row in rows for e in row])))
+        self.done.append((symbols, Equations(block.row_join(right))))
         return symbols
 
-    def constant(self, block: list[list[Any]]) -> bool:
-        """Whether the block depends on the step and the parameters alone."""
-        return not set().union(*(e.free_symbols for row in block for e in row)) - self.q
-
-    def matrix(self, letter: str, entries: list[list[Any]]) -> Any:
+    def matrix(self, letter: str, entries: Any) -> Any:
         """A matrix of names."""
-        return sympy.Matrix([[self.name(letter, e) for e in row] for row in entries])
+        return sympy.Matrix(entries.applyfunc(lambda e: self.name(letter, e)))
 
 
 def blocks(matrix: Any, rows: list[int]) -> list[tuple[list[int], list[int]]]:
@@ -91,31 +83,28 @@ def blocks(matrix: Any, rows: list[int]) -> list[tuple[list[int], list[int]]]:
     m = matrix.cols
     group = list(range(m))  # of each unknown
     for i in rows:
-        tied = [j for j in range(m) if matrix[i, j] != 0]
-        joined = {group[j] for j in tied}
-        if joined:
-            group = [min(joined) if g in joined else g for g in group]
-    found = []
+        joined = {group[j] for j in range(m) if matrix[i, j] != 0}
+        group = [min(joined) if g in joined else g for g in group]
+    parts = []
     for g in sorted(set(group)):
         unknowns = [j for j in range(m) if group[j] == g]
         equations = [i for i in rows if any(matrix[i, j] != 0 for j in unknowns)]
-        found.append((equations, unknowns))
-    if any(len(equations) != len(unknowns) for equations, unknowns in found):
-        return [(rows, list(range(m)))]
-    return found
+        parts.append((equations, unknowns))
+    square = all(len(equations) == len(unknowns) for equations, unknowns in parts)
+    return parts if square else [(rows, list(range(m)))]
 
 
-def work(block: list[list[Any]]) -> int:
+def work(block: Any) -> int:
     """Multiplications of an elimination in this order that leaves zeros out."""
-    m, count = len(block), 0
-    held = [[entry != 0 for entry in row] for row in block]
+    m, count = block.rows, 0
+    filled = [[entry != 0 for entry in row] for row in block.tolist()]
     for p in range(m):
-        used = [j for j in range(p + 1, m) if held[p][j]]
+        used = [j for j in range(p + 1, m) if filled[p][j]]
         for i in range(p + 1, m):
-            if held[i][p]:
+            if filled[i][p]:
                 count += 1 + len(used)
                 for j in used:
-                    held[i][j] = True
+                    filled[i][j] = True
     return count
 
 

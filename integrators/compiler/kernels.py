@@ -52,8 +52,7 @@ def compile(system: System, numbers: Any, omit: frozenset[str] = frozenset()) ->
         return interpreted(text, numbers)
     names = names_of(text, numbers)
     at: Layout = names["LAYOUT"]
-    arrays = {name: Array("f") for name in ("state", "totals")}
-    arrays |= {name: Array("i") for name in ("kinds", "counts")}
+    arrays = {"state": Array("f"), "totals": Array("f"), "kinds": Array("i"), "counts": Array("i")}
     columns = {"coefficients": at.width, "xs": at.n, "us": at.m, "mus": at.m}
     arrays |= {name: Array("f", columns=width) for name, width in columns.items()}
     return _kernels(names, compiled(_file_name(system), text, names, arrays))
@@ -94,13 +93,7 @@ def names_of(text: str, numbers: Any) -> dict[str, Any]:
 
 
 def _kernels(names: dict[str, Any], advance: Any) -> Kernels:
-    systems = names["SYSTEMS"]
-    return Kernels(
-        advance,
-        tuple(s.prepare for s in systems),
-        tuple(s.carry for s in systems),
-        tuple(s.affine for s in systems),
-        names["LAYOUT"],
-        names["HUGE"],
-        names["ROOT_EPS"],
-    )
+    prepare, carry, affine = (tuple(getattr(system, name) for system in names["SYSTEMS"])
+                              for name in ("prepare", "carry", "affine"))  # fmt: skip
+    facts = (names[name] for name in ("LAYOUT", "HUGE", "ROOT_EPS"))
+    return Kernels(advance, prepare, carry, affine, *facts)

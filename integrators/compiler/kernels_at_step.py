@@ -63,33 +63,27 @@ class KernelsAtStep:
         self.layout = kernels.layout
         self._known: dict[tuple[Any, int], Any] = {}
 
-    def q_of(self, translate: Any = None, halvings: int = 0, substep: int = 0) -> list[Any]:
-        """q of a substep at h/2^halvings and a translate (B, B⁻¹); None is e."""
-        q = [self.qs[substep][0] / 2**halvings, *self.qs[substep][1:]]
-        if translate is not None:
-            letters = [e for matrix in translate for e in matrix.ravel()]
-            q[len(q) - len(letters) :] = letters
-        return q
-
     @cached_property
     def c(self) -> Any:
         """The coefficients of a whole step, in the chart of e."""
         return self.coefficients()
 
     def coefficients(self, key: int = 0, translate: Any = None, halvings: int = 0) -> Any:
-        """c at h/2^halvings and the translate number `key`, one row each substep.
+        """c at h/2^halvings, one row each substep, and the translate (B, B⁻¹) of number `key`.
 
-        Raises `BadInput` if a coefficient is not finite.
+        A translate of None is e. Raises `BadInput` if a coefficient is not finite.
         """
         if (key, halvings) not in self._known:
             table = self.numbers.zeros(len(self.qs), self.layout.width)
+            letters = [
+                e for matrix in (() if translate is None else translate) for e in matrix.ravel()
+            ]
             rows: dict[tuple[Any, ...], Any] = {}  # substeps of one size are many
-            for j, kind in enumerate(self.kinds):
-                q = self.q_of(translate, halvings, j)
-                if (kind, q[0]) not in rows:
-                    rows[kind, q[0]] = self._prepared(self.kernels.prepare[kind], q)
-                row = rows[kind, q[0]]
-                table[j, : len(row)] = row
+            for entries, kind, (h, *rest) in zip(table, self.kinds, self.qs, strict=True):
+                if (kind, h) not in rows:
+                    q = [h / 2**halvings, *rest[: len(rest) - len(letters)], *letters]
+                    rows[kind, h] = self._prepared(self.kernels.prepare[kind], q)
+                entries[: len(rows[kind, h])] = rows[kind, h]
             self._known[key, halvings] = table
         return self._known[key, halvings]
 
@@ -122,34 +116,35 @@ class KernelsAtStep:
         """(state, c) at (x, μ), nothing lost yet, one guess of each substep's u."""
         at = self.layout
         state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
-        state[at.x], state[at.mu] = x, mu
+        state[at.parts[0]], state[at.parts[1]] = x, mu
         self.recarry(state, c)
         self.seed(state, guess)
         return state, c
 
     def point(self, state: Any) -> tuple[Any, Any]:
         """(x, μ) of a state."""
-        return state[self.layout.x].copy(), state[self.layout.mu].copy()
+        x, mu, *_ = (state[part].copy() for part in self.layout.parts)
+        return x, mu
 
     def recarry(self, state: Any, c: Any) -> None:
         """Compute the reused functions of x anew."""
         if self.layout.reused:
-            state[self.layout.k] = self.kernels.carry[0](state[self.layout.x], c[0])
+            at = self.layout.parts
+            state[at[-1]] = self.kernels.carry[0](state[at[0]], c[0])
 
     def seed(self, state: Any, guess: Any) -> None:
         """Forget past solutions: Newton starts from the guess, with stages of 0 (straight path)."""
         for memory in self._memories(state):
-            *past, numbers = self._parts(memory)
-            for u in past:
-                u[: len(guess)], u[len(guess) :] = guess, 0
-            numbers[:] = [0, 0, self.kernels.huge, sum(abs(g) for g in guess)]
+            past = self._past(memory)
+            past[:] = 0
+            past[:, : len(guess)] = guess
+            memory[-4:] = [0, 0, self.kernels.huge, sum(abs(g) for g in guess)]
 
     def history(self, state: Any) -> list[Any]:
         """The first substep's past solutions, latest first (none where no step is iterated)."""
         if self.kernels.affine[self.kinds[0]]:
             return []
-        past = self._parts(self._memories(state)[0])[:PAST]
-        return [u[: self.layout.m].copy() for u in past]
+        return list(self._past(self._memories(state)[0])[:, : self.layout.m].copy())
 
     def last_solution(self, lead: tuple[Any, Any]) -> dict[str, Any]:
         """{"u": that from which Newton started}, empty where no step is solved iteratively."""
@@ -159,10 +154,9 @@ class KernelsAtStep:
     def _memories(self, state: Any) -> Any:
         return state[self.layout.memory :].reshape(-1, self.layout.row) if self.layout.row else ()
 
-    def _parts(self, memory: Any) -> list[Any]:
-        """The past solutions, then order, age, κ and scale: views of one substep's memory."""
-        solved = self.layout.solved
-        return [memory[i * solved : (i + 1) * solved] for i in range(PAST)] + [memory[-4:]]
+    def _past(self, memory: Any) -> Any:
+        """View of the past solutions; order, age, κ and scale stand behind them."""
+        return memory[:-4].reshape(PAST, self.layout.solved)
 
     # -- steps ----------------------------------------------------------------------------------
 
@@ -196,7 +190,7 @@ class KernelsAtStep:
         return self._loop(run, run.index + 1, len(self.kinds))
 
     def solve(self, x: Any, mu: Any, c: Any, guess: Any) -> tuple[Any, Any] | None:
-        """(u, number of its branch) of F⁻ = hμ from a guess, in the chart of c; None if not found.
+        """(u, number of its branch) of F⁻ = hμ from a guess, in the chart of c, or None.
 
         Nothing is watched, so the chart's edge is no obstacle.
         """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate
 
 #: status of a run: all is well; Newton does not converge; a correction is no number; a step is at
 #: the edge of its chart; the number that tells branches apart jumped
@@ -32,29 +33,10 @@ class Layout:
     iterated: bool
 
     @property
-    def x(self) -> slice:
-        """The base point."""
-        return slice(0, self.n)
-
-    @property
-    def mu(self) -> slice:
-        """The momentum."""
-        return slice(self.n, self.n + self.m)
-
-    @property
-    def lost_x(self) -> slice:
-        """What the sums of x lost to rounding."""
-        return slice(self.n + self.m, 2 * self.n + self.m)
-
-    @property
-    def lost_mu(self) -> slice:
-        """What the sums of μ lost to rounding."""
-        return slice(2 * self.n + self.m, self.memory - self.reused)
-
-    @property
-    def k(self) -> slice:
-        """Functions of x that the step before computed."""
-        return slice(self.memory - self.reused, self.memory)
+    def parts(self) -> tuple[slice, ...]:
+        """x, μ, what the sums of x and of μ lost to rounding, functions of x of the step before."""
+        ends = [*accumulate((0, self.n, self.m, self.n, self.m, self.reused))]
+        return tuple(map(slice, ends, ends[1:]))
 
     @property
     def memory(self) -> int:

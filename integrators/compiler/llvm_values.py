@@ -1,40 +1,42 @@
-"""Numbers, arrays and tuples while they are written as LLVM's instructions."""
+"""Numbers and arrays whose operators write LLVM's instructions where Python's would compute.
+
+What Python knows already (constants, lengths, tuples) stays a value of Python's: it is decided and
+unrolled while the instructions are written. Division by zero gives inf or nan.
+"""
 
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from functools import partial, reduce
 from typing import Any
 
 #: LLVM's types of a float, a whole number, a truth value; the first may become a vector
 TYPES = {"f": "double", "i": "i64", "b": "i1"}
+#: functions with an intrinsic of LLVM's; others are in C's library
+INTRINSICS = {"sin", "cos", "exp", "log", "sqrt", "pow", "fabs"}
+#: operator → instruction for floats, and for whole numbers (// and % of numbers from 0)
+ARITHMETIC = {"add": ("fadd", "add"), "sub": ("fsub", "sub"), "mul": ("fmul", "mul"),
+              "truediv": ("fdiv", ""), "floordiv": ("", "sdiv"), "mod": ("", "srem")}  # fmt: skip
+COMPARISONS = {"lt": ("fcmp olt", "icmp slt"), "le": ("fcmp ole", "icmp sle"),
+               "gt": ("fcmp ogt", "icmp sgt"), "ge": ("fcmp oge", "icmp sge"),
+               "eq": ("fcmp oeq", "icmp eq"), "ne": ("fcmp une", "icmp ne")}  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Value:
-    """A number in a register: its kind (f, i or b) and LLVM's name of it."""
-
-    kind: str
-    name: str
-
-
-@dataclass(frozen=True)
-class Array:
-    """Numbers in memory, by rows of `columns` where it has two indices."""
-
-    kind: str
-    name: str = ""
-    columns: int | None = None
-
-
-@dataclass
+@dataclass(eq=False)
 class Routine:
-    """One function of LLVM's while it is written: its lines, and its variables at the entry."""
+    """One function of LLVM's while it is written: its lines, and its variables at the entry.
 
+    declared: the declarations of the module; fast: flags of the arithmetic that is written now.
+    """
+
+    declared: dict[str, str]
     lines: list[str] = field(default_factory=list)
     entry: list[str] = field(default_factory=list)
     count: int = 0
     open: bool = True  # whether an instruction would be reached here
+    fast: str = ""
 
     def name(self, letter: str = "%t") -> str:
         """A name that nothing else in this function has."""
@@ -50,73 +52,223 @@ class Routine:
         """Write an instruction, and name its result."""
         name = self.name()
         self.do(f"{name} = {instruction}")
-        return Value(kind, name)
+        return Value(kind, name, self)
 
-    def jump(self, label: str) -> None:
-        """End this block."""
-        self.do(f"br label %{label}")
+    def jump(self, target: str) -> None:
+        """End this block; target: what follows `br`."""
+        self.do(f"br {target}")
         self.open = False
 
     def begin(self, label: str) -> None:
         """Begin a block, which what stands before it runs into."""
         if self.open:
-            self.jump(label)
+            self.jump(f"label %{label}")
         self.lines.append(f"{label}:")
         self.open = True
 
-    def variable(self, kind: str, length: int | None = None) -> str:
-        """A place in memory at the function's entry; LLVM makes a register of a single number."""
-        name, type_ = self.name("%v"), TYPES[kind]
-        type_ = type_ if length is None else f"[{length} x {type_}]"
-        self.entry.append(f"  {name} = alloca {type_}")
-        return name
+    def memory(self, kind: str, length: int = 1, columns: int | None = None) -> Array:
+        """An array at the function's entry; LLVM makes a register of a single number."""
+        name = self.name("%v")
+        self.entry.append(f"  {name} = alloca {TYPES[kind]}, i64 {length}")
+        return Array(kind, name, columns, self)
+
+    def operand(self, kind: str, number: Any) -> str:
+        """LLVM's type and name of a number as one of that kind."""
+        number = register(number)
+        if (number.kind, kind) == ("i", "f"):
+            if number.name.startswith("%"):
+                number = self.get("f", f"sitofp i64 {number.name} to {TYPES['f']}")
+            else:
+                number = register(float(number.name))
+        if number.kind != kind:
+            raise NotImplementedError(f"{number} is no number of kind {kind}")
+        return f"{TYPES[kind]} {number.name}"
+
+    def call(self, name: str, *arguments: Any) -> Value:
+        """A function of floats: an intrinsic, or one of C's library."""
+        float_ = TYPES["f"]
+        place = f"@llvm.{name}.f64" if name in INTRINSICS else f"@{name}"
+        given = ", ".join(self.operand("f", a) for a in arguments)
+        types = ", ".join([float_] * len(arguments))
+        self.declared[place] = f"declare {float_} {place}({types})"
+        return self.get("f", f"call {self.fast}{float_} {place}({given})")
+
+    def binary(self, operator: str, left: Any, right: Any) -> Value:
+        """Arithmetic or a comparison of two numbers: of floats if one of them is."""
+        of_floats, of_whole = (ARITHMETIC | COMPARISONS)[operator]
+        left, right = register(left), register(right)
+        kind = "i" if of_whole and left.kind == right.kind == "i" else "f"
+        word = of_whole if kind == "i" else of_floats
+        if not word:
+            raise NotImplementedError(f"{operator} of floats is not of the language")
+        compared = operator in COMPARISONS
+        flags = "" if compared or kind == "i" else self.fast
+        one, other = self.operand(kind, left), self.operand(kind, right)
+        return self.get("b" if compared else kind, f"{word} {flags}{one}, {other.split()[1]}")
 
 
-def register(found: Any) -> Value:
+@dataclass(frozen=True, eq=False)
+class Value:
+    """A number in a register: its kind (f, i or b) and LLVM's name of it."""
+
+    kind: str
+    name: str = ""
+    routine: Any = field(default=None, repr=False)
+
+    def __neg__(self) -> Value:
+        return self.routine.binary("sub", 0 if self.kind == "i" else -0.0, self)
+
+    def __abs__(self) -> Value:
+        return self.routine.call("fabs", self)
+
+    def __pow__(self, exponent: Any) -> Any:
+        if not isinstance(exponent, int):
+            return self.routine.call("pow", self, exponent)
+        if exponent < 0:
+            return 1.0 / self**-exponent
+        if exponent < 2:
+            return self if exponent else 1.0
+        half = self ** (exponent // 2)
+        return half * half * self if exponent % 2 else half * half
+
+    def __rpow__(self, base: Any) -> Value:
+        return self.routine.call("pow", base, self)
+
+    def __bool__(self) -> bool:
+        raise NotImplementedError("a number decides here, where only a constant can")
+
+
+def _give_operators(name: str) -> None:
+    setattr(Value, f"__{name}__", lambda self, other: self.routine.binary(name, self, other))
+    if name in ARITHMETIC:  # Python turns comparisons round by itself
+        setattr(Value, f"__r{name}__", lambda self, other: self.routine.binary(name, other, self))
+
+
+for _name in (*ARITHMETIC, *COMPARISONS):
+    _give_operators(_name)
+
+
+@dataclass(frozen=True)
+class Array:
+    """Numbers in memory, by rows of `columns` where it has two indices."""
+
+    kind: str
+    name: str = ""
+    columns: int | None = None
+    routine: Any = field(default=None, repr=False)
+    __iter__ = None  # its length is not known
+
+    def _place(self, index: Any) -> str:
+        if self.columns is not None:
+            row, column = index if isinstance(index, tuple) else (index, 0)
+            index = row * self.columns + column
+        if isinstance(index, int) and index == 0:
+            return self.name
+        at = self.routine.operand("i", index)
+        place = f"getelementptr {TYPES[self.kind]}, ptr {self.name}, {at}"
+        return str(self.routine.get("i", place).name)
+
+    def __getitem__(self, index: Any) -> Any:
+        place = self._place(index)
+        if self.columns is not None and not isinstance(index, tuple):
+            return replace(self, name=place, columns=None)  # a row
+        return self.routine.get(self.kind, f"load {TYPES[self.kind]}, ptr {place}")
+
+    def __setitem__(self, index: Any, number: Any) -> None:
+        entry = self.routine.operand(self.kind, number)
+        self.routine.do(f"store {entry}, ptr {self._place(index)}")
+
+
+def register(number: Any) -> Value:
     """A number, which may be one that Python knows, as LLVM writes it."""
-    if isinstance(found, Value):
-        return found
-    if isinstance(found, bool):
-        return Value("b", str(found).lower())
-    if isinstance(found, int):
-        return Value("i", str(found))
-    if isinstance(found, float):
-        return Value("f", f"0x{struct.pack('>d', found).hex()}")
-    raise NotImplementedError(f"{found!r} is no number")
+    if isinstance(number, Value):
+        return number
+    if isinstance(number, bool):
+        return Value("b", str(number).lower())
+    if isinstance(number, int):
+        return Value("i", str(number))
+    if isinstance(number, float):
+        return Value("f", f"0x{struct.pack('>d', number).hex()}")
+    raise NotImplementedError(f"{number!r} is no number")
 
 
-def name_of(found: Any) -> str:
-    return register(found).name
+# -- tuples of numbers -----------------------------------------------------------------------------
 
 
-def type_of(value: Any) -> str:
-    return "ptr" if isinstance(value, Array) else TYPES[value.kind]
+def mapped(function: Callable[..., Any], *trees: Any) -> Any:
+    """Tuples of tuples, of what a function gives for each leaf."""
+    if isinstance(trees[0], tuple):
+        return tuple(mapped(function, *branches) for branches in zip(*trees, strict=True))
+    return function(*trees)
 
 
-def form(found: Any) -> Any:
-    """A value without its name: what functions are written once for."""
-    if isinstance(found, tuple):
-        return tuple(form(v) for v in found)
-    if isinstance(found, Array):
-        return Array(found.kind, "", found.columns)
-    if isinstance(found, (Value, int, float)) and not isinstance(found, bool):
-        return Value(register(found).kind, "")
-    return found
+def flat(tree: Any) -> list[Any]:
+    """The numbers and arrays in a tuple of tuples; facts and functions are left out."""
+    leaves: list[Any] = []
+    mapped(lambda leaf: leaves.append(leaf) if _is_number(leaf) else None, tree)
+    return [leaf if isinstance(leaf, Array) else register(leaf) for leaf in leaves]
 
 
-def flat(found: Any) -> list[Any]:
-    """The numbers and arrays in a tuple of tuples."""
-    if isinstance(found, tuple):
-        return [v for inner in found for v in flat(inner)]
-    if isinstance(found, Array):
-        return [found]
-    if isinstance(found, (Value, int, float)) and not isinstance(found, bool):
-        return [register(found)]
-    return []
+def filled(tree: Any, values: Iterable[Any]) -> Any:
+    """Tuples like these, with other numbers, one after another."""
+    rest = iter(values)
+    return mapped(lambda leaf: next(rest) if _is_number(leaf) else leaf, tree)
 
 
-def filled(form: Any, values: Any) -> Any:
-    """Tuples of that form from values one after another."""
-    if isinstance(form, tuple):
-        return tuple(filled(f, values) for f in form)
-    return next(values) if isinstance(form, (Value, Array)) else form
+def form(tree: Any) -> Any:
+    """Numbers without names: what a shared function is written once for."""
+    return filled(tree, [replace(v, name="", routine=None) for v in flat(tree)])
+
+
+def _is_number(leaf: Any) -> bool:
+    return isinstance(leaf, (Value, Array, int, float)) and not isinstance(leaf, bool)
+
+
+# -- what Python decides itself, for numbers that it does not know ---------------------------------
+
+
+def chosen(test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
+    """`yes() if test else no()`; both are computed where the test is not known."""
+    if isinstance(test, Value):
+        return mapped(partial(_select, test), yes(), no())
+    return yes() if test else no()
+
+
+def _select(test: Value, yes: Any, no: Any) -> Value:
+    kind = register(yes).kind if register(yes).kind == register(no).kind else "f"
+    one, other = (test.routine.operand(kind, v) for v in (yes, no))
+    return test.routine.get(kind, f"select i1 {test.name}, {one}, {other}")
+
+
+def combined(both: bool, *parts: Any) -> Any:
+    """`and` (or `or`) of all parts, which are all computed: none has an effect."""
+    values = [p for p in parts if isinstance(p, Value)]
+    if any(bool(p) is not both for p in parts if not isinstance(p, Value)):
+        return not both
+    word = "and" if both else "or"
+    return reduce(lambda a, b: a.routine.get("b", f"{word} i1 {a.name}, {b.name}"),
+                  values) if values else both  # fmt: skip
+
+
+def negated(test: Any) -> Any:
+    """`not test`."""
+    if isinstance(test, Value):
+        return test.routine.get("b", f"xor i1 {test.name}, true")
+    return not test
+
+
+def whole(number: Any) -> Any:
+    """`int(number)`."""
+    if isinstance(number, Value):
+        return number.routine.get("i", f"fptosi {number.routine.operand('f', number)} to i64")
+    return int(number)
+
+
+def mathematical(name: str, plain: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of mathematics: `plain` where Python knows its arguments."""
+
+    def function(*arguments: Any) -> Any:
+        values = [a for a in arguments if isinstance(a, Value)]
+        return values[0].routine.call(name, *arguments) if values else plain(*arguments)
+
+    return function

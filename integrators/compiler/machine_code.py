@@ -12,9 +12,8 @@ import numpy as np
 
 from ..numbers import LazyModule
 from .cache import cache_folder, cached_text, digest, imported, sources, write_atomically
-from .llvm_expressions import decorators
 from .llvm_values import Array
-from .llvm_writer import Module
+from .llvm_writer import Module, decorators
 
 llvm: Any = LazyModule("llvmlite.binding")
 llvmlite: Any = LazyModule("llvmlite")
@@ -77,7 +76,7 @@ def compiled(
         for table, function in _tables(text, nodes, tables).items():
             llvm.add_symbol(table, function.address)
     if not path.exists():
-        module = Module(nodes, names, tables)
+        module = Module(text, names, tables)
         module.export("advance", arrays)
         write_atomically(path, _object(module.text()))
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
@@ -102,15 +101,12 @@ def _object(text: str) -> bytes:
 def _callable(engine: Any, names: list[str], arrays: Mapping[str, Array]) -> Callable[..., Any]:
     """The function `advance` of an engine, for numpy arrays and whole numbers."""
     types = [ctypes.c_void_p if n in arrays else ctypes.c_int64 for n in names]
-    function = ctypes.CFUNCTYPE(None, *types, ctypes.c_void_p)(
-        engine.get_function_address("advance")
-    )
-    places = [i for i, n in enumerate(names) if n in arrays]
+    place = engine.get_function_address("advance")
+    function = ctypes.CFUNCTYPE(None, *types, ctypes.c_void_p)(place)
 
     def advance(*arguments: Any) -> tuple[int, int]:
-        out, given = np.empty(2, dtype=np.int64), list(arguments)
-        for i in places:
-            given[i] = arguments[i].ctypes.data
+        out = np.empty(2, dtype=np.int64)
+        given = (a.ctypes.data if n in arrays else a for n, a in zip(names, arguments, strict=True))
         function(*given, out.ctypes.data)
         return int(out[0]), int(out[1])
 

@@ -20,10 +20,7 @@ def accumulate(a, d):
 
 def norm(a):
     """Σ|aᵢ|."""
-    total = 0
-    for p in a:
-        total += abs(p)
-    return total
+    return sum([abs(p) for p in a])
 
 
 def distance(a, b):
@@ -36,18 +33,14 @@ def load(a, at):
     return tuple([a[i] for i in range(at.start, at.stop)])
 
 
-def load_row(a, j, length):
-    """The first entries of a row."""
-    return tuple([a[j, i] for i in range(length)])
-
-
 def load_memo(system, a, at):
     """A substep's memory: five past solutions, order and age (whole), κ and scale."""
     if system.affine:
         return ()
-    u = [tuple([a[at + i * LAYOUT.solved + j] for j in range(LAYOUT.solved)]) for i in range(PAST)]
-    order, age, kappa, scale = [a[at + PAST * LAYOUT.solved + i] for i in range(4)]
-    return u[0], u[1], u[2], u[3], u[4], int(order), int(age), kappa, scale
+    m = LAYOUT.solved
+    u1, u2, u3, u4, u5 = [tuple([a[at + i * m + j] for j in range(m)]) for i in range(PAST)]
+    order, age, kappa, scale = [a[at + PAST * m + i] for i in range(4)]
+    return u1, u2, u3, u4, u5, int(order), int(age), kappa, scale
 
 
 def save_memo(system, a, at, memo):
@@ -62,19 +55,13 @@ def save(a, at, v):
         a[at + i] = p
 
 
-def save_row(a, row, v):
-    """Write a tuple into a row."""
-    for i, p in enumerate(v):
-        a[row, i] = p
-
-
 @node
 def eliminate(a, m):
     """Gaussian elimination with row exchanges, on the m rows (entries, right side) of `a`.
 
     The solution replaces the right sides. Whole rows are exchanged and subtracted, also where they
     are zero by now: that is what the compiler turns into operations on several entries at once
-    (27 unknowns: 1.8 µs, and 4.7 µs from the pivot on).
+    (27 unknowns: 31–34 µs; LAPACK's dgesv called from Python: 43–56 µs).
     """
     for p in range(m):
         best = p

@@ -110,12 +110,11 @@ FIRST = """
 import sys, warnings
 warnings.simplefilter("ignore")
 from discmech.integrators import Scheme, midpoint, scenes
-from discmech.integrators import compiler
-from discmech.integrators.compiler import machine_code
+from discmech.integrators.compiler import kernels, machine_code
 if "--sealed" in sys.argv:
     def build(*_):
         raise AssertionError("derived again")
-    compiler.module_text = machine_code._object = build
+    kernels.module_text = machine_code._object = build
 flow = Scheme(scenes.get("pendulum"), midpoint).flow("0.1")
 print(repr(flow.trajectory(5).x[-1, 0]))
 """
@@ -176,7 +175,7 @@ def test_steps_parameters_and_starts_compile_nothing_new(own_cache, monkeypatch)
         scene.with_values(parameters={"stiffness": 2, "mass": "1/3"}),
         scene.with_values(x0=["0.7"], v0=[1], duration=3),
     ]
-    monkeypatch.setattr(compiler, "module_text", None)
+    monkeypatch.setattr("discmech.integrators.compiler.kernels.module_text", None)
     for s in changed:
         scheme = Scheme(s, trapezoidal)
         assert kernels(scheme)[0] == text

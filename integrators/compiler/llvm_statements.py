@@ -1,0 +1,237 @@
+"""Functions whose path depends on numbers: their statements as LLVM's blocks and branches.
+
+Python evaluates the expressions, on numbers whose operators write instructions.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from .llvm_values import Value, chosen, combined, mapped, negated, register
+
+UNROLLED = 16  # turns of a loop of constant length that are written one after another
+LOOPS = (ast.While, ast.For)
+STATEMENTS = (ast.Assign, ast.AugAssign, ast.Return, ast.Expr, ast.If, ast.Break, ast.Pass, *LOOPS)
+#: the functions that `_Language` writes
+CONDITIONS = {"_chosen": chosen, "_combined": combined, "_negated": negated}
+
+
+def runnable(module: Any, node: ast.FunctionDef) -> Callable[..., Any]:
+    """What a function of a module's text does: Python's own function if its path is known.
+
+    Raises `NotImplementedError` for statements that `Scope` does not have.
+    """
+    node.decorator_list = []
+    _Language().generic_visit(node)
+    ast.fix_missing_locations(node)
+    if any(_branches(n) for n in ast.walk(node) if n is not node.body[-1]):
+        often = _assigned_often(node)
+        return lambda *arguments: Scope(module, node, often).call(arguments)
+    outer = module.names[node.name]
+    exec(compile(ast.Module([node], []), "<kernels>", "exec"), module.names)
+    found, module.names[node.name] = module.names[node.name], outer
+    return found
+
+
+class Scope:
+    """One call of a function whose path depends on numbers."""
+
+    def __init__(self, module: Any, node: ast.FunctionDef, often: set[str]) -> None:
+        self.routine, self.node, self.often = module.routine, node, often
+        self.names = dict(module.names)
+        self.places: dict[str, Any] = {}  # of names that are assigned in several places
+        self.result: Any = None
+        self.ends: list[str] = []  # of the loops around
+
+    def call(self, arguments: Sequence[Any]) -> Any:
+        """What the function returns; tuples as Python's."""
+        for argument, value in zip(self.node.args.args, arguments, strict=True):
+            self._bind(argument.arg, value)
+        self.exit = self.routine.name("exit")
+        self._run(self.node.body)
+        self.routine.begin(self.exit)
+        return None if self.result is None else loaded(self.result)
+
+    def value(self, node: ast.expr) -> Any:
+        """What Python makes of an expression."""
+        for name in sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)}):
+            if name in self.places:
+                self.names[name] = loaded(self.places[name])
+        return eval(compile(ast.Expression(node), "<kernels>", "eval"), self.names)
+
+    def _run(self, statements: Sequence[Any]) -> None:
+        for statement in statements:
+            if not self.routine.open:
+                return
+            match statement:
+                case ast.Assign(targets=[target], value=node):
+                    self._assign(target, self.value(node))
+                case ast.Return(value=node):
+                    self._return(None if node is None else self.value(node))
+                case ast.Expr(value=node):
+                    self.value(node)
+                case ast.If():
+                    self._if(statement)
+                case ast.While(test=test, body=body):
+                    self._loop(partial(self.value, test), partial(self._run, body))
+                case ast.For():
+                    self._for(statement)
+                case ast.Break():
+                    self.routine.jump(f"label %{self.ends[-1]}")
+
+    def _assign(self, target: Any, found: Any) -> None:
+        if isinstance(target, ast.Tuple):
+            for one, value in zip(target.elts, found, strict=True):
+                self._assign(one, value)
+        elif isinstance(target, ast.Subscript):
+            self.value(target.value)[self.value(target.slice)] = found
+        else:
+            self._bind(target.id, found)
+
+    def _bind(self, name: str, found: Any) -> None:
+        """A name that is assigned in one place is its value; another is a variable."""
+        if name not in self.often:
+            self.names[name] = found
+            return
+        if name not in self.places:
+            self.places[name] = self._place(found)
+        store(found, self.places[name])
+
+    def _place(self, found: Any) -> Any:
+        """Variables for a number or a tuple of them."""
+        return mapped(lambda v: self.routine.memory(register(v).kind), found)
+
+    def _return(self, found: Any) -> None:
+        if found is not None:
+            if self.result is None:
+                self.result = self._place(found)
+            store(found, self.result)
+        self.routine.jump(f"label %{self.exit}")
+
+    def _if(self, node: ast.If) -> None:
+        test = self.value(node.test)
+        if not isinstance(test, Value):
+            self._run(node.body if test else node.orelse)
+            return
+        yes, no, after = (self.routine.name(label) for label in ("yes", "no", "after"))
+        self.routine.jump(f"i1 {test.name}, label %{yes}, label %{no}")
+        for label, body in ((yes, node.body), (no, node.orelse)):
+            self.routine.begin(label)
+            self._run(body)
+            self.routine.jump(f"label %{after}")
+        self.routine.begin(after)
+
+    def _loop(self, test: Callable[[], Any], turn: Callable[[], None]) -> None:
+        """What `turn()` writes, while what `test()` writes is true."""
+        routine = self.routine
+        head, body, end = (routine.name(label) for label in ("head", "body", "end"))
+        routine.begin(head)
+        routine.jump(f"{routine.operand('b', test())}, label %{body}, label %{end}")
+        routine.begin(body)
+        self.ends.append(end)
+        turn()
+        self.ends.pop()
+        routine.jump(f"label %{head}")
+        routine.begin(end)
+
+    def _for(self, node: ast.For) -> None:
+        if not _counts(node):
+            turns: Any = self.value(node.iter)
+        else:
+            bounds = [self.value(a) for a in node.iter.args]  # type: ignore[attr-defined]
+            leaves = any(isinstance(n, ast.Break) for n in ast.walk(node))
+            known = not leaves and all(isinstance(b, int) for b in bounds)
+            turns = range(*bounds) if known else None
+            if turns is None or len(turns) > UNROLLED:
+                self._count(node, *(bounds if len(bounds) > 1 else (0, *bounds)))
+                return
+        for item in turns:
+            self._assign(node.target, item)
+            self._run(node.body)
+
+    def _count(self, node: ast.For, start: Any, stop: Any, step: int = 1) -> None:
+        """A loop over whole numbers in steps of a constant."""
+        place = self._place(start)
+        store(start, place)
+
+        def turn() -> None:
+            at = loaded(place)
+            self._assign(node.target, at)
+            self._run(node.body)
+            store(at + step, place)
+
+        word = "lt" if step > 0 else "gt"
+        self._loop(lambda: self.routine.binary(word, loaded(place), stop), turn)
+
+
+class _Language(ast.NodeTransformer):
+    """Conditions in expressions as calls, and `a += b` as `a = a + b`."""
+
+    def visit(self, node: Any) -> Any:
+        """The node, if the language has it."""
+        plain = not isinstance(node, ast.stmt) or isinstance(node, STATEMENTS)
+        several = isinstance(node, ast.Assign) and len(node.targets) > 1
+        loose = getattr(node, "ifs", ()) or (isinstance(node, LOOPS) and node.orelse)
+        if not plain or several or loose:
+            raise NotImplementedError(f"{ast.unparse(node)} is not of the language")
+        return super().visit(node)
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> Any:
+        """A plain assignment."""
+        read = ast.parse(ast.unparse(node.target), mode="eval").body
+        value = ast.BinOp(read, node.op, node.value)
+        return self.generic_visit(ast.Assign([node.target], value))
+
+    def visit_IfExp(self, node: ast.IfExp) -> Any:
+        """`chosen`, which asks for what it needs."""
+        self.generic_visit(node)
+        none = ast.arguments([], [], None, [], [], None, [])
+        return _call("chosen", node.test, *(ast.Lambda(none, e) for e in (node.body, node.orelse)))
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> Any:
+        """`combined`."""
+        self.generic_visit(node)
+        return _call("combined", ast.Constant(isinstance(node.op, ast.And)), *node.values)
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
+        """`negated` for `not`."""
+        self.generic_visit(node)
+        return _call("negated", node.operand) if isinstance(node.op, ast.Not) else node
+
+
+def loaded(place: Any) -> Any:
+    """The numbers in variables."""
+    return mapped(lambda one: one[0], place)
+
+
+def store(found: Any, place: Any) -> None:
+    """Put numbers into variables."""
+    mapped(lambda value, one: one.__setitem__(0, value), found, place)
+
+
+def _call(name: str, *arguments: ast.expr) -> ast.Call:
+    return ast.Call(ast.Name(f"_{name}", ast.Load()), list(arguments), [])
+
+
+def _counts(node: Any) -> bool:
+    """Whether a statement is a loop over a range."""
+    call = node.iter if isinstance(node, ast.For) else None
+    return isinstance(call, ast.Call) and getattr(call.func, "id", "") == "range"
+
+
+def _branches(node: Any) -> bool:
+    """Whether the path through a function may depend on numbers there."""
+    return _counts(node) or isinstance(node, (ast.If, ast.While, ast.Return))
+
+
+def _assigned_often(node: ast.FunctionDef) -> set[str]:
+    """The names that more than one place of a function assigns."""
+    inner = {id(n) for c in ast.walk(node) if isinstance(c, ast.ListComp) for n in ast.walk(c)}
+    seen = [a.arg for a in node.args.args] + [
+        n.id for n in ast.walk(node)
+        if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store) and id(n) not in inner
+    ]  # fmt: skip
+    return {name for name in seen if seen.count(name) > 1}
