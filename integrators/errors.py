@@ -1,4 +1,4 @@
-"""What can go wrong, as exceptions of our own: one sentence that names the thing and the mend."""
+"""Exceptions of this project: one sentence that names the cause and the fix."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class BadInput(DiscmechError, ValueError):
 
 
 def line_of(function: Any, error: BaseException | None = None) -> str:
-    """my_rule.py, line 7: where a function of the user's is, or where in its file an error arose.
+    """Where a user's function is, or an error arose in its file, as "my_rule.py, line 7".
 
-    Nothing of functions that are ours.
+    Empty for functions of this package.
     """
     code = getattr(function, "__code__", None)
     if code is None or Path(code.co_filename).is_relative_to(_OURS):
@@ -34,11 +34,10 @@ def line_of(function: Any, error: BaseException | None = None) -> str:
 
 
 def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
-    """That there is no such thing: with the nearest name, or with all where they fit a sentence."""
+    """The error for an unknown name: with the nearest, or all if they fit into a sentence."""
     names = list(known)
-    near = get_close_matches(str(name), names, 1)
     listed = ", ".join(names)
-    if near:
+    if near := get_close_matches(str(name), names, 1):
         hint = f"did you mean {near[0]}?"
     elif len(listed) <= 200:
         hint = f"there are {listed}."
@@ -48,18 +47,18 @@ def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
 
 
 class CannotMeasure(BadInput):
-    """What is asked does not exist for this scene (an energy without a Legendre inverse, say)."""
+    """The quantity does not exist for this scene (an energy without a Legendre inverse, say)."""
 
 
 SMALLER = "take a smaller step"
 
 
 class StepFailure(DiscmechError, RuntimeError):
-    """A trajectory stopped before its last step; what was computed until then is kept.
+    """A trajectory stopped before its last step.
 
     Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu and,
-    for an implicit scheme, the u from which Newton started),
-    cause (str), trajectory (`Trajectory` up to the failure, or None), mend (str).
+    for an implicit scheme, the u from which Newton started), cause (str), trajectory (`Trajectory`
+    up to the failure, or None), fix (str).
     """
 
     def __init__(
@@ -71,20 +70,19 @@ class StepFailure(DiscmechError, RuntimeError):
         state: dict[str, Any],
         cause: str,
         trajectory: Any = None,
-        mend: str = SMALLER,
+        fix: str = SMALLER,
     ) -> None:
         self.scene, self.rule, self.step_index, self.time = scene, rule, step_index, time
-        self.state, self.cause, self.trajectory = state, cause, trajectory
-        self.mend = mend
-        self._arguments = (scene, rule, step_index, time, state, cause, trajectory, mend)
+        self.state, self.cause, self.trajectory, self.fix = state, cause, trajectory, fix
+        self._arguments = (scene, rule, step_index, time, state, cause, trajectory, fix)
         shown = ", ".join(f"{name} = {_brief(value)}" for name, value in state.items())
         super().__init__(
             f"{scene} with {rule}: {cause} at step {step_index}, t = {time:.6g} ({shown}); "
-            f"{mend}, or look at the trajectory kept on this exception."
+            f"{fix}, or look at the trajectory kept on this exception."
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), self._arguments  # so that it survives the way between processes
+        return type(self), self._arguments  # to pickle it between processes
 
 
 def _brief(values: Any) -> str:

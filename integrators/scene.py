@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, Literal
 
 from .errors import BadInput
@@ -21,8 +22,8 @@ class Conserved:
     x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters. With
     `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
     quantity is a constraint: the start must have exactly this value (|Γ|² = 1). With `stretch` it
-    is compared over so many steps at a time, the attitude starting anew at e: where the attitude
-    grows exponentially (SL(2)), its digits say nothing over a whole run.
+    is compared over so many steps at a time, the attitude starting anew at e: an attitude that
+    grows exponentially (SL(2)) loses its digits over a whole run.
     """
 
     name: str
@@ -42,10 +43,10 @@ class Conserved:
 class OnGroup:
     """A discrete Lagrangian formula(x, g, h, p): x (n×1) and g (N×N) are sympy matrices.
 
-    `branch(x, g, h, p)`: a number that tells apart the solutions of F⁻(x, g) = hμ; of several the
-    one is taken whose number is nearest to the last step's. L_d itself if none is given.
-    `kept`: whether the map keeps that number exactly, so that any change shows a wrong branch.
-    `order`: the order of the method in (x, μ), where it is known.
+    `branch(x, g, h, p)`: a number that distinguishes the solutions of F⁻(x, g) = hμ; the one with
+    the number nearest to the last step's is taken. Default: L_d itself.
+    `kept`: whether the map conserves that number exactly, so that any change shows a wrong branch.
+    `order`: the order of the method in (x, μ), if known.
     """
 
     formula: Callable[..., Any]
@@ -62,9 +63,8 @@ def on_group(
     order: int | None = None,
 ) -> Any:
     """Mark formula(x, g, h, p) as given on the group; with options it is a decorator."""
-    if formula is not None:
-        return OnGroup(formula, branch, kept, order)
-    return lambda f: OnGroup(f, branch, kept, order)
+    make = partial(OnGroup, branch=branch, kept=kept, order=order)
+    return make if formula is None else make(formula)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +74,12 @@ class Scene:
     lagrangian(x, v, p): sympy columns x (n×1) and v (m×1, natural velocities: ẋ = ρ̂(x)v), and p
     with one attribute a parameter (a list parameter is a column, a list of lists a matrix).
     fast(x, p): the part of the potential that makes the stiff motion, for rules that treat it apart
-    (`imex`); it is a part of what `lagrangian` subtracts, so naming it changes nothing else.
+    (`imex`); `lagrangian` subtracts it all the same.
     discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such; or
-    on_group(formula(x, g, h, p)) for one of the group element g, then with lagrangian= too if there
-    is a continuous system that it approximates.
-    Numbers are exact (`exact`). `duration` is the time the studies run to, `step` a
-    step size that resolves the motion at second order (default: duration/1000).
+    on_group(formula(x, g, h, p)) for one of the group element g, then with lagrangian= too if it
+    approximates a continuous system.
+    Numbers are exact (`exact`). `duration` is the time of a study's runs, `step` a step size that
+    resolves the motion at second order (default: duration/1000).
 
     Raises `BadInput` for wrong shapes, non-finite numbers and missing parts.
     """
@@ -111,10 +111,8 @@ class Scene:
                 f"{self.name}: groupoid is {self.groupoid!r}; give pair(n), lie_group(...), "
                 "action(...), product(...) or a LocalGroupoid."
             )
-        two = self.lagrangian is not None and self.discrete_lagrangian is not None
-        if (self.lagrangian is None and self.discrete_lagrangian is None) or (
-            two and not isinstance(self.discrete_lagrangian, OnGroup)
-        ):
+        given = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
+        if not given or (given == 2 and not isinstance(self.discrete_lagrangian, OnGroup)):
             raise BadInput(f"{self.name}: give either lagrangian= or discrete_lagrangian=.")
         if not isinstance(self.parameters, Mapping):
             raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")
@@ -139,24 +137,22 @@ class Scene:
 
     def with_values(self, **changes: Any) -> Scene:
         """A copy with some fields changed; `parameters` are merged, not replaced."""
-        foreign = set(changes) - {f.name for f in fields(self)}
-        if foreign:
+        names = [f.name for f in fields(self)]
+        if foreign := set(changes) - set(names):
             raise BadInput(
-                f"{self.name}: a scene has no field {min(foreign)!r}; "
-                f"it has {', '.join(f.name for f in fields(self))}."
+                f"{self.name}: a scene has no field {min(foreign)!r}; it has {', '.join(names)}."
             )
         if "parameters" in changes:
-            unknown = set(changes["parameters"]) - set(self.parameters)
-            if unknown:
+            if unknown := set(changes["parameters"]) - set(self.parameters):
                 raise BadInput(
-                    f"{self.name} has no parameter {sorted(unknown)[0]!r}; "
+                    f"{self.name} has no parameter {min(unknown)!r}; "
                     f"it has {', '.join(self.parameters) or 'none'}."
                 )
             changes["parameters"] = {**self.parameters, **changes["parameters"]}
         return replace(self, **changes)
 
     def with_retraction(self, retraction: Any) -> Scene:
-        """The same system in another retraction's chart; itself on a groupoid that uses none.
+        """This system in another retraction's chart; unchanged on a groupoid that uses none.
 
         Raises `BadInput` if the retraction does not fit the scene's algebra.
         """

@@ -2,6 +2,4 @@
 
 from .scheme import Scheme
 
-__all__ = [
-    "Scheme",
-]  # fmt: skip
+__all__ = ["Scheme"]

@@ -1,4 +1,4 @@
-"""The sentences of a run that fails: what stopped it, where, in which direction, and the fix."""
+"""Failures of runs: the cause, the singular matrix and its direction, and the fix."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..equations import mass_matrix
 from ..errors import SMALLER, StepFailure
 from ..numbers import evaluate_matrix, exact, null_direction, shown, sympy, to_sympy
 
-#: what the status that the driver ends with says
+#: the cause that each of the driver's statuses stands for
 CAUSES = {
     **edge_policies.CAUSES,
     NOT_CONVERGED: "Newton did not converge",
@@ -36,17 +36,15 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: Any) -> StepFa
 def singular_direction(
     context: StepContext, x: Any, u: Any, translate: int = 0
 ) -> tuple[str, str] | None:
-    """Which of ∂²l/∂ξ² and FL is singular to round-off at (x, u) and where to, with the fix.
+    """Which of ∂²l/∂ξ² and FL is singular to round-off at (x, u) and in which direction, the fix.
 
-    The mass matrix comes first: where it is singular no step size helps, and FL need be so only at
-    the solution, whereas u is where Newton started. FL alone is singular at certain steps. None if
-    both are regular.
+    The mass matrix comes first: where it is singular no step size helps. FL alone is singular at
+    certain steps, perhaps only at the solution, not at Newton's start u. None if both are regular.
     """
-    asked = (
+    for matrix, name, letter, fix in (
         (_mass(context, x, u), "∂²l/∂ξ²", "ξ", "no smaller step helps, begin elsewhere"),
         (_FL(context, x, u, translate), "FL", "u", "take another step, or begin elsewhere"),
-    )
-    for matrix, name, letter, fix in asked:
+    ):
         if matrix is None or not all(e.is_real and e.is_finite for e in matrix):
             continue
         # a thousand round-offs: the derivatives themselves are sums of as many terms at most
@@ -59,10 +57,8 @@ def singular_direction(
 def _FL(context: StepContext, x: Any, u: Any, translate: int) -> Any:
     """∂F⁻/∂u, m×m, as sympy's Floats; None where it has no value."""
     try:
-        slope = context.geometry_in(translate).at(x, u)["minus_u"]
-        return sympy.Matrix(slope.tolist()).applyfunc(
-            lambda e: sympy.Float(str(e), context.numbers.digits + 5)
-        )
+        slope, digits = context.geometry_in(translate).at(x, u)["minus_u"], context.numbers.digits
+        return sympy.Matrix(slope.tolist()).applyfunc(lambda e: sympy.Float(str(e), digits + 5))
     except (ArithmeticError, ValueError):  # the maps have no value there, or one that is infinite
         return None
 

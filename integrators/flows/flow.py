@@ -16,7 +16,7 @@ from ..errors import BadInput
 from ..geometry import Arrow, LocalGeometry, frobenius, poisson_defect, pullback_defect
 from ..numbers import arithmetic, exact_rational
 from .initial_state import Start, Starting
-from .newton_step import arrow_before, step_from
+from .newton_step import Step, arrow_before, step_from
 from .run import Trajectory, element_of, first_u, run_from
 
 __all__ = ["Flow", "Trajectory"]
@@ -32,11 +32,11 @@ class Flow:
 
     step: a non-zero number (exact: a float is its binary value; "0.1" is one tenth); a negative
     step runs Φ₋ₕ, which is the inverse only of a self-adjoint rule. digits = 16 is compiled double
-    precision; more gives mpmath numbers. on_edge: what is done where a step reaches the edge of its
-    chart, "refuse", "bisect" or "shrink" (`bisections.edge_policies`). substeps: of a composition,
-    whose rows have the u of the first substep; it has no Ψ on arrows, so `evolve`, `devolve`,
-    `tangent` and `pullback_defect` raise `CannotMeasure`. Raises `BadInput` for a step of 0 or a
-    non-finite one, and another on_edge.
+    precision; more gives mpmath numbers. on_edge: "refuse", "bisect" or "shrink" where a step
+    reaches the edge of its chart (`bisections.edge_policies`). substeps: of a composition, whose
+    rows have the u of the first substep; without a Ψ on arrows its `evolve`, `devolve`, `tangent`
+    and `pullback_defect` raise `CannotMeasure`. Raises `BadInput` for a step of 0 or a non-finite
+    one, and another on_edge.
     """
 
     #: savings that the kernels do not make (`omissions.SAVINGS`), so that they can be measured
@@ -67,8 +67,6 @@ class Flow:
         #: contexts whose steps, one after another, are a step of this flow
         self.parts = self.context.parts
 
-    # -- runs -----------------------------------------------------------------------------------
-
     def trajectory(
         self,
         steps: int,
@@ -88,10 +86,10 @@ class Flow:
         if a step cannot be solved, `BadInput` for wrong shapes or counts, and for a start that
         violates a constraint of the scene.
         """
-        if not _is_whole(steps) or steps < 0:
-            raise BadInput(f"steps is {steps!r}: give a whole number from 0.")
-        if not _is_whole(every) or every < 1:
-            raise BadInput(f"every is {every!r}: give a whole number from 1.")
+        for name, value, least in (("steps", steps, 0), ("every", every, 1)):
+            whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+            if not whole or value < least:
+                raise BadInput(f"{name} is {value!r}: give a whole number from {least}.")
         with self.numbers.working():
             start = self.starting.at(x0, mu0, u0, element0)
             if mu0 is not None:
@@ -151,15 +149,14 @@ class Flow:
             return run.x[-1], run.mu[-1]
 
     def inverse_legendre(self, x: Any, mu: Any) -> np.ndarray:
-        """A u with F⁻(x, u) = hμ: where F⁻ folds, the one that Newton reaches from v0."""
+        """A u with F⁻(x, u) = hμ; of several the one that Newton reaches from v0."""
         with self.numbers.working():
             return self.numbers.public(first_u(self.edge, self.starting.at(x, mu)))
 
     def solutions(self, x: Any, mu: Any) -> list[Solution]:
-        """The elements g with F⁻(x, g) = hμ that Newton finds through the cover (section 4.3).
+        """The elements g with F⁻(x, g) = hμ, by Newton from the cover's elements (section 4.3).
 
-        Several where F⁻ folds; each with its translate, u, and the number of its branch. Raises
-        `BadInput` unless on_edge is "bisect".
+        Raises `BadInput` unless on_edge is "bisect".
         """
         if not isinstance(self.edge, Bisect):
             raise BadInput('solutions are searched through a cover: take on_edge="bisect".')
@@ -169,8 +166,6 @@ class Flow:
                 Solution(s.translate, public(s.u), public(s.element), self.context.number(s.branch))
                 for s in self.edge.solutions(*self.context.vectors(x, mu))
             ]
-
-    # -- defects --------------------------------------------------------------------------------
 
     def pullback_defect(self, x: Any, u: Any) -> Any:
         """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) at (x, u) (design of the symplecticity study)."""
@@ -187,18 +182,18 @@ class Flow:
         """
         with self.numbers.working():
             x, mu = self.context.vectors(x, mu)
-            step = step_from(self.context, x, mu, self._guess(u0))
+            step = self._step_from(x, mu, u0)
             return poisson_defect(self.geometry, x, mu, step, bracket_sign)
 
     def step_defect(self, x: Any, mu: Any, after_x: Any, after_mu: Any, *, u0: Any = None) -> Any:
         """How far a step (x, μ) ↦ (after_x, after_mu) is from the discrete equations.
 
-        ‖(x′, μ′) − (after_x, after_mu)‖ / (‖M‖ ‖(x, μ)‖) where (x′, μ′) is computed by the Legendre
-        maps themselves and M is its derivative: no kernel has a part in it.
+        ‖(x′, μ′) − (after_x, after_mu)‖ / (‖M‖ (‖(x, μ)‖ + ‖(x′, μ′)‖)), (x′, μ′) and its
+        derivative M from the Legendre maps themselves: no kernel has a part in it.
         """
         with self.numbers.working():
             (x, mu), taken = self.context.vectors(x, mu), self.context.vectors(after_x, after_mu)
-            *wanted, m = step_from(self.context, x, mu, self._guess(u0))
+            *wanted, m = self._step_from(x, mu, u0)
             gap = frobenius(np.concatenate(wanted) - np.concatenate(taken))
             size = frobenius(np.concatenate([x, mu])) + frobenius(np.concatenate(wanted))
             return self.context.number(gap / (frobenius(m) * size) if size else gap)
@@ -208,8 +203,6 @@ class Flow:
         with self.numbers.working():
             return self.numbers.public(self.geometry.tangent(*self._two_arrows(x, u)))
 
-    # -- inner ----------------------------------------------------------------------------------
-
     def _two_arrows(self, x: Any, u: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """The maps at (x, u) and at Ψ(x, u)."""
         self.context.check_one_arrow()
@@ -217,8 +210,9 @@ class Flow:
         here = self.context.maps_at(x, u)
         return here, self.context.maps_at(*self.next_arrow(here, x, u))
 
-    def _guess(self, u0: Any) -> np.ndarray:
-        return self.context.vector(self.scheme.scene.v0 if u0 is None else u0, len(self.scheme.u))
+    def _step_from(self, x: np.ndarray, mu: np.ndarray, u0: Any) -> Step:
+        guess = self.scheme.scene.v0 if u0 is None else u0
+        return step_from(self.context, x, mu, self.context.vector(guess, len(self.scheme.u)))
 
     @property
     def geometry(self) -> LocalGeometry:
@@ -237,22 +231,17 @@ class Flow:
 
     @cached_property
     def machine(self) -> KernelsAtStep:
-        """The compiled kernels at this step, and what they work on."""
+        """The compiled kernels at this step, with their coefficients and buffers."""
         name = f"{self.scheme.scene.name} with {self.scheme.rule.name}"
-        rule = self.scheme.origin
-        kinds = [int(part.equations.origin is not rule) for part in self.parts]
+        kinds = [int(part.equations.origin is not self.scheme.origin) for part in self.parts]
         return KernelsAtStep(self._kernels, self.numbers, [p.q for p in self.parts], kinds, name)
 
     @cached_property
     def edge(self) -> EdgePolicy:
-        """What is done where a step reaches the edge of its chart."""
+        """The policy for steps that reach the edge of their chart."""
         return POLICIES[self.on_edge](self.context, self.machine)
 
     @cached_property
     def starting(self) -> Starting:
-        """Where runs begin."""
+        """The starts of runs."""
         return Starting(self.edge)
-
-
-def _is_whole(value: Any) -> bool:
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)

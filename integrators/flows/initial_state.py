@@ -1,4 +1,4 @@
-"""Where a run begins: what was given is checked, rounded once, and completed by the scene."""
+"""Starts of runs: arguments checked, rounded once, and completed by the scene."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Starting:
         self.edge, self.context = edge, edge.context
 
     def at(self, x0: Any, mu0: Any, u0: Any = None, element0: Any = None) -> Start:
-        """The start of a run with these arguments (`Flow.trajectory`); None is the scene's own.
+        """The start of a run with these arguments (`Flow.trajectory`); None: the scene's own.
 
         Raises `BadInput` for what does not fit, `StepFailure` where FL is singular at element0.
         """
@@ -63,7 +63,7 @@ class Starting:
         return Start(x, context.vector(mu0, len(context.equations.u)), guess)
 
     def _with_element(self, element: Any, x0: Any) -> Start:
-        """(x, F⁻(x, g)/h, where g lies) of a first step g."""
+        """The start x, F⁻(x, g)/h of a first step g, an N×N matrix."""
         edge, context, scene = self.edge, self.context, self.context.scene
         if context.equations.element is None:
             raise BadInput(
@@ -87,7 +87,7 @@ class Starting:
         return Start(x, mu, u, translate)
 
     def _in_group(self, g: Any) -> np.ndarray:
-        """An N×N matrix that lies in the group, to half of a double's digits."""
+        """g, N×N, if it is an element of the group to half of a double's digits."""
         scene, chart = self.context.scene, self.context.chart
         try:
             g = chart.array(g)

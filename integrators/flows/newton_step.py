@@ -1,7 +1,6 @@
-"""Steps by the Legendre maps themselves: Newton with their own derivatives, and no kernel.
+"""Steps by Newton with the Legendre maps' own derivatives, to compare the kernels with.
 
-This is another way to the maps that the compiled kernels compute, which they are compared with. It
-is the evolution operator through the identity bisections (`bisections.evolution_operator`).
+This is the evolution operator through the identity bisections (`bisections.evolution_operator`).
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ Step = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def arrow_from(context: StepContext, x: Any, mu: Any, guess: Any) -> np.ndarray:
-    """The u with F⁻(x, u) = hμ, by Newton from the guess; raises `StepFailure` if it finds none."""
+    """The u with F⁻(x, u) = hμ, by Newton from the guess; raises `StepFailure` if it diverges."""
     u = following(context, None, x, context.h * mu, guess)
     if u is None:
         raise context.failure("the step was not found", {"x": x, "mu": mu})
@@ -35,17 +34,16 @@ def arrow_before(context: StepContext, y: Any, v: Any) -> tuple[np.ndarray, np.n
 
 
 def step_along(context: StepContext, here: dict[str, np.ndarray]) -> Step:
-    """The step (b, F⁺/h) on the dual along an arrow, of the maps there."""
+    """The step (b, F⁺/h) on the dual along an arrow, from the maps at it."""
     h = context.h
     return here["target"], here["plus"] / h, context.geometry.dual_step(here, h)
 
 
 def step_from(context: StepContext, x: Any, mu: Any, guess: Any) -> Step:
     """The step on the dual from (x, μ): substeps one after another."""
-    total = None
+    total = context.numbers.identity(len(x) + len(mu))
     for part in context.parts:
         guess = arrow_from(part, x, mu, guess)
         x, mu, derivative = step_along(part, part.maps_at(x, guess))
-        total = derivative if total is None else derivative @ total
-    assert total is not None
+        total = derivative @ total
     return x, mu, total

@@ -1,4 +1,4 @@
-"""A run: the driver advances, edges are got past, and the rows become a trajectory."""
+"""Runs: the driver advances, the edge policy goes on at edges, rows become a trajectory."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def run_from(
     progress: Callable[[int], None] | None = None,
     branch: object = None,
 ) -> Trajectory:
-    """`steps` steps from a start, each every-th a row; the flow's numbers must be at work.
+    """`steps` steps from a start, each every-th a row, within `numbers.working()`.
 
     branch: the number of the branch of the step before, if it is known. Raises `StepFailure`, with
     the rows so far, if a step cannot be solved.
@@ -71,9 +71,9 @@ def run_from(
 
 
 def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> np.ndarray:
-    """The u with F⁻(x, u) = hμ in the chart of e, as a run from there begins.
+    """The u with F⁻(x, u) = hμ in the chart of e, of the first row of a run.
 
-    Raises `StepFailure` if Newton finds none, `BadInput` where that chart ends.
+    Raises `StepFailure` if Newton diverges, `BadInput` where that chart ends.
     """
     run = run_from(edge, start, 0, branch=branch)
     if run.translates[0]:
@@ -82,7 +82,7 @@ def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> np.ndarray
 
 
 def element_of(context: StepContext, run: Trajectory, row: int) -> np.ndarray:
-    """The group element g = τ(hu) B of a row, N×N; the flow's numbers must be at work."""
+    """The group element g = τ(hu) B of a row, N×N, within `numbers.working()`."""
     u = context.h * _velocity(context, run, row)
     return context.chart.element(u, int(run.translates[row]))
 
@@ -93,7 +93,7 @@ def _velocity(context: StepContext, run: Trajectory, row: int) -> np.ndarray:
 
 
 def _advance(edge: EdgePolicy, run: Run, progress: Callable[[int], None] | None) -> int:
-    """To the run's end, or to the step that nothing gets past: its status."""
+    """Advance to the run's end or a step that fails; the last status."""
     chunk = CHUNK if edge.context.numbers.dtype is np.float64 else CHUNK_OF_DIGITS
     while True:
         status = edge.machine.advance(run, min(run.steps, run.index + chunk))

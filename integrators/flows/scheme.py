@@ -14,19 +14,17 @@ from .flow import Flow, Substeps
 
 
 class Scheme(DiscreteEquations):
-    """A scene discretised by a rule.
+    """A scene discretised by a rule: `DiscreteEquations` with values, an order, and flows.
 
-    Attributes: x, u (columns n×1, m×1), y, v (those of the next step), h, and `s` with the
-    parameters' symbols; what is derived from L_d is that of `DiscreteEquations`. Raises `BadInput`
-    if the groupoid violates its axioms, the rule or the Lagrangian cannot be evaluated, or L_d is
-    degenerate (FL singular everywhere).
+    Raises `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be
+    evaluated, or L_d is degenerate (FL singular everywhere).
     """
 
     def at(self, **values: Any) -> Scheme:
-        """The same scheme with other values: parameters, x0, v0, step, duration, name.
+        """This scheme with other values: parameters, x0, v0, step, duration, name.
 
         Nothing is derived or compiled again. Raises `BadInput` for values that do not fit, and for
-        a change of what was derived from (the Lagrangian, the groupoid).
+        another Lagrangian or groupoid.
         """
         if derived := set(values) & {"lagrangian", "groupoid", "discrete_lagrangian", "fast"}:
             raise BadInput(
@@ -40,10 +38,9 @@ class Scheme(DiscreteEquations):
         if len(self.s.parameter_values) != len(other.s.parameter_values):
             raise BadInput(f"{self.scene.name}: a parameter has another shape than before.")
         check_start(other.s, other.scene)
-        for part in ("base", "adjoint"):  # schemes themselves, if they were asked for
-            known = other.__dict__.pop(part, None)
-            if known is not None and known is not self:
-                other.__dict__[part] = known.at(**values)
+        for part in {"base", "adjoint"} & set(vars(self)):  # schemes that were derived already
+            known = getattr(self, part)
+            setattr(other, part, other if known is self else known.at(**values))
         return other
 
     @cached_property
@@ -55,7 +52,7 @@ class Scheme(DiscreteEquations):
 
     @cached_property
     def base(self) -> Scheme:
-        """The scheme of the rule that a composition is composed of; else this one."""
+        """The scheme of a composition's base rule; of another rule this scheme."""
         rule = self.rule
         return Scheme(self.scene, rule.base) if isinstance(rule, Composition) else self
 
@@ -66,7 +63,7 @@ class Scheme(DiscreteEquations):
 
     @cached_property
     def substeps(self) -> tuple[Substep, ...]:
-        """The substeps of a composition; none of a rule of one step."""
+        """The substeps of a composition; () for a rule of one step."""
         if not isinstance(self.rule, Composition):
             return ()
         return self.rule.method.substeps(self.base.self_adjoint)

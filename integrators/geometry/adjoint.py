@@ -6,8 +6,6 @@ F⁻*(g; h) = −F⁺(g⁻¹; −h) and F⁺*(g; h) = −F⁻(g⁻¹; −h) in t
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..equations import DiscreteEquations
 from ..numbers import arithmetic, random_point
 from .local_geometry import LocalGeometry
@@ -16,7 +14,7 @@ DIGITS = 50
 
 
 def is_self_adjoint(scheme: DiscreteEquations) -> bool:
-    """Whether L_d* and L_d have the same Legendre maps: Φ₋ₕ is then the inverse of Φₕ.
+    """Whether the Legendre maps of L_d* and L_d agree: Φ₋ₕ is then the inverse of Φₕ.
 
     Decided at two random points to 40 of 50 digits (`identities`), in x, u, h and the
     parameters; internal stages are solved for.
@@ -25,27 +23,20 @@ def is_self_adjoint(scheme: DiscreteEquations) -> bool:
 
 
 def _gap(scheme: DiscreteEquations, seed: int) -> float:
-    groupoid, s, numbers = scheme.scene.groupoid, scheme.s, arithmetic(DIGITS)
-    letters = [*s.x, *s.u, s.h, *s.parameter_list]
-    point = random_point(letters, (*s.u, s.h), seed)
+    """The largest difference of the two schemes' maps at a random point, relative to the maps."""
+    s, numbers = scheme.s, arithmetic(DIGITS)
+    point = random_point([*s.x, *s.u, s.h, *s.parameter_list], (*s.u, s.h), seed)
     with numbers.working():
-        back = -groupoid.inversion(s.x, s.u, s.h).xreplace(point)
-        u = [point[e] for e in s.u]
 
         def geometry(sign: int) -> LocalGeometry:
-            p = [point[e] for e in s.parameter_list]
-            constants = s.q_values(1, numbers)[1 + len(p) :]
-            values = [numbers.number(v) for v in (sign * point[s.h], *p)]
-            return LocalGeometry(scheme, numbers, [*values, *constants])
+            values = [sign * point[s.h], *(point[e] for e in s.parameter_list)]
+            constants = s.q_values(1, numbers)[len(values) :]
+            return LocalGeometry(scheme, numbers, [*map(numbers.number, values), *constants])
 
-        here = geometry(1).at(
-            *([numbers.number(e) for e in v] for v in ([point[e] for e in s.x], u))
-        )
-        there = geometry(-1).at(here["target"], [numbers.number(e) for e in back])
-        gap: Any = 0
-        for one, other in (("minus", "plus"), ("plus", "minus")):
-            size = max(abs(e) for e in here[one])
-            gap = max(
-                gap, *(abs(a + b) / size for a, b in zip(here[one], there[other], strict=True))
-            )
-    return float(gap)
+        back = -scheme.scene.groupoid.inversion(s.x, s.u, s.h).xreplace(point)
+        x, u, v = ([numbers.number(e) for e in w]
+                   for w in (s.x.xreplace(point), s.u.xreplace(point), back))  # fmt: skip
+        here = geometry(1).at(x, u)
+        there = geometry(-1).at(here["target"], v)
+        pairs = [(here[a], there[b]) for a, b in (("minus", "plus"), ("plus", "minus"))]
+        return float(max(max(abs(a + b)) / max(abs(a)) for a, b in pairs))

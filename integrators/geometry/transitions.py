@@ -1,4 +1,4 @@
-"""What arrows say about the step from one to the next: residual, defects, regularity.
+"""Residual, defects and regularity of the step between two arrows.
 
 Two arrows g, g′ = Ψ(g) may lie in the charts of different translates: the Legendre maps at both
 are compared across charts (paper, section 4.2).
@@ -11,9 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .local_geometry import LocalGeometry, frobenius, relative_defect
-
-Maps = dict[str, np.ndarray]
+from .local_geometry import LocalGeometry, Maps, frobenius, relative_defect
 
 
 @dataclass(frozen=True)
@@ -35,7 +33,7 @@ def residual(here: Arrow, there: Arrow) -> Any:
 
 
 def defects(here: Arrow, there: Arrow) -> tuple[Any, Any]:
-    """(pullback, Poisson) of the step from g to g′, as in `Flow.pullback_defect`."""
+    """The defects (pullback, Poisson) of the step from g to g′, as in `Flow`."""
     geometry = here.geometry
     with geometry.numbers.working():
         tangent = geometry.tangent(here.at, there.at)

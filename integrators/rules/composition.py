@@ -5,19 +5,23 @@ With Φ of order 1 or 2 and its adjoint Φ* (Hairer, Lubich, Wanner, II.4, V.3),
     Ψ_h = S_{γ_s h} ∘ … ∘ S_{γ_1 h},     S = Φ if it is self-adjoint, else Φ_{h/2} ∘ Φ*_{h/2},
     Ψ_h = Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … ∘ Φ_{α_1 h} ∘ Φ*_{β_1 h}        (Blanes, Moan).
 
-Coefficients are exact, or decimals to 64 digits. Where a table leaves some free, these are the
-published decimals; the others were solved anew from the order conditions (tests evaluate them). The
-published digits agree with these to their last one or two, so no misprint was found in them.
+Coefficients are exact, or decimals to 64 digits. The free ones of a table are the published
+decimals; the others were solved anew from the order conditions (tests evaluate them), and agree
+with the published digits to the last one or two.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from ..errors import BadInput, unknown
+from ..numbers import LazyModule
 from .discretisation import Discretisation
+
+mpmath: Any = LazyModule("mpmath")
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,7 @@ class Method:
     in_turn: bool = False
 
     def coefficients(self, digits: int) -> list[Any]:
-        """All of them, in the order in which they are applied."""
+        """All coefficients in the order in which they are applied, as mpf."""
         half = self.halves(digits)
         return [*half, *reversed(half if self.in_turn else half[:-1])]
 
@@ -53,14 +57,11 @@ class Method:
         Necessary for Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … to be of that order, whatever Φ of order 1 is
         (Hairer, Lubich, Wanner, III.3.4); a self-adjoint step has α = β = γ/2.
         """
-        import mpmath
-
         with mpmath.workdps(digits + 10):
-            found = self.coefficients(digits)
-            if self.in_turn:
-                betas, alphas = found[0::2], found[1::2]
-            else:
-                betas = alphas = [c / 2 for c in found]
+            sizes = self.coefficients(digits)
+            betas, alphas = sizes[0::2], sizes[1::2]
+            if not self.in_turn:
+                betas = alphas = [c / 2 for c in sizes]
             sums = [
                 sum(a**i - (-b) ** i for a, b in zip(alphas, betas, strict=True))
                 for i in range(1, self.order + 1)
@@ -69,28 +70,18 @@ class Method:
 
     def substeps(self, self_adjoint: bool) -> tuple[Substep, ...]:
         """The substeps for a rule that is self-adjoint on its scene, or is not."""
-        count = len(self.coefficients(16))
-        sizes = [_Coefficient(self, i) for i in range(count)]
+        indices = range(len(self.coefficients(16)))
         if self.in_turn:
-            turns = (i % 2 == 0 and not self_adjoint for i in range(count))
-            return tuple(Substep(c, turn) for c, turn in zip(sizes, turns, strict=True))
-        if self_adjoint:
-            return tuple(Substep(c) for c in sizes)
-        halved = [_Coefficient(self, i, 2) for i in range(count)]
-        return tuple(Substep(c, adjoint) for c in halved for adjoint in (True, False))
+            return tuple(
+                Substep(partial(self._size, i, 1), i % 2 == 0 and not self_adjoint) for i in indices
+            )
+        both = (False,) if self_adjoint else (True, False)
+        sizes = (partial(self._size, i, len(both)) for i in indices)
+        return tuple(Substep(size, adjoint) for size in sizes for adjoint in both)
 
-
-@dataclass(frozen=True)
-class _Coefficient:
-    method: Method
-    index: int
-    divisor: int = 1
-
-    def __call__(self, digits: int) -> Any:
-        import mpmath
-
+    def _size(self, index: int, divisor: int, digits: int) -> Any:
         with mpmath.workdps(digits + 10):
-            return self.method.coefficients(digits)[self.index] / self.divisor
+            return self.coefficients(digits)[index] / divisor
 
 
 @dataclass(frozen=True)
@@ -104,164 +95,107 @@ class Composition(Discretisation):
     method: Method = field(kw_only=True)
 
 
-def _triple(power: int) -> Callable[[int], list[Any]]:
-    """γ₁ = 1/(2 − 2^{1/p}), γ₂ = 1 − 2γ₁: for a step of order p − 1."""
+def _halves(formula: Callable[..., list[Any]]) -> Callable[..., Callable[[int], list[Any]]]:
+    """Decorator: `Method.halves` from a formula, which is evaluated with ten guard digits."""
 
-    def halves(digits: int) -> list[Any]:
-        import mpmath
+    def with_arguments(*arguments: Any) -> Callable[[int], list[Any]]:
+        def halves(digits: int) -> list[Any]:
+            with mpmath.workdps(max(digits, 64) + 10):
+                return formula(*arguments)
 
-        with mpmath.workdps(digits + 10):
-            first = 1 / (2 - mpmath.root(2, power))
-            return [first, 1 - 2 * first]
+        return halves
 
-    return halves
-
-
-def _suzuki(power: int) -> Callable[[int], list[Any]]:
-    """γ₁ = γ₂ = 1/(4 − 4^{1/p}), γ₃ = 1 − 4γ₁: for a step of order p − 1."""
-
-    def halves(digits: int) -> list[Any]:
-        import mpmath
-
-        with mpmath.workdps(digits + 10):
-            first = 1 / (4 - mpmath.root(4, power))
-            return [first, first, 1 - 4 * first]
-
-    return halves
+    return with_arguments
 
 
-def _table(*numbers: str) -> Callable[[int], list[Any]]:
+@_halves
+def _jump(count: int) -> list[Any]:
+    """γ₁ = 1/(c − c^{1/3}) c times and 1 − cγ₁ in their middle: order 4 from order 2."""
+    first = 1 / (count - mpmath.root(count, 3))
+    return [*[first] * (count // 2), 1 - count * first]
+
+
+@_halves
+def _table(numbers: str) -> list[Any]:
     """The numbers and what is missing to 1 in the middle of the palindrome."""
-
-    def halves(digits: int) -> list[Any]:
-        import mpmath
-
-        with mpmath.workdps(max(digits, 64) + 10):
-            first = [mpmath.mpf(n) for n in numbers]
-            return [*first, 1 - 2 * sum(first)]
-
-    return halves
+    first = [mpmath.mpf(n) for n in numbers.split()]
+    return [*first, 1 - 2 * sum(first)]
 
 
-def _splitting(a: tuple[str, ...], b: tuple[str, ...]) -> Callable[[int], list[Any]]:
+@_halves
+def _splitting(a: str, b: str) -> list[Any]:
     """β₁ = a₁, α₁ = b₁ − a₁, β₂ = a₂ − α₁, …: the half of a palindromic splitting ABA."""
-
-    def halves(digits: int) -> list[Any]:
-        import mpmath
-
-        with mpmath.workdps(max(digits, 64) + 10):
-            flow_a, flow_b = ([mpmath.mpf(n) for n in part] for part in (a, b))
-            flow_b.append(mpmath.mpf(1) / 2 - sum(flow_b))
-            found, left = [], mpmath.mpf(0)
-            for pair in zip(flow_a, flow_b, strict=True):
-                for total in pair:
-                    left = total - left
-                    found.append(left)
-            return found
-
-    return halves
+    flow_a, flow_b = ([mpmath.mpf(n) for n in part.split()] for part in (a, b))
+    flow_b.append(mpmath.mpf(1) / 2 - sum(flow_b))
+    sizes = [mpmath.mpf(0)]
+    for pair in zip(flow_a, flow_b, strict=True):
+        for total in pair:
+            sizes.append(total - sizes[-1])
+    return sizes[1:]
 
 
 _HLW = "Hairer, Lubich, Wanner, Geometric Numerical Integration"
 _BLANES_MOAN = "Blanes, Moan, J. Comput. Appl. Math. 142 (2002) 313-330, table 2"
 _KAHAN_LI = "Kahan, Li, Math. Comp. 66 (1997) 1089-1099; " + _HLW
+_SOFRONIOU = f"Sofroniou, Spaletta, Optim. Methods Softw. 20 (2005) 597-613; {_HLW}, V.3.2"
 
-METHODS = {
-    method.name: method
-    for method in (
-        Method("triple-jump", 4, _triple(3), f"{_HLW}, II.4.4; Creutz, Gocksch; Forest; Yoshida"),
-        Method("suzuki", 4, _suzuki(3), f"{_HLW}, II.4.5; Suzuki (1990)"),
-        Method(
-            "blanes-moan-4",
-            4,
-            _splitting(
-                (
-                    "0.0792036964311957",
-                    "0.353172906049774",
-                    "-0.0420650803577197044759166922696745685688995160526154967467411906254",
-                ),
-                (
-                    "0.209515106613362",
-                    "-0.143851773179817469134513970208481911492218292343651085879701170101",
-                ),
-            ),
-            _BLANES_MOAN,
-            in_turn=True,
-        ),
-        Method(
-            "blanes-moan-6",
-            6,
-            _splitting(
-                (
-                    "0.0502627644003922",
-                    "0.41351430042834828076420925325513811414968646452555280762447550992",
-                    "0.0450798897943974211608542852757026623955981398108019838182022248034",
-                    "-0.188054853819572834204124900735074375035274205588129870472198432869",
-                    "0.541960678450781754723292263234705650176816914276740213892356052082",
-                ),
-                (
-                    "0.148816447901042589908187280537323712859617258593004618985809501312",
-                    "-0.132385865767782209619702251588944972760032019791736300649795544695",
-                    "0.0673076046921852373718361905790506189051134050121833401599636071221",
-                    "0.432666402578172088198748915901779274874621282362445469752140618429",
-                ),
-            ),
-            _BLANES_MOAN,
-            in_turn=True,
-        ),
-        Method(
-            "kahan-li-6",
-            6,
-            _table(
-                "0.39216144400731413927925056",
-                "0.332599136789359438599748634257274355737334098773451284105993895123",
-                "-0.706246172557639359809964819634910351039340310785096975025591881622",
-                "0.0822135962935508002314904488531569176963106415374638473939469154265",
-            ),
-            f"{_KAHAN_LI}, V.3.2 (order 6, 9 steps)",
-        ),
-        Method(
-            "kahan-li-8",
-            8,
-            _table(
-                "0.13020248308889008087881763",
-                "0.561162981775108384561964407682000102649863449709010242665473575232",
-                "-0.389474962644847286408078593043166997128494533168809453036226203346",
-                "0.158841906555155600896210746677682393213504632244490133487639718216",
-                "-0.395903894133237577336231543466131671452409608454079979626428334096",
-                "0.18453964097831570709183254336408651617500238840369353750011492037",
-                "0.258374387686322047293979111695425973702570489166964789903620302064",
-                "0.2950117236093102988709662367574629766212848310145695420771022881",
-            ),
-            f"{_KAHAN_LI}, V.3.2 (order 8, 17 steps)",
-        ),
-        Method(
-            "sofroniou-spaletta-10",
-            10,
-            _table(
-                "0.0787957225216864192639076793376842482198638727665553966819252229421",
-                "0.313096103415108527764812471926472696881054021870452330804409740805",
-                "0.0279183832350780661095202732752988231186749257079171423012837497545",
-                "-0.229592841593907094151213396796549875909924547236525029511804244475",
-                "0.130962061077164863174656859279605412674738501568123390304678272802",
-                "-0.269733405654510714344609732224111497115542051696265628481730811743",
-                "0.0749733431558914356661371056414104123434139256711950939044778436576",
-                "0.111993423999810204889575080736402058720887098426873161668508212058",
-                "0.366133449546226751193148123531499082375253645625177256602217578765",
-                "-0.399105630136035897878629810583404730395862387729557189506373725662",
-                "0.103087398527471077315802770013724479179869985578339394166504744423",
-                "0.411430873955890237820704118976078350507172767778858302085790326037",
-                "-0.00486636058313526176219565930997706302040769200443878827478270902389",
-                "-0.392033353708639906448081936426104269693819342339218306835781719356",
-                "0.0519425029624496470371829040159757277497133836515403032516725359029",
-                "0.0506650907599244963358743441568658941954362273771692348860450600788",
-                "0.0496743706397298790545688002794611763445541575904432493242354085789",
-            ),
-            f"Sofroniou, Spaletta, Optim. Methods Softw. 20 (2005) 597-613; {_HLW}, V.3.2 "
-            "(order 10, 35 steps)",
-        ),
-    )
-}
+METHODS = {method.name: method for method in (
+    Method("triple-jump", 4, _jump(2), f"{_HLW}, II.4.4; Creutz, Gocksch; Forest; Yoshida"),
+    Method("suzuki", 4, _jump(4), f"{_HLW}, II.4.5; Suzuki (1990)"),
+    Method("blanes-moan-4", 4, _splitting("""
+        0.0792036964311957
+        0.353172906049774
+        -0.0420650803577197044759166922696745685688995160526154967467411906254""", """
+        0.209515106613362
+        -0.143851773179817469134513970208481911492218292343651085879701170101"""),
+        _BLANES_MOAN, in_turn=True),
+    Method("blanes-moan-6", 6, _splitting("""
+        0.0502627644003922
+        0.41351430042834828076420925325513811414968646452555280762447550992
+        0.0450798897943974211608542852757026623955981398108019838182022248034
+        -0.188054853819572834204124900735074375035274205588129870472198432869
+        0.541960678450781754723292263234705650176816914276740213892356052082""", """
+        0.148816447901042589908187280537323712859617258593004618985809501312
+        -0.132385865767782209619702251588944972760032019791736300649795544695
+        0.0673076046921852373718361905790506189051134050121833401599636071221
+        0.432666402578172088198748915901779274874621282362445469752140618429"""),
+        _BLANES_MOAN, in_turn=True),
+    Method("kahan-li-6", 6, _table("""
+        0.39216144400731413927925056
+        0.332599136789359438599748634257274355737334098773451284105993895123
+        -0.706246172557639359809964819634910351039340310785096975025591881622
+        0.0822135962935508002314904488531569176963106415374638473939469154265"""),
+        f"{_KAHAN_LI}, V.3.2 (order 6, 9 steps)"),
+    Method("kahan-li-8", 8, _table("""
+        0.13020248308889008087881763
+        0.561162981775108384561964407682000102649863449709010242665473575232
+        -0.389474962644847286408078593043166997128494533168809453036226203346
+        0.158841906555155600896210746677682393213504632244490133487639718216
+        -0.395903894133237577336231543466131671452409608454079979626428334096
+        0.18453964097831570709183254336408651617500238840369353750011492037
+        0.258374387686322047293979111695425973702570489166964789903620302064
+        0.2950117236093102988709662367574629766212848310145695420771022881"""),
+        f"{_KAHAN_LI}, V.3.2 (order 8, 17 steps)"),
+    Method("sofroniou-spaletta-10", 10, _table("""
+        0.0787957225216864192639076793376842482198638727665553966819252229421
+        0.313096103415108527764812471926472696881054021870452330804409740805
+        0.0279183832350780661095202732752988231186749257079171423012837497545
+        -0.229592841593907094151213396796549875909924547236525029511804244475
+        0.130962061077164863174656859279605412674738501568123390304678272802
+        -0.269733405654510714344609732224111497115542051696265628481730811743
+        0.0749733431558914356661371056414104123434139256711950939044778436576
+        0.111993423999810204889575080736402058720887098426873161668508212058
+        0.366133449546226751193148123531499082375253645625177256602217578765
+        -0.399105630136035897878629810583404730395862387729557189506373725662
+        0.103087398527471077315802770013724479179869985578339394166504744423
+        0.411430873955890237820704118976078350507172767778858302085790326037
+        -0.00486636058313526176219565930997706302040769200443878827478270902389
+        -0.392033353708639906448081936426104269693819342339218306835781719356
+        0.0519425029624496470371829040159757277497133836515403032516725359029
+        0.0506650907599244963358743441568658941954362273771692348860450600788
+        0.0496743706397298790545688002794611763445541575904432493242354085789"""),
+        f"{_SOFRONIOU} (order 10, 35 steps)"),
+)}  # fmt: skip
 
 
 def compose(rule: Any, name: str) -> Any:

@@ -23,8 +23,8 @@ class Discretisation:
     columns, h the step. `order` may be None: then it is only measured.
 
     With `stages` = k the rule is L_d(x, u, s; h) = formula(L, G, x, u, h, s), s a list of k columns
-    of the length of u, and L_d(x, u; h) its stationary value in s. Newton's first guess is s = 0,
-    so let that be the straight path.
+    m×1, and L_d(x, u; h) its stationary value in s. Newton starts at s = 0: let that be the
+    straight path.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Discretisation:
     splits: bool = False  # it treats the scene's fast potential L.fast(x) apart
 
     def applies(self, scene: Any) -> bool:
-        """Whether the scene has what the rule needs; `own` is for those that give L_d alone."""
+        """Whether the scene has all that the rule needs; `own` needs a discrete Lagrangian."""
         if (scene.discrete_lagrangian is not None) != (self.formula is own.formula):
             return False
         return scene.fast is not None or not self.splits
@@ -54,10 +54,8 @@ def discretisation(
 ) -> Callable[[Callable[..., Any]], Discretisation]:
     """Decorator: make a rule of a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
 
-    `splits`: it asks for the scene's fast potential, L.fast(x).
-
-    Raises `BadInput` if the order is no positive whole number, stages no whole number from 0, or
-    the function takes other arguments.
+    `splits`: the rule treats the scene's fast potential, L.fast(x), apart. Raises `BadInput` if the
+    order is no positive whole number, stages no whole number from 0, or the arguments are others.
     """
     if callable(order):
         raise BadInput("write @discretisation() with brackets, or @discretisation(order=2).")

@@ -3,8 +3,8 @@
 The curve from 0 to u in the chart is a polynomial, w(θ) = θu + Σ_j s_j Q_j(θ), and L_d the
 stationary value in s of h Σ_i b_i L(b(x, w(c_i)), ξ(c_i)) with ξ = L(x, w)⁻¹ dw/dθ. Its order is
 the smaller of twice the degree and the order of the quadrature (Ober-Blöbaum, Saake 2015; on
-groups in any chart, Hall, Leok 2015): the chart is a change of coordinates, the same for all
-curves of a step. On pairs it is the symplectic (partitioned) Runge–Kutta method of that
+groups in any chart, Hall, Leok 2015): the chart changes the coordinates of all curves of a step
+alike. On pairs it is the symplectic (partitioned) Runge–Kutta method of that
 quadrature (Hairer, Lubich, Wanner, VI.6.2).
 
 In the basis of Legendre polynomials s_j is of size h^j and a constant mass matrix is diagonal.
@@ -86,18 +86,15 @@ def _value(G: Any, family: str, nodes: int, i: int, what: str, degree: int = 0) 
         return {"c": 1 - value, "b": value, "P": (-1) ** degree * value,
                 "Q": -((-1) ** degree) * value}[what]  # fmt: skip
     if middle or end:
-        at, n = (sympy.Integer(0) if middle else sympy.Integer(-1)), nodes - 1
+        at, P = sympy.Integer(0 if middle else -1), sympy.legendre
         if what == "c":
             return (1 + at) / 2
         if what == "P":
-            return sympy.legendre(degree, at)
+            return P(degree, at)
         if what == "Q":
-            return (sympy.legendre(degree + 1, at) - sympy.legendre(degree - 1, at)) / (
-                4 * degree + 2
-            )
-        if family == "lobatto":
-            return 1 / (n * nodes * sympy.legendre(n, at) ** 2)
-        return 1 / (nodes * sympy.legendre(n, at)) ** 2
+            return (P(degree + 1, at) - P(degree - 1, at)) / (4 * degree + 2)
+        n = nodes - 1 if family == "lobatto" else nodes
+        return 1 / (n * nodes * P(nodes - 1, at) ** 2)
     if (family, nodes, what) == ("gauss", 2, "b"):
         return sympy.Rational(1, 2)
     return G.constant(NodeValue(family, nodes, i, what, degree))

@@ -11,10 +11,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from ..numbers import LazyModule
+
+mpmath: Any = LazyModule("mpmath")
+
 
 @dataclass(frozen=True)
 class NodeValue:
-    """What a formula needs at one node: a function of the number of digits.
+    """A number that a formula needs at one node, as a function of the number of digits.
 
     what: "c" the node, "b" its weight, "P" or "Q" the polynomial of degree j at it.
     """
@@ -27,8 +31,6 @@ class NodeValue:
 
     def __call__(self, digits: int) -> Any:
         """The number as mpf with that many certain digits."""
-        import mpmath
-
         with mpmath.workdps(digits + 15):
             c, b = rule(self.family, self.count, digits + 15)[self.node]
             if self.what in "cb":
@@ -42,18 +44,17 @@ class NodeValue:
 @lru_cache(maxsize=64)
 def rule(family: str, count: int, digits: int) -> tuple[tuple[Any, Any], ...]:
     """(node, weight) in order, of "gauss" (count ≥ 1) or "lobatto" (count ≥ 2)."""
-    import mpmath
-    from mpmath import cos, pi
-
     with mpmath.workdps(digits + 10):
         if family == "gauss":
-            guesses = [-cos(pi * (i + 0.75) / (count + 0.5)) for i in range(count)]
+            guesses = [-mpmath.cos(mpmath.pi * (i + 0.75) / (count + 0.5)) for i in range(count)]
             roots = [_root(_legendre, count, x) for x in guesses]
             weights = [1 / ((1 - x**2) * _legendre(count, x)[1] ** 2) for x in roots]
         else:
             n = count - 1
-            angles = [(i + 1.25) / n - 3 / (8 * n * pi**2 * (i + 1.25)) for i in range(n - 1)]
-            inner = [_root(_slope_of_legendre, n, -cos(pi * a)) for a in angles]
+            places = [
+                (i + 1.25) / n - 3 / (8 * n * mpmath.pi**2 * (i + 1.25)) for i in range(n - 1)
+            ]
+            inner = [_root(_slope_of_legendre, n, -mpmath.cos(mpmath.pi * a)) for a in places]
             inner = [(a - b) / 2 for a, b in zip(inner, reversed(inner), strict=True)]
             roots = [mpmath.mpf(-1), *inner, mpmath.mpf(1)]
             weights = [1 / (n * (n + 1) * _legendre(n, x)[0] ** 2) for x in roots]
@@ -76,8 +77,6 @@ def _slope_of_legendre(n: int, x: Any) -> tuple[Any, Any]:
 
 def _root(function: Any, n: int, x: Any) -> Any:
     """The root of function(n, ·) nearest to x, by Newton."""
-    import mpmath
-
     for _ in range(60):
         value, slope = function(n, x)
         x -= value / slope
