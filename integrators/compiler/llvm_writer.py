@@ -34,7 +34,7 @@ class Module:
         self.declared: dict[str, str] = {}
         self.routine = Routine(self.declared)
         self._shared: dict[str, tuple[str, str, Any]] = {}
-        functions = {n: mathematical(n, f) for n, f in names.items()
+        functions = {n: mathematical(n, getattr(math, n)) for n, f in names.items()
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
         self.names = {**names, **functions, **CONDITIONS, "int": whole,
                       "workspace": self._workspace}  # fmt: skip

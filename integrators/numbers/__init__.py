@@ -36,12 +36,12 @@ from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
     "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function", "InArithmetic",
-    "LazyModule", "Letters", "Matrix", "Multiple", "Number", "Numbers", "Parameters", "Together", "Vector",
-    "arithmetic", "as_one_number",
-    "code", "collect", "entry", "evaluate", "evaluate_at",
-    "evaluate_matrix", "exact", "exact_matrices", "exact_nested", "exact_rational", "exact_vector",
-    "first_violation", "flatten", "floats_exact", "function_text", "inlined", "is_zero", "jacobian",
-    "needed", "newton", "null_direction", "number", "numeric", "numeric_function", "numeric_text",
-    "opaque", "random_columns", "random_point", "register", "registered_function", "replaced",
-    "run_text", "shown", "symbols_of", "sympy", "to_sympy", "with_tables", "written_out",
+    "LazyModule", "Letters", "Matrix", "Multiple", "Number", "Numbers", "Parameters",
+    "Together", "Vector", "arithmetic", "as_one_number", "code", "collect", "entry",
+    "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
+    "exact_rational", "exact_vector", "first_violation", "flatten", "floats_exact",
+    "function_text", "inlined", "is_zero", "jacobian", "needed", "newton", "null_direction",
+    "number", "numeric", "numeric_function", "numeric_text", "opaque", "random_columns",
+    "random_point", "register", "registered_function", "replaced", "run_text", "shown",
+    "symbols_of", "sympy", "to_sympy", "with_tables", "written_out",
 ]  # fmt: skip

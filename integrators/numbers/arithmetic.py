@@ -75,7 +75,7 @@ class Double:
         """An array as the user gets it: of floats, or of mpmath's numbers."""
         return np.asarray(array, dtype=np.float64)
 
-    def array(self, entries: Any, *shape: int) -> np.ndarray:
+    def array(self: Any, entries: Any, *shape: int) -> np.ndarray:
         """An array of that shape from the entries, row by row."""
         return np.array(entries, dtype=self.dtype).reshape(shape)
 
@@ -90,7 +90,7 @@ class Double:
         """An array of zeros of this kind."""
         return np.zeros(shape)
 
-    def identity(self, size: int) -> Matrix:
+    def identity(self: Any, size: int) -> Matrix:
         """The identity matrix of this kind."""
         return self.zeros(size, size) + np.eye(size, dtype=int)
 

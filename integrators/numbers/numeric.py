@@ -73,13 +73,13 @@ def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> C
     """The function of a text that `numeric_text` wrote, in an arithmetic."""
     namespace = getattr(numbers, "array_namespace" if columns else "namespace")()
     with numbers.working():  # tables compute their constants first
-        return run_text(text, namespace)["function"]  # type: ignore[no-any-return]
+        return run_text(text, namespace)["function"]
 
 
 @lru_cache(maxsize=256)
 def registered_function(name: str, numbers: Arithmetic) -> Callable[..., Any]:
     """The function that is registered (`multi_output.register`) under a name, in an arithmetic."""
-    return run_text(with_tables(f"# {name}()"), numbers.namespace())[name]  # type: ignore[no-any-return]
+    return run_text(with_tables(f"# {name}()"), numbers.namespace())[name]
 
 
 def run_text(text: str, namespace: Mapping[str, Any]) -> dict[str, Any]:

@@ -29,7 +29,7 @@ class AlgebraInNumbers:
     @cached_property
     def e(self) -> Matrix:
         """The identity, N×N."""
-        return self.numbers.identity(self.algebra.size)  # type: ignore[no-any-return]
+        return self.numbers.identity(self.algebra.size)
 
     @cached_property
     def _basis(self) -> list[Matrix]:
