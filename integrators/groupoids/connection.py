@@ -39,7 +39,7 @@ class ConnectionGroupoid(ProductGroupoid):
             )
         if not callable(connection):
             raise BadInput(f"{self.name}: connection is {connection!r}; give a function of x.")
-        self.connection, self.further, self.by_user = connection, (connection,), True
+        self.connection, self.by_user = connection, True
 
     @property
     def name(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -17,8 +18,8 @@ class ProductGroupoid(Groupoid):
     """
 
     kind = "product"
-    #: what a subclass is built from after the two parts
-    further: tuple[Any, ...] = ()
+    #: x ↦ A(x) of a principal connection, where the fibre coordinates are adapted to one
+    connection: Callable[..., Any] | None = None
 
     def __init__(self, first: Groupoid, second: Groupoid) -> None:
         for part in (first, second):
@@ -38,7 +39,9 @@ class ProductGroupoid(Groupoid):
 
     def with_retraction(self, retraction: Any) -> Groupoid:
         parts = tuple(g.with_retraction(retraction) for g in self.parts)
-        return self if parts == self.parts else type(self)(*parts, *self.further)
+        if parts == self.parts:
+            return self
+        return type(self)(*parts, *([self.connection] if self.connection else []))
 
     def check(self) -> None:
         for part in self.parts:
