@@ -33,7 +33,7 @@ class ActionGroupoid(RetractionGroupoid):
 
     @cached_property
     def _increment(self) -> Any:
-        """Written with x·(e + d) − x first, d being symbols, so that cancelling stays small."""
+        """The increment in `_symbols`: x·(e + d) − x is cancelled while d is still symbols."""
         s, size = self._symbols, self.algebra.size
         d = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"d_{i}_{j}"))
         increment = (self.moved(s["x"], sympy.eye(size) + d) - s["x"]).applyfunc(sympy.cancel)
@@ -104,7 +104,7 @@ class RowAction(ActionGroupoid):
 
     @cached_property
     def _anchor(self) -> Any:
-        """Columns x·e_γ."""
+        """ρ̂(x) in `_symbols`, with columns x·e_γ."""
         return sympy.Matrix.hstack(
             *[self.moved(self._symbols["x"], e) for e in self.algebra._matrices]
         )
@@ -152,11 +152,11 @@ def action(
     right_action: Callable[..., Any] | None = None,
     dim_x: int | None = None,
 ) -> ActionGroupoid:
-    """The action groupoid of a matrix group on `rows` row vectors, x ↦ x·g.
+    """The action groupoid of a matrix group on `rows` row vectors, x ↦ x·g, or by another action.
 
-    Or by a right action of one's own: right_action(x, g) takes a sympy column x (dim_x×1) and the
-    matrix g (N×N) and returns x·g as dim_x expressions. That it is one is checked with the axioms
-    when the first scheme is built; `BadInput` says which law fails where.
+    right_action(x, g) takes a sympy column x (dim_x×1) and the matrix g (N×N) and returns x·g as
+    dim_x expressions. The axioms are checked when the first scheme is built; `BadInput` says which
+    law fails where.
     """
     if right_action is None and dim_x is None:
         return RowAction(algebra, retraction, rows)

@@ -40,7 +40,7 @@ class ConnectionGroupoid(ProductGroupoid):
         if not callable(connection):
             raise BadInput(f"{self.name}: connection is {connection!r}; give a function of x.")
         self.connection: Callable[..., Any] = connection
-        self.further, self.by_user = (connection,), True
+        self.by_user = True
 
     @property
     def name(self) -> str:

@@ -31,8 +31,7 @@ class LocalGroupoid(Groupoid):
         inverse: Callable[..., Any] | None = None,
         name: str = "local groupoid",
     ) -> None:
-        whole = all(type(dimension) is int for dimension in (dim_x, dim_u))
-        if not whole or dim_x < 0 or dim_u < 1:
+        if not type(dim_x) is type(dim_u) is int or dim_x < 0 or dim_u < 1:
             raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {dim_x!r} and {dim_u!r}.")
         self.dim_x, self.dim_u, self._name = dim_x, dim_u, name
         self._target, self._product, self._inverse = target, product, inverse
@@ -60,10 +59,10 @@ class LocalGroupoid(Groupoid):
 
 
 def column_of(function: Callable[..., Any], length: int, what: str, *arguments: Any) -> Any:
-    """A column of `length` exact entries from a function of the user's.
+    """A column of `length` exact entries from a function that the user wrote.
 
-    Raises `BadInput` (naming `what`, and the line where the function is the user's) if it cannot be
-    evaluated with symbols or has another length.
+    Raises `BadInput` (naming `what` and the function's line) if the function cannot be evaluated
+    with symbols or returns another number of entries.
     """
 
     def said(error: BaseException | None = None) -> str:

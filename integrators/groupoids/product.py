@@ -18,10 +18,8 @@ class ProductGroupoid(Groupoid):
     """
 
     kind = "product"
-    #: the principal connection that the coordinates are adapted to, or None
+    #: x ↦ A(x) of a principal connection, where the fibre coordinates are adapted to one
     connection: Callable[..., Any] | None = None
-    #: what a subclass is built from after the two parts
-    further: tuple[Any, ...] = ()
 
     def __init__(self, first: Groupoid, second: Groupoid) -> None:
         for part in (first, second):
@@ -41,7 +39,9 @@ class ProductGroupoid(Groupoid):
 
     def with_retraction(self, retraction: Any) -> Groupoid:
         parts = tuple(g.with_retraction(retraction) for g in self.parts)
-        return self if parts == self.parts else type(self)(*parts, *self.further)
+        if parts == self.parts:
+            return self
+        return type(self)(*parts, *([self.connection] if self.connection else []))
 
     def check(self) -> None:
         for part in self.parts:

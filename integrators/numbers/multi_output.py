@@ -16,6 +16,7 @@ from .evaluation import number
 from .lazy import sympy
 from .types import Expression, Letter
 
+#: what combines functions of a list of expressions before subexpressions are taken out
 Collector = Callable[[list[Expression]], list[Expression]]
 
 _TEXTS: dict[str, Callable[[], str]] = {}

@@ -79,16 +79,15 @@ class Cayley(EquivariantRetraction):
         return [("size", near.det(method="berkowitz").expand())]
 
     def reach(self, algebra: MatrixAlgebra) -> float:
-        """Twice the size that a cover leaves at most.
+        """Twice the largest size that the best translate of a cover can have.
 
         Some translate has det(e + g B⁻¹) ≥ 2 (4 on SE(n), whose last diagonal entry is always 1),
-        and det(e − ξ/2) det(e + τ(ξ)) = 2ᴺ. Twice, so that a trajectory near the limit does not
-        change charts at every step.
+        and det(e − ξ/2) det(e + τ(ξ)) = 2ᴺ. Twice: a trajectory near it then rarely changes charts.
         """
         return float(2.0**algebra.size)
 
     def distance_and_margin(self, algebra: MatrixAlgebra, xi: np.ndarray) -> tuple[float, float]:
-        """The smallest singular value of e + g, and |det(e + g)/2ᴺ|^½ or 1 if that is less."""
+        """(smallest singular value of e + g, |det(e + g)/2ᴺ|^½ but at most 1)."""
         basis = np.array(algebra.basis, dtype=complex if algebra.is_complex else float)
         near = np.eye(algebra.size) - np.tensordot(xi, basis, 1) / 2  # e + g = 2 (e − ξ/2)⁻¹
         size = max(1.0, abs(np.linalg.det(near)))
