@@ -113,8 +113,8 @@ class KernelText:
         facts = {"affine": self.affine, "watched": bool(self.system.extents),
                  "branched": self.system.branch is not None,
                  "width": len(self.coefficients.values)}  # fmt: skip
-        entries = [f"{name}={name}{self.suffix}" for name in names]
-        return f"Record({', '.join([*entries, *(f'{k}={v}' for k, v in facts.items())])})"
+        entries = {name: f"{name}{self.suffix}" for name in names} | facts
+        return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
 
     # -- numbers that stay consistent ------------------------------------------------------------
 
@@ -157,15 +157,15 @@ class KernelText:
 
     def _written(self, definitions: Iterable[Definition]) -> list[tuple[Any, Any]]:
         """(letters, values) of definitions, calls among them."""
-        found = []
+        pairs = []
         for d in definitions:
             if d.function is None:
-                found.append((list(d.letters), [self._hoist(e) for e in d.values]))
+                pairs.append((list(d.letters), [self._hoist(e) for e in d.values]))
             else:
                 name, shared = self._called(d.function)
                 given = [*(self._hoist(e) for e in d.arguments), *shared]
-                found.append((list(d.letters), Call(name, given)))
-        return found
+                pairs.append((list(d.letters), Call(name, given)))
+        return pairs
 
     def _called(self, function: Function) -> tuple[str, list[Any]]:
         """(name, letters of the caller's that it uses) of a function; its text is written once."""
