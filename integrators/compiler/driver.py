@@ -215,7 +215,6 @@ def judge(size, before, here, scale, kappa, count):
     return OK if ended or stagnant else NOT_CONVERGED, kappa
 
 
-@aside
 def best_order(w, u1, u2, u3, u4, u5, age):
     """The order of extrapolation that would have hit this solution best."""
     best, error = 0, distance(w, u1)

@@ -32,6 +32,8 @@ from .omissions import carried, is_affine, pivot_rows
 from .system import System
 
 SHORTEST = 40  # operations of a function from which a call costs less than it saves
+#: functions of the driver that are called instead of written in, being long, by their decorators
+CALLED = {"best_order": "aside", "eliminate": "node"}
 
 
 def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
@@ -59,7 +61,10 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
 def driver_text() -> str:
     """The text that is part of every module."""
     files = (Path(__file__).with_name(f"{name}.py") for name in ("driver", "tuple_operations"))
-    return "\n\n".join(file.read_text(encoding="utf-8") for file in files)
+    text = "\n\n".join(file.read_text(encoding="utf-8") for file in files)
+    for name, kind in CALLED.items():
+        text = text.replace(f"def {name}(", f"@{kind}\ndef {name}(")
+    return text
 
 
 class KernelText:
