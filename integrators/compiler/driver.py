@@ -16,7 +16,7 @@ round-off), ROOT_EPS, HUGE, DECAY.
 
 
 def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mus, counts, totals):
-    """Step from `index` to `stop`, keep each every-th row; returns (index, status).
+    """Step from `index` to `stop`, write each every-th row; returns (index, status).
 
     A step is one substep, or a row of them, each with its row of coefficients and its memory of
     past solutions; kinds: 0 the rule, 1 its adjoint. `state` (`layout.Layout`) is read at the start
@@ -30,7 +30,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     total, most, size = load(totals, slice(CORRECTIONS, FARTHEST))
     guard, status = load(totals, slice(FARTHEST, TOTALS)), OK
     row = (index + every - 1) // every
-    wait = row * every - index  # steps to the next row that is kept
+    wait = row * every - index  # steps to the next row that is written
     while index < stop:
         if wait == 0:
             save(xs[row], 0, z[0])
@@ -215,7 +215,6 @@ def judge(size, before, here, scale, kappa, count):
     return OK if ended or stagnant else NOT_CONVERGED, kappa
 
 
-@aside
 def best_order(w, u1, u2, u3, u4, u5, age):
     """The order of extrapolation that would have hit this solution best."""
     best, error = 0, distance(w, u1)

@@ -72,7 +72,7 @@ class Steps:
 
     def matrix(self, letter: str, entries: Any) -> Any:
         """A matrix of names."""
-        return sympy.Matrix(entries.applyfunc(lambda e: self.name(letter, e)))
+        return sympy.Matrix(*entries.shape, [self.name(letter, e) for e in entries])
 
 
 def blocks(matrix: Any, rows: list[int]) -> list[tuple[list[int], list[int]]]:

@@ -32,6 +32,8 @@ from .omissions import carried, is_affine, pivot_rows
 from .system import System
 
 SHORTEST = 40  # operations of a function from which a call costs less than it saves
+#: functions of the driver that are called instead of written in, being long, by their decorators
+CALLED = {"best_order": "aside", "eliminate": "node"}
 
 
 def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
@@ -59,7 +61,10 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
 def driver_text() -> str:
     """The text that is part of every module."""
     files = (Path(__file__).with_name(f"{name}.py") for name in ("driver", "tuple_operations"))
-    return "\n\n".join(file.read_text(encoding="utf-8") for file in files)
+    text = "\n\n".join(file.read_text(encoding="utf-8") for file in files)
+    for name, kind in CALLED.items():
+        text = text.replace(f"def {name}(", f"@{kind}\ndef {name}(")
+    return text
 
 
 class KernelText:
@@ -113,8 +118,8 @@ class KernelText:
         facts = {"affine": self.affine, "watched": bool(self.system.extents),
                  "branched": self.system.branch is not None,
                  "width": len(self.coefficients.values)}  # fmt: skip
-        entries = [f"{name}={name}{self.suffix}" for name in names]
-        return f"Record({', '.join([*entries, *(f'{k}={v}' for k, v in facts.items())])})"
+        entries = {name: f"{name}{self.suffix}" for name in names} | facts
+        return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
 
     # -- numbers that stay consistent ------------------------------------------------------------
 
@@ -157,15 +162,15 @@ class KernelText:
 
     def _written(self, definitions: Iterable[Definition]) -> list[tuple[Any, Any]]:
         """(letters, values) of definitions, calls among them."""
-        found = []
+        pairs = []
         for d in definitions:
             if d.function is None:
-                found.append((list(d.letters), [self._hoist(e) for e in d.values]))
+                pairs.append((list(d.letters), [self._hoist(e) for e in d.values]))
             else:
                 name, shared = self._called(d.function)
                 given = [*(self._hoist(e) for e in d.arguments), *shared]
-                found.append((list(d.letters), Call(name, given)))
-        return found
+                pairs.append((list(d.letters), Call(name, given)))
+        return pairs
 
     def _called(self, function: Function) -> tuple[str, list[Any]]:
         """(name, letters of the caller's that it uses) of a function; its text is written once."""

@@ -1,7 +1,7 @@
 """From one step as plain data to machine code, or to functions of numbers of any precision.
 
 `compile(system, numbers, omit)` is all of it: the text of the kernels and of the driver is derived
-and kept in the cache, then it is run by Python (any precision) or written as machine code (double).
+and stored in the cache; Python runs it (any precision), or it is written as machine code (double).
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def text_key(*parts: Any) -> str:
 
 
 def _file_name(system: System) -> str:
-    # the rule's name is left out: on a group every simple rule gives the same kernels
+    # the rule's name is left out: on a group all simple rules share their kernels
     return re.sub(r"\W", "_", system.name)
 
 

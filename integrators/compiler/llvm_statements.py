@@ -32,8 +32,8 @@ def runnable(module: Any, node: ast.FunctionDef) -> Callable[..., Any]:
         return lambda *arguments: Scope(module, node, often).call(arguments)
     outer = module.names[node.name]
     exec(compile(ast.Module([node], []), "<kernels>", "exec"), module.names)
-    found, module.names[node.name] = module.names[node.name], outer
-    return found
+    function, module.names[node.name] = module.names[node.name], outer
+    return function
 
 
 class Scope:
@@ -82,33 +82,33 @@ class Scope:
                 case ast.Break():
                     self.routine.jump(f"label %{self.ends[-1]}")
 
-    def _assign(self, target: Any, found: Any) -> None:
+    def _assign(self, target: Any, numbers: Any) -> None:
         if isinstance(target, ast.Tuple):
-            for one, value in zip(target.elts, found, strict=True):
+            for one, value in zip(target.elts, numbers, strict=True):
                 self._assign(one, value)
         elif isinstance(target, ast.Subscript):
-            self.value(target.value)[self.value(target.slice)] = found
+            self.value(target.value)[self.value(target.slice)] = numbers
         else:
-            self._bind(target.id, found)
+            self._bind(target.id, numbers)
 
-    def _bind(self, name: str, found: Any) -> None:
+    def _bind(self, name: str, numbers: Any) -> None:
         """A name that is assigned in one place is its value; another is a variable."""
         if name not in self.often:
-            self.names[name] = found
+            self.names[name] = numbers
             return
         if name not in self.places:
-            self.places[name] = self._place(found)
-        store(found, self.places[name])
+            self.places[name] = self._place(numbers)
+        store(numbers, self.places[name])
 
-    def _place(self, found: Any) -> Any:
+    def _place(self, numbers: Any) -> Any:
         """Variables for a number or a tuple of them."""
-        return mapped(lambda v: self.routine.memory(register(v).kind), found)
+        return mapped(lambda v: self.routine.memory(register(v).kind), numbers)
 
-    def _return(self, found: Any) -> None:
-        if found is not None:
+    def _return(self, numbers: Any) -> None:
+        if numbers is not None:
             if self.result is None:
-                self.result = self._place(found)
-            store(found, self.result)
+                self.result = self._place(numbers)
+            store(numbers, self.result)
         self.routine.jump(f"label %{self.exit}")
 
     def _if(self, node: ast.If) -> None:
@@ -207,9 +207,9 @@ def loaded(place: Any) -> Any:
     return mapped(lambda one: one[0], place)
 
 
-def store(found: Any, place: Any) -> None:
+def store(numbers: Any, place: Any) -> None:
     """Put numbers into variables."""
-    mapped(lambda value, one: one.__setitem__(0, value), found, place)
+    mapped(lambda value, one: one.__setitem__(0, value), numbers, place)
 
 
 def _call(name: str, *arguments: ast.expr) -> ast.Call:

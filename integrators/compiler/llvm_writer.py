@@ -17,9 +17,10 @@ from typing import Any
 from .llvm_statements import CONDITIONS, runnable
 from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, mathematical, whole
 
-#: decorators: flags of the arithmetic (sums in any order), whether it is written once and called
+#: decorators: flags of the arithmetic (sums in any order), whether it is written once and called;
+#: all other functions are written where they are called, operation by operation
 KINDS = {"kernel": (FAST := "contract arcp nsz reassoc ", False), "node": (FAST, True),
-         "aside": ("", True), "helper": ("", False)}  # fmt: skip
+         "aside": ("", True)}  # fmt: skip
 
 
 class Module:
@@ -56,9 +57,9 @@ class Module:
 
         def inline(*arguments: Any) -> Any:
             before, self.routine.fast = self.routine.fast, fast
-            found = run()(*arguments)
+            returned = run()(*arguments)
             self.routine.fast = before
-            return found
+            return returned
 
         return partial(self._called, node.name, inline) if shared else inline
 
@@ -93,16 +94,16 @@ class Module:
         if key not in self._shared:
             routine = self.routine = Routine(self.declared)
             inner = [replace(v, name=f"%a{i}", routine=routine) for i, v in enumerate(given)]
-            found = function(*filled(arguments, inner))
-            type_ = f"{{{', '.join(TYPES[v.kind] for v in flat(found))}}}"
+            returned = function(*filled(arguments, inner))
+            type_ = f"{{{', '.join(TYPES[v.kind] for v in flat(returned))}}}"
             result = "undef"
-            for i, v in enumerate(flat(found)):
+            for i, v in enumerate(flat(returned)):
                 one = f"insertvalue {type_} {result}, {TYPES[v.kind]} {v.name}, {i}"
                 result = routine.get("", one).name
             routine.do(f"ret {type_} {result}")
             place = f"@{name}.{len(self._shared)}"
             self._define(f"internal {type_} {place}({', '.join(map(_typed, inner))})")
-            self._shared[key], self.routine = (type_, place, form(found)), caller
+            self._shared[key], self.routine = (type_, place, form(returned)), caller
         type_, place, result_form = self._shared[key]
         result = caller.get("", f"call {type_} {place}({', '.join(map(_typed, given))})").name
         return filled(result_form, [caller.get(v.kind, f"extractvalue {type_} {result}, {i}")

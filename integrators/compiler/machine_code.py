@@ -1,4 +1,4 @@
-"""Machine code of a generated text: written by LLVM, kept in the cache, called through ctypes."""
+"""Machine code of a generated text: written by LLVM, stored in the cache, called through ctypes."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ _CALL = """
 def call_{name}(given, out):
     for i in range({length}):
         out[i] = np.nan  # what stays where a matrix is singular
-    found = {name}({given})
+    result = {name}({given})
     for i in range({length}):
-        out[i] = found[i]
+        out[i] = result[i]
 """
 
 

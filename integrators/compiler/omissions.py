@@ -78,7 +78,7 @@ def _at(system: System, point: dict[Any, Any], digits: int) -> list[Any]:
 def _costly(entries: Iterable[Any], variables: Any, constants: set[Any]) -> list[Any]:
     """Largest subexpressions that are functions or roots of `variables` and constants alone."""
     wanted = set(variables)
-    found: list[Any] = []
+    terms: list[Any] = []
     visited: set[Any] = set()
 
     def visit(e: Any) -> None:
@@ -87,12 +87,12 @@ def _costly(entries: Iterable[Any], variables: Any, constants: set[Any]) -> list
         visited.add(e)
         costly = e.is_Function or (e.is_Pow and not (e.exp.is_Integer and e.exp > 0))
         if costly and e.free_symbols <= wanted | constants:
-            if e not in found:
-                found.append(e)
+            if e not in terms:
+                terms.append(e)
             return
         for a in e.args:
             visit(a)
 
     for entry in entries:
         visit(entry)
-    return found
+    return terms

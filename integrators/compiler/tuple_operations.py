@@ -55,7 +55,6 @@ def save(a, at, v):
         a[at + i] = p
 
 
-@node
 def eliminate(a, m):
     """Gaussian elimination with row exchanges, on the m rows (entries, right side) of `a`.
 
