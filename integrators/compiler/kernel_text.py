@@ -9,7 +9,7 @@ alone (sin x, 1/r³) that the next step needs again: they are computed once, at 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sized
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -99,7 +99,7 @@ class KernelText:
         kernels += [self._solver(), self._update()]
         values = [self.coefficients.hoist(a) for a, _ in self.carried]
         kernels.append(self._function("carry", {"x": system.x, "c": self._c}, [values]))
-        numbered = {s: _symbol(f"q{i}") for i, s in enumerate(system.q)}
+        numbered = dict(zip(system.q, _symbols("q", system.q), strict=True))
         c = [e.xreplace(numbered) for e in self.coefficients.values]
         prepare = function_text(f"prepare{self.suffix}", {"q": numbered.values()}, [c])
         shared = [
@@ -131,8 +131,8 @@ class KernelText:
         rounding does not turn a rotation into a slow spiral: h²/4 rounded apart from h lets |Γ|²
         drift linearly (Lagrange top, 10⁶ steps: 2e-12; in ξ: 1e-14).
         """
-        return {u: _symbol(f"xi{i}") for i, u in enumerate(self.system.u)
-                if u in self.system.scaled}  # fmt: skip
+        xi = zip(self.system.u, _symbols("xi", self.system.u), strict=True)
+        return {u: letter for u, letter in xi if u in self.system.scaled}
 
     def _hoist(self, e: Any) -> Any:
         return self.coefficients.hoist(e.xreplace({u: xi / self.h for u, xi in self._xi.items()}))
@@ -154,7 +154,7 @@ class KernelText:
 
     @cached_property
     def _k(self) -> list[Any]:
-        return [_symbol(f"k{i}") for i in range(len(self.carried))]
+        return _symbols("k", self.carried)
 
     def _with_k(self, entries: Any) -> list[Any]:
         at_x = {a: k for (a, _), k in zip(self.carried, self._k, strict=True)}
@@ -238,9 +238,8 @@ class KernelText:
         the longest path it costs nothing.
         """
         system = self.system
-        d = [_symbol(f"d_{i}") for i in range(len(system.x))]
+        d, new_k = _symbols("d_", system.x), _symbols("n", self.carried)
         at_end = [b for _, b in self.carried]
-        new_k = [_symbol(f"n{i}") for i in range(len(at_end))]
         before = [*self._define_xi, (d, [self._hoist(e) for e in system.increment])]
         uses = [*system.gain, *system.increment]
         inner = self._written(needed(system.definitions, uses, known=system.y))
@@ -250,8 +249,7 @@ class KernelText:
         before += [*inner, (new_k, [self.coefficients.hoist(b) for b in at_end])]
         swap = dict(zip(at_end, new_k, strict=True))
         dmu = self._with_k([e.xreplace(swap) for e in system.gain])
-        ex, emu = ([_symbol(f"{name}_{i}") for i in range(len(v))]
-                   for name, v in (("ex", system.x), ("emu", system.u)))  # fmt: skip
+        ex, emu = _symbols("ex_", system.x), _symbols("emu_", system.u)
         grown = [[a - e for a, e in zip(column, lost, strict=True)]
                  for column, lost in ((d, ex), (dmu, emu))]  # fmt: skip
         arguments = {"x": system.x, "w": system.w, "mu": system.mu, "k": self._k, "ex": ex,
@@ -259,8 +257,8 @@ class KernelText:
         return self._function("update", arguments, [*grown, new_k], before)
 
 
-def _symbol(name: str) -> Any:
-    return sympy.Symbol(name, real=True)
+def _symbols(letter: str, column: Sized) -> list[Any]:
+    return [sympy.Symbol(f"{letter}{i}", real=True) for i in range(len(column))]
 
 
 def _operations(text: str) -> int:

@@ -42,8 +42,7 @@ class Scope:
     def __init__(self, module: Any, node: ast.FunctionDef, often: set[str]) -> None:
         self.routine, self.node, self.often = module.routine, node, often
         self.names = dict(module.names)
-        self.places: dict[str, Any] = {}  # of names that are assigned in several places
-        self.result: Any = None
+        self.places: dict[str, Any] = {}  # of what is assigned in several places, and of "return"
         self.ends: list[str] = []  # of the loops around
 
     def call(self, arguments: Sequence[Any]) -> Any:
@@ -53,7 +52,7 @@ class Scope:
         self.exit = self.routine.name("exit")
         self._run(self.node.body)
         self.routine.begin(self.exit)
-        return None if self.result is None else loaded(self.result)
+        return loaded(self.places["return"]) if "return" in self.places else None
 
     def value(self, node: ast.expr) -> Any:
         """What Python makes of an expression."""
@@ -93,22 +92,20 @@ class Scope:
 
     def _bind(self, name: str, numbers: Any) -> None:
         """A name that is assigned in one place is its value; another is a variable."""
-        if name not in self.often:
+        if name in self.often:
+            self._put(name, numbers)
+        else:
             self.names[name] = numbers
-            return
-        if name not in self.places:
-            self.places[name] = self._place(numbers)
-        store(numbers, self.places[name])
 
-    def _place(self, numbers: Any) -> Any:
-        """Variables for a number or a tuple of them."""
-        return mapped(lambda v: self.routine.memory(register(v).kind), numbers)
+    def _put(self, name: str, numbers: Any) -> None:
+        """Assign a number or a tuple of them to variables."""
+        if name not in self.places:
+            self.places[name] = mapped(lambda v: self.routine.memory(register(v).kind), numbers)
+        mapped(lambda v, place: place.__setitem__(0, v), numbers, self.places[name])
 
     def _return(self, numbers: Any) -> None:
         if numbers is not None:
-            if self.result is None:
-                self.result = self._place(numbers)
-            store(numbers, self.result)
+            self._put("return", numbers)
         self.routine.jump(f"label %{self.exit}")
 
     def _if(self, node: ast.If) -> None:
@@ -154,17 +151,17 @@ class Scope:
 
     def _count(self, node: ast.For, start: Any, stop: Any, step: int = 1) -> None:
         """A loop over whole numbers in steps of a constant."""
-        place = self._place(start)
-        store(start, place)
+        turns = f"turns of the loop in line {node.lineno}"
+        self._put(turns, start)
 
         def turn() -> None:
-            at = loaded(place)
+            at = loaded(self.places[turns])
             self._assign(node.target, at)
             self._run(node.body)
-            store(at + step, place)
+            self._put(turns, at + step)
 
         word = "lt" if step > 0 else "gt"
-        self._loop(lambda: self.routine.binary(word, loaded(place), stop), turn)
+        self._loop(lambda: self.routine.binary(word, loaded(self.places[turns]), stop), turn)
 
 
 class _Language(ast.NodeTransformer):
@@ -205,11 +202,6 @@ class _Language(ast.NodeTransformer):
 def loaded(place: Any) -> Any:
     """The numbers in variables."""
     return mapped(lambda one: one[0], place)
-
-
-def store(numbers: Any, place: Any) -> None:
-    """Put numbers into variables."""
-    mapped(lambda value, one: one.__setitem__(0, value), numbers, place)
 
 
 def _call(name: str, *arguments: ast.expr) -> ast.Call:
