@@ -22,6 +22,7 @@ ARITHMETIC = {"add": ("fadd", "add"), "sub": ("fsub", "sub"), "mul": ("fmul", "m
 COMPARISONS = {"lt": ("fcmp olt", "icmp slt"), "le": ("fcmp ole", "icmp sle"),
                "gt": ("fcmp ogt", "icmp sgt"), "ge": ("fcmp oge", "icmp sge"),
                "eq": ("fcmp oeq", "icmp eq"), "ne": ("fcmp une", "icmp ne")}  # fmt: skip
+OPERATORS = ARITHMETIC | COMPARISONS
 
 
 @dataclass(eq=False)
@@ -95,7 +96,7 @@ class Routine:
 
     def binary(self, operator: str, left: Any, right: Any) -> Value:
         """Arithmetic or a comparison of two numbers: of floats if one of them is."""
-        of_floats, of_whole = (ARITHMETIC | COMPARISONS)[operator]
+        of_floats, of_whole = OPERATORS[operator]
         left, right = register(left), register(right)
         kind = "i" if of_whole and left.kind == right.kind == "i" else "f"
         word = of_whole if kind == "i" else of_floats
@@ -144,7 +145,7 @@ def _give_operators(name: str) -> None:
         setattr(Value, f"__r{name}__", lambda self, other: self.routine.binary(name, other, self))
 
 
-for _name in (*ARITHMETIC, *COMPARISONS):
+for _name in OPERATORS:
     _give_operators(_name)
 
 
