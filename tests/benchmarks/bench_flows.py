@@ -114,7 +114,7 @@ def bench_correction_on_se3(benchmark, compiled, retraction):
     scene = scenes.get("kirchhoff").with_retraction(retraction)
     flow = Scheme(scene, midpoint).flow(h)
     run = flow.trajectory(1)
-    text = f"{kernel_text(flow._system)}\n{CORRECTIONS}"
+    text = f"{kernel_text(flow.system)}\n{CORRECTIONS}"
     names = names_of(text, flow.numbers)
     shapes = {"out": Array("f"), "mu": Array("f"), "w": Array("f"), "c": Array("f")}
     text = text.replace("def advance(", "def whole(").replace("def corrections(", "def advance(")
