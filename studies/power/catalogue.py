@@ -94,7 +94,7 @@ SOLVER = {
         "mu, emu = accumulate(mu, dmu)",
         "mu, emu = accumulate(accumulate(mu, dmu)[0], dmu)",
     ),
-    "the velocity of the step before": ("update(x, w, mu,", "update(x, memo[1], mu,"),
+    "the velocity of the step before": ("system.update(x, w, mu,", "system.update(x, memo[1], mu,"),
 }
 
 
@@ -109,8 +109,8 @@ def solvers() -> Iterator[Fault]:
         dim = 1 if scene == "pendulum" else 3
         mixed = {"stale stages": ("w", "memo[1]"), "a stale velocity": ("memo[1]", "w")}
         for words, (u, stages) in mixed.items():
-            stale = f"update(x, {u}[:{dim}] + {stages}[{dim}:], mu,"
-            yield Fault(scene, rule, "solver", _text("update(x, w, mu,", stale), words=words)
+            stale = f"system.update(x, {u}[:{dim}] + {stages}[{dim}:], mu,"
+            yield Fault(scene, rule, "solver", _text("system.update(x, w, mu,", stale), words=words)
 
 
 def _coefficient(change: Any) -> Any:
