@@ -81,6 +81,11 @@ class StepFailure(DiscmechError, RuntimeError):
             f"{fix}, or look at the trajectory kept on this exception."
         )
 
+    @property
+    def mend(self) -> str:
+        """The earlier name of `fix`."""
+        return self.fix
+
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self._arguments  # to pickle it between processes
 

@@ -67,7 +67,9 @@ def interpreted(text: str, numbers: Any) -> Kernels:
 @lru_cache(maxsize=512)
 def kernel_text(system: System, omit: frozenset[str] = frozenset()) -> str:
     """The text of a system's kernels and driver, derived if the cache does not hold it."""
-    path = f"{_file_name(system)}_{text_key(system, *sorted(omit))}.py"
+    # what is left out may depend on the constants' values (`omissions`)
+    constants = [str(value(60)) for value in system.constants.values()]
+    path = f"{_file_name(system)}_{text_key(system, *sorted(omit), *constants)}.py"
     return cached_text(path, lambda: module_text(system, omit))
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import ctypes
+import hashlib
 from collections.abc import Callable, Mapping
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -75,14 +77,23 @@ def compiled(
     if tables:
         for table, function in _tables(text, nodes, tables).items():
             llvm.add_symbol(table, function.address)
-    if not path.exists():
+    code = _stored(path)
+    if code is None:
         module = Module(text, names, tables)
         module.export("advance", arrays)
-        write_atomically(path, _object(module.text()))
+        code = _object(module.text())
+        write_atomically(path, hashlib.sha256(code).digest() + code)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
-    engine.add_object_file(llvm.ObjectFileRef.from_data(path.read_bytes()))
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     return _callable(engine, [a.arg for a in nodes["advance"].args.args], arrays)
+
+
+def _stored(path: Path) -> bytes | None:
+    """The machine code of a file behind its digest; None if there is none, or it is damaged."""
+    content = path.read_bytes() if path.exists() else b""
+    code = content[hashlib.sha256().digest_size :]
+    return code if code and content.startswith(hashlib.sha256(code).digest()) else None
 
 
 def _object(text: str) -> bytes:

@@ -13,9 +13,9 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, line_of
 from ..groupoids import check_axioms
-from ..numbers import sympy, written_out
+from ..numbers import first_violation, sympy, written_out
 from ..rules import Composition, Discretisation, own
 from ..scene import OnGroup, Scene
 from .chain_rule import Block
@@ -23,7 +23,13 @@ from .checks import check_letters, check_regular, check_start
 from .discrete_lagrangian import DiscreteLagrangian
 from .legendre_maps import LegendreMaps
 from .on_group import Element
-from .rule_view import GroupoidForRule, LagrangianForRule
+from .rule_view import (
+    GroupoidForRule,
+    LagrangianForRule,
+    WrittenGroupoid,
+    WrittenLagrangian,
+    written,
+)
 from .symbols import SceneSymbols
 
 
@@ -67,8 +73,7 @@ class DiscreteEquations:
         else:
             s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
             L, G = LagrangianForRule(s), GroupoidForRule(groupoid, s)
-            arguments = [L, G, s.x, s.u, s.h, *([s.stage_columns] if rule.stages else [])]
-            of.give(s.call(rule.formula, f"rule {rule.name}", *arguments), L, G)
+            of.give(self._value_of_rule(L, G), L, G)
             self.gave_velocities = G.gave_velocities
         self.at_points = LegendreMaps(of, self.element)
         #: the points b(x, u; θh) of the straight step that L_d holds
@@ -80,6 +85,27 @@ class DiscreteEquations:
         check_regular(self.at_points, self.w, scene, rule)
         #: the one that was derived: this one, or the one that `Scheme.at` was asked of
         self.origin = self
+
+    def _value_of_rule(self, L: LagrangianForRule, G: GroupoidForRule) -> Any:
+        """What the rule gives for the answers of L and G, if it only uses them; else written out.
+
+        A rule of ours only uses them. A user's may look into them, so it is asked twice.
+        """
+        s, rule = self.s, self.rule
+        more = [s.x, s.u, s.h, *([s.stage_columns] if rule.stages else [])]
+        what = f"rule {rule.name}"
+        if not line_of(rule.formula):
+            return s.call(rule.formula, what, L, G, *more)
+        plain = [WrittenLagrangian(s), WrittenGroupoid(self.scene.groupoid, s)]
+        wanted = s.call(rule.formula, what, *plain, *more)
+        try:
+            value = s.call(rule.formula, what, L, G, *more)
+            difference = written(value) - wanted
+            if first_violation([difference], [*s.u, *s.stages, s.h]) is None:
+                return value
+        except BadInput:  # it asked for what an answer does not have, and an expression has
+            pass
+        return wanted
 
     # -- the theory's objects, written out in (x, u; h) ----------------------------------------
 

@@ -79,8 +79,12 @@ class DiscreteLagrangian:
         weighted = given.xreplace(names)
         letters = list(names.values())
         weights = jacobian([weighted], letters)
-        if weights.free_symbols - set(self.s.q):  # no weighted sum: derived as it stands
+        rest = weighted.xreplace(dict.fromkeys(letters, sympy.Integer(0)))
+        linear = weighted - rest - sum(w * e for w, e in zip(weights, letters, strict=True))
+        if weights.free_symbols - set(self.s.q) or linear.expand() != 0:
+            # no weighted sum: derived as it stands, letters bound by a Subs or an integral too
             weighted, names, weights = given.xreplace({c: c.written_out() for c in outer}), {}, []
+            weighted = weighted.doit()
         weighted = self._resolved(weighted)
         values = {}
         for weight, (call, letter) in zip(weights, names.items(), strict=True):

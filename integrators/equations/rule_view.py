@@ -1,8 +1,10 @@
 """What a rule sees of the groupoid and the Lagrangian.
 
 G.target, G.velocity and L answer with functions that know what they stand for: a rule may
-differentiate them, replace letters in them or write them out by its own hand, and it is right.
-Where they stay as they are, the scheme recognises them and derives each term once.
+differentiate them, replace letters in them or expand them. Where they stay as they are, the scheme
+recognises them and derives each term once. What else a rule may do to an expression (coefficients,
+arguments, bound letters) is right too: a user's rule is asked once more with everything written
+out (`WrittenGroupoid`, `WrittenLagrangian`), and where the two differ that one is derived.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..errors import BadInput
 from ..groupoids import Groupoid
 from ..numbers import floats_exact, sympy
 from .symbols import SceneSymbols
@@ -54,6 +57,7 @@ class GroupoidForRule:
 
     def target(self, x: Any, u: Any, h: Any) -> Any:
         """b(x, u; h), n×1; u may be any value w(u, s) of a curve in the chart."""
+        self._check((x, self.groupoid.dim_x, "x"), (u, self.groupoid.dim_u, "u"))
         h = floats_exact(h)
         if not self.groupoid.dim_x or h == 0 or not any(u):
             return x
@@ -62,6 +66,8 @@ class GroupoidForRule:
     def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
         """ξ = L(x, w; h)⁻¹ dw/dθ at the chart value w of a curve w(θ), m×1."""
         self.gave_velocities = True
+        m = self.groupoid.dim_u
+        self._check((x, self.groupoid.dim_x, "x"), (w, m, "w"), (dw, m, "dw"))
         if self.groupoid.left_is_identity or not any(w):
             return dw.applyfunc(floats_exact)
         return self._each(self.Velocity, len(dw), *x, *w, *dw, h)
@@ -77,6 +83,14 @@ class GroupoidForRule:
     def constant(self, value: Any) -> Any:
         """A letter for an exact number, given as a function digits → mpf."""
         return self.s.constant(value)
+
+    def _check(self, *given: tuple[Any, int, str]) -> None:
+        for column, length, name in given:
+            if len(column) != length:
+                raise BadInput(
+                    f"the rule asks {self.groupoid.name} with {len(column)} entries for {name}, "
+                    f"but {length} are needed."
+                )
 
     @staticmethod
     def _each(kind: Any, length: int, *arguments: Any) -> Any:
@@ -104,6 +118,37 @@ class LagrangianForRule:
         """The fast part of the potential at x."""
         _ = self.s.fast_at(self.s.x)  # raises where the scene names none
         return self.Fast(*x)
+
+
+class WrittenGroupoid(GroupoidForRule):
+    """The groupoid with its answers written out."""
+
+    def target(self, x: Any, u: Any, h: Any) -> Any:
+        """b(x, u; h), n×1, as expressions."""
+        answer = super().target(x, u, h)
+        return answer.applyfunc(written)
+
+    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
+        """L(x, w; h)⁻¹ dw/dθ, m×1, as expressions."""
+        return super().velocity(x, w, dw, h).applyfunc(written)
+
+
+class WrittenLagrangian(LagrangianForRule):
+    """The Lagrangian as the scene's expression."""
+
+    def __call__(self, x: Any, u: Any) -> Any:
+        return self.s.lagrangian_at(x, u)
+
+    def fast(self, x: Any) -> Any:
+        """The fast part of the potential at x."""
+        return self.s.fast_at(x)
+
+
+def written(e: Any) -> Any:
+    """The expression with every answer in it replaced by what it stands for."""
+    while answers := [a for a in e.atoms(sympy.Function) if hasattr(a, "written_out")]:
+        e = e.xreplace({a: a.written_out() for a in answers})
+    return e
 
 
 def _column(entries: Any) -> Any:

@@ -13,7 +13,7 @@ from ..numbers import flatten, floats_exact, sympy
 from ..scene import OnGroup, Scene
 
 #: names that coordinates, coefficients and intermediate results have
-_TAKEN = re.compile(r"h|mu|(x|u|v|w|y|d|s|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
+_TAKEN = re.compile(r"h|(x|u|v|w|y|d|s|r|g|B|iB|c_of_g|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
 
 
 class SceneSymbols:

@@ -88,6 +88,7 @@ class CurveTerm:
         self.results: list[Any] = []
         self.letters: dict[Any, int] = {}  # the letter of each result, with its number
         self._known: dict[Any, Any] = {}
+        self._function: Function | None = None
         self._slopes: dict[tuple[Any, str], list[Any]] = {}
         z, along = point, 0 * self.W
         if point is None:
@@ -171,9 +172,12 @@ class CurveTerm:
 
     @property
     def function(self) -> Function:
-        """The function of (W, D) with all results so far."""
-        definitions = tuple(self.chain.definitions())
-        return Function(self.name, (*self.W, *self.D), definitions, tuple(self.results))
+        """The function of (W, D) with all results so far: one object for all nodes."""
+        if self._function is None or len(self._function.results) < len(self.results):
+            definitions = tuple(self.chain.definitions())
+            results = tuple(self.results)
+            self._function = Function(self.name, (*self.W, *self.D), definitions, results)
+        return self._function
 
 
 class Node:

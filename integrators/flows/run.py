@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from ..bisections import EdgePolicy, StepContext
-from ..compiler import Run
+from ..compiler import CORRECTIONS, FARTHEST, LAST_SIZE, MOST, Run
 from ..groupoids import margin_of
 from .failures import failure_of_run
 from .initial_state import Start
@@ -116,12 +116,12 @@ def _rows(context: StepContext, run: Run, count: int) -> Trajectory:
         u=public(run.us[:count]),
         mu=public(run.mus[:count]),
         iterations=run.counts[:count],
-        newton_mean=float(totals[0]) / (run.index + 1),
-        newton_max=int(totals[1]),
-        newton_residual=float(totals[2]),
+        newton_mean=float(totals[CORRECTIONS]) / (run.index + 1),
+        newton_max=int(totals[MOST]),
+        newton_residual=float(totals[LAST_SIZE]),
         steps=run.index,
         step=context.step,
-        margin=margin_of(totals[3]),
+        margin=margin_of(totals[FARTHEST]),
         translates=run.translates[:count],
         edges=run.changes,
     )

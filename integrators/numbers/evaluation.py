@@ -13,6 +13,7 @@ from functools import reduce
 from operator import add, mul
 from typing import Any
 
+from ..errors import BadInput
 from .arithmetic import FUNCTIONS, arithmetic
 from .definitions import Definition
 from .lazy import sympy
@@ -60,6 +61,8 @@ def _values(
         return known[e]
 
     def computed(e: Expression) -> Number:
+        if not isinstance(e, sympy.Expr):
+            raise BadInput(f"the condition {e} cannot be put into a kernel; write it without one.")
         if not e.args:  # never ask a sum whether it is real: sympy would evaluate its tables
             return numbers.imaginary_unit if e.is_real is False else numbers.number(e)
         parts = [value_of(a) for a in e.args]

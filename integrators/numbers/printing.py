@@ -179,7 +179,7 @@ def _printer() -> Any:
                 )
             return f"{FUNCTIONS.get(called, called)}({', '.join(map(self._print, e.args))})"
 
-        _print_Abs = _print_exp = _print_log = _print_Function
+        _print_Abs = _print_exp = _print_log = _print_Piecewise = _print_Function
 
     return Printer({"fully_qualified_modules": False})
 

@@ -4,7 +4,7 @@ import pytest
 import sympy
 from sympy import Rational
 
-from discmech.integrators import Scheme, discretisation, rules, scenes
+from discmech.integrators import BadInput, Scheme, discretisation, rules, scenes
 from discmech.integrators.numbers import first_violation
 from tests.objects import SCENES
 
@@ -41,6 +41,104 @@ def test_derivatives_through_terms_are_those_of_what_is_written_out(scene, rule,
             if len(column) and len(variable):
                 through = of.written_out(maps.total(column, variable))
                 assert first_violation(through - written.jacobian(variable), small) is None
+
+
+# -- an oracle: the rule asked with the groupoid's own maps, differentiated as it stands -----------
+
+
+class Asked:
+    """The groupoid without letters: its maps in expressions, for the oracle."""
+
+    def __init__(self, of):
+        self.groupoid, self.constant = of.scene.groupoid, of.s.constant
+
+    def __getattr__(self, name):
+        return getattr(self.groupoid, name)
+
+
+class Lagrangian:
+    def __init__(self, of):
+        self.parameters, self.value = of.s.parameters, of.s.lagrangian_at
+
+    def __call__(self, x, u):
+        return self.value(x, u)
+
+
+def legendre_by_hand(of, formula):
+    """F⁻ and F⁺ as the invariant fields applied to the rule's own value."""
+    s, g = of.s, of.scene.groupoid
+    value = sympy.Matrix([formula(Lagrangian(of), Asked(of), s.x, s.u, s.h)])
+    by_u = value.jacobian(s.u).T
+    by_x = value.jacobian(s.x).T if len(s.x) else sympy.zeros(0, 1)
+    rho, L, R = g.rho(s.x, s.h), g.L(s.x, s.u, s.h), g.R(s.x, s.u, s.h)
+    return R.T * by_u - rho.T * by_x, L.T * by_u
+
+
+def of_an_end(L, G, x, u, h):
+    """A target of a target: from the end half a step back."""
+    y = G.target(x, u, h)
+    return h * (L(G.target(y, u, -h / 2), u) + L(x, u)) / 2
+
+
+def weighted_by_x(L, G, x, u, h):
+    return h * L(G.target(x, u, h / 2), u) * (1 + h**2 * u[0] ** 2)
+
+
+def bound(L, G, x, u, h):
+    """A letter bound by a Subs: the Lagrangian at another velocity."""
+    return h * L(x, u) + h * sympy.Subs(L(x, u), u[0], u[0] + h)
+
+
+def coefficients(L, G, x, u, h):
+    return h * L(x, u) + h**3 * L(x, u).expand().coeff(u[0], 2) * u[0] ** 2
+
+
+def looked_into(L, G, x, u, h):
+    """What sympy reads off an expression's form: an answer has another form than what it is."""
+    value = L(x, u)
+    terms = sympy.Add.make_args(value)
+    return h * value + h**3 * (len(terms) * u[0] ** 2 + value.coeff(u[0], 2) * u[-1] ** 2)
+
+
+def permuted(L, G, x, u, h):
+    """L at a point whose first component is a component of the target, the others moved."""
+    z = G.target(x, u, h / 2)
+    return h * L(z + h * sympy.Matrix([int(i > 0) for i in range(len(z))]), u)
+
+
+HANDS = (of_an_end, weighted_by_x, bound, coefficients, looked_into, permuted)
+
+
+@pytest.mark.parametrize("scene", ["moving-mass", "affine-on-line", "framed-plane", "rigid-body"])
+@pytest.mark.parametrize("hand", HANDS, ids=lambda f: f.__name__)
+def test_legendre_maps_of_odd_rules_are_the_fields_of_what_they_compute(scene, hand):
+    if scene == "rigid-body" and hand is permuted:
+        pytest.skip("a group has no point to move")
+    of = Scheme(SCENES[scene], discretisation(name="hand")(hand))
+    for maps, wanted in zip(
+        (of.legendre_minus, of.legendre_plus), legendre_by_hand(of, hand), strict=True
+    ):
+        assert first_violation(maps - wanted.doit(), [*of.u, of.h]) is None
+
+
+@pytest.mark.parametrize("scene", ["kepler", "rigid-body", "affine-on-line"])
+def test_nodes_of_a_curve_share_one_function(scene):
+    """A term is derived once: three nodes are three calls."""
+    system = Scheme(SCENES[scene], rules.get("gauss-3")).flow("0.01", 30).system
+    calls = [d.function for d in system.definitions if d.function is not None]
+    assert len(calls) == 3 and len(set(calls)) == 1
+
+
+def test_an_answer_of_another_length_is_refused():
+    @discretisation()
+    def longer(L, G, x, u, h):
+        return h * L(G.target(x.col_join(u[:1, :]), u[1:, :], h), u)
+
+    with pytest.raises(BadInput, match=r"test_terms.py, line .* entries for x"):
+        Scheme(SCENES["moving-mass"], longer)
+
+
+# -- by hand --------------------------------------------------------------------------------------
 
 
 def plain(rule):
