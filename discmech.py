@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 __path__ = [
     str(Path(__file__).resolve().parent)
-]  # in a checkout this file lies beside its packages
+]  # in a checkout this file and its packages lie in one folder
 
 if TYPE_CHECKING:
     from discmech.integrators import (

@@ -42,7 +42,7 @@ CAUSES = {
 #: statuses that another chart or a shorter step may get past
 CURABLE = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)
 MOST_HALVINGS = 20  # to a millionth of the step: what needs less fails at any size
-SPREAD = 24  # elements between those of the cover: a few to each of at most 16 translates
+SPREAD = 24  # elements between the cover's: a few to each of at most 16 translates
 
 
 class EdgePolicy:

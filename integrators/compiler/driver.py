@@ -61,7 +61,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
 
 
 def composed_step(z, guard, state, coefficients, kinds, substeps):
-    """Substeps one after another; where one is not solved, the step is as if it were not begun."""
+    """Substeps one after another; where one is not solved, x and μ stay as they were."""
     start, counted, size, status, first = z, 0, EPS, OK, (EPS,) * LAYOUT.solved
     for j in range(substeps):
         if not MIXED or kinds[j] == 0:

@@ -22,7 +22,7 @@ SAVINGS = {
 def is_affine(system: System) -> bool:
     """Whether the rows, of derivative `slope`, are affine in w, so that one correction solves them.
 
-    Decided by comparing the slope at two random w of the same x, h and parameters.
+    Decided by comparing the slope at two random w, with x, h and parameters unchanged.
     """
     letters = {*system.w, *(z for d in system.definitions for z in d.letters)}
     if not set().union(*(e.free_symbols for e in system.slope)) & letters:

@@ -1,7 +1,7 @@
 """One step of a method as plain data: what the compiler is given.
 
 Rows E(x, w; q) in w = (u, s) are solved against (μ, 0); then (x, μ) grows by (increment, gain).
-Everything is an expression in the letters x, w, y, q and in those of `definitions`; nothing here
+Everything is an expression in x, w, y, q and the letters of `definitions`; nothing here
 knows a scheme, a groupoid or a rule.
 """
 
@@ -18,7 +18,7 @@ from ..numbers import Definition, Letters
 class System:
     """The equations of one step (paper, sections 2.4 and 3.5, on the dual algebroid).
 
-    q: h first, then parameters, then the numbers of the rule, then those of a translate.
+    q: h first, then parameters, the numbers of the rule, and the entries of a translate.
     rows: E/h, as many as w; solved against (μ, 0). slope: ∂(E/h)/∂w, square. y: the letters of the
     target where an expression needs it. increment: y − x, n. gain: (F⁺ − F⁻)/h, m.
     scaled: those u that the chart depends on; kernels write them as ξ = hu.

@@ -36,7 +36,7 @@ from .symbols import SceneSymbols
 class DiscreteEquations:
     """What is derived from a scene and a rule, symbolic and exact.
 
-    Attributes: x, u (columns n×1, m×1), y, v (those of the next step), h, and `s` with the
+    Attributes: x, u (columns n×1, m×1), y, v (x and u of the next step), h, and `s` with the
     parameters' symbols. Raises `BadInput` if the groupoid violates its axioms, the rule or the
     Lagrangian cannot be evaluated, or L_d is degenerate (FL singular everywhere).
     """
@@ -153,7 +153,7 @@ class DiscreteEquations:
     def residual(self) -> Any:
         """F⁺(x, u) − F⁻(b(x, u), v), m×1 in (x, u, v, h): λ of the paper's section 3.5.
 
-        With stages also in s and r, those of this step and the next.
+        With stages also in s and r, the stages of this step and of the next.
         """
         s = self.s
         end = self.written_out(self.at_points.target)

@@ -26,7 +26,7 @@ class LegendreMaps:
 
     def __init__(self, of: DiscreteLagrangian, element: Element | None = None) -> None:
         self.of, self.element, self.s, self.groupoid = of, element, of.s, of.groupoid
-        #: (a map written out, the same in letters of gradients, whose derivatives are known)
+        #: (a map written out, that map in letters of gradients, whose derivatives are known)
         self._forms: list[tuple[Any, Any]] = []
 
     @cached_property

@@ -5,7 +5,7 @@ bisection only say how g is written in u. For a translate B of the group
 
     g = τ(hu) B,     e→_γ g = h e_γ g,     e←_γ g = h g e_γ
 
-so F⁻ and F⁺ hold g alone, and the equations are the same whichever translate is in use. B and
+so F⁻ and F⁺ hold g alone, and no translate changes the equations. B and
 B⁻¹ are parameters of the kernel: another translate changes numbers, never code.
 """
 

@@ -1,8 +1,8 @@
 """Terms: the Lagrangian at a point and a velocity, derived once and placed wherever a rule asks.
 
 A term is a scalar function of letters of its own (a point X and a velocity V) with its gradient
-and Hessian. On the straight step a rule places it at (b(x, u; θh), u): the derivatives there are
-those of the term with other letters. At a node of a curve w(θ) in the chart it is
+and Hessian. On the straight step a rule places it at (b(x, u; θh), u): its derivatives there are
+the term's derivatives with other letters. At a node of a curve w(θ) in the chart it is
 
     Λ(x, W, D) = l(b(x, W; 1), L(x, W)⁻¹ D),   W = hw(θ), D = dw/dθ,
 
@@ -199,7 +199,7 @@ class Node:
         return self._own(self.term.value)
 
     def _own(self, column: Any) -> Any:
-        """What is written in letters of the term, in those of this node."""
+        """Replace the term's letters in a column by this node's."""
         for theirs in sorted(column.free_symbols & set(self.term.letters), key=str):
             if theirs not in self._swap:
                 number = self.term.letters[theirs]
