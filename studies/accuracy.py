@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.equations.continuous import energy
+from discmech.integrators.equations import energy
 from discmech.integrators.errors import CannotMeasure
 
 from .contestants import Problem, States

@@ -15,13 +15,8 @@ import numpy as np
 
 from discmech.integrators import Bisection, EvolutionOperator, Scheme, StepFailure
 from discmech.integrators import rules as discretisations
-from discmech.integrators.flows.flow import Flow, Trajectory
-from discmech.integrators.geometry.transitions import (
-    defects,
-    regularity,
-    residual,
-    singular_sign,
-)
+from discmech.integrators.flows import Flow, Trajectory
+from discmech.integrators.geometry import defects, regularity, residual, singular_sign
 from discmech.integrators.scene import OnGroup, Scene
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent

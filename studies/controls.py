@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.equations.continuous import state_function, vector_field
-from discmech.integrators.equations.discrete_equations import DiscreteEquations
-from discmech.integrators.flows.flow import Flow
-from discmech.integrators.geometry.local_geometry import relative_defect
-from discmech.integrators.numbers.arithmetic import arithmetic
+from discmech.integrators.equations import DiscreteEquations, state_function, vector_field
+from discmech.integrators.flows import Flow
+from discmech.integrators.geometry import relative_defect
+from discmech.integrators.numbers import arithmetic
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import BadInput, Scheme, retractions
-from discmech.integrators.flows.flow import Flow
-from discmech.integrators.numbers.arithmetic import arithmetic
+from discmech.integrators.flows import Flow
+from discmech.integrators.numbers import arithmetic
 
 from .case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation

@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme
-from discmech.integrators.flows.flow import Flow
-from discmech.integrators.geometry.local_geometry import text_of
-from discmech.integrators.numbers.arithmetic import arithmetic
-from discmech.integrators.numbers.numeric import numeric_function
+from discmech.integrators.flows import Flow
+from discmech.integrators.geometry import text_of
+from discmech.integrators.numbers import arithmetic, numeric_function
 from discmech.integrators.rules.quadrature import rule as quadrature
 
 DIGITS, NODES = 50, 12

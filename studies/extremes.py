@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import BadInput, Scheme, StepFailure
-from discmech.integrators.equations.continuous import energy
+from discmech.integrators.equations import energy
 from discmech.integrators.scene import Scene
 
 from .case import Case, Choice, Progress, Verdict, silent

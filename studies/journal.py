@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators.compiler import cache_folder
-from discmech.integrators.numbers.exact import flatten
+from discmech.integrators.numbers import flatten
 
 from .case import Case, Choice
 from .lookup import stamp

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from discmech.integrators import BadInput, Discretisation, Scene, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.rules.composition import METHODS, Composition, compose
+from discmech.integrators.rules import METHODS, Composition, compose
 
 from .userfile import UserFile, load, loaded
 

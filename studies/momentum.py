@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme
-from discmech.integrators.flows.flow import Flow
+from discmech.integrators.flows import Flow
 from discmech.integrators.scene import Conserved, Scene
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure
-from discmech.integrators.equations.continuous import energy
+from discmech.integrators.equations import energy
 
 from .runs import relative_drifts, with_terms
 from .stiff import Family

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from discmech.integrators import StepFailure
-from discmech.integrators.rules.composition import Composition
+from discmech.integrators.rules import Composition
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, silent
 from .fitting import BENT, asymptotic_window

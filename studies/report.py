@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import Scheme
-from discmech.integrators.equations.symbols import SceneSymbols
-from discmech.integrators.numbers.exact import flatten
+from discmech.integrators.equations import SceneSymbols
+from discmech.integrators.numbers import flatten
 from discmech.integrators.scene import Scene
 
 from . import NAMES, get
@@ -75,7 +75,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
     Exact: terms are only collected in powers of h and factored. F⁺ and F⁻ are divided by h.
     """
     from discmech.integrators.compiler import is_affine
-    from discmech.integrators.equations.system import step_system
+    from discmech.integrators.equations import step_system
 
     from .rendering.formulas import Typesetter, ascending
 

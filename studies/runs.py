@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure
-from discmech.integrators.equations.continuous import energy, state_function
-from discmech.integrators.equations.discrete_equations import DiscreteEquations
-from discmech.integrators.flows.flow import Flow, Trajectory
-from discmech.integrators.numbers.arithmetic import Double, arithmetic
+from discmech.integrators.equations import DiscreteEquations, energy, state_function
+from discmech.integrators.flows import Flow, Trajectory
+from discmech.integrators.numbers import Double, arithmetic
 
 from .case import Case, Progress
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from discmech.integrators.compiler import SAVINGS, kernel_text
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.flows.flow import Flow
-from discmech.integrators.groupoids.lie_group import LieGroup
-from discmech.integrators.rules.composition import Composition
+from discmech.integrators.flows import Flow
+from discmech.integrators.groupoids import LieGroup
+from discmech.integrators.rules import Composition
 
 from .case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
 from .racing import race

@@ -17,8 +17,8 @@ from .options import RULE_HELP, count, digits_in
 from .output import progress_shown, write
 
 if TYPE_CHECKING:
-    from discmech.integrators.equations.discrete_equations import DiscreteEquations
-    from discmech.integrators.flows.flow import Trajectory
+    from discmech.integrators.equations import DiscreteEquations
+    from discmech.integrators.flows import Trajectory
 
 RESOLVED = 0.1  # energy error, of the energy's terms, beyond which a run shows another motion
 
@@ -50,7 +50,7 @@ def add_to(commands: Any) -> None:
 def run_scene(options: argparse.Namespace) -> int:
     """Exit code 0; a step that fails is raised once its part of the run is written."""
     from discmech.integrators import Scheme
-    from discmech.integrators.numbers.exact import exact_rational
+    from discmech.integrators.numbers import exact_rational
 
     scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
     if options.retraction:

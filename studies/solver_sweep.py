@@ -12,12 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.flows.flow import Flow, Trajectory
-from discmech.integrators.flows.initial_state import Start
-from discmech.integrators.flows.newton_step import arrow_from, step_along
-from discmech.integrators.flows.run import first_u
-from discmech.integrators.geometry.transitions import poisson_defect, pullback_defect
-from discmech.integrators.numbers.newton import newton
+from discmech.integrators.flows import Flow, Start, Trajectory, arrow_from, first_u, step_along
+from discmech.integrators.geometry import poisson_defect, pullback_defect
+from discmech.integrators.numbers import newton
 
 from .case import Case
 from .diagnosis import named

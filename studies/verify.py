@@ -94,7 +94,7 @@ def verify(
 
 def about_scheme(scheme: Scheme) -> dict[str, Any]:
     """{"scene", "rule", "retraction", "self_adjoint"}; None where stages are not found."""
-    from discmech.integrators.geometry.local_geometry import StagesNotFound
+    from discmech.integrators.geometry import StagesNotFound
 
     try:
         self_adjoint: bool | None = scheme.self_adjoint

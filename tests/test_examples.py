@@ -11,7 +11,7 @@ import sympy
 from sympy import Rational
 
 from discmech.integrators import BadInput, Scheme, midpoint, scenes
-from discmech.integrators.numbers.evaluation import evaluate_matrix
+from discmech.integrators.numbers import evaluate_matrix
 from discmech.integrators.retractions import Retraction
 
 FOLDER = Path(__file__).resolve().parent.parent / "examples"

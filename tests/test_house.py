@@ -241,7 +241,7 @@ def test_everything_public_has_a_docstring(name):
 
 
 def test_twins_are_twins():
-    from discmech.integrators.numbers.arithmetic import Double, Multiple
+    from discmech.integrators.numbers import Double, Multiple
 
     def members(kind):
         return {n for n in vars(kind) if not n.startswith("_")}

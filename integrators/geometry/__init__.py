@@ -1,10 +1,26 @@
 """First-order geometry of a step: TΨ, the prolongation, defects, transitions between arrows."""
 
 from .adjoint import is_self_adjoint
-from .local_geometry import LocalGeometry, StagesNotFound, frobenius, slopes
-from .transitions import Arrow, poisson_defect, pullback_defect
+from .local_geometry import (
+    LocalGeometry,
+    StagesNotFound,
+    frobenius,
+    relative_defect,
+    slopes,
+    text_of,
+)
+from .transitions import (
+    Arrow,
+    defects,
+    poisson_defect,
+    pullback_defect,
+    regularity,
+    residual,
+    singular_sign,
+)
 
 __all__ = [
-    "Arrow", "LocalGeometry", "StagesNotFound", "frobenius", "is_self_adjoint",
-    "poisson_defect", "pullback_defect", "slopes",
+    "Arrow", "LocalGeometry", "StagesNotFound", "defects", "frobenius", "is_self_adjoint",
+    "poisson_defect", "pullback_defect", "regularity", "relative_defect", "residual",
+    "singular_sign", "slopes", "text_of",
 ]  # fmt: skip

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from discmech.integrators import BadInput
-from discmech.integrators.equations.symbols import SceneSymbols
+from discmech.integrators.equations import SceneSymbols
 from discmech.integrators.scene import Scene
 
 from ..contestants import Contestant, Problem

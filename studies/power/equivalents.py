@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from discmech.integrators import Scheme
-from discmech.integrators.numbers.identities import first_violation
+from discmech.integrators.numbers import first_violation
 
 from .faults import Fault
 from .sites import IN_RULE, faulty_scheme, sound_scheme

@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any
 
 from discmech.integrators import scenes
-from discmech.integrators.numbers.identities import first_violation
+from discmech.integrators.numbers import first_violation
 from discmech.integrators.scene import Scene
 
 from .operators import OPERATORS, Operator

@@ -13,7 +13,7 @@ from typing import Any
 
 from discmech.integrators import Scheme
 from discmech.integrators.compiler import SINGULAR, Kernels, interpreted, kernel_text
-from discmech.integrators.flows.flow import Flow
+from discmech.integrators.flows import Flow
 
 Edit = Callable[[str], str]
 Form = tuple[str, Callable[[Any], Any]]

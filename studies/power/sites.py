@@ -23,9 +23,8 @@ from typing import Any
 
 from discmech.integrators import BadInput, Scheme
 from discmech.integrators import rules as discretisations
-from discmech.integrators.numbers.identities import first_violation
-from discmech.integrators.rules import Discretisation
-from discmech.integrators.rules.composition import Composition
+from discmech.integrators.numbers import first_violation
+from discmech.integrators.rules import Composition, Discretisation
 from discmech.integrators.scene import Scene
 
 from ..case import Case

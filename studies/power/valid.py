@@ -13,8 +13,7 @@ from fractions import Fraction
 from typing import Any
 
 from discmech.integrators import Scheme
-from discmech.integrators.rules import Discretisation, midpoint, trapezoidal
-from discmech.integrators.rules.composition import Composition, Method
+from discmech.integrators.rules import Composition, Discretisation, Method, midpoint, trapezoidal
 from discmech.integrators.scene import Scene
 
 from ..case import Case, scheme_of

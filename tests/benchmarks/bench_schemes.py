@@ -23,7 +23,7 @@ from discmech.integrators import (
     trapezoidal,
 )
 from discmech.integrators.compiler import compile, kernel_text
-from discmech.integrators.equations.system import step_system
+from discmech.integrators.equations import step_system
 
 
 def free_body(algebra):
@@ -44,7 +44,7 @@ RULES = [midpoint, trapezoidal]
 
 def measure(scene, rule):
     """(seconds to derive the equations and write the kernels, seconds to compile them)."""
-    from discmech.integrators.numbers.arithmetic import arithmetic
+    from discmech.integrators.numbers import arithmetic
 
     Scheme(scenes.get("harmonic"), rectangle).flow("0.1").trajectory(1)  # imports do not count
     begun = time.perf_counter()

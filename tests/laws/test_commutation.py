@@ -31,7 +31,7 @@ from discmech.integrators import (
     trapezoidal,
 )
 from discmech.integrators.compiler.kernel_text import KernelText
-from discmech.integrators.equations.system import step_system
+from discmech.integrators.equations import step_system
 from tests.objects import OWN_SCENES
 
 RULES = [rectangle, midpoint, trapezoidal]

@@ -115,8 +115,7 @@ def test_a_flipped_bracket_is_caught(digits, limit, tolerance):
 @both_precisions
 def test_a_wrong_map_is_caught(scene, digits, limit, tolerance):
     """A tangent that is off by one part in 10⁶ (10²⁰) fails the pullback of Ω and of Π."""
-    from discmech.integrators.geometry.local_geometry import relative_defect
-    from discmech.integrators.geometry.transitions import pullback_defect
+    from discmech.integrators.geometry import pullback_defect, relative_defect
 
     f = flow(scene, "midpoint", SCENES[scene].step, digits)
     off = 1e-6 if digits == 16 else mpmath.mpf(10) ** -20

@@ -12,7 +12,7 @@ import sympy
 from sympy import Matrix, Rational, Symbol, eye, zeros
 
 from discmech.integrators.groupoids.axioms import axioms
-from discmech.integrators.numbers.evaluation import evaluate
+from discmech.integrators.numbers import evaluate
 from tests.objects import ARROWS, GROUPOIDS, LARGE, STEPS, arrows
 
 everywhere = pytest.mark.parametrize("stratum", ARROWS)

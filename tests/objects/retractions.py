@@ -6,7 +6,7 @@ import numpy as np
 from sympy import Matrix, Rational, eye
 
 from discmech.integrators import BadInput, cayley, exponential
-from discmech.integrators.numbers.evaluation import evaluate_matrix
+from discmech.integrators.numbers import evaluate_matrix
 
 RETRACTIONS = {r.name: r for r in (cayley, exponential)}
 #: those with τ(−ξ) = τ(ξ)⁻¹ and τ(Ad_g ξ) = g τ(ξ) g⁻¹

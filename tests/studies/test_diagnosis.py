@@ -26,8 +26,7 @@ from discmech.integrators import (
     rules as discretisations,
 )
 from discmech.integrators.compiler import interpreted, kernel_text
-from discmech.integrators.flows.flow import Flow
-from discmech.integrators.flows.initial_state import Start
+from discmech.integrators.flows import Flow, Start
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
 from discmech.studies.case import Case

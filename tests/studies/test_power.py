@@ -9,7 +9,7 @@ import pytest
 import sympy
 
 from discmech.integrators.compiler.kernel_text import driver_text
-from discmech.integrators.numbers.identities import first_violation
+from discmech.integrators.numbers import first_violation
 from discmech.studies.case import Choice
 from discmech.studies.command import main
 from discmech.studies.journal import Journal

@@ -22,7 +22,7 @@ from discmech.integrators import (
     rules as discretisations,
 )
 from discmech.integrators.algebras import se, sl, so, sp, su
-from discmech.integrators.rules.composition import compose
+from discmech.integrators.rules import compose
 
 MOSER_VESELOV = scenes.get("moser-veselov")
 

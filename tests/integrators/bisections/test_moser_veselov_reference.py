@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from discmech.integrators import Scheme, rectangle, scenes
-from discmech.integrators.geometry.transitions import regularity
+from discmech.integrators.geometry import regularity
 from discmech.reference.moser_veselov import step
 
 MASS = ("1.75", "1.25", "0.75")

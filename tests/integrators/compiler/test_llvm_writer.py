@@ -9,8 +9,7 @@ import pytest
 
 from discmech.integrators.compiler.llvm_values import Array
 from discmech.integrators.compiler.machine_code import compiled
-from discmech.integrators.numbers import run_text
-from discmech.integrators.numbers.arithmetic import Double
+from discmech.integrators.numbers import Double, run_text
 
 ARRAYS = {"a": Array("f"), "table": Array("f", columns=3), "whole": Array("i")}
 

@@ -12,7 +12,7 @@ import pytest
 import discmech.integrators as integrators
 from discmech.integrators import Scene, Scheme, StepFailure, compiler, midpoint, pair, trapezoidal
 from discmech.integrators.compiler import cache
-from discmech.integrators.equations.system import step_system
+from discmech.integrators.equations import step_system
 from tests.objects import ALIKE, ALWAYS, SCENES, SCHEMES, flow, named, scheme
 
 ROOT = Path(integrators.__file__).parents[1]

@@ -92,7 +92,7 @@ def test_shrunk_steps_are_those_of_the_smaller_step():
 
 @pytest.mark.slow
 def test_a_heavy_top_turns_by_any_angle_a_step():
-    from discmech.integrators.geometry.transitions import defects, residual
+    from discmech.integrators.geometry import defects, residual
 
     flow = Scheme(example("heavy_top_on_group").scene, rectangle).flow(1, on_edge="bisect")
     translates = set()

@@ -23,7 +23,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.algebras import se, sl, sp, su
 from discmech.integrators.bisections.translates import GroupChart
-from discmech.integrators.geometry.transitions import defects, residual
+from discmech.integrators.geometry import defects, residual
 from discmech.integrators.scene import on_group
 
 

@@ -27,8 +27,8 @@ from discmech.integrators import (
     trapezoidal,
 )
 from discmech.integrators.bisections.translates import GroupChart
-from discmech.integrators.flows.run import first_u
-from discmech.integrators.groupoids.chart_margin import chart_extents, chart_reach
+from discmech.integrators.flows import first_u
+from discmech.integrators.groupoids import chart_extents, chart_reach
 from discmech.integrators.rules import get as rule
 from tests.objects import ALGEBRAS, GROUPOIDS, LARGE
 

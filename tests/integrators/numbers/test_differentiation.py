@@ -5,10 +5,8 @@ import sympy
 from sympy import cos, exp, sin, sqrt, symbols
 
 from discmech.integrators import scenes
-from discmech.integrators.equations.symbols import SceneSymbols
-from discmech.integrators.numbers.differentiation import jacobian
-from discmech.integrators.numbers.identities import first_violation
-from discmech.integrators.numbers.multi_output import as_one_number
+from discmech.integrators.equations import SceneSymbols
+from discmech.integrators.numbers import as_one_number, first_violation, jacobian
 
 x, y, z, a = symbols("x y z a", real=True, positive=True)
 EXPRESSIONS = [

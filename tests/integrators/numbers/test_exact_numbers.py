@@ -11,7 +11,7 @@ import sympy
 from sympy import Rational
 
 from discmech.integrators import BadInput, Scene, Scheme, pair, trapezoidal
-from discmech.integrators.numbers.exact import exact, exact_nested, exact_vector, flatten
+from discmech.integrators.numbers import exact, exact_nested, exact_vector, flatten
 
 TENTH = Fraction(3602879701896397, 2**55)  # the double nearest to 0.1
 

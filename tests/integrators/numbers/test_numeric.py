@@ -9,6 +9,7 @@ from sympy import Abs, I, Matrix, Rational, Symbol, pi, sqrt
 from discmech.integrators import BadInput, exponential, se, so, su
 from discmech.integrators.numbers import (
     arithmetic,
+    as_one_number,
     evaluate,
     evaluate_matrix,
     newton,
@@ -17,7 +18,6 @@ from discmech.integrators.numbers import (
     numeric_text,
     random_point,
 )
-from discmech.integrators.numbers.multi_output import as_one_number
 from discmech.integrators.retractions.stumpff import stumpff
 
 X = sympy.symbols("x_0:3", real=True)

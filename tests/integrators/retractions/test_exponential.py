@@ -15,7 +15,7 @@ from discmech.integrators import (
     so,
     su,
 )
-from discmech.integrators.numbers.evaluation import evaluate_matrix
+from discmech.integrators.numbers import evaluate_matrix
 from discmech.integrators.retractions.ad_spectrum import turnings
 from discmech.integrators.retractions.matrix_functions import (
     DEXP,

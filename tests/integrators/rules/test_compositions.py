@@ -10,9 +10,8 @@ import pytest
 
 from discmech.integrators import BadInput, Scheme, StepFailure, compiler, midpoint, rectangle
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.numbers.exact import exact_rational
-from discmech.integrators.rules import get, names
-from discmech.integrators.rules.composition import METHODS, Composition, Substep, adjoint, compose
+from discmech.integrators.numbers import exact_rational
+from discmech.integrators.rules import METHODS, Composition, Substep, adjoint, compose, get, names
 from tests.objects import SCENES
 from tests.objects import scheme as plain_scheme
 

@@ -21,7 +21,7 @@ from discmech.integrators import (
     rules as discretisations,
 )
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.numbers.identities import first_violation
+from discmech.integrators.numbers import first_violation
 from discmech.studies.case import Choice
 
 

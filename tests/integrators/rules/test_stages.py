@@ -13,10 +13,8 @@ import sympy
 from sympy import Float, Matrix, Rational
 
 from discmech.integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
-from discmech.integrators.numbers.numeric import run_text
-from discmech.integrators.numbers.printing import Call, function_text
-from discmech.integrators.rules import get
-from discmech.integrators.rules.galerkin import gauss, lobatto
+from discmech.integrators.numbers import Call, function_text, run_text
+from discmech.integrators.rules import gauss, get, lobatto
 from tests.objects import SCENES
 
 #: one rule a scene in the fast suite, each rule on some; all of them in the slow one
