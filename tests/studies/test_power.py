@@ -38,7 +38,7 @@ CAUGHT = {
     "pendulum midpoint: rule, double #0": "order 50",
     "pendulum trapezoidal: fraction, half #0": "order 50",
     "pendulum midpoint: groupoid.target, times h #0": "refused",
-    "kepler midpoint: rule, index #0": "refused",  # |z|, whose kernel would need a sign
+    "kepler midpoint: rule, index #0": "order 50",
     "pendulum midpoint: equation.plus_at_points, sign #0": "symplecticity 50",
     "pendulum midpoint: equation.gain_at_points, factor 1.01 #0": "symplecticity 16",
     "pendulum midpoint: solver, Newton stops at the root of round-off": "symplecticity 50",
