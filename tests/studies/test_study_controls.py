@@ -318,9 +318,16 @@ def test_a_rule_that_breaks_a_symmetry_loses_its_momentum():
 # -- energy ---------------------------------------------------------------------------------------
 
 
+def wandering(t):
+    """The mean goes from one side of the band to the other, and both of its edges stand."""
+    return 1e-3 * (1 - 2 * np.abs(np.sin(3 * t)) ** (0.3 + 3 * t / t[-1]))
+
+
 @pytest.mark.parametrize(
     ("series", "verdict"),
     [
+        (wandering, "pass"),
+        (lambda t: wandering(t) + 1e-5 * t, "fail"),
         (lambda t: 1e-3 * np.sin(3 * t), "pass"),
         (lambda t: 1e-3 * np.sin(3 * t) ** 2, "pass"),  # off centre, but steady
         (lambda t: 1e-6 * t, "fail"),
