@@ -65,6 +65,10 @@ def _fitted(key: str, interval: str) -> Callable[[Case], str]:
     return text
 
 
+def _edge_slopes(case: Case) -> str:
+    return ", ".join(map(scientific, mapping(case, "measured").get("edge_slopes") or ())) or NONE
+
+
 def _points(case: Case) -> str:
     """Points of the fit, and why others were left out."""
     used = mapping(case, "measured").get("points")
@@ -151,7 +155,11 @@ _MEASURED: dict[str, list[Column]] = {
         ("Residual", _measured("residual")),
     ],
     "momentum": [("Worst drift", _drifts), ("Random walk", _walk)],
-    "energy": [("Band", _measured("band")), ("Slope", _fitted("slope", "slope_interval"))],
+    "energy": [
+        ("Band", _measured("band")),
+        ("Slope", _fitted("slope", "slope_interval")),
+        ("Slopes of the edges", _edge_slopes),
+    ],
     "savings": [
         ("Saving not made", lambda case: _variants(case, "variant", str)),
         ("Operations a step", lambda case: _variants(case, "operations", "{:.1f}".format)),

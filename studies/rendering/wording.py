@@ -215,7 +215,9 @@ def _wanted_stability(expected: dict[str, Any]) -> str:
 
 def _wanted_slope(expected: dict[str, Any]) -> str:
     limit = expected.get("slope_limit")
-    return _pairs(expected) if number(limit) is None else f"|slope| ≤ {scientific(limit)}"
+    return (
+        _pairs(expected) if number(limit) is None else f"slope or both edges ≤ {scientific(limit)}"
+    )
 
 
 def got(study: str, case: Mapping[str, Any]) -> str:
@@ -294,7 +296,8 @@ def _share(value: Any) -> str:
 
 def _got_energy(measured: dict[str, Any]) -> str:
     slope = plus_minus(measured.get("slope"), measured.get("slope_interval"))
-    return f"band {scientific(measured.get('band'))}, slope {slope}"
+    edges = ", ".join(map(scientific, measured.get("edge_slopes") or ())) or NONE
+    return f"band {scientific(measured.get('band'))}, slope {slope}, of the edges {edges}"
 
 
 def _pairs(values: Mapping[str, Any]) -> str:

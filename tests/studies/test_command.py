@@ -272,7 +272,7 @@ def test_each_study_as_a_table_and_as_json(capsys, tmp_path, study):
             "order": {"order", "interval", "points"},
             "symplecticity": {"pullback", "poisson", "residual"},
             "momentum": {"drift"},
-            "energy": {"band", "slope", "slope_interval"},
+            "energy": {"band", "slope", "slope_interval", "edge_slopes"},
             "extremes": {"fine", "coarse"},
             "savings": {"times"},
             "charts": {
