@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from copy import deepcopy
+from functools import cache, partial
 from typing import Any
+
+import pytest
 
 from discmech.integrators import Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
-from discmech.studies import get
-from discmech.studies.case import Case
+from discmech.studies import NAMES, get
+from discmech.studies.case import Case, Progress
 from discmech.studies.running import run_case
 from tests.objects import EXPENSIVE, TURN
 
@@ -24,6 +29,18 @@ PAIRWISE = [
     *((s, TURN[s]) for s in scenes.names() if s in TURN and s not in EXPENSIVE),
     ("fpu", "imex"),
 ]
+#: (scene, steps): the smallest case of each study that says something
+SMALL = {
+    "order": ("pendulum", 100),
+    "symplecticity": ("heavy-top", 24),
+    "momentum": ("lagrange-top", 500),
+    "energy": ("kepler", 2000),
+    "work-precision": ("pendulum", 50),
+    "stability": ("harmonic", 50),
+    "charts": ("moser-veselov", 12),
+    "extremes": ("charged-particle", 50),
+    "savings": ("pendulum", 50),
+}
 
 
 def case(
@@ -48,3 +65,22 @@ def case(
 def result(study: str, *arguments: Any, **more: Any) -> dict[str, Any]:
     """One case measured and judged; arguments as those of `case`."""
     return run_case(get(study), case(study, *arguments, **more))
+
+
+@contextmanager
+def measured_once() -> Iterator[None]:
+    """Within it each case is measured once in a process, whoever asks for it by its command."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in NAMES:
+            patch.setattr(get(name), "measure", partial(_remembered, get(name).measure))
+        yield
+
+
+def _remembered(measure: Callable[..., Any], case: Case, progress: Progress) -> Any:
+    key = case.study, case.label, case.command
+    if key not in _MEASURED:
+        _MEASURED[key] = measure(case, progress)
+    return deepcopy(_MEASURED[key])
+
+
+_MEASURED: dict[tuple[str, ...], Any] = {}

@@ -1,10 +1,13 @@
-"""What the tests of the studies share: no trace is left in the user's cache."""
+"""What the tests of the studies share: the command, and no trace in the user's cache."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
+from discmech.studies.command import main
 
 
 @pytest.fixture(autouse=True)
@@ -13,3 +16,18 @@ def own_journal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "cache"
     folder.mkdir()
     monkeypatch.setattr("discmech.studies.journal.cache_folder", lambda: folder)
+
+
+@pytest.fixture
+def ask(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str, str]]:
+    """(exit code, standard output, standard error) of the command, argparse's errors included."""
+
+    def asked(*words: str) -> tuple[int, str, str]:
+        try:
+            code = main(list(words))
+        except SystemExit as stop:
+            code = stop.code
+        shown = capsys.readouterr()
+        return code, shown.out, shown.err
+
+    return asked

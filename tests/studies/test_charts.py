@@ -12,6 +12,7 @@ from discmech.studies import charts, get
 from discmech.studies.case import Choice
 from discmech.studies.rendering.figures import plates
 from discmech.studies.running import run_case
+from tests.studies.cached_results import SMALL, measured_once
 
 
 def the_case(**more):
@@ -21,7 +22,8 @@ def the_case(**more):
 
 @pytest.fixture(scope="module")
 def found():
-    return run_case(get("charts"), the_case(steps=12))
+    with measured_once():
+        return run_case(get("charts"), the_case(digits=(16,), steps=SMALL["charts"][1]))
 
 
 def test_every_start_goes_through_and_all_translates_are_used(found):

@@ -17,7 +17,7 @@ from discmech.studies.command import _parser
 from discmech.studies.options import choice_of
 from discmech.studies.rendering.tables import plain
 from tests.objects import named
-from tests.studies.cached_results import BUILT_IN, PAIRWISE, result
+from tests.studies.cached_results import BUILT_IN, PAIRWISE, SMALL, measured_once, result
 
 with_quantities = [
     (s, r) for s, r in BUILT_IN if any(q.to_roundoff for q in scenes.get(s).symmetries)
@@ -208,49 +208,36 @@ def test_implicit_midpoint_keeps_the_quadratic_energy_exactly():
 # -- results --------------------------------------------------------------------------------------
 
 
-def test_results_are_the_same_when_measured_again():
-    apart = {"work-precision", "savings", "charts"}  # which take times, or need another scene
-    for study in set(NAMES) - apart:
-        first, second = (
-            check(study, ["lagrange-top"], ["midpoint"], [16], steps=100)["cases"] for _ in range(2)
-        )
-        for case in (*first, *second):
-            del case["seconds"]
-        assert first == second
+@pytest.mark.parametrize("study", [
+    pytest.param(name, marks=pytest.mark.slow if name == "charts" else ())
+    for name in NAMES if name not in ("work-precision", "savings")  # which take times
+])  # fmt: skip
+def test_results_are_the_same_when_measured_again(study):
+    scene, steps = SMALL[study]
+    with measured_once():
+        (first,) = check(study, [scene], ["midpoint"], [16], steps)["cases"]
+    (second,) = check(study, [scene], ["midpoint"], [16], steps)["cases"]
+    assert {**first, "seconds": 0} == {**second, "seconds": 0}
 
 
-def test_what_check_returns_is_what_the_design_says():
-    for study in NAMES:
-        name = {
-            "stability": "harmonic",
-            "extremes": "charged-particle",
-            "work-precision": "pendulum",
-            "savings": "pendulum",
-            "charts": "moser-veselov",
-        }.get(study, "heavy-top")
-        found = check(study, [name], ["trapezoidal"], [16], steps=2 if study == "charts" else 16)
-        if study == "work-precision":  # its peers have cases of their own
-            found["cases"] = found["cases"][:1]
-        assert (found["study"], found["schema"]) == (study, 1)
-        assert found["verdict"] in VERDICTS
-        named = {
-            "python",
-            "numpy",
-            "mpmath",
-            "mpmath_backend",
-            "blas",
-            "machine",
-            "commit",
-            "clean",
-        }
-        assert named | {"date", "settings"} <= set(found["record"])
-        (case,) = found["cases"]
-        rule = "own" if study == "charts" else "trapezoidal"  # its L_d is given
-        assert (case["scene"], case["rule"], case["digits"]) == (name, rule, 16)
-        on_group = name in ("heavy-top", "moser-veselov")
-        assert case["retraction"] == ("cayley" if on_group else None)
-        assert set(case) >= {"verdict", "reason", "expected", "measured", "rows", "seconds"}
-        json.dumps(plain(found), allow_nan=False)
+RECORDED = {"python", "numpy", "mpmath", "mpmath_backend", "blas", "machine", "commit", "clean",
+            "date", "settings"}  # fmt: skip
+
+
+@pytest.mark.parametrize("study", NAMES)
+def test_what_check_returns_is_what_the_design_says(study):
+    scene, steps = SMALL[study]
+    with measured_once():
+        found = check(study, [scene], ["midpoint"], [16], steps)
+    assert (found["study"], found["schema"]) == (study, 1)
+    assert found["verdict"] in VERDICTS and set(found["record"]) >= RECORDED
+    case, *peers = found["cases"]
+    assert bool(peers) is (study == "work-precision")
+    rule = "own" if study == "charts" else "midpoint"  # its L_d is given
+    assert (case["scene"], case["rule"], case["digits"]) == (scene, rule, 16)
+    assert case["retraction"] == scenes.get(scene).groupoid.retraction
+    assert set(case) >= {"verdict", "reason", "expected", "measured", "rows", "seconds"}
+    json.dumps(plain(found), allow_nan=False)
 
 
 @pytest.mark.parametrize(

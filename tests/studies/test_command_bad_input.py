@@ -1,0 +1,123 @@
+"""What the command says to bad input: one sentence, exit code 2, and nothing half-written."""
+
+from __future__ import annotations
+
+import pytest
+
+from discmech.studies import get
+
+# -- bad input ------------------------------------------------------------------------------------
+
+BAD = [
+    ("run pendulm", 'there is no scene "pendulm": did you mean pendulum?'),
+    ("order heavytop", "did you mean heavy-top?"),
+    ("order nothing-like-it", "there are harmonic, pendulum, double-pendulum"),
+    ("run pendulum --rule midpont", 'there is no rule "midpont": did you mean midpoint?'),
+    ("energy pendulum --rule verlet", "there are rectangle, midpoint, trapezoidal"),
+    ("run pendulum --retraction caylee", 'there is no retraction "caylee": did you mean cayley?'),
+    ("order pendulum --retraction exp", 'there is no retraction "exp"'),
+    ("symplecticity --control Huen", 'there is no control "Huen": there are classical'),
+    ("run pendulum --step 0", "a step of 0 goes nowhere"),
+    ("run pendulum --step nan", '--step is "nan", which is no number'),
+    ("run pendulum --step inf", '--step is "inf", which is no number'),
+    ("run pendulum --step a", 'write a decimal ("0.1") or a fraction ("1/3")'),
+    ("run pendulum --step 1/0", '--step is "1/0", which is no number'),
+    ("run pendulum --step __import__('os')", "which is no number"),
+    ("run pendulum --steps 0", "--steps is '0': give a whole number from 1"),
+    ("run pendulum --steps -3", "--steps is '-3'"),
+    ("run pendulum --steps 1.5", "--steps is '1.5'"),
+    ("run pendulum --steps abc", "--steps is 'abc'"),
+    ("run pendulum --every 0", "--every is '0'"),
+    ("run pendulum --digits 5", "--digits is 5: give 16 (double precision) up to 10000"),
+    ("run pendulum --digits many", "--digits is 'many'"),
+    ("order pendulum --steps 0", "--steps is '0'"),
+    ("order pendulum --steps abc", "--steps is 'abc'"),
+    ("order pendulum --digits 15", "--digits is 15"),
+    ("momentum harmonic", "applies to none of the chosen scenes (harmonic)"),
+    ("work-precision pendulum --peer lsode", 'there is no peer "lsode": there are DOP853'),
+    ("work-precision pendulum --x hours", '--x is "hours": choose seconds, steps'),
+    ("work-precision pendulum --y speed", '--y is "speed": choose error, error-x'),
+    ("work-precision pendulum --periods -1", "--periods is '-1'"),
+    ("work-precision pendulum --periods 9999999999999", "from 1 to 1000000000000"),
+    ("work-precision pendulum --peer none --peer DOP853", "name no other beside it"),
+    ("work-precision pendulum --rule imex", "imex can be used on none of the chosen"),
+    ("work-precision pendulum --rule midpoint --peer none --y momentum", "--y momentum does not"),
+    ("stability kepler --control Heun", "controls run on harmonic and spring-pendulum"),
+    ("extremes pendulum --extreme sleeping", 'pendulum has no extreme "sleeping": it has "mass'),
+    ("extremes --extreme foo", 'there is no extreme "foo": there are "mass 1e100"'),
+    ("work-precision pendulum --budget 0", "--budget is '0': give seconds"),
+    ("work-precision pendulum --budget inf", "--budget is 'inf': give seconds"),
+    ("work-precision pendulum --digits 50", "double precision"),
+    ("extremes kepler --extreme nowhere", 'there is no extreme "nowhere": there are'),
+    ("report nowhere", 'there is no scene "nowhere"'),
+    ("report kepler --steps 0", "--steps is '0'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "message"), BAD)
+def test_bad_input_is_one_sentence_on_standard_error(ask, line, message):
+    code, out, err = ask(*line.split())
+    assert (code, out) == (2, "")
+    assert message in err and err.startswith("discmech: ")
+    assert err.count("\n") == 1 and err.rstrip()[-1] in ".?)"
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [("ordr", "choose from 'list', 'run', 'order'"), ("", "required: COMMAND"),
+     ("run", "required: scene"), ("list --jsn x", "unrecognized arguments: --jsn"),
+     ("order --steps", "expected one argument")],
+)  # fmt: skip
+def test_a_line_that_is_no_command_shows_the_usage(ask, line, message):
+    code, out, err = ask(*line.split())
+    assert (code, out) == (2, "") and "usage: discmech" in err
+    assert message.replace("'", "") in err.replace("'", "")
+
+
+@pytest.mark.parametrize("words", [["list"], ["run", "pendulum", "--steps", "2"],
+                                   ["energy", "harmonic", "--steps", "50"]])  # fmt: skip
+def test_a_file_that_cannot_be_written(ask, tmp_path, words):
+    for target in (tmp_path / "missing" / "a.json", tmp_path):
+        code, out, err = ask(*words, "--json", str(target))
+        assert (code, out) == (2, "") and "cannot be written" in err and err.count("\n") == 1
+    assert [p.name for p in tmp_path.iterdir() if p.is_file()] == []
+
+
+def test_a_failed_write_leaves_the_old_file(ask, tmp_path, monkeypatch):
+    file = tmp_path / "list.json"
+    file.write_text("old")
+
+    def fail(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", fail)
+    code, _, err = ask("list", "--json", str(file))
+    assert code == 2 and "No space left on device" in err
+    assert file.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir() if p.is_file()] == ["list.json"]
+
+
+def test_where_the_result_goes_is_looked_at_before_the_study_runs(ask, tmp_path, monkeypatch):
+    monkeypatch.setattr(get("energy"), "measure", lambda *_: pytest.fail("measured in vain"))
+    assert ask("energy", "--json", str(tmp_path / "missing" / "a.json"))[0] == 2
+    (tmp_path / "file").touch()
+    code, _, err = ask("energy", "--folder", str(tmp_path / "file"))
+    assert code == 2 and "file cannot be written" in err and err.count("\n") == 1
+
+
+def test_a_file_that_is_none_of_python_s_is_told(ask, tmp_path):
+    (tmp_path / "notes.md").write_text("# my rule")
+    for path in (tmp_path, tmp_path / "notes.md"):
+        code, _, err = ask("verify", str(path))
+        assert code == 2 and f"{path} is no Python file" in err
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["run pendulum --step 1e400 --steps 2", "run pendulum --step 1e200 --steps 2",
+     "run pendulum --step 1e400 --steps 1 --digits 20", "run pendulum --step 1e-30",
+     "run pendulum --steps 100000000000000", "run pendulum --step 1e-400 --steps 2"],
+)  # fmt: skip
+def test_numbers_beyond_the_machine_are_refused_in_words(ask, line):
+    code, _, err = ask(*line.split())
+    assert code in (1, 2) and err.startswith("discmech: ") and err.count("\n") == 1
