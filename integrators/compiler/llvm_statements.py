@@ -20,10 +20,7 @@ CONDITIONS = {"_chosen": chosen, "_combined": combined, "_negated": negated}
 
 
 def runnable(module: Any, node: ast.FunctionDef) -> Callable[..., Any]:
-    """What a function of a module's text does: Python's own function if its path is known.
-
-    Raises `NotImplementedError` for statements that `Scope` does not have.
-    """
+    """What a function of a module's text does: Python's own function if its path is known."""
     node.decorator_list = []
     _Language().generic_visit(node)
     ast.fix_missing_locations(node)
@@ -172,8 +169,7 @@ class _Language(ast.NodeTransformer):
         plain = not isinstance(node, ast.stmt) or isinstance(node, STATEMENTS)
         several = isinstance(node, ast.Assign) and len(node.targets) > 1
         loose = getattr(node, "ifs", ()) or (isinstance(node, LOOPS) and node.orelse)
-        if not plain or several or loose:
-            raise NotImplementedError(f"{ast.unparse(node)} is not of the language")
+        assert plain and not several and not loose, f"{ast.unparse(node)} is not of the language"
         return super().visit(node)
 
     def visit_AugAssign(self, node: ast.AugAssign) -> Any:

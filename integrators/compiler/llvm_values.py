@@ -14,6 +14,8 @@ from typing import Any
 
 #: LLVM's types of a float, a whole number, a truth value; the first may become a vector
 TYPES = {"f": "double", "i": "i64", "b": "i1"}
+#: bytes up to which an array is on the stack, of which a thread may have no more than 128 KiB
+ON_STACK = 2**15
 #: functions with an intrinsic of LLVM's; others are in C's library
 INTRINSICS = {"sin", "cos", "exp", "log", "sqrt", "pow", "fabs"}
 #: operator → instruction for floats, and for whole numbers (// and % of numbers from 0)
@@ -29,12 +31,14 @@ OPERATORS = ARITHMETIC | COMPARISONS
 class Routine:
     """One function of LLVM's while it is written: its lines, and its variables at the entry.
 
-    declared: the declarations of the module; fast: flags of the arithmetic that is written now.
+    declared: the declarations of the module; heap: the arrays that are not on the stack; fast:
+    flags of the arithmetic that is written now.
     """
 
     declared: dict[str, str]
     lines: list[str] = field(default_factory=list)
     entry: list[str] = field(default_factory=list)
+    heap: list[str] = field(default_factory=list)
     count: int = 0
     open: bool = True  # whether an instruction would be reached here
     fast: str = ""
@@ -70,8 +74,20 @@ class Routine:
     def memory(self, kind: str, length: int = 1, columns: int | None = None) -> Array:
         """An array at the function's entry; LLVM makes a register of a single number."""
         name = self.name("%v")
-        self.entry.append(f"  {name} = alloca {TYPES[kind]}, i64 {length}")
+        if 8 * length <= ON_STACK:
+            self.entry.append(f"  {name} = alloca {TYPES[kind]}, i64 {length}")
+        else:
+            self.declared["@malloc"] = "declare noalias ptr @malloc(i64)"
+            self.declared["@free"] = "declare void @free(ptr)"
+            self.entry.append(f"  {name} = call ptr @malloc(i64 {8 * length})")
+            self.heap.append(name)
         return Array(kind, name, columns, self)
+
+    def end(self, result: str) -> None:
+        """Give back memory, and return."""
+        for name in self.heap:
+            self.do(f"call void @free(ptr {name})")
+        self.do(f"ret {result}")
 
     def operand(self, kind: str, number: Any) -> str:
         """LLVM's type and name of a number as one of that kind."""
@@ -81,8 +97,7 @@ class Routine:
                 number = self.get("f", f"sitofp i64 {number.name} to {TYPES['f']}")
             else:
                 number = register(float(number.name))
-        if number.kind != kind:
-            raise NotImplementedError(f"{number} is no number of kind {kind}")
+        assert number.kind == kind, f"{number} is no number of kind {kind}"
         return f"{TYPES[kind]} {number.name}"
 
     def call(self, name: str, *arguments: Any) -> Value:
@@ -100,8 +115,7 @@ class Routine:
         left, right = register(left), register(right)
         kind = "i" if of_whole and left.kind == right.kind == "i" else "f"
         word = of_whole if kind == "i" else of_floats
-        if not word:
-            raise NotImplementedError(f"{operator} of floats is not of the language")
+        assert word, f"{operator} of floats is not of the language"
         compared = operator in COMPARISONS
         flags = "" if compared or kind == "i" else self.fast
         one, other = self.operand(kind, left), self.operand(kind, right)
@@ -136,7 +150,7 @@ class Value:
         return self.routine.call("pow", base, self)
 
     def __bool__(self) -> bool:
-        raise NotImplementedError("a number decides here, where only a constant can")
+        raise AssertionError("a number decides here, where only a constant can")
 
 
 def _give_operators(name: str) -> None:
@@ -188,9 +202,8 @@ def register(number: Any) -> Value:
         return Value("b", str(number).lower())
     if isinstance(number, int):
         return Value("i", str(number))
-    if isinstance(number, float):
-        return Value("f", f"0x{struct.pack('>d', number).hex()}")
-    raise NotImplementedError(f"{number!r} is no number")
+    assert isinstance(number, float), f"{number!r} is no number"
+    return Value("f", f"0x{struct.pack('>d', number).hex()}")
 
 
 # -- tuples of numbers -----------------------------------------------------------------------------

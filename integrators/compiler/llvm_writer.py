@@ -78,7 +78,7 @@ class Module:
         out = Array("i", "%.out", routine=routine)
         for i, value in enumerate(self.names[name](*given)):
             out[i] = value
-        routine.do("ret void")
+        routine.end("void")
         types = [("ptr noalias " if isinstance(v, Array) else "i64 ") + v.name
                  for v in (*given, out)]  # fmt: skip
         self._define(f"void @{name}({', '.join(types)})")
@@ -100,7 +100,7 @@ class Module:
             for i, v in enumerate(flat(returned)):
                 one = f"insertvalue {type_} {result}, {TYPES[v.kind]} {v.name}, {i}"
                 result = routine.get("", one).name
-            routine.do(f"ret {type_} {result}")
+            routine.end(f"{type_} {result}")
             place = f"@{name}.{len(self._shared)}"
             self._define(f"internal {type_} {place}({', '.join(map(_typed, inner))})")
             self._shared[key], self.routine = (type_, place, form(returned)), caller
@@ -121,8 +121,9 @@ class Module:
     def _workspace(self, rows: int, columns: int) -> Array:
         """A matrix of zeros."""
         place = self.routine.memory("f", rows * columns, columns)
-        zeros = f"[{rows * columns} x {TYPES['f']}] zeroinitializer"
-        self.routine.do(f"store {zeros}, ptr {place.name}")
+        name, size = "@llvm.memset.p0.i64", 8 * rows * columns
+        self.declared[name] = f"declare void {name}(ptr, i8, i64, i1)"
+        self.routine.do(f"call void {name}(ptr {place.name}, i8 0, i64 {size}, i1 false)")
         return place
 
 

@@ -17,7 +17,8 @@ import numpy as np
 
 from ..errors import BadInput
 from .exact import exact
-from .types import Matrix, Number, Vector
+from .lazy import sympy
+from .types import Expression, Matrix, Number, Vector
 
 #: digits computed beyond those that are asked for: a run loses fewer by cancellation
 GUARD_DIGITS = 12
@@ -28,6 +29,22 @@ FUNCTIONS = {
     "atan2": "atan2", "sinh": "sinh", "cosh": "cosh", "tanh": "tanh", "exp": "exp", "log": "log",
     "Abs": "abs",
 }  # fmt: skip
+
+
+def refused(e: Expression) -> BadInput:
+    """The error for an expression that no arithmetic has, which it names by its function."""
+    name = type(e).__name__
+    if name in ("sign", "Heaviside", "DiracDelta"):
+        return BadInput(
+            "the derivative of Abs (of Max, Min, a step) cannot be put into a kernel: write the "
+            "Lagrangian without Abs and the like (the root of a square is one too)."
+        )
+    what = f"the function {name}" if e.is_Function else f"the expression {e} ({name})"
+    if name in ("Derivative", "Subs"):  # Subs: a derivative at another point
+        function = (e if name == "Derivative" else e.args[0]).args[0]
+        what = f"the derivative of {type(function).__name__}"
+    known = ", ".join(FUNCTIONS)
+    return BadInput(f"{what} cannot be put into a kernel; there are {known}, powers and roots.")
 
 
 def _functions(library: Any, **others: str) -> dict[str, Any]:
@@ -45,7 +62,7 @@ class Double:
 
     def namespace(self) -> dict[str, Any]:
         """What generated text needs: functions, the number type R, constants."""
-        return {**_functions(math), "R": float, "PI": math.pi,
+        return {**_functions(math), "R": float, "PI": math.pi, "constant": self.constant,
                 "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999,
                 "zeros": self.zeros, "linear_solve": self.solve, "array": self.array}  # fmt: skip
 
@@ -57,13 +74,18 @@ class Double:
             return rows.reshape(*shape, *rows.shape[1:])
 
         functions = _functions(np, asin="arcsin", acos="arccos", atan="arctan", atan2="arctan2")
-        return {**functions, "R": float, "PI": math.pi, "array": array}
+        return {**functions, "R": float, "PI": math.pi, "constant": self.constant,
+                "array": array}  # fmt: skip
 
     def number(self, value: Any, what: str = "value") -> Number:
         """An exact value, float or mpf as a number of this kind."""
         if type(value) is float and math.isfinite(value):
             return value  # most are: a run should not start with fractions of them
         return float(exact(value, what))
+
+    def constant(self: Any, name: str) -> Number:
+        """A number that sympy knows by that name: GoldenRatio, EulerGamma, Catalan, …"""
+        return self.number(getattr(sympy, name))
 
     @contextmanager
     def working(self) -> Iterator[None]:
@@ -110,7 +132,8 @@ class Multiple:
     """Any number of decimal digits, with guard digits, on gmpy2's binary floating point."""
 
     dtype: Any = object
-    array, identity = Double.array, Double.identity  # they ask only for dtype and zeros
+    array, identity = Double.array, Double.identity  # they ask only for dtype, zeros, number
+    constant = Double.constant
 
     def __init__(self, digits: int) -> None:
         import gmpy2
@@ -124,7 +147,7 @@ class Multiple:
     def namespace(self) -> dict[str, Any]:
         g = self._gmpy2
         with self.working():
-            return {**_functions(g), "R": g.mpfr, "PI": g.const_pi(),
+            return {**_functions(g), "R": g.mpfr, "PI": g.const_pi(), "constant": self.constant,
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
                     "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
                     "workspace": lambda rows, columns: [[g.mpfr(0)] * columns for _ in range(rows)],

@@ -13,8 +13,7 @@ from functools import reduce
 from operator import add, mul
 from typing import Any
 
-from ..errors import BadInput
-from .arithmetic import FUNCTIONS, arithmetic
+from .arithmetic import FUNCTIONS, arithmetic, refused
 from .definitions import Definition
 from .lazy import sympy
 from .types import Expression, Number, SymbolicMatrix
@@ -61,8 +60,8 @@ def _values(
         return known[e]
 
     def computed(e: Expression) -> Number:
-        if not isinstance(e, sympy.Expr):
-            raise BadInput(f"the condition {e} cannot be put into a kernel; write it without one.")
+        if not all(isinstance(a, sympy.Expr) for a in e.args):  # a condition, say
+            raise refused(e)
         if not e.args:  # never ask a sum whether it is real: sympy would evaluate its tables
             return numbers.imaginary_unit if e.is_real is False else numbers.number(e)
         parts = [value_of(a) for a in e.args]
@@ -76,7 +75,10 @@ def _values(
             return functions[name](*parts)
         given = [a if a.is_number else sympy.Float(str(v), numbers.digits)
                  for a, v in zip(e.args, parts, strict=True)]  # fmt: skip
-        return numbers.number(e.func(*given))  # of sympy's own, such as sign
+        value = e.func(*given)  # of sympy's own, such as sign
+        if not (value.is_number and value.is_real):
+            raise refused(e)
+        return numbers.number(value)
 
     for d in definitions:
         values = [value_of(e) for e in d.values]

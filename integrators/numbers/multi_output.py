@@ -97,8 +97,9 @@ def _classes() -> tuple[Any, Any]:
             """The number itself, once the table is known."""
             return values[0][int(self.args[1])]
 
-        def _pythoncode(self, printer: Any) -> str:
-            return f"{printer._print(self.args[0])}[{self.args[1]}]"
+        def written(self, code: Callable[[Expression], str]) -> str:
+            """The text of the number, `code` giving that of a part."""
+            return f"{code(self.args[0])}[{self.args[1]}]"
 
     class Held(InArithmetic, sympy.Function):
         nargs = 1
@@ -117,8 +118,9 @@ def _classes() -> tuple[Any, Any]:
             """The number itself."""
             return values[0]
 
-        def _pythoncode(self, printer: Any) -> str:
-            return f"({printer._print(self.args[0])})"
+        def written(self, code: Callable[[Expression], str]) -> str:
+            """The text of the number, `code` giving that of a part."""
+            return f"({code(self.args[0])})"
 
     return Entry, Held
 

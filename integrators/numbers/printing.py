@@ -6,12 +6,11 @@ other constants are coefficients computed once in the arithmetic at hand.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cache
 from typing import Any
 
-from ..errors import BadInput
-from .arithmetic import FUNCTIONS
+from .arithmetic import FUNCTIONS, refused
 from .definitions import symbols_of
 from .lazy import sympy
 from .multi_output import is_table, together
@@ -36,10 +35,15 @@ class Coefficients:
         self._of_q: dict[Expression, bool] = {}
 
     def symbol(self, expression: Expression) -> Letter:
-        """The symbol that stands for a coefficient; −e is minus the symbol of e."""
+        """The symbol that stands for a coefficient; −e is minus the symbol of e.
+
+        Raises `BadInput` for complex ones.
+        """
         if expression.could_extract_minus_sign():
             return -self.symbol(-expression)
         if expression not in self._index:
+            if expression.has(sympy.I):
+                raise refused(sympy.I)
             self._index[expression] = sympy.Symbol(f"c{len(self.values)}", real=True)
             self.values.append(expression)
         return self._index[expression]
@@ -75,6 +79,8 @@ class Coefficients:
             return e.func(part if part.is_Integer else self.symbol(part), *rest)
         if isinstance(e, sympy.Pow) and isinstance(2 * e.exp, sympy.Integer):
             return sympy.Pow(self.hoist(e.base), e.exp)
+        if not all(isinstance(a, sympy.Expr) for a in e.args):  # a condition, say
+            raise refused(e)
         return e.func(*[self.hoist(a) for a in e.args])
 
 
@@ -91,12 +97,12 @@ def _primitive(factor: Expression) -> tuple[Expression, Expression]:
     return content**exponent, primitive**exponent
 
 
-class Together(list[Any]):
+class Together(list[Any], ABC):
     """Expressions whose values one statement or several define at once."""
 
+    @abstractmethod
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
         """The statements that define `names` from the texts of the expressions."""
-        raise NotImplementedError
 
 
 class Parameters(Coefficients):
@@ -127,61 +133,89 @@ def _shared(outputs: Expressions) -> tuple[list[tuple[Letter, Expression]], list
     return taken, [e.xreplace(opposite) for e in reduced]
 
 
+#: how tightly a text holds together: what does so less than is needed stands in parentheses
+_SUM, _PRODUCT, _FACTOR, _POWER, _ATOM = range(5)
+_CONSTANTS = {"pi": "PI", "E": "exp(R(1))", "I": "1j"}
+
+
 def code(expression: Expression) -> str:
-    """Python text of one expression, small powers as products."""
-    return str(_printer().doprint(expression))
+    """Python text of one expression: plain arithmetic, small powers as products.
+
+    Rationals are R(p)/q, R being the number type of the arithmetic. Raises `BadInput` for what no
+    arithmetic has.
+    """
+    return _text(expression, _SUM)
 
 
-@cache
-def _printer() -> Any:
-    from sympy.printing.precedence import precedence
-    from sympy.printing.pycode import AbstractPythonCodePrinter
+def _text(e: Expression, needed: int) -> str:
+    text, holds = _printed(e)
+    return text if holds >= needed else f"({text})"
 
-    class Printer(AbstractPythonCodePrinter):
-        """Plain arithmetic; rationals as R(p)/q, R being the number type of the arithmetic."""
 
-        def _print_Rational(self, e: Expression) -> str:
-            return f"(R({e.p})/{e.q})"
+def _printed(e: Expression) -> tuple[str, int]:
+    """The text of an expression, and how tightly it holds together."""
+    if e.is_Symbol:
+        return str(e), _ATOM
+    if e.is_Integer:
+        return str(e), _ATOM if e >= 0 else _SUM
+    if e.is_Rational:
+        return f"(R({e.p})/{e.q})", _ATOM
+    if e.is_Add:
+        return _sum(e), _SUM
+    if e.is_Mul:
+        return _product(e)
+    if e.is_Pow:
+        return _power(e.base, e.exp)
+    if e.is_Float:
+        return f"R('{e}')", _ATOM
+    if e.is_NumberSymbol or e is sympy.I:
+        return _CONSTANTS.get(str(e), f"constant('{e}')"), _ATOM
+    if hasattr(e, "written"):
+        return e.written(code), _ATOM
+    name = type(e).__name__
+    if name not in FUNCTIONS and not is_table(e):
+        raise refused(e)
+    return f"{FUNCTIONS.get(name, name)}({', '.join(map(code, e.args))})", _ATOM
 
-        def _print_Float(self, e: Expression) -> str:
-            return f"R('{e}')"
 
-        def _print_Pi(self, e: Expression) -> str:
-            return "PI"
+def _sum(e: Expression) -> str:
+    signed = []
+    for term in e.as_ordered_terms():
+        text = _text(term, _PRODUCT if term.is_Add else _SUM)
+        signed += ["-", text[1:]] if text.startswith("-") else ["+", text]
+    return signed[0].strip("+") + " ".join(signed[1:])
 
-        def _print_Exp1(self, e: Expression) -> str:
-            return "exp(R(1))"
 
-        def _print_Pow(self, e: Expression, rational: bool = False) -> str:
-            base, exponent = e.base, e.exp
-            text = self.parenthesize(base, precedence(e) + 1)
-            if not exponent.is_Rational:
-                return f"{text}**{self.parenthesize(exponent, precedence(e))}"
-            whole, rest = divmod(abs(exponent), 1)
-            if whole <= 16 and rest in (0, sympy.S.Half):  # larger ones by the library's power
-                root = [f"sqrt({self._print(base)})"] if rest else []
-                product = f"({'*'.join([text] * int(whole) + root)})"
-            else:
-                product = f"({text}**{self._print(abs(exponent))})"
-            return f"1/{product}" if exponent < 0 else product
+def _product(e: Expression) -> tuple[str, int]:
+    """Factors over factors, the sign in front."""
+    coefficient, rest = e.as_coeff_Mul()
+    factors = rest.as_ordered_factors() if rest.is_Mul else [rest]
+    if abs(coefficient) != 1:
+        factors = [abs(coefficient), *factors]
+    below = [f for f in factors if f.is_Pow and f.exp.is_Rational and f.exp.is_negative]
+    above = [f for f in factors if f not in below]
+    minus = coefficient < 0
+    texts = [_text(f, _FACTOR if minus and len(above) == 1 else _PRODUCT) for f in above]
+    text = "*".join(texts) or "1"
+    if below:
+        texts = [
+            _text(f.base, _FACTOR) if f.exp == -1 else _power(f.base, -f.exp)[0] for f in below
+        ]
+        text += f"/{texts[0]}" if len(texts) == 1 else f"/({'*'.join(texts)})"
+    return (f"-{text}", _SUM) if minus else (text, _PRODUCT)
 
-        def _print_Function(self, e: Expression) -> str:
-            called = type(e).__name__
-            if isinstance(e, (sympy.sign, sympy.DiracDelta)):
-                raise BadInput(
-                    "the derivative of Abs cannot be put into a kernel: write the Lagrangian "
-                    "without Abs (the root of a square is one too)."
-                )
-            if not is_table(e) and called not in FUNCTIONS:
-                raise BadInput(
-                    f"the function {called} cannot be put into a kernel; "
-                    f"there are {', '.join(FUNCTIONS)}, powers and roots."
-                )
-            return f"{FUNCTIONS.get(called, called)}({', '.join(map(self._print, e.args))})"
 
-        _print_Abs = _print_exp = _print_log = _print_Piecewise = _print_Function
-
-    return Printer({"fully_qualified_modules": False})
+def _power(base: Expression, exponent: Expression) -> tuple[str, int]:
+    text = _text(base, _ATOM)
+    if not exponent.is_Rational:
+        return f"{text}**{_text(exponent, _POWER)}", _POWER
+    whole, rest = divmod(abs(exponent), 1)
+    if whole <= 16 and rest in (0, sympy.S.Half):  # larger ones by the library's power
+        root = [f"sqrt({code(base)})"] if rest else []
+        product = f"({'*'.join([text] * int(whole) + root)})"
+    else:
+        product = f"({text}**{code(abs(exponent))})"
+    return (f"1/{product}", _FACTOR) if exponent < 0 else (product, _ATOM)
 
 
 class Call(Together):

@@ -29,6 +29,7 @@ from discmech.integrators.rules import get as rule_called
 from tests.objects import SCENES, flow, scheme
 
 NAN, INF = float("nan"), float("inf")
+Z = sympy.Symbol("z")
 
 
 def kinetic(x, v, p):
@@ -108,6 +109,20 @@ CASES = {
         lambda: with_lagrangian(
             lambda x, v, p: v[0] ** 2 / 2 - sympy.sqrt(x[0] ** 2)).flow(1).trajectory(1),
         "derivative of Abs .*write the Lagrangian without Abs"),
+    **{name: (lambda e=expression: with_lagrangian(
+        lambda x, v, p: v[0] ** 2 / 2 - e.subs("z", x[0])).flow(1).trajectory(1),
+        f"the {said} cannot be put into a kernel; there are sin, cos")
+       for name, expression, said in (
+           ("a jump", sympy.floor(Z), "derivative of floor"),
+           ("cases", sympy.Piecewise((Z**3, Z > 0), (0, True)), "function Piecewise"),
+           ("an unknown function", sympy.Function("f")(Z), "derivative of f"),
+           ("a complex number", sympy.I * Z, r"expression I \(ImaginaryUnit\)"),
+           ("a remainder", Z**2 + sympy.O(Z**9), r"expression O\(.*\) \(Order\)"),
+       )},
+    "the larger of two": (
+        lambda: with_lagrangian(
+            lambda x, v, p: v[0] ** 2 / 2 - sympy.Max(x[0], 0)).flow(1).trajectory(1),
+        "derivative of Abs .of Max"),
     "no velocity": (lambda: with_lagrangian(lambda x, v, p: x[0] ** 2),
                     "bad with midpoint: .*does not depend on u, so FL is singular everywhere"),
     "discrete only": (

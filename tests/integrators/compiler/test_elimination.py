@@ -1,6 +1,8 @@
 """The loop that solves large systems: one text for compiled doubles and for exact numbers."""
 
 import random
+import textwrap
+import threading
 from fractions import Fraction
 
 import numpy as np
@@ -36,3 +38,35 @@ def test_the_loop_solves(m, zeros):
     assert np.allclose(a[:, m], [float(e) for e in solution], rtol=0, atol=1e-14 * size)
     names["eliminate"](rows, m)
     assert [row[m] for row in rows] == solution
+
+
+def test_a_large_workspace_is_not_on_the_stack():
+    """192 unknowns take 296 kB; a thread may have 128 KiB of stack."""
+    m = 192
+    text = driver_text()
+    text = text[text.index("@node") :] + textwrap.dedent(f"""
+        def advance(b):
+            a = workspace({m}, {m + 1})
+            for i in range({m}):
+                a[i][i] = 2.0
+                if i > 0:
+                    a[i][i - 1] = 1.0
+                a[i][{m}] = b[i]
+            eliminate(a, {m})
+            for i in range({m}):
+                b[i] = a[i][{m}]
+            return 0, 0
+        """)
+    b = np.full(m, 3.0)
+    b[0] = 2
+    solve = compiled("test", text, run_text(text, {}), {"b": Array("f")})
+    before = threading.stack_size(2**17)
+    try:
+        threads = [threading.Thread(target=solve, args=(given,)) for given in (b, b.copy())]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        threading.stack_size(before)
+    assert np.array_equal(b, np.ones(m))

@@ -30,6 +30,7 @@ EXPRESSIONS = [
     Abs(X[0] - 2) + sympy.log(X[2]) + sympy.tanh(X[0] * X[1]),
     as_one_number(sqrt(2) * X[0]) * as_one_number(X[1] + X[2]) * X[0] - H**2,
     Rational(10**40 + 1, 10**39 + 7) * X[0] / H,
+    sympy.GoldenRatio * X[0] - sympy.EulerGamma * sympy.Catalan,
 ]
 POINTS = [random_point([*X, H], seed=seed) for seed in range(3)]
 WITH_TABLES = [stumpff(2, X[0]) * stumpff(5, X[0]), stumpff(0, -4 * X[1])]
