@@ -24,7 +24,7 @@ class MatrixAlgebra:
     what needs symbolic mathematics is derived when first asked for.
     `cover`: elements B of the group, e first, such that every g has det(e + g B⁻¹) ≠ 0 for one of
     them: their translates of the Cayley chart hold the whole group (paper, section 4.3).
-    Raises `BadInput` unless they are square matrices of numbers, all of one size.
+    Raises `BadInput` unless they are square matrices of numbers, all of one size, and e is first.
     """
 
     name: str
@@ -37,12 +37,15 @@ class MatrixAlgebra:
             object.__setattr__(self, part, given)
         if not self.basis:
             raise BadInput(f"algebra {self.name}: the basis is empty; give at least one matrix.")
-        sizes = {(len(e), len(row)) for e in self.basis for row in e or ((),)}
+        matrices = (*self.basis, *self.cover)
+        sizes = {(len(e), len(row)) for e in matrices for row in e or ((),)}
         if len(sizes) != 1 or any(rows != columns or not rows for rows, columns in sizes):
             raise BadInput(
-                f"algebra {self.name}: the basis needs square matrices of one size, "
+                f"algebra {self.name}: basis and cover need square matrices of one size, "
                 f"but the shapes {sorted(sizes)} occur."
             )
+        if self.translates[0] != _signature((1,) * self.size):
+            raise BadInput(f"algebra {self.name}: a cover begins with the identity matrix; add it.")
 
     @property
     def dim(self) -> int:
@@ -135,6 +138,8 @@ class MatrixAlgebra:
             for a in map(self.ad, one.tolist())
         ]
         over_q = sympy.polys.matrices.DomainMatrix.from_Matrix(sympy.Matrix.vstack(*rows))
+        if not (over_q.domain.is_ZZ or over_q.domain.is_QQ):
+            return [one]  # with irrational constants the roots below are not found
         kernel = over_q.convert_to(sympy.QQ).nullspace().to_Matrix()
         weights = sympy.Matrix([[(7919 * (i + 1)) % 101 for i in range(kernel.rows)]])
         commuting = (weights * kernel).reshape(self.dim, self.dim)
@@ -154,8 +159,8 @@ class MatrixAlgebra:
         """The algebra itself if its matrices are real, else with a + ib ↦ [[a, −b], [b, a]]."""
         if not self.is_complex:
             return self
-        parts = [e.as_real_imag() for e in self._matrices]
-        parts += [(sympy.Matrix(B), sympy.zeros(self.size)) for B in self.cover]
+        given = (sympy.Matrix(e).applyfunc(floats_exact) for e in (*self.basis, *self.cover))
+        parts = (e.as_real_imag() for e in given)
         real = [a.row_join(-b).col_join(b.row_join(a)).tolist() for a, b in parts]
         return MatrixAlgebra(self.name, real[: self.dim], real[self.dim :])  # type: ignore[arg-type]
 

@@ -14,15 +14,42 @@ ker Tβ. Translations act on arrows near the identities:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, wraps
 from typing import Any
 
 import numpy as np
 
 from ..errors import BadInput
 from ..groupoids import Groupoid
-from ..numbers import arithmetic, exact_rational, exact_vector, jacobian, newton, numeric
+from ..numbers import (
+    Matrix,
+    Vector,
+    arithmetic,
+    exact_rational,
+    jacobian,
+    newton,
+    numeric,
+)
+from .step_context import vector_in
+
+#: an arrow (x, u), n and m numbers
+Point = tuple[Vector, Vector]
+#: condition of β on a bisection beyond which fewer than four of a double's digits tell x from β(x)
+STEEPEST = 1e12
+
+
+def in_own_numbers(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Compute a method of x (n numbers) and others (m numbers) in the bisection's arithmetic."""
+
+    @wraps(method)
+    def wrapped(self: Any, *vectors: Any) -> Any:
+        with self.numbers.working():
+            lengths = (self.n, self.m, self.m)
+            return method(self, *map(self.vector, vectors, lengths))
+
+    return wrapped
 
 
 class Bisection:
@@ -30,7 +57,8 @@ class Bisection:
 
     x0: n numbers, u0: m numbers; `slope` is S, m×n: if left out 0, or for a `LocalGroupoid` from
     `complement_slope`. Raises `BadInput` if β is no diffeomorphism on it near x0, for other shapes,
-    what is no number, and a step of 0.
+    what is no number, and a step of 0. Its methods take numbers of any kind and compute in the
+    arithmetic's own (beyond double precision gmpy2's, to all digits).
     """
 
     def __init__(
@@ -51,32 +79,39 @@ class Bisection:
                 f"{(m, n)}; leave it out, and it is chosen."
             )
         with self.numbers.working():
-            number, array = self.numbers.number, self.numbers.array
-            self.h = number(self.step)
-            self.x0, self.u0 = (
-                array([number(e) for e in exact_vector(v, k, f"{groupoid.name}: {name}")], k)
-                for v, k, name in ((x0, n, "x0"), (u0, m, "u0"))
-            )
-            here = self.maps(self.x0, self.u0, 0 * self.u0)
-            if slope is None:
-                slope = complement_slope(here["b_x"], here["b_u"])
-            self.slope = array([number(e) for e in np.ravel(slope)], m, n)
-            # beyond 1e12 fewer than four of a double's digits tell x from β(x, σ(x))
-            if n and not np.linalg.cond(self._along(here).astype(float)) < 1e12:
+            self.h = self.numbers.number(self.step)
+            self.x0, self.u0 = self.vector(x0, n, "x0"), self.vector(u0, m, "u0")
+            chosen = slope is None
+            if not chosen:
+                self.slope = self.vector(np.ravel(slope), m * n, "slope").reshape(m, n)
+            try:
+                here = self.maps(self.x0, self.u0, 0 * self.u0)
+                if chosen:
+                    slope = complement_slope(here["b_x"], here["b_u"]).ravel()
+                    self.slope = self.vector(slope, m * n).reshape(m, n)
+                steep = np.linalg.cond(self._along(here).astype(float)) if n else 1.0
+            except (ArithmeticError, ValueError):  # the maps have no value there
+                steep = math.inf
+            if not steep < STEEPEST:
                 raise BadInput(
                     f"{groupoid.name}: β is no diffeomorphism on that section through x = {x0}; "
-                    "leave slope out, and it is chosen so that β is one."
+                    "leave slope out, and it is chosen so that β is one, or take another arrow."
                 )
 
-    def section(self, x: np.ndarray) -> np.ndarray:
+    def vector(self, values: Any, length: int, name: str = "a vector") -> Vector:
+        """`length` numbers of this arithmetic (`vector_in`)."""
+        return vector_in(self.numbers, values, length, f"{self.groupoid.name}: {name}")
+
+    @in_own_numbers
+    def section(self, x: Vector) -> Vector:
         """σ(x), m."""
         return np.asarray(self.u0 + self.slope @ (x - self.x0))
 
-    def _along(self, at: dict[str, np.ndarray], part: str = "b") -> np.ndarray:
+    def _along(self, at: dict[str, Vector], part: str = "b") -> Vector:
         """The derivative of b(x, σ(x)), n×n, or of p(x, σ(x), u), m×n, by x."""
         return np.asarray(at[f"{part}_x"] + at[f"{part}_u"] @ self.slope)
 
-    def _solved(self, change: Callable[[Any], Any], start: np.ndarray, off: str) -> np.ndarray:
+    def _solved(self, change: Callable[[Any], Any], start: Vector, off: str) -> Vector:
         """Newton's solution from a start; `off` says in the error what the point is."""
         solution = newton(change, start, 1, self.numbers.eps)
         if solution is None:
@@ -85,30 +120,34 @@ class Bisection:
             )
         return solution
 
-    def source_of(self, y: np.ndarray) -> np.ndarray:
+    @in_own_numbers
+    def source_of(self, y: Vector) -> Vector:
         """The z with b(z, σ(z)) = y, n, by Newton from x0; α∘Σ_β of the paper.
 
         Raises `BadInput` if y is too far from β(x0, u0).
         """
 
-        def change(z: np.ndarray) -> np.ndarray:
+        def change(z: Vector) -> Vector:
             at = self.maps(z, self.section(z), 0 * self.u0)
             return np.asarray(self.numbers.solve(self._along(at), y - at["target"]))
 
         point = [float(e) for e in y]
         return self._solved(change, self.x0, f"{point} is no target of an arrow of")
 
-    def left(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+    @in_own_numbers
+    def left(self, x: Any, u: Any) -> Point:
         """L_Σ(x, u) = h·(x, u) with h in Σ, β(h) = x; keeps the β-fibres."""
         z = self.source_of(x)
         return z, self.maps(z, self.section(z), u)["product"]
 
-    def right(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+    @in_own_numbers
+    def right(self, x: Any, u: Any) -> Point:
         """R_Σ(x, u) = (x, u)·h with h in Σ, α(h) = b(x, u); keeps the α-fibres."""
         y = self.maps(x, u, 0 * self.u0)["target"]
         return x, self.maps(x, u, self.section(y))["product"]
 
-    def left_tangent(self, x: Any, u: Any) -> np.ndarray:
+    @in_own_numbers
+    def left_tangent(self, x: Any, u: Any) -> Matrix:
         """T L_Σ at (x, u), (n+m)×(n+m)."""
         z = self.source_of(x)
         at = self.maps(z, self.section(z), u)
@@ -116,7 +155,8 @@ class Bisection:
         zero = self.numbers.zeros(self.n, self.m)
         return np.block([[back, zero], [self._along(at, "p") @ back, at["p_v"]]])
 
-    def right_tangent(self, x: Any, u: Any) -> np.ndarray:
+    @in_own_numbers
+    def right_tangent(self, x: Any, u: Any) -> Matrix:
         """T R_Σ at (x, u), (n+m)×(n+m)."""
         y = self.maps(x, u, 0 * self.u0)["target"]
         at = self.maps(x, u, self.section(y))
@@ -125,27 +165,30 @@ class Bisection:
         bottom = [at["p_x"] + through @ at["b_x"], at["p_u"] + through @ at["b_u"]]
         return np.block([[one, zero], bottom])
 
-    def without_left(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+    @in_own_numbers
+    def without_left(self, x: Any, u: Any) -> Point:
         """L_Σ⁻¹: the arrow that L_Σ takes to (x, u); raises `BadInput` if that is too far off."""
         sigma = self.section(x)
 
-        def change(v: np.ndarray) -> np.ndarray:
+        def change(v: Vector) -> Vector:
             at = self.maps(x, sigma, v)
             return np.asarray(self.numbers.solve(at["p_v"], u - at["product"]))
 
         near = self.maps(x, sigma, 0 * self.u0)["target"]
         return near, self._solved(change, 0 * self.u0, "the arrow is too far from")
 
-    def without_right(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+    @in_own_numbers
+    def without_right(self, x: Any, u: Any) -> Point:
         """R_Σ⁻¹: the arrow that R_Σ takes to (x, u); raises `BadInput` if that is too far off."""
 
-        def change(v: np.ndarray) -> np.ndarray:
+        def change(v: Vector) -> Vector:
             slope = self.right_tangent(x, v)[self.n :, self.n :]
             return np.asarray(self.numbers.solve(slope, u - self.right(x, v)[1]))
 
         return x, self._solved(change, 0 * self.u0, "the arrow is too far from")
 
-    def maps(self, x: Any, u: Any, v: Any) -> dict[str, np.ndarray]:
+    @in_own_numbers
+    def maps(self, x: Any, u: Any, v: Any) -> dict[str, Vector]:
         """b, p and their derivatives at (x, u), (b, v)."""
         return groupoid_maps(self.groupoid, self.numbers, self.h, x, u, v)
 

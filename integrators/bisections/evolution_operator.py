@@ -18,14 +18,12 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadInput
-from ..geometry import pullback_defect, slopes
-from ..numbers import newton
-from .bisection import Bisection, groupoid_maps
+from ..geometry import Maps, pullback_defect, slopes
+from ..numbers import Matrix, Number, Vector, newton
+from .bisection import Bisection, Point, groupoid_maps, in_own_numbers
 from .step_context import StepContext
 
-Arrow = tuple[np.ndarray, np.ndarray]
 Pair = tuple[Bisection, Bisection]
-Maps = dict[str, np.ndarray]
 
 
 def following(
@@ -97,7 +95,8 @@ class EvolutionOperator:
     context: of a flow (`flow.context`). A bisection that is left out is the identity bisection. Of
     several solutions the one near the bisection is taken, as in the theorem. Arrows are written in
     the groupoid's own chart, also where L_d is given on the group. Raises `BadInput` for bisections
-    of another groupoid, step or number of digits, `CannotMeasure` for a composition.
+    of another groupoid, step or number of digits, `CannotMeasure` for a composition. All methods
+    take numbers of any kind and return floats, beyond double precision mpmath's.
     """
 
     def __init__(
@@ -106,10 +105,20 @@ class EvolutionOperator:
         sigma: Bisection | None = None,
         upsilon: Bisection | None = None,
     ) -> None:
+        if not isinstance(context, StepContext):
+            raise BadInput(f"the context of an operator is {context!r}: give flow.context.")
         context.check_one_arrow()
         self.context, self.sigma, self.upsilon = context, sigma, upsilon
         self.numbers, self.groupoid = context.numbers, context.scene.groupoid
-        for bisection in filter(None, (sigma, upsilon)):
+        self.n, self.m, self.vector = self.groupoid.dim_x, self.groupoid.dim_u, context.vector
+        for bisection in (sigma, upsilon):
+            if bisection is None:
+                continue
+            if not isinstance(bisection, Bisection):
+                raise BadInput(
+                    f"{context.scene.name}: {bisection!r} is no bisection: give "
+                    "Bisection(groupoid, x0, u0, step)."
+                )
             fits = (bisection.step, bisection.numbers) == (context.step, context.numbers)
             if bisection.groupoid is not self.groupoid or not fits:
                 raise BadInput(
@@ -117,28 +126,30 @@ class EvolutionOperator:
                     "digits; take both through arrows of this scheme's groupoid at this step."
                 )
 
-    def evolve(self, x: Any, u: Any) -> Arrow:
+    @in_own_numbers
+    def evolve(self, x: Vector, u: Vector) -> Point:
         """Ψ: the h = (y, v) that follows g = (x, u); raises `BadInput` if Newton diverges."""
-        with self.numbers.working():
-            return self._public(self._step(*self.context.vectors(x, u))[-1])
+        return self._public(self._step(x, u)[-1])
 
-    def devolve(self, y: Any, v: Any) -> Arrow:
+    @in_own_numbers
+    def devolve(self, y: Vector, v: Vector) -> Point:
         """Ξ: the g = (x, u) that h = (y, v) follows; raises `BadInput` if Newton diverges."""
-        with self.numbers.working():
-            y, v = self.context.vectors(y, v)
-            wanted = self._after(*_moved(self.upsilon, "without_right", y, v))["minus"]
-            starts = (np.concatenate([y, w]) for w in (0 * v, v))
-            near = self._solved(preceding, self.sigma, y, wanted, starts)
-            return self._public(_moved(self.sigma, "left", near[: len(y)], near[len(y) :]))
+        wanted = self._after(*_moved(self.upsilon, "without_right", y, v))["minus"]
+        starts = (np.concatenate([y, w]) for w in (0 * v, v))
+        near = self._solved(preceding, self.sigma, y, wanted, starts)
+        return self._public(_moved(self.sigma, "left", near[: self.n], near[self.n :]))
 
     def trajectory(
         self, steps: int, x: Any, u: Any, choose: Callable[[Any, Any], Pair] | None = None
-    ) -> Arrow:
+    ) -> Point:
         """(x, u) of the arrows g, Ψ(g), …: (steps + 1)×n and (steps + 1)×m.
 
         choose(x, u): the bisections (Σ, Υ) for the step from that arrow. If left out, this
-        operator's own, or if it has neither, `bisections_at` each arrow.
+        operator's own, or if it has neither, `bisections_at` each arrow. Raises `BadInput` for a
+        number of steps below 0, and as `evolve`.
         """
+        if type(steps) is not int or steps < 0:
+            raise BadInput(f"steps is {steps!r}: give a whole number from 0.")
         if choose is None and self.sigma is None and self.upsilon is None:
             choose = self.bisections_at
         with self.numbers.working():
@@ -149,25 +160,27 @@ class EvolutionOperator:
         x, u = zip(*rows, strict=True)
         return np.array(x), np.array(u)
 
-    def bisections_at(self, x: Any, u: Any) -> Pair:
+    @in_own_numbers
+    def bisections_at(self, x: Vector, u: Vector) -> Pair:
         """Σ through (x, u), and Υ through the arrow of the same u at its target."""
-        with self.numbers.working():
-            x, u = self.context.vectors(x, u)
-            y = groupoid_maps(self.groupoid, self.numbers, self.context.h, x, u, 0 * u)["target"]
-            step, digits = self.context.step, self.numbers.digits
-            sigma, upsilon = (Bisection(self.groupoid, z, u, step, digits) for z in (x, y))
-            return sigma, upsilon
+        y = groupoid_maps(self.groupoid, self.numbers, self.context.h, x, u, 0 * u)["target"]
+        step, digits = self.context.step, self.numbers.digits
+        sigma, upsilon = (Bisection(self.groupoid, z, u, step, digits) for z in (x, y))
+        return sigma, upsilon
 
-    def residual(self, x: Any, u: Any, v: Any) -> np.ndarray:
+    @in_own_numbers
+    def residual(self, x: Vector, u: Vector, v: Vector) -> Vector:
         """The equations at g_W = (x, u), h_W = (b(x, u), v), m."""
         before = self._before(x, u)
-        return np.asarray(before["plus"] - self._after(before["target"], v)["minus"])
+        return self.numbers.public(before["plus"] - self._after(before["target"], v)["minus"])
 
-    def FL(self, y: Any, v: Any) -> np.ndarray:
+    @in_own_numbers
+    def FL(self, y: Vector, v: Vector) -> Matrix:
         """(FL)^γ_μ = −∂/∂v^γ e→_μ(L_d∘R_Υ) at h_W = (y, v), row γ, m×m."""
-        return -self._after(y, v)["minus_u"].T
+        return self.numbers.public(-self._after(y, v)["minus_u"].T)
 
-    def barred_FL(self, y: Any, v: Any) -> np.ndarray:
+    @in_own_numbers
+    def barred_FL(self, y: Vector, v: Vector) -> Matrix:
         """−∂/∂v̄^γ of −e←_μ(L_d∘L_Σ) in (x̄, ū) = (x, u)∘i, row γ, m×m (Implicit2).
 
         At g_W = i(y, v̄), where v̄ = v: the β-fibre over y. It decides whether F⁺ is regular at
@@ -175,28 +188,27 @@ class EvolutionOperator:
         """
         (x, u), tangent = self._inverse(y, v)
         at = self._before(x, u)
-        return np.asarray((slopes(at, "plus") @ tangent).T)
+        return self.numbers.public((slopes(at, "plus") @ tangent).T)
 
-    def tangent(self, x: Any, u: Any) -> np.ndarray:
+    @in_own_numbers
+    def tangent(self, x: Vector, u: Vector) -> Matrix:
         """TΨ at g = (x, u), (n+m)×(n+m): T R_Υ ∘ T(g_W ↦ h_W) ∘ (T L_Σ)⁻¹."""
-        with self.numbers.working():
-            return self.numbers.public(self._tangent(*self._step(*self.context.vectors(x, u))[:2]))
+        return self.numbers.public(self._tangent(*self._step(x, u)[:2]))
 
-    def pullback_defect(self, x: Any, u: Any) -> Any:
+    @in_own_numbers
+    def pullback_defect(self, x: Vector, u: Vector) -> Number:
         """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) at g = (x, u), with TΨ through the bisections."""
-        with self.numbers.working():
-            x, u = self.context.vectors(x, u)
-            *maps, end = self._step(x, u)
-            here, there = self.context.maps_at(x, u), self.context.maps_at(*end)
-            return pullback_defect(self.context.geometry, here, there, self._tangent(*maps))
+        *maps, end = self._step(x, u)
+        here, there = self.context.maps_at(x, u), self.context.maps_at(*end)
+        return pullback_defect(self.context.geometry, here, there, self._tangent(*maps))
 
-    def _before(self, x: Any, u: Any) -> Maps:
+    def _before(self, x: Vector, u: Vector) -> Maps:
         return _maps_through(self.context, self.sigma, "left", x, u)
 
-    def _after(self, y: Any, v: Any) -> Maps:
+    def _after(self, y: Vector, v: Vector) -> Maps:
         return _maps_through(self.context, self.upsilon, "right", y, v)
 
-    def _step(self, x: Any, u: Any) -> tuple[Maps, Maps, Arrow]:
+    def _step(self, x: Vector, u: Vector) -> tuple[Maps, Maps, Point]:
         """The maps at g_W and at h_W, and h, of the step from g = (x, u)."""
         before = self._before(*_moved(self.sigma, "without_left", x, u))
         y = before["target"]
@@ -229,7 +241,7 @@ class EvolutionOperator:
             "through arrows nearer to the solution, or a smaller step."
         )
 
-    def _inverse(self, y: Any, v: Any) -> tuple[Arrow, np.ndarray]:
+    def _inverse(self, y: Any, v: Any) -> tuple[Point, Matrix]:
         """i(y, v̄) = (b, ι), with p(y, v̄, ι) = 0, and ∂i/∂v̄, (n+m)×m."""
 
         def maps(w: Any) -> Maps:
@@ -246,10 +258,10 @@ class EvolutionOperator:
         fibre = -self.numbers.solve(at["p_v"], at["p_u"])
         return (at["target"], iota), np.vstack([at["b_u"], fibre])
 
-    def _public(self, arrow: Arrow) -> Arrow:
+    def _public(self, arrow: Point) -> Point:
         return self.numbers.public(arrow[0]), self.numbers.public(arrow[1])
 
 
-def _moved(bisection: Bisection | None, by: str, x: Any, u: Any) -> Arrow:
+def _moved(bisection: Bisection | None, by: str, x: Any, u: Any) -> Point:
     """(x, u) moved by a translation: left, right, without_left or without_right (`Bisection`)."""
     return (x, u) if bisection is None else getattr(bisection, by)(x, u)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -11,9 +10,20 @@ from typing import Any
 import numpy as np
 
 from ..equations import DiscreteEquations
-from ..errors import SMALLER, BadInput, CannotMeasure, StepFailure
+from ..errors import SMALLER, CannotMeasure, StepFailure
 from ..geometry import Arrow, LocalGeometry, StagesNotFound
+from ..numbers import Vector, listed
 from .translates import GroupChart
+
+
+def vector_in(numbers: Any, values: Any, length: int, what: str) -> Vector:
+    """An array of numbers of an arithmetic, each rounded once; None is the empty vector.
+
+    Raises `BadInput` (naming `what`) for anything but `length` numbers.
+    """
+    entries = listed(() if values is None else values, length, what)
+    rounded = [numbers.number(e, f"{what}[{i}]") for i, e in enumerate(entries)]
+    return np.array(rounded, dtype=numbers.dtype)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,25 +114,9 @@ class StepContext:
         equations = self.equations
         return self.vector(x, len(equations.x)), self.vector(u, len(equations.u))
 
-    def vector(self, values: Any, length: int) -> np.ndarray:
-        """Numbers of this arithmetic, each rounded once; None is the empty vector.
-
-        Raises `BadInput` for anything but a list of that length.
-        """
-        name, number = self.scene.name, self.numbers.number
-        values = () if values is None else values
-        if isinstance(values, str) or not (
-            isinstance(values, Iterable) or hasattr(values, "shape")
-        ):
-            raise BadInput(
-                f"{name}: {values!r} was given where a list of {length} numbers is needed."
-            )
-        entries = list(values)
-        if len(entries) != length:
-            raise BadInput(
-                f"{name}: a vector of {len(entries)} entries was given where {length} are needed."
-            )
-        return np.array([number(e) for e in entries], dtype=self.numbers.dtype)
+    def vector(self, values: Any, length: int) -> Vector:
+        """Numbers of this arithmetic (`vector_in`)."""
+        return vector_in(self.numbers, values, length, f"{self.scene.name}: a vector")
 
     def number(self, value: Any) -> Any:
         """A number of this arithmetic as it is returned to users."""

@@ -3,6 +3,7 @@
 from .adjoint import is_self_adjoint
 from .local_geometry import (
     LocalGeometry,
+    Maps,
     StagesNotFound,
     frobenius,
     relative_defect,
@@ -20,7 +21,7 @@ from .transitions import (
 )
 
 __all__ = [
-    "Arrow", "LocalGeometry", "StagesNotFound", "defects", "frobenius", "is_self_adjoint",
+    "Arrow", "LocalGeometry", "Maps", "StagesNotFound", "defects", "frobenius", "is_self_adjoint",
     "poisson_defect", "pullback_defect", "regularity", "relative_defect", "residual",
     "singular_sign", "slopes", "text_of",
 ]  # fmt: skip

@@ -80,7 +80,8 @@ class RowAction(ActionGroupoid):
     """
 
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction, rows: int = 1) -> None:
-        super().__init__(algebra.real, retraction)  # complex rows of length N are real ones of 2N
+        super().__init__(algebra, retraction)
+        self.algebra = algebra.real  # complex rows of length N are real ones of 2N
         if type(rows) is not int or rows < 1:
             raise BadInput(f"rows is {rows!r}: give a whole number from 1.")
         self.rows, self.dim_x, self.further = rows, rows * self.algebra.size, (rows,)
@@ -127,6 +128,11 @@ class UserAction(ActionGroupoid):
             raise BadInput(
                 "a right action needs its map and the dimension of its base: "
                 "action(algebra, right_action=lambda x, g: ..., dim_x=n), n from 1."
+            )
+        if algebra.is_complex:
+            raise BadInput(
+                f"a right action on Rⁿ needs real matrices: give {algebra.name}.real, of twice the "
+                "size, instead of the complex algebra."
             )
         self.right_action, self.dim_x, self.by_user = right_action, dim_x, True
         self.further = right_action, dim_x

@@ -46,7 +46,7 @@ class Position:
     numbers of L and R; margin: 1 at the identities, 0 at the edge.
 
     Distance and margin come from the retraction (`distance_and_margin`), for a product the least of
-    its parts. Without a group, the margin is the inverse of the larger condition number.
+    its parts. Of a `LocalGroupoid` the margin is the inverse of the larger condition number.
     """
 
     inside: bool
@@ -60,8 +60,9 @@ def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
     """Where the arrow (x, u) lies in its chart, at the step h.
 
     x: n numbers, u: m numbers; a float is its binary value. Raises `BadInput` for other shapes,
-    what is no number, and a step of 0.
+    what is no number, a step of 0, and a retraction that does not fit.
     """
+    groupoid.check()
     step = to_sympy(exact(h, "the step"))
     if step == 0:
         raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
@@ -84,9 +85,14 @@ def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
         ]
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):  # the maps have no value there
         return Position(False, 0.0, 0.0, math.inf, math.inf)
-    if edges:
-        distance, margin = (min(values) for values in zip(*edges, strict=True))
-        return Position(distance > 0, distance, margin, *conditions)
     worst = max(conditions)
-    margin = 1 / worst if worst < 2.0**53 else 0.0  # beyond, u has no digits left
-    return Position(margin > 0, math.inf if groupoid.kind == "pair" else None, margin, *conditions)
+    unknown = 1 / worst if worst < 2.0**53 else 0.0  # beyond, u has no digits left
+    distance, margin = (min(values) for values in zip((math.inf, 1.0), *edges, strict=True))
+    if _has_unknown_edge(groupoid):
+        return Position(min(distance, unknown) > 0, None, min(margin, unknown), *conditions)
+    return Position(distance > 0, distance, margin, *conditions)
+
+
+def _has_unknown_edge(groupoid: Any) -> bool:
+    parts = getattr(groupoid, "parts", None)
+    return any(map(_has_unknown_edge, parts)) if parts else groupoid.kind == "local"

@@ -24,9 +24,7 @@ class RetractionGroupoid(Groupoid):
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction) -> None:
         if not isinstance(algebra, MatrixAlgebra):
             raise BadInput(f"the algebra is {algebra!r}: give so(3), se(3) or a MatrixAlgebra.")
-        if not isinstance(retraction, Retraction):
-            raise BadInput(f"the retraction is {retraction!r}: give cayley itself, not its name.")
-        self.algebra, self.tau = algebra, retraction
+        self.algebra, self.tau = algebra, _known(retraction)
         self.dim_u = algebra.dim
         self.retraction, self.by_user = retraction.name, not retraction.proven
 
@@ -47,7 +45,7 @@ class RetractionGroupoid(Groupoid):
         self.tau.check(self.algebra)
 
     def with_retraction(self, retraction: Retraction) -> RetractionGroupoid:
-        if retraction == self.tau:
+        if _known(retraction) == self.tau:
             return self
         retraction.check(self.algebra)
         return type(self)(self.algebra, retraction, *self.further)
@@ -96,6 +94,12 @@ class RetractionGroupoid(Groupoid):
     def _inversion(self) -> Any:
         s = self._symbols
         return self.tau.inverse(self.algebra, s["h"] * s["u"]) / s["h"]
+
+
+def _known(retraction: Any) -> Retraction:
+    if not isinstance(retraction, Retraction):
+        raise BadInput(f"the retraction is {retraction!r}: give cayley itself, not its name.")
+    return retraction
 
 
 class LieGroup(RetractionGroupoid):

@@ -73,6 +73,9 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
         values = function(*arguments)
         many = hasattr(values, "__iter__") or hasattr(values, "shape")  # columns have no __iter__
         entries = [floats_exact(e) for e in (list(values) if many else [values])]
+        infinite = sympy.nan, sympy.zoo, sympy.oo, -sympy.oo
+        if any(not isinstance(e, sympy.Expr) or e.has(*infinite) for e in entries):
+            raise ValueError(f"{entries} are no finite expressions")
     except BadInput:
         raise
     except Exception as error:
@@ -82,4 +85,8 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
         ) from error
     if len(entries) != length:
         raise BadInput(f"{said()} returned {len(entries)} entries, but {length} are needed.")
+    known = set().union(*(getattr(a, "free_symbols", ()) for a in arguments))
+    if foreign := set().union(*(e.free_symbols for e in entries)) - known:
+        names = ", ".join(sorted(map(str, foreign)))
+        raise BadInput(f"{said()} holds the unknown symbol {names}; write it with its arguments.")
     return sympy.Matrix(length, 1, entries)

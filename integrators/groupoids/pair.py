@@ -18,7 +18,7 @@ class PairGroupoid(Groupoid):
     by_user = False
 
     def __init__(self, n: int) -> None:
-        if not isinstance(n, int) or n < 1:
+        if type(n) is not int or n < 1:
             raise BadInput(f"pair({n!r}): the dimension of the base is a whole number from 1.")
         self.dim_x = self.dim_u = n
 

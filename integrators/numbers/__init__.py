@@ -17,6 +17,7 @@ from .exact import (
     exact_vector,
     flatten,
     floats_exact,
+    listed,
     to_sympy,
 )
 from .identities import (
@@ -40,8 +41,8 @@ __all__ = [
     "Together", "Vector", "arithmetic", "as_one_number", "code", "collect", "entry",
     "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
     "exact_rational", "exact_vector", "first_violation", "flatten", "floats_exact",
-    "function_text", "inlined", "is_zero", "jacobian", "needed", "newton", "null_direction",
-    "number", "numeric", "numeric_function", "numeric_text", "opaque", "random_columns",
-    "random_point", "register", "registered_function", "replaced", "run_text", "shown",
-    "symbols_of", "sympy", "to_sympy", "with_tables", "written_out",
+    "function_text", "inlined", "is_zero", "jacobian", "listed", "needed", "newton",
+    "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque",
+    "random_columns", "random_point", "register", "registered_function", "replaced", "run_text",
+    "shown", "symbols_of", "sympy", "to_sympy", "with_tables", "written_out",
 ]  # fmt: skip

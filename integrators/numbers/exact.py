@@ -64,13 +64,19 @@ def exact_rational(value: Any, what: str) -> Fraction:
 
 def exact_vector(values: Any, length: int, what: str) -> tuple[Exact, ...]:
     """A tuple of `length` exact numbers; raises `BadInput` for any other shape."""
-    listed = isinstance(values, Iterable) or hasattr(values, "shape")  # a sympy column too
-    if isinstance(values, str) or not listed:
+    entries = listed(values, length, what)
+    return tuple(exact(entry, f"{what}[{i}]") for i, entry in enumerate(entries))
+
+
+def listed(values: Any, length: int, what: str) -> list[Any]:
+    """The `length` entries as they are; raises `BadInput` (naming `what`) for another shape."""
+    many = isinstance(values, Iterable) or hasattr(values, "shape")  # a sympy column too
+    if isinstance(values, str) or not many:
         raise BadInput(f"{what} is {values!r}: give a list of {length} numbers.")
     entries = list(values)
     if len(entries) != length:
         raise BadInput(f"{what} has {len(entries)} entries, but {length} are needed: {entries}.")
-    return tuple(exact(entry, f"{what}[{i}]") for i, entry in enumerate(entries))
+    return entries
 
 
 def exact_nested(value: Any, what: str) -> Any:

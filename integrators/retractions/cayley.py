@@ -36,7 +36,7 @@ class Cayley(EquivariantRetraction):
 
     def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
         minus, plus = _factors(algebra.real, xi)
-        inverse, det = minus.adj_det()
+        inverse, det = _adj_det(minus)
         return complex_form(algebra, _quotient(inverse * (plus - minus), det))
 
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
@@ -46,7 +46,7 @@ class Cayley(EquivariantRetraction):
         return left, right
 
     def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
-        (right, under), (left, over) = (f.adj_det() for f in _factors(algebra.real, xi))
+        (right, under), (left, over) = map(_adj_det, _factors(algebra.real, xi))
         numerators = _between(algebra, left, right)  # over a ring that may be larger
         denominator = numerators.domain.convert_from(over * under, left.domain)
         return _quotient(numerators.scalarmul(numerators.domain(4)), denominator)
@@ -56,7 +56,7 @@ class Cayley(EquivariantRetraction):
         # both g − e and g + e have the factors (e − a)⁻¹ and (e − b)⁻¹, which cancel.
         real = algebra.real
         e, a, b = sympy.eye(real.size), real.hat(xi) / 2, real.hat(eta) / 2
-        (first, over), (second, under) = (_over_ring(m).adj_det() for m in (e - a, e + a * b))
+        (first, over), (second, under) = (_adj_det(_over_ring(m)) for m in (e - a, e + a * b))
         if not under:
             raise BadInput(
                 f"the product τ(ξ)τ(η) lies outside the Cayley chart of {algebra.name}, as that of "
@@ -97,6 +97,16 @@ class Cayley(EquivariantRetraction):
 def _over_ring(matrix: Any) -> Any:
     """The matrix over the ring of polynomials that its entries lie in."""
     return sympy.polys.matrices.DomainMatrix.from_Matrix(matrix).to_dense()
+
+
+def _adj_det(matrix: Any) -> tuple[Any, Any]:
+    """(adjugate, determinant) over the matrix' ring."""
+    if not matrix.domain.is_EX:
+        return matrix.adj_det()
+    # sympy's fails over expressions, which irrational numbers next to letters lead to
+    plain, ring = matrix.to_Matrix(), matrix.domain
+    adjugate = matrix.from_Matrix(plain.adjugate()).convert_to(ring)
+    return adjugate.to_dense(), ring.from_sympy(plain.det(method="berkowitz"))
 
 
 def _factors(algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:

@@ -20,7 +20,8 @@ from discmech.integrators import (
     sp,
     su,
 )
-from discmech.integrators.retractions import cayley
+from discmech.integrators.retractions import cayley, exponential
+from tests.objects.retractions import close, decimals, direction, element
 
 ALGEBRAS = {
     a.name: (a, dim, closed)
@@ -204,6 +205,43 @@ def test_a_basis_of_other_numbers_stays_exact():
 def test_what_is_no_basis_is_refused(basis, message):
     with pytest.raises(BadInput, match="algebra odd: .*" + message):
         MatrixAlgebra("odd", basis)
+
+
+@pytest.mark.parametrize(
+    ("cover", "message"),
+    [
+        ([np.eye(3)], "square matrices of one size"),
+        ([[[1, 0]]], "square matrices of one size"),
+        ([[[-1, 0], [0, -1]], np.eye(2)], "a cover begins with the identity"),
+        (7, "cover holds 7 where rows are needed"),
+    ],
+    ids=str,
+)
+def test_what_is_no_cover_is_refused(cover, message):
+    with pytest.raises(BadInput, match="algebra plane: .*" + message):
+        MatrixAlgebra("plane", ROTATION, cover)
+
+
+def test_a_complex_cover_has_a_real_form():
+    """The circle with i·e: [[0, −1], [1, 0]]."""
+    circle = MatrixAlgebra("circle", [[[1j]]], [[[1]], [[1j]]]).real
+    assert circle.cover[1] == ((0, -1), (1, 0)) and circle.basis == ROTATION
+
+
+@pytest.mark.parametrize("given", [so(3), so(4)], ids=lambda a: a.name)
+def test_irrational_bases_have_both_charts(given):
+    """A basis vector times √2: τ(ξ)τ(η) = τ(p), and L⁻¹L = 1; ideals are sought over ℚ only."""
+    first, *others = given.basis
+    scaled = [[sympy.sqrt(2) * e for e in row] for row in first]
+    algebra = MatrixAlgebra("scaled", [scaled, *others])
+    xi, eta = (direction(algebra, seed) / 9 for seed in (0, 1))
+    for tau in (cayley, exponential):
+        left = decimals(tau.invariant_fields(algebra, xi)[0])
+        assert close(decimals(tau.inverse_left_field(algebra, xi)) * left, sympy.eye(algebra.dim))
+        if tau is cayley or given.dim == 3:
+            p = decimals(tau.product(algebra, xi, eta))
+            both = element(tau, algebra, xi) * element(tau, algebra, eta)
+            assert close(element(tau, algebra, p), both)
 
 
 def test_cayley_on_sl3_says_why():

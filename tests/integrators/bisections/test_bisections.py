@@ -3,6 +3,7 @@
 import itertools
 from functools import cache
 
+import mpmath
 import numpy as np
 import pytest
 import sympy
@@ -302,6 +303,44 @@ def test_galerkin_rules_have_the_general_operator_too():
     found = EvolutionOperator(flow.context, sigma, upsilon).evolve(x, u)
     for a, b in zip(found, flow.evolve(x, u), strict=True):
         assert np.max(abs(a - b)) < 1e-28
+
+
+def test_translations_and_the_operators_maps_have_all_digits():
+    """Whoever calls them: nothing is computed in another precision that happens to be at work."""
+    x, u = [], ["0.5", "0.25", Rational(1, 3)]
+    body = SCENES["rigid-body"]
+    short, long = (
+        Bisection(body.groupoid, x, ["0.1", "0.2", "0.3"], "0.1", digits) for digits in (50, 70)
+    )
+    for name in ("left", "right", "without_left", "without_right"):
+        assert np.max(abs(getattr(short, name)(x, u)[1] - getattr(long, name)(x, u)[1])) < 1e-50
+    operators = [
+        EvolutionOperator(Scheme(body, rectangle).flow("0.1", sigma.numbers.digits).context, sigma)
+        for sigma in (short, long)
+    ]
+    for name, arrow in (("residual", (x, u, u)), ("FL", (x, u)), ("barred_FL", (x, u))):
+        first, second = (getattr(operator, name)(*arrow) for operator in operators)
+        assert isinstance(first.flat[0], mpmath.mpf)
+        with mpmath.workdps(80):
+            assert np.max(abs(first - second)) < 1e-50
+
+
+def test_what_is_no_arrow_context_or_bisection_is_refused():
+    with pytest.raises(BadInput, match=r"β is no diffeomorphism .* or take another arrow"):
+        Bisection(affine_action(), [0], [-10, 0], "0.1")  # 1 + hu₀ = 0: b has no value there
+    flow = scheme("rigid-body").flow("0.1")
+    with pytest.raises(BadInput, match=r"is <.*Flow.*>: give flow\.context"):
+        EvolutionOperator(flow)
+    with pytest.raises(BadInput, match=r"rigid-body: 'e' is no bisection: give Bisection\("):
+        EvolutionOperator(flow.context, "e")
+    operator = EvolutionOperator(flow.context)
+    for steps in (-1, "3", 1.0, True):
+        with pytest.raises(BadInput, match=r"steps is .*: give a whole number from 0"):
+            operator.trajectory(steps, [], [1, 2, 3])
+    for method in (operator.evolve, operator.FL, Bisection(flow.scheme.scene.groupoid, [],
+                                                           [1, 2, 3], 1).left):  # fmt: skip
+        with pytest.raises(BadInput, match="a vector has 2 entries, but 3 are needed"):
+            method([], [1, 2])
 
 
 def test_a_composition_has_no_operator_on_arrows():

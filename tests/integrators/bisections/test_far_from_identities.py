@@ -113,7 +113,7 @@ def test_a_run_from_an_element_begins_at_the_x0_that_is_given(given):
     flow = Scheme(top, rectangle).flow("0.1", on_edge="bisect")
     run = flow.trajectory(1, element0=np.eye(3), x0=given([0.6, 0.0, 0.8]))
     assert run.x[0].tolist() == [0.6, 0.0, 0.8]
-    with pytest.raises(BadInput, match="a vector of 0 entries"):
+    with pytest.raises(BadInput, match="a vector has 0 entries"):
         flow.trajectory(1, element0=np.eye(3), x0=given([]))
 
 

@@ -1,6 +1,7 @@
 """Groupoids given by b and p: what is no groupoid is refused, with the law that fails."""
 
 import pytest
+import sympy
 from sympy import Matrix, Symbol
 
 from discmech.integrators import (
@@ -8,10 +9,12 @@ from discmech.integrators import (
     LocalGroupoid,
     Scene,
     Scheme,
+    action,
     lie_group,
     pair,
     rectangle,
     so,
+    su,
 )
 from discmech.integrators.groupoids import check_axioms
 from tests.objects import GROUPOIDS, compose, cross
@@ -141,7 +144,37 @@ def test_wrong_dimensions_are_named(dims):
         LocalGroupoid(*dims, target=shifted, product=added)
 
 
-@pytest.mark.parametrize("n", [0, -1, 1.0, "2", None])
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        (Symbol("m"), "sum: target holds the unknown symbol m; write it with its arguments"),
+        (sympy.nan, r"sum: target could not be evaluated .* no finite expressions"),
+        (sympy.oo, r"sum: target could not be evaluated .* no finite expressions"),
+        (sympy.true, r"sum: target could not be evaluated .* no finite expressions"),
+        (None, r"sum: target could not be evaluated"),
+    ],
+)
+def test_entries_that_are_no_expressions_in_the_arguments_are_refused(entry, said):
+    g = LocalGroupoid(1, 1, target=lambda x, u, h: [entry], product=added, name="sum")
+    with pytest.raises(BadInput, match=said):
+        check_axioms(g)
+
+
+@pytest.mark.parametrize("make", [lie_group, action, lambda a: action(a, rows=2)])
+def test_an_algebra_or_a_retraction_that_is_a_name_is_refused(make):
+    with pytest.raises(BadInput, match=r"the algebra is 'so\(3\)': give so\(3\)"):
+        make("so(3)")
+    with pytest.raises(BadInput, match="the retraction is 'exponential': give cayley itself"):
+        make(so(3)).with_retraction("exponential")
+
+
+def test_a_right_action_of_a_complex_group_is_asked_for_real_matrices():
+    with pytest.raises(BadInput, match=r"needs real matrices: give su\(2\)\.real"):
+        action(su(2), right_action=lambda x, g: x, dim_x=3)
+    assert action(su(2).real, right_action=lambda x, g: x, dim_x=3).dim_x == 3
+
+
+@pytest.mark.parametrize("n", [0, -1, 1.0, "2", None, True])
 def test_pair_of_what(n):
     with pytest.raises(BadInput, match="the dimension of the base is a whole number from 1"):
         pair(n)

@@ -30,7 +30,7 @@ from discmech.integrators.bisections.translates import GroupChart
 from discmech.integrators.flows import first_u
 from discmech.integrators.groupoids import chart_extents, chart_reach
 from discmech.integrators.rules import get as rule
-from tests.objects import ALGEBRAS, GROUPOIDS, LARGE
+from tests.objects import ALGEBRAS, GROUPOIDS, LARGE, affine_group
 
 
 @pytest.mark.parametrize("name", [*GROUPOIDS, *LARGE])
@@ -272,6 +272,20 @@ def test_a_wrong_question_is_answered_with_a_sentence(u, said):
 def test_a_step_of_nothing_has_no_position():
     with pytest.raises(BadInput, match="step of 0"):
         pair(1).position([1], [1], 0)
+
+
+def test_a_retraction_that_does_not_fit_is_refused_before_it_is_asked():
+    with pytest.raises(BadInput, match=r"does not map sl\(3\) into its group"):
+        lie_group(sl(3)).position([], [0.1] * 8, 1)
+
+
+def test_a_product_of_pairs_has_no_edge_and_a_local_part_an_unknown_one():
+    assert product(pair(1), pair(1)).position([0, 0], [1, 1], 1).distance == math.inf
+    for other in (pair(1), lie_group(so(3))):
+        at = product(other, affine_group()).position(
+            [0] * other.dim_x, [0.1] * (other.dim_u + 2), 1
+        )
+        assert at.inside and at.distance is None and at.margin < 0.99
 
 
 def test_the_least_of_a_products_parts_counts():

@@ -1,7 +1,7 @@
 """The exponential's closed forms, derivatives and logarithm, and what a retraction refuses."""
 
 import pytest
-from sympy import Matrix, Rational, Symbol, eye, zeros
+from sympy import Matrix, Rational, Symbol, eye, sqrt, zeros
 
 from discmech.integrators import (
     BadInput,
@@ -26,7 +26,7 @@ from discmech.integrators.retractions.matrix_functions import (
 from tests.objects import ALGEBRAS, ARROWS
 from tests.objects.retractions import close, decimals, direction, element, fields, point
 
-EPS = Rational(1, 10**30)
+EPS, ROOT = Rational(1, 10**30), sqrt(2)
 CLOSED = ["so(3)", "su(2)", "sl(2)", "se(2)", "se(3)", "so(4)", "heisenberg", "pair of so(3)"]
 GENERAL = ["sl(3)", "su(3)", "so(5)", "sp(4)"]
 everywhere = pytest.mark.parametrize("stratum", ARROWS)
@@ -138,7 +138,12 @@ def test_a_logarithm_beyond_the_half_turn_is_refused():
 
 def test_a_composition_outside_cayleys_chart_is_refused():
     """Two quarter turns make a half-turn, which has no coordinates; two of SL(2) reach −e."""
-    for algebra, quarter in ((so(3), [0, 0, 2]), (su(2), [0, 0, 4]), (sl(2), [0, 2, -2])):
+    for algebra, quarter in (
+        (so(3), [0, 0, 2]),
+        (so(3), [0, ROOT, ROOT]),
+        (su(2), [0, 0, 4]),
+        (sl(2), [0, 2, -2]),
+    ):
         xi = Matrix(quarter)
         with pytest.raises(BadInput, match=r"outside the Cayley chart of s.\(\d\), .*take smaller"):
             cayley.product(algebra, xi, xi)
