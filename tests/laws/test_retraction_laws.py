@@ -29,15 +29,21 @@ CHARTS = [
     if fits(r, a)
     for slow in [n in ("so(5)", "sp(4)", "su(3)") or (r is cayley and n in ("so(4)", "se(3)"))]
 ]
-charts = pytest.mark.parametrize(("tau", "algebra"), CHARTS)
+#: so(3) ⊕ so(3) twice: in every run in the middle of the exponential's chart alone
+TWOFOLD = ("exponential-so(4)", "exponential-pair of so(3)")
+PLACES = [
+    pytest.param(*chart.values, stratum, id=f"{stratum}-{chart.id}", marks=marks)
+    for stratum in ARROWS
+    for chart in CHARTS
+    for marks in [pytest.mark.slow if chart.id in TWOFOLD and stratum != "generic" else chart.marks]
+]
+charts = pytest.mark.parametrize(("tau", "algebra", "stratum"), PLACES)
 equivariant_charts = pytest.mark.parametrize(
-    ("tau", "algebra"), [c for c in CHARTS if c.values[0].name in EQUIVARIANT]
+    ("tau", "algebra", "stratum"), [c for c in PLACES if c.values[0].name in EQUIVARIANT]
 )
-everywhere = pytest.mark.parametrize("stratum", ARROWS)
 
 
 @equivariant_charts
-@everywhere
 def test_the_chart_is_odd(tau, algebra, stratum):
     """τ(ξ) τ(−ξ) = e, and τ(0) = e."""
     xi = point(tau, algebra, stratum)
@@ -47,7 +53,6 @@ def test_the_chart_is_odd(tau, algebra, stratum):
 
 
 @charts
-@everywhere
 def test_fields_are_the_inverse_tangents(tau, algebra, stratum):
     """L τ⁻¹dτ = 1 and R dτ τ⁻¹ = 1, the tangent dτ by differences."""
     real, xi = algebra.real, point(tau, algebra, stratum)
@@ -63,7 +68,6 @@ def test_fields_are_the_inverse_tangents(tau, algebra, stratum):
 
 
 @charts
-@everywhere
 def test_fields_belong_together(tau, algebra, stratum):
     """L⁻¹L = 1, L = R Ad_τ; of equivariant ones also L − R = ad, R(ξ) = L(−ξ)."""
     xi = point(tau, algebra, stratum)
@@ -77,7 +81,6 @@ def test_fields_belong_together(tau, algebra, stratum):
 
 
 @equivariant_charts
-@everywhere
 def test_equivariance(tau, algebra, stratum):
     """τ(Ad_g ξ) = g τ(ξ) g⁻¹ and R(Ad_g ξ) Ad_g = Ad_g R(ξ)."""
     xi, zeta = point(tau, algebra, stratum), direction(algebra, 5) / 3

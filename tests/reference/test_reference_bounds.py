@@ -55,8 +55,11 @@ def test_bounds_hold_for_every_operation(rate, settings):
     assert largest < mpmath.mpf(10) ** (5 - settings.digits)
 
 
-@pytest.mark.parametrize("settings", [CUT_OFF, ROUNDED], ids=["cut off", "rounded"])
-@pytest.mark.parametrize("name", frozen.names())
+@pytest.mark.parametrize(("name", "settings"), [
+    pytest.param(name, (CUT_OFF, ROUNDED)[k], id=f"{name}-{('cut off', 'rounded')[k]}",
+                 marks=pytest.mark.slow if (k + number) % 2 else ())  # in turn in every run
+    for number, name in enumerate(frozen.names()) for k in range(2)
+])  # fmt: skip
 def test_bounds_hold_for_every_scene(name, settings):
     scene = scenes.get(name)
     span = min(Fraction(3), 60 * scene.step)  # digits are lost with each turn of a stiff scene
@@ -105,7 +108,10 @@ def test_a_bound_that_does_not_grow_is_caught(monkeypatch):
     assert overshoot(equations, [Fraction(15)], ROUNDED)[0] > 1000
 
 
-@pytest.mark.parametrize("name", frozen.names())
+@pytest.mark.parametrize("name", [
+    pytest.param(name, marks=pytest.mark.slow if name == "outer-solar-system" else ())
+    for name in frozen.names()
+])  # fmt: skip
 def test_jacobians_over_boxes_hold_those_at_points(name):
     equations = equations_of(scenes.get(name))
     contains_derivatives(equations, np.array([float(s) for s in equations.start]))
