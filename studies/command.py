@@ -18,6 +18,7 @@ from . import NAMES, references, single_run, verifying
 from .options import add_choices, add_study, add_thorough, as_typed, choice_of, jobs
 from .output import EXIT, console, progress_shown, writable, writable_folder, write
 from .power import command as power
+from .store import Store
 
 PASS, FAIL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
@@ -118,7 +119,9 @@ def _study(options: argparse.Namespace) -> int:
     writable(options.json)
     writable_folder(options.folder)
     with progress_shown() as show:
-        result = run_study(get(options.study), choice, show, keep=True, jobs=jobs(options))
+        result = run_study(
+            get(options.study), choice, show, store=Store(options.fresh), jobs=jobs(options)
+        )
     result["command"] = as_typed(options)
     if options.folder:
         from .report import write_study
@@ -141,7 +144,9 @@ def _report(options: argparse.Namespace) -> int:
     choice = choice_of(options)
     writable_folder(options.folder)
     with progress_shown() as show:
-        results, page = make_report(choice, Path(options.folder), show, jobs(options))
+        results, page = make_report(
+            choice, Path(options.folder), show, jobs(options), Store(options.fresh)
+        )
     from .case import worst
     from .rendering.tables import print_result
 

@@ -13,11 +13,16 @@ from discmech.integrators import BadInput
 
 from .case import Progress, silent
 from .running import Told, unheard
+from .store import Store
 from .verify import Request, studies, verify
 
 
 def compare(
-    request: Request, progress: Progress = silent, told: Told = unheard, jobs: int | None = None
+    request: Request,
+    progress: Progress = silent,
+    told: Told = unheard,
+    jobs: int | None = None,
+    store: Store | None = None,
 ) -> dict[str, Any]:
     """Like `verify`, with work and precision; "comparison" holds a line a scene and method.
 
@@ -27,7 +32,7 @@ def compare(
     if len(rules) < 2:
         raise BadInput("name at least two methods to compare, such as my_rule.py midpoint.")
     asked = request.studies or (*studies(), "work-precision")
-    result = verify(replace(request, studies=asked), progress, told, jobs)
+    result = verify(replace(request, studies=asked), progress, told, jobs, store)
     result["study"] = "compare"
     result["comparison"] = comparison(result["cases"])
     return result

@@ -17,7 +17,9 @@ from typing import Any
 from discmech.integrators import scenes
 
 from .case import Progress, silent
-from .record import record
+from .fingerprint import of_everything
+from .record import machine, provenance, record
+from .store import Store
 
 SCENE = "heavy-top"
 DIGITS = (15, 30, 50, 100, 200, 400, 700, 1000)
@@ -27,7 +29,10 @@ COMMAND = "discmech reference --costs"
 
 
 def measure(
-    progress: Progress = silent, digits: Sequence[int] = DIGITS, times: Sequence[int] = TIMES
+    progress: Progress = silent,
+    digits: Sequence[int] = DIGITS,
+    times: Sequence[int] = TIMES,
+    store: Store | None = None,
 ) -> dict[str, Any]:
     """The result of a study: a case an integration, by digits and then by time, and the slopes.
 
@@ -41,7 +46,7 @@ def measure(
     cases = []
     for i, (kind, d, t) in enumerate(jobs):
         progress(f"{SCENE}: {d} digits, t = {t}", sum(weights[:i]) / sum(weights))
-        cases.append(_case(kind, _timed(equations, d, t)))
+        cases.append(_case(kind, _remembered(equations, d, t, store)))
     slopes = {}
     for kind in ("digits", "time"):
         rows = [case["measured"] for case in cases if case["kind"] == kind]
@@ -70,15 +75,22 @@ def law(slopes: dict[str, float | None]) -> str:
 
 
 def _case(kind: str, row: dict[str, Any]) -> dict[str, Any]:
-    sound = row["proven"] >= row["digits"]
+    at, sound = row.pop("measured_at"), row["proven"] >= row["digits"]
     return {
         "scene": SCENE, "rule": None, "retraction": None, "digits": row["digits"], "kind": kind,
         "verdict": "pass" if sound else "fail",
         "reason": "" if sound else f"only {row['proven']} digits are certain.",
         "command": f"discmech reference {SCENE} --time {row['time']:g} --digits {row['digits']}",
         "expected": {"digits": row["digits"]}, "measured": row, "rows": [row],
-        "seconds": row["seconds"],
+        "seconds": row["seconds"], "measured_at": at,
     }  # fmt: skip
+
+
+def _remembered(equations: Any, digits: int, t: Fraction, store: Store | None) -> dict[str, Any]:
+    if store is None:
+        return _timed(equations, digits, t)
+    key = of_everything("references", SCENE, f"{digits} {t}", str(machine()))
+    return store.find(key) or store.keep(key, _timed(equations, digits, t))
 
 
 def _timed(equations: Any, digits: int, t: Fraction) -> dict[str, Any]:
@@ -98,6 +110,7 @@ def _timed(equations: Any, digits: int, t: Fraction) -> dict[str, Any]:
     return {
         "digits": digits, "time": float(t), "seconds": best, "steps": sweep.steps,
         "order": sweep.order, "proven": found.certain, "certainty": found.certainty,
+        "measured_at": provenance(),
     }  # fmt: skip
 
 

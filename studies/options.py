@@ -39,6 +39,14 @@ def add_choices(parser: argparse.ArgumentParser) -> None:
         "--steps", metavar="N", help="of a run; of the coarsest where a study runs several"
     )
     parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
+    add_fresh(parser)
+
+
+def add_fresh(parser: argparse.ArgumentParser) -> None:
+    """Declare that what was measured before is measured again."""
+    parser.add_argument(
+        "--fresh", action="store_true", help="measure all anew, also what did not change"
+    )
 
 
 def add_study(parser: argparse.ArgumentParser, name: str) -> None:

@@ -22,18 +22,44 @@ def record(seconds: float, settings: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def provenance() -> dict[str, Any]:
+    """Date and commit of what is measured now; clean: whether the checkout is that commit's."""
+    return {"date": datetime.now(UTC).isoformat(timespec="seconds"), **_commit()}
+
+
 @cache
-def _environment() -> dict[str, Any]:
-    commit = _git("rev-parse", "HEAD")
-    packages = ("discmech", "numpy", "scipy", "mpmath", "sympy", "numba", "gmpy2")
+def versions() -> dict[str, Any]:
+    """Of Python and of all that numbers come from."""
+    packages = ("numpy", "scipy", "mpmath", "sympy", "llvmlite", "numba", "gmpy2")
     return {
         "python": platform.python_version(),
         **{name: _version(name) for name in packages},
         "mpmath_backend": _backend(),
         "blas": _blas(),
+    }
+
+
+@cache
+def machine() -> dict[str, Any]:
+    """What times depend on besides, with the versions of other people's integrators."""
+    peers = {name: found for name in ("heyoka", "diffrax", "jax") if (found := _version(name))}
+    return {
         "machine": f"{platform.system()} {platform.machine()}",
         "cpu": _cpu(),
         "cores": os.cpu_count(),
+        **peers,
+    }
+
+
+@cache
+def _environment() -> dict[str, Any]:
+    return {"discmech": _version("discmech"), **versions(), **machine(), **_commit()}
+
+
+@cache
+def _commit() -> dict[str, Any]:
+    commit = _git("rev-parse", "HEAD")
+    return {
         "commit": commit,
         "clean": None if commit is None else _git("status", "--porcelain") == "",
     }

@@ -12,7 +12,9 @@ from typing import Any
 from discmech.integrators import BadInput, scenes
 
 from . import lookup
+from .options import add_fresh
 from .output import EXIT, console, progress_shown, writable, write
+from .store import Store
 
 PASS, FAIL, INCONCLUSIVE = 0, 1, 3
 
@@ -48,6 +50,7 @@ def add_to(commands: Any) -> None:
         "-log10 of the largest relative error of the numbers",
     )
     others.add_argument("--costs", action="store_true", help="cost against digits and against time")
+    add_fresh(parser)
     parser.add_argument("--folder", help="write a page with the picture of --costs there")
     parser._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
     parser.set_defaults(action=_reference)
@@ -190,7 +193,7 @@ def _costs(options: argparse.Namespace) -> int:
     from .report import about
 
     with progress_shown() as show:
-        found = costs.measure(show)
+        found = costs.measure(show, store=Store(options.fresh))
     if options.json:
         write(options.json, json.dumps(found, indent=1))
     if options.json != "-":

@@ -13,10 +13,15 @@ from discmech.integrators.scene import Scene
 from . import NAMES, get
 from .case import Choice, Progress, silent
 from .running import cores, run_studies
+from .store import Store
 
 
 def make_report(
-    choice: Choice, folder: Path, progress: Progress = silent, jobs: int | None = None
+    choice: Choice,
+    folder: Path,
+    progress: Progress = silent,
+    jobs: int | None = None,
+    store: Store | None = None,
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; returns (results, path of the page).
 
@@ -28,14 +33,14 @@ def make_report(
 
     studies = [study for study in map(get, NAMES) if list(study.cases(choice))]
     results, equations = run_studies(
-        studies, choice, progress, keep=True, jobs=jobs, also=equations_of
+        studies, choice, progress, store=store, jobs=jobs, also=equations_of
     )
     if choice == Choice():
         from . import costs
         from .power.results import power
 
-        results.append(costs.measure(progress, costs.DIGITS[:6], costs.TIMES[:6]))
-        results.append(power(progress, jobs or cores()))
+        results.append(costs.measure(progress, costs.DIGITS[:6], costs.TIMES[:6], store))
+        results.append(power(progress, jobs or cores(), store=store))
     progress("figures", 1.0)
     scenes = list({scene.name: scene for scene, _ in choice.pairs()}.values())
     page = write_report(results, equations, [about(s) for s in scenes], folder, "make report")

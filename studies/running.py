@@ -1,13 +1,15 @@
 """Running studies: every case measured and judged, on all cores, and never lost.
 
 Cases are done scheme by scheme, whatever the study, so that each scheme is derived and compiled
-once. A case that cannot be measured is marked with the reason; the others go on.
+once. A case that cannot be measured is marked with the reason; the others go on. What was measured
+before, with all that it depends on unchanged, is taken from the store.
 """
 
 from __future__ import annotations
 
 import os
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,10 +19,10 @@ from typing import Any
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.errors import CannotMeasure
 
-from . import get
-from .case import DETAILS, Case, Choice, Progress, Verdict, silent, worst
-from .journal import Journal
-from .record import record
+from . import fingerprint, get
+from .case import DETAILS, Case, Choice, Progress, Verdict, scheme_of, silent, worst
+from .record import provenance, record
+from .store import Store
 
 SCHEMA = 1
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
@@ -33,11 +35,11 @@ def unheard(study: str, result: dict[str, Any]) -> None:
 
 
 def run_study(
-    study: ModuleType, choice: Choice, progress: Progress = silent, *, keep: bool = False,
+    study: ModuleType, choice: Choice, progress: Progress = silent, *, store: Store | None = None,
     jobs: int | None = 1,
 ) -> dict[str, Any]:  # fmt: skip
     """Measure and judge every case of one study: see `run_studies`."""
-    return run_studies([study], choice, progress, keep=keep, jobs=jobs)[0][0]
+    return run_studies([study], choice, progress, store=store, jobs=jobs)[0][0]
 
 
 def run_studies(
@@ -45,17 +47,18 @@ def run_studies(
     choice: Choice,
     progress: Progress = silent,
     *,
-    keep: bool = False,
+    store: Store | None = None,
     jobs: int | None = 1,
     also: Callable[[Scheme], Any] | None = None,
     told: Told = unheard,
 ) -> tuple[list[dict[str, Any]], list[Any]]:
     """(results of the studies, what `also` says of each scheme in the order of the choice).
 
-    A study's verdict is the worst of its cases'. With `keep`, finished cases are written down as
-    they come, and a run that was interrupted goes on where it stopped. `jobs` processes work side
-    by side (None: one a core) on scenes and rules known by name; studies that say ALONE, since
-    they take times, run by themselves afterwards. `told` hears of each case as it is finished.
+    A study's verdict is the worst of its cases'. With a `store`, each finished case is kept at
+    once and none is measured twice, so a run that was interrupted goes on where it stopped. `jobs`
+    processes work side by side (None: one a core) on scenes and rules known by name; studies that
+    say ALONE, since they take times, run by themselves afterwards. `told` hears of each case as it
+    is finished.
     Raises `BadInput` if a study applies to nothing that was chosen, or can use nothing of it.
     """
     plan = Plan(studies, choice)
@@ -72,30 +75,25 @@ def run_studies(
                 + (f" ({names})" if names else "")
                 + f": {study.NEEDS}"
             )
-    journals = [Journal(s.NAME, choice) if keep else None for s in studies]
     found: dict[Place, dict[str, Any]] = {}
-    for place, case in plan.places():
-        journal = journals[place[0]]
-        earlier = journal.find(case) if journal else None
-        if earlier is not None:
-            found[place] = earlier
-            told(studies[place[0]].NAME, earlier)
+    extras: dict[int, Any] = {}
     total = sum(map(len, plan.cases)) or 1
 
     def done(places: Sequence[Place], results: Sequence[dict[str, Any]]) -> None:
         for place, result in zip(places, results, strict=True):
             found[place] = result
-            journal = journals[place[0]]
-            if journal:
-                journal.add(plan.case(place), result)
             told(studies[place[0]].NAME, result)
 
     def within(label: str, fraction: float) -> None:
         progress(label, min(1.0, (len(found) + fraction) / total))
 
-    tasks = plan.tasks(set(found))
-    extras: dict[int, Any] = {}
-    for places, results, extra in _done(plan, tasks, jobs, also, within):
+    if store is not None:
+        for place, result in _stored_results(plan, store):
+            done([place], [result])
+        extras = _stored_answers(plan, also, store) if also else {}
+    remembered = Counter(place[0] for place in found)
+    tasks = plan.tasks(set(found), set(extras) if also else set(range(len(plan.pairs))))
+    for places, results, extra in _done(plan, tasks, jobs, also, within, store):
         done(places, results)
         extras |= extra
         if places:
@@ -103,15 +101,14 @@ def run_studies(
             within(f"{case.scene.name} {case.label}", 0.0)
     for place, case in plan.places():
         if place not in found:  # a study that wants the machine for itself
-            done([place], [run_case(studies[place[0]], case, within)])
+            done([place], [measured(studies[place[0]], case, within, store)])
     if found and all(result.get("unusable") for result in found.values()):
         raise BadInput(next(iter(found.values()))["reason"])
+    if store is not None:
+        store.prune()
     results = []
     for i, study in enumerate(studies):
         cases = [found[i, k] for k in range(len(plan.cases[i]))]
-        journal = journals[i]
-        if journal:
-            journal.close()
         results.append(
             {
                 "schema": SCHEMA,
@@ -122,11 +119,64 @@ def run_studies(
                 "notes": [
                     *choice.unheeded(),
                     *(study.notes(choice) if hasattr(study, "notes") else []),
+                    *_about_stored(remembered[i], len(cases), store),
                 ],
                 "cases": cases,
             }
         )
     return results, [extras[i] for i in sorted(extras)]
+
+
+def _about_stored(remembered: int, cases: int, store: Store | None) -> list[str]:
+    """How many cases were not measured now, and what was wrong with the store."""
+    said = [] if store is None else list(store.troubles.values())
+    if remembered:
+        said.append(
+            f"{remembered} of {cases} cases were measured by an earlier run, with the same text, "
+            "numbers and versions; --fresh measures all anew."
+        )
+    return said
+
+
+def _stored_results(plan: Plan, store: Store) -> Iterator[tuple[Place, dict[str, Any]]]:
+    """What the store has of the bench's own scenes and rules; others are derived first."""
+    for place, case in plan.places():
+        if fingerprint.known_by_text(case):
+            earlier = store.find(_key(plan.studies[place[0]], case))
+            if earlier is not None:
+                yield place, earlier
+
+
+def _stored_answers(plan: Plan, also: Callable[[Scheme], Any], store: Store) -> dict[int, Any]:
+    """What the store has of what `also` says, by pair."""
+    found = {}
+    for i, pair in enumerate(plan.pairs):
+        if all(fingerprint.is_ours(thing) for thing in pair):
+            earlier = store.find(fingerprint.of_answer(also, *pair))
+            if earlier is not None:
+                found[i] = earlier
+    return found
+
+
+def _key(study: ModuleType, case: Case) -> str:
+    return fingerprint.of_case(study, case, timed=getattr(study, "ALONE", False))
+
+
+def measured(
+    study: ModuleType, case: Case, progress: Progress = silent, store: Store | None = None
+) -> dict[str, Any]:
+    """The case's result from the store, or measured now and kept there."""
+    if store is None:
+        return run_case(study, case, progress)
+    try:
+        key = _key(study, case)
+    except (BadInput, StepFailure, CannotMeasure):  # the result says why
+        return run_case(study, case, progress)
+    earlier = store.find(key)
+    if earlier is None:
+        result = run_case(study, case, progress)
+        earlier = result if result.get("unusable") else store.keep(key, result)
+    return dict(earlier)
 
 
 @dataclass(frozen=True)
@@ -155,11 +205,16 @@ class Plan:
             for k, case in enumerate(cases):
                 yield (i, k), case
 
-    def tasks(self, done: set[Place]) -> list[Task]:
-        """What is left of the studies that may run side by side, one task a scheme."""
+    def tasks(self, done: set[Place], answered: set[int]) -> list[Task]:
+        """What is left of the studies that may run side by side, one task a scheme.
+
+        answered: the pairs of which nothing else is asked.
+        """
         groups: dict[Any, list[Place]] = {}
         pairs = {
-            (id(scene), rule.name): i for i, (scene, rule) in enumerate(self.pairs)
+            (id(scene), rule.name): i
+            for i, (scene, rule) in enumerate(self.pairs)
+            if i not in answered
         }  # keys are objects of this plan, so ids are names
         for key in pairs:
             groups[key] = []
@@ -177,6 +232,7 @@ def _done(
     jobs: int | None,
     also: Callable[[Scheme], Any] | None,
     progress: Progress,
+    store: Store | None,
 ) -> Iterator[tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]]:
     """Places with their results, as they are finished, and what `also` says, by pair.
 
@@ -186,7 +242,7 @@ def _done(
     workers = min(jobs or cores(), len(tasks))
     spoken = plan.choice.by_name()
     if workers < 2 or spoken is None or sum(len(t.places) for t in tasks) < WORTH_WORKERS:
-        yield from _in_turn(plan, tasks, also, progress)
+        yield from _in_turn(plan, tasks, also, progress, store)
         return
     from concurrent.futures import ProcessPoolExecutor, as_completed
     from concurrent.futures.process import BrokenProcessPool
@@ -195,8 +251,10 @@ def _done(
     names = tuple(study.NAME for study in plan.studies)
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _ignore_interrupts)
     try:
-        waiting = {pool.submit(_in_worker, names, spoken, task, also): task for task in tasks[1:]}
-        yield from _in_turn(plan, tasks[:1], also, progress)
+        waiting = {
+            pool.submit(_in_worker, names, spoken, task, also, store): task for task in tasks[1:]
+        }
+        yield from _in_turn(plan, tasks[:1], also, progress, store)
         for future in as_completed(waiting):
             yield waiting[future].places, *future.result()
     except BrokenProcessPool:
@@ -209,23 +267,31 @@ def _done(
 
 
 def _in_turn(
-    plan: Plan, tasks: list[Task], also: Callable[[Scheme], Any] | None, progress: Progress
+    plan: Plan,
+    tasks: list[Task],
+    also: Callable[[Scheme], Any] | None,
+    progress: Progress,
+    store: Store | None,
 ) -> Iterator[tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]]:
     """The same in this process, case by case."""
     for task in tasks:
         for i, k in task.places:
-            yield [(i, k)], [run_case(plan.studies[i], plan.cases[i][k], progress)], {}
-        yield (), [], _said(plan, task, also)
+            yield [(i, k)], [measured(plan.studies[i], plan.cases[i][k], progress, store)], {}
+        yield (), [], _said(plan, task, also, store)
 
 
-def _said(plan: Plan, task: Task, also: Callable[[Scheme], Any] | None) -> dict[int, Any]:
+def _said(
+    plan: Plan, task: Task, also: Callable[[Scheme], Any] | None, store: Store | None
+) -> dict[int, Any]:
     """What `also` says of the task's scheme, by its place among the pairs."""
     if also is None or task.pair is None:
         return {}
-    from .case import scheme_of
-
+    pair = plan.pairs[task.pair]
     try:
-        return {task.pair: also(scheme_of(*plan.pairs[task.pair]))}
+        answer = also(scheme_of(*pair))
+        if store is not None:
+            answer = store.keep(fingerprint.of_answer(also, *pair), answer)
+        return {task.pair: answer}
     except BadInput:  # the cases say so
         return {}
 
@@ -235,10 +301,11 @@ def _in_worker(
     spoken: tuple[Any, ...],
     task: Task,
     also: Callable[[Scheme], Any] | None,
+    store: Store | None,
 ) -> tuple[list[dict[str, Any]], dict[int, Any]]:
     plan = _plan(names, spoken)
-    results = [run_case(plan.studies[i], plan.cases[i][k]) for i, k in task.places]
-    return results, _said(plan, task, also)
+    results = [measured(plan.studies[i], plan.cases[i][k], store=store) for i, k in task.places]
+    return results, _said(plan, task, also, store)
 
 
 @lru_cache(maxsize=1)
@@ -312,4 +379,5 @@ def run_case(
         "rows": measurement["rows"],
         **{key: measurement[key] for key in DETAILS if key in measurement},
         "seconds": time.perf_counter() - begun,
+        "measured_at": provenance(),
     }

@@ -16,6 +16,7 @@ from . import NAMES, get, lookup
 from .case import Choice, Progress, silent, worst
 from .record import record
 from .running import SCHEMA, Told, run_studies, unheard
+from .store import Store
 
 #: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
 #: the quickest first, so that verdicts come soon, then those that take longest
@@ -71,7 +72,11 @@ class Request:
 
 
 def verify(
-    request: Request, progress: Progress = silent, told: Told = unheard, jobs: int | None = None
+    request: Request,
+    progress: Progress = silent,
+    told: Told = unheard,
+    jobs: int | None = None,
+    store: Store | None = None,
 ) -> dict[str, Any]:
     """Run the studies; one result {"study": "verify", "verdict", "cases"}: cases name theirs.
 
@@ -87,7 +92,7 @@ def verify(
         needs = "; ".join(f"{study.NAME}: {study.NEEDS}" for study in asked)
         raise BadInput(f"no study applies to what was chosen ({needs}).")
     results, schemes = run_studies(
-        held, choice, progress, keep=True, jobs=jobs, told=told, also=about_scheme
+        held, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
     )
     return {**joined("verify", results), "schemes": schemes}
 

@@ -12,8 +12,9 @@ from typing import Any
 from discmech.integrators import BadInput
 
 from . import NAMES
-from .options import RULE_HELP, count, digits_in, jobs
+from .options import RULE_HELP, add_fresh, count, digits_in, jobs
 from .output import EXIT, console, progress_shown, writable, write
+from .store import Store
 
 EPILOG = "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive."
 
@@ -49,6 +50,7 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--steps", metavar="N", help="of every run, as the studies' own --steps")
     parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    add_fresh(parser)
     parser.add_argument("--html", metavar="FILE", help="write a page with figures")
 
 
@@ -79,7 +81,7 @@ def _answer(options: argparse.Namespace) -> int:
     ask: Callable[..., dict[str, Any]] = {"verify": verify, "compare": compare}[options.name]
     begun = time.perf_counter()
     with progress_shown() as show:
-        result = ask(request, show, told, jobs(options))
+        result = ask(request, show, told, jobs(options), Store(options.fresh))
     result["command"] = _as_typed(options)
     if options.json:
         write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))

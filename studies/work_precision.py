@@ -88,6 +88,11 @@ class Entry(Case):
         return self.method
 
     @property
+    def rules(self) -> list[Discretisation]:
+        """All that take part: times are those of one race."""
+        return self.race.rules
+
+    @property
     def command(self) -> str:
         """What runs the race again."""
         return self.race.command

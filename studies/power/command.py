@@ -8,8 +8,9 @@ from typing import Any
 
 from discmech.integrators import BadInput
 
-from ..options import count
+from ..options import add_fresh, count
 from ..output import EXIT, console, progress_shown, writable, write
+from ..store import Store
 
 
 def add_to(commands: Any) -> None:
@@ -25,6 +26,7 @@ def add_to(commands: Any) -> None:
     )
     parser.add_argument("--only", metavar="WORDS", help="faults and rules whose name holds these")
     parser.add_argument("--jobs", metavar="N", default="2", help="processes (default 2)")
+    add_fresh(parser)
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     parser.set_defaults(action=_power)
 
@@ -35,7 +37,8 @@ def _power(options: argparse.Namespace) -> int:
     writable(options.json)
     jobs = count(options.jobs, "--jobs")
     with progress_shown() as show:
-        found = power(show, jobs, thorough=options.thorough, only=options.only or "")
+        found = power(show, jobs, thorough=options.thorough, only=options.only or "",
+                      store=Store(options.fresh))  # fmt: skip
     if not found["cases"]:
         raise BadInput(f"the name of no fault and of no rule holds {options.only!r}.")
     if options.json:

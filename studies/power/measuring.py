@@ -16,8 +16,10 @@ from discmech.integrators import rules as discretisations
 
 from .. import get
 from ..case import Case
-from ..journal import Journal
+from ..fingerprint import of_everything
+from ..record import provenance
 from ..running import run_case
+from ..store import Store
 from .catalogue import everything
 from .equivalents import proof
 from .faults import Fault, NoPlace, scene_of
@@ -55,7 +57,7 @@ def of_fault(index: int) -> Result | None:
     return {
         "name": fault.name, "scene": fault.scene, "rule": fault.rule, "site": fault.site,
         "what": fault.what, "found": found, "caught": caught, "equivalent": said,
-        "seconds": time.process_time() - begun,
+        "seconds": time.process_time() - begun, "measured_at": provenance(),
     }  # fmt: skip
 
 
@@ -89,7 +91,7 @@ def of_rule(seed: int) -> Result:
         "name": f"{scene.name} {rule.name}", "scene": scene.name, "rule": rule.name,
         "site": "valid rule", "what": rule.source,
         "found": found, "caught": [n for n, one in found.items() if one["verdict"] == "fail"],
-        "equivalent": "", "seconds": time.process_time() - begun,
+        "equivalent": "", "seconds": time.process_time() - begun, "measured_at": provenance(),
     }  # fmt: skip
 
 
@@ -116,18 +118,21 @@ def measure(
     rules: Sequence[int],
     jobs: int,
     progress: Callable[[str, float], None],
-    journal: Journal | None = None,
+    store: Store | None = None,
 ) -> tuple[list[Result], list[Result]]:
     """(results of the faults of these indices that exist, results of the rules of these seeds).
 
-    A journal is told of each as it is finished, and what it has already is not measured again.
+    A store keeps each as it is finished, and what it has already is not measured again.
     """
     total, done = len(faults) + len(rules), 0
     found: tuple[list[Result], list[Result]] = ([], [])
     for into, function, numbers in ((0, of_fault, faults), (1, of_rule, rules)):
-        named = {number: _key(function, number) for number in numbers}
-        known = {} if journal is None else journal.done
-        results = {n: known[key] for n, key in named.items() if key in known}
+        named = {number: _name(function, number) for number in numbers}
+        results: dict[int, Result | None] = {}
+        for number, name in named.items():
+            earlier = store.find(of_everything("power", name)) if store is not None else None
+            if earlier is not None:
+                results[number] = earlier["found"]
         left = [n for n in numbers if n not in results]
         for part in range(0, len(left), BATCH):
             # a new pool each time, so that memory stays bounded: max_tasks_per_child can hang
@@ -136,15 +141,15 @@ def measure(
             with _own_cache(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
                 for number, result in zip(batch, pool.map(function, batch), strict=True):
                     results[number] = result
-                    if journal is not None:
-                        journal.keep(named[number], result)
+                    if store is not None:
+                        store.keep(of_everything("power", named[number]), {"found": result})
                     progress(named[number], (done + len(results)) / total)
         done += len(numbers)
         found[into].extend(r for n in numbers if (r := results[n]) is not None)
     return found
 
 
-def _key(function: Callable[[int], Any], number: int) -> str:
+def _name(function: Callable[[int], Any], number: int) -> str:
     return everything()[number].name if function is of_fault else f"valid rule {number}"
 
 

@@ -11,9 +11,8 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..case import Choice
-from ..journal import Journal
 from ..record import record
+from ..store import Store
 from .catalogue import everything
 from .measuring import SCENES, Result, measure
 from .valid import random_rule
@@ -33,11 +32,11 @@ def power(
     *,
     thorough: bool = False,
     only: str = "",
+    store: Store | None = None,
 ) -> dict[str, Any]:
     """The result of all faults and rules, of one in `SAMPLE`, or of those whose name holds `only`.
 
-    What an interrupted run had finished is not measured again. There are no cases if no name holds
-    `only`.
+    What the store has is not measured again. There are no cases if no name holds `only`.
     """
     faults = [i for i, fault in enumerate(everything()) if only in fault.name]
     rules = [seed for seed in range(RULES) if only in rule_name(seed)]
@@ -48,9 +47,7 @@ def power(
         *(["--thorough"] if thorough else []),
         *(["--only", shlex.quote(only)] if only else []),
     ]
-    journal = Journal("power-" + ("only" if only else "all" if thorough else "sample"), Choice())
-    found = measure(faults, rules, jobs, progress, journal)
-    journal.close()
+    found = measure(faults, rules, jobs, progress, store)
     note = "" if thorough or only else "A sample; discmech power --thorough takes all."
     return result(*found, " ".join(["discmech power", *words]), note)
 
@@ -117,7 +114,7 @@ def _case(one: Result, sound: bool, reason: str, wanted: str, control: bool) -> 
         "command": f"discmech power --only {shlex.quote(one['name'])}",
         "expected": {"wanted": wanted}, "measured": {key: one[key] for key in kept},
         "rows": [{"study": name, **said} for name, said in one["found"].items()],
-        "seconds": one["seconds"],
+        "seconds": one["seconds"], "measured_at": one["measured_at"],
     }  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from discmech.studies.rendering.mathml import display
 from discmech.studies.rendering.publish import published
-from discmech.studies.rendering.summary import headline, machine, merged, runs, tally, trouble
+from discmech.studies.rendering.summary import headline, machine, merged, runs, tally, trouble, when
 from discmech.studies.rendering.tables import columns, file_name, write_tables
 from discmech.studies.rendering.wording import STUDIES, VERDICTS, Case, Result, is_control, verdict
 
@@ -125,6 +125,7 @@ def _lines(study: str, cases: Sequence[Case]) -> dict[str, Any]:
             "word": shown[-1][1](case),
             "reason": str(case.get("reason") or ""),
             "command": str(case.get("command") or ""),
+            "when": when(case),
         }
         for case in cases
     ]

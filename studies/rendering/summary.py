@@ -15,6 +15,7 @@ from discmech.studies.rendering.wording import (
     caught,
     got,
     is_control,
+    mapping,
     verdict,
     wanted,
 )
@@ -115,6 +116,22 @@ def machine(results: Sequence[Result]) -> list[tuple[str, str]]:
     return [(key, " · ".join(values)) for key, values in found.items()]
 
 
+def when(case: Case) -> str:
+    """The date and the commit that a case was measured at."""
+    made = mapping(case, "measured_at")
+    date, commit = str(made.get("date") or ""), str(made.get("commit") or "")[:10]
+    changed = "" if made.get("clean") else " with changes"
+    return f"{date} at {commit}{changed}" if commit else date
+
+
+def _dates(cases: Sequence[Case]) -> str:
+    """From the first to the last, with the commits."""
+    dates = sorted({str(mapping(case, "measured_at").get("date") or "") for case in cases} - {""})
+    commits = dict.fromkeys(when(case).partition(" at ")[2] for case in cases)
+    at = ", ".join(filter(None, commits))
+    return " to ".join(dict.fromkeys(dates[:1] + dates[-1:])) + (f" at {at}" if at else "")
+
+
 def runs(results: Sequence[Result]) -> list[dict[str, str]]:
     """When each study ran, how long it took, and with which settings."""
     found = []
@@ -126,7 +143,7 @@ def runs(results: Sequence[Result]) -> list[dict[str, str]]:
             {
                 "study": str(result.get("study")),
                 "command": str(result.get("command") or ""),
-                "date": str(record.get("date") or "—"),
+                "date": _dates(result.get("cases") or []) or str(record.get("date") or "—"),
                 "seconds": f"{seconds:.1f}" if isinstance(seconds, int | float) else "—",
                 "settings": ", ".join(f"{key} = {value}" for key, value in settings) or "—",
             }

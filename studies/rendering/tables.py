@@ -241,7 +241,9 @@ def flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 _KEYS = ("scene", "rule", "retraction", "digits")
-_AFTER = ("control", "verdict", "expected", "measured", "seconds", "reason", "command")
+_AFTER = (
+    "control", "verdict", "expected", "measured", "seconds", "measured_at", "reason", "command",
+)  # fmt: skip
 
 
 def cases_csv(result: Result) -> str:

@@ -11,11 +11,11 @@ from discmech.studies.command import main
 
 
 @pytest.fixture(autouse=True)
-def own_journal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Journals of unfinished studies go to the test's folder; compiled kernels stay shared."""
+def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Results are kept in the test's folder; compiled kernels stay shared."""
     folder = tmp_path / "cache"
     folder.mkdir()
-    monkeypatch.setattr("discmech.studies.journal.cache_folder", lambda: folder)
+    monkeypatch.setattr("discmech.studies.store.cache_folder", lambda: folder)
 
 
 @pytest.fixture

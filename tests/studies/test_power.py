@@ -10,9 +10,7 @@ import sympy
 
 from discmech.integrators.compiler.kernel_text import driver_text
 from discmech.integrators.numbers import first_violation
-from discmech.studies.case import Choice
 from discmech.studies.command import main
-from discmech.studies.journal import Journal
 from discmech.studies.power import measuring
 from discmech.studies.power.catalogue import SOLVER, STAGED, everything
 from discmech.studies.power.equivalents import proof
@@ -23,6 +21,7 @@ from discmech.studies.power.results import RULES, result, sampled
 from discmech.studies.power.sites import faulty_scheme, sound_scheme
 from discmech.studies.power.valid import KINDS, random_rule
 from discmech.studies.rendering.page import lone_page
+from discmech.studies.store import Store
 
 CATALOGUE = everything()
 
@@ -146,7 +145,7 @@ def made(name, caught=(), equivalent="", site="rule"):
     scene, rule = name.split()
     about = {"name": name, "scene": scene, "rule": rule, "site": site, "what": "sign #0"}
     return {**about, "found": found, "caught": list(caught), "equivalent": equivalent,
-            "seconds": 2.0}  # fmt: skip
+            "seconds": 2.0, "measured_at": {}}  # fmt: skip
 
 
 def test_a_survivor_fails_and_so_does_a_false_alarm():
@@ -221,8 +220,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
     monkeypatch.setattr(measuring, "ProcessPoolExecutor", Pool)
 
     def run():
-        journal, faults = Journal("power", Choice()), range(10, 16)
-        return measuring.measure(faults, [], 1, lambda *_: None, journal)
+        return measuring.measure(range(10, 16), [], 1, lambda *_: None, Store())
 
     asked = []
     with pytest.raises(KeyboardInterrupt):

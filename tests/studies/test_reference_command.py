@@ -164,7 +164,7 @@ def test_published_digits_are_shown(capsys, monkeypatch):
 
 
 def test_costs_as_table_and_page(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(costs.measure, "__defaults__", (costs.silent, (15, 40), (1, 2)))
+    monkeypatch.setattr(costs.measure, "__defaults__", (costs.silent, (15, 40), (1, 2), None))
     file, folder = tmp_path / "costs.json", tmp_path / "page"
     code, out, _ = ask(capsys, "--costs", "--folder", str(folder), "--json", str(file))
     assert code == 0 and "Seconds grow like digits^" in out and "goes on to more" in out

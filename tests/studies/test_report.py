@@ -49,9 +49,9 @@ def made(tmp_path_factory):
             raise STOPPED
         return good[case.study](case, progress)
 
-    folder, journals = tmp_path_factory.mktemp("report") / "build", tmp_path_factory.mktemp("kept")
+    folder, kept = tmp_path_factory.mktemp("report") / "build", tmp_path_factory.mktemp("kept")
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
-        patch.setattr("discmech.studies.journal.cache_folder", lambda: journals)
+        patch.setattr("discmech.studies.store.cache_folder", lambda: kept)
         replace_measurements(patch, measure)
         code = main([*WORDS, "--folder", str(folder)])
     page = folder / "index.html"
@@ -60,7 +60,7 @@ def made(tmp_path_factory):
         for name in APPLY
     ]
     return SimpleNamespace(code=code, out=out.getvalue(), page=page, results=results,
-                           text=page.read_text("utf-8"), journals=journals)  # fmt: skip
+                           text=page.read_text("utf-8"))  # fmt: skip
 
 
 def test_every_study_is_on_the_page_with_the_command_of_every_case(made):
@@ -105,10 +105,6 @@ def test_tables_and_figures_lie_beside_it(made):
         assert files and all(f.read_bytes().startswith(start) for f in files)
 
 
-def test_nothing_is_left_to_go_on_with(made):
-    assert not list(made.journals.rglob("*.jsonl"))
-
-
 def test_an_interrupted_report_leaves_the_old_one(made, monkeypatch, capsys):
     def interrupted(case, progress):
         raise KeyboardInterrupt
@@ -140,9 +136,10 @@ def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
 
     fault = {"name": "a b", "scene": "a", "rule": "b", "site": "rule", "what": "sign #0",
              "found": {"order 50": {"verdict": "pass", "reason": "", "seconds": 1.0}},
-             "caught": [], "equivalent": "", "seconds": 1.0}  # fmt: skip
+             "caught": [], "equivalent": "", "seconds": 1.0, "measured_at": {}}  # fmt: skip
     monkeypatch.setattr(report, "run_studies", lambda *a, **k: ([], []))
-    monkeypatch.setattr(results, "power", lambda *a: results.result([fault], [], "discmech power"))
+    made = results.result([fault], [], "discmech power")
+    monkeypatch.setattr(results, "power", lambda *_, **__: made)
     code = main(["report", *words, "--folder", str(tmp_path / "build")])
     page = html.unescape((tmp_path / "build" / "index.html").read_text("utf-8"))
     whole = not words

@@ -1,0 +1,87 @@
+"""Results that were measured before, by the fingerprint of all that they depend on.
+
+An entry is a file: the digest of what follows, then JSON. One that does not agree with its digest
+is removed and measured again. Nothing here is believed that was not checked, and a store that
+cannot be written to costs no more than the time of measuring again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from discmech.integrators.compiler import cache_folder, write_atomically
+
+MOST = 20_000  # entries; the longest unused go first
+
+
+class Store:
+    """Results by fingerprint in the user's cache folder.
+
+    fresh: nothing is found, so that all is measured anew (and then kept). troubles: a sentence for
+    each kind of thing that went wrong.
+    """
+
+    def __init__(self, fresh: bool = False) -> None:
+        self.folder, self.fresh = cache_folder() / "results", fresh
+        self.troubles: dict[str, str] = {}
+
+    def find(self, key: str) -> Any | None:
+        """The result of that fingerprint, or None."""
+        path = self._path(key)
+        if self.fresh or not path.exists():
+            return None
+        try:
+            digest, _, text = path.read_text(encoding="utf-8").partition("\n")
+            entry = json.loads(text) if digest == _digest(text) else {}
+        except (OSError, ValueError):
+            entry = {}
+        if entry.get("key") != key:
+            self._remove_damaged(path)
+            return None
+        with suppress(OSError):  # a folder that may only be read
+            os.utime(path)  # the longest unused go first
+        return entry["result"]
+
+    def keep(self, key: str, result: Any) -> Any:
+        """Keep a result; returns it as it will be found."""
+        text = json.dumps({"key": key, "result": result})
+        path = self._path(key)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(path, f"{_digest(text)}\n{text}")
+        except OSError as error:
+            self.troubles["keep"] = (
+                f"results cannot be kept for the next run ({error.strerror}: {self.folder})."
+            )
+        return json.loads(text)["result"]
+
+    def prune(self) -> None:
+        """Remove the entries that were not used for longest, where there are more than `MOST`."""
+        files = list(self.folder.glob("*/*"))
+        if len(files) > MOST:
+            for path in sorted(files, key=_age, reverse=True)[MOST // 2 :]:
+                path.unlink(missing_ok=True)
+
+    def _path(self, key: str) -> Path:
+        return self.folder / key[:2] / key[2:]
+
+    def _remove_damaged(self, path: Path) -> None:
+        self.troubles["damaged"] = f"a stored result was damaged ({path}); it was measured again."
+        with suppress(OSError):  # what is measured now takes its place, if it can
+            path.unlink(missing_ok=True)
+
+
+def _age(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:  # another process removed it
+        return 0.0
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,281 @@
+"""Results are measured once, and found only while all that they depend on is unchanged."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from discmech.integrators import scenes
+from discmech.integrators.rules import compose, gauss, midpoint, trapezoidal
+from discmech.studies import fingerprint, get, lookup, running
+from discmech.studies.case import Case, Choice
+from discmech.studies.command import INTERRUPTED, main
+from discmech.studies.running import run_study
+from discmech.studies.store import Store
+
+CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
+                rules=(midpoint,), digits=(16,), steps=10)  # fmt: skip
+ALL = ["kepler", "rigid-body", "heavy-top"]
+
+
+@pytest.fixture
+def study(monkeypatch):
+    """The momentum study with a measurement that keeps a list, and can be interrupted."""
+    module = get("momentum")
+    state = {"measured": [], "stop_at": None}
+
+    def measure(case, progress):
+        if case.scene.name == state["stop_at"]:
+            raise KeyboardInterrupt
+        state["measured"].append(case.scene.name)
+        drift = 0.1 * len(state["measured"]) / 10**14
+        return {"measured": {"drift": {"J": drift}}, "rows": [{"step": 1, "drift": {"J": drift}}],
+                "steps": 10}  # fmt: skip
+
+    monkeypatch.setattr(module, "measure", measure)
+
+    def run(stop_at=None, choice=CHOICE, fresh=False):
+        """The scenes measured by this run, and its result (None if it was interrupted)."""
+        state.update(measured=[], stop_at=stop_at)
+        try:
+            found = run_study(module, choice, store=Store(fresh))
+        except KeyboardInterrupt:
+            found = None
+        return state["measured"], found
+
+    return run
+
+
+@pytest.fixture
+def entries(tmp_path):
+    return lambda: sorted((tmp_path / "cache" / "results").glob("*/*"))
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(study):
+    assert study("rigid-body") == (["kepler"], None)
+    assert study("heavy-top") == (["rigid-body"], None)
+    measured, found = study()
+    assert measured == ["heavy-top"]
+    assert [c["scene"] for c in found["cases"]] == ALL and found["verdict"] == "pass"
+    assert any("2 of 3 cases were measured by an earlier run" in note for note in found["notes"])
+
+
+def test_what_is_found_is_what_was_measured_to_the_last_bit(study):
+    _, first = study()
+    measured, again = study()
+    assert measured == [] and again["cases"] == first["cases"]
+    assert {"date", "commit", "clean"} == set(again["cases"][0]["measured_at"])
+
+
+def test_fresh_measures_all_anew_and_keeps_it(study):
+    _, first = study()
+    measured, again = study(fresh=True)
+    assert measured == ALL and not any("earlier run" in note for note in again["notes"])
+    assert study()[1]["cases"] == again["cases"]
+
+
+def test_without_a_store_nothing_is_kept(study, entries):
+    run_study(get("momentum"), CHOICE)
+    assert not entries()
+
+
+@pytest.mark.parametrize("damage", [b"", b"half", b"\xff\xfe", b"0\n{}", b"5", b"[]"])
+def test_a_damaged_entry_is_measured_again(study, entries, damage):
+    study()
+    for path in entries():
+        path.write_bytes(damage)
+    measured, found = study()
+    assert measured == ALL and any("damaged" in note for note in found["notes"])
+    assert study()[0] == []
+
+
+def test_an_entry_in_the_place_of_another_is_not_believed(study, entries):
+    study()
+    first, second, *_ = entries()
+    shutil.copy(first, second)
+    assert len(study()[0]) == 1
+
+
+def test_a_store_that_cannot_be_written_says_so_and_loses_nothing(study, monkeypatch):
+    def full(path, content):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("discmech.studies.store.write_atomically", full)
+    measured, found = study()
+    assert measured == ALL and len(found["cases"]) == 3
+    assert any("No space left on device" in note for note in found["notes"])
+
+
+def test_the_longest_unused_entries_go_first(study, entries, monkeypatch):
+    study()
+    for age, path in enumerate(entries()):
+        os.utime(path, (1e9 - age, 1e9 - age))
+    newest = entries()[0]
+    monkeypatch.setattr("discmech.studies.store.MOST", 2)
+    Store().prune()
+    assert newest in entries() and len(entries()) < 3
+
+
+def test_from_the_command_line(study, capsys, monkeypatch):
+    words = ["momentum", "kepler", "heavy-top", "--rule", "midpoint", "--digits", "16"]
+    module = get("momentum")
+    good, asked = module.measure, []
+
+    def measure(case, progress):
+        asked.append(case.scene.name)
+        if len(asked) == 2:
+            raise KeyboardInterrupt
+        return good(case, progress)
+
+    monkeypatch.setattr(module, "measure", measure)
+    assert main(words) == INTERRUPTED == 130
+    assert "goes on where it stopped" in capsys.readouterr().err
+    assert main(words) == 0 and asked == ["kepler", "heavy-top", "heavy-top"]
+    assert main([*words, "--fresh"]) == 0 and len(asked) == 5
+
+
+# -- each thing that a result depends on changes its fingerprint --------------------------------
+
+
+def key(name="order", scene="kepler", rule=midpoint, digits=16, steps=None, timed=False, **more):
+    scene = scenes.get(scene) if isinstance(scene, str) else scene
+    return fingerprint.of_case(get(name), Case(name, scene, rule, digits, steps, **more), timed)
+
+
+CHANGED = {
+    "study": {"name": "energy"},
+    "scene": {"scene": "pendulum"},
+    "parameter": {"scene": scenes.get("kepler").with_values(parameters={"strength": 2})},
+    "start": {"scene": scenes.get("kepler").with_values(x0=["1/2", 0])},
+    "velocity": {"scene": scenes.get("kepler").with_values(v0=[0, 1])},
+    "duration": {"scene": scenes.get("kepler").with_values(duration=7)},
+    "step": {"scene": scenes.get("kepler").with_values(step="0.03125")},
+    "rule": {"rule": trapezoidal},
+    "number of nodes": {"rule": gauss(3)},
+    "composition": {"rule": compose(midpoint, "suzuki")},
+    "digits": {"digits": 50},
+    "steps": {"steps": 12},
+    "thorough": {"thorough": True},
+    "control": {"control": "explicit Euler"},
+    "machine of a time": {"timed": True},
+}
+
+
+def test_of_equal_questions_it_is_equal():
+    assert key() == key() and len({key(), *(key(**c) for c in CHANGED.values())}) == 1 + len(
+        CHANGED
+    )
+
+
+def test_retractions_have_their_own():
+    body = scenes.get("rigid-body")
+    from discmech.integrators import exponential
+
+    assert key(scene=body) != key(scene=body.with_retraction(exponential))
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    """A copy of our text that may be changed; fingerprints are of it."""
+    for name in ("integrators", "reference", "studies"):
+        shutil.copytree(fingerprint.ROOT / name, tmp_path / "tree" / name,
+                        ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
+    here = Path(fingerprint.ROOT)
+    monkeypatch.setattr(fingerprint, "ROOT", tmp_path / "tree")
+    for name in ("order", "energy"):
+        moved = tmp_path / "tree" / Path(get(name).__file__).relative_to(here)
+        monkeypatch.setattr(get(name), "__file__", str(moved))
+
+    def forget():
+        for function in (fingerprint.text_of, fingerprint._text_of_scene, fingerprint._text_of_all):
+            function.cache_clear()
+
+    forget()
+    yield tmp_path / "tree", forget
+    forget()
+
+
+def append(file):
+    file.write_text(file.read_text() + "\n# changed\n")
+
+
+TEXT_OF_IT = (
+    "integrators/flows/flow.py", "integrators/compiler/driver.py", "integrators/scene.py",
+    "integrators/rules/composition.py", "integrators/groupoids/pair.py", "reference/taylor.py",
+    "studies/order.py", "studies/fitting.py", "studies/running.py", "studies/fingerprint.py",
+    "studies/diagnosis.py", "integrators/scenes/kepler.py", "reference/tables/kepler.json",
+)  # fmt: skip
+OTHER_TEXT = (
+    "integrators/scenes/pendulum.py", "reference/tables/pendulum.json", "studies/energy.py",
+    "studies/rendering/tables.py", "studies/plugin.py",
+)  # fmt: skip
+
+
+def test_text_that_has_a_part_in_it_changes_it_and_no_other(checkout):
+    tree, forget = checkout
+    before = key()
+    for file in OTHER_TEXT:
+        append(tree / file)
+    forget()
+    assert key() == before
+    for file in TEXT_OF_IT:
+        everything = fingerprint.of_everything("power")
+        append(tree / file)
+        forget()
+        assert key() != before and fingerprint.of_everything("power") != everything, file
+        before = key()
+
+
+def test_a_scene_rests_on_the_scene_that_it_imports(checkout):
+    tree, forget = checkout
+    before = key(scene="lagrange-top")
+    append(tree / "integrators/scenes/heavy_top.py")
+    forget()
+    assert key(scene="lagrange-top") != before
+
+
+def test_versions_count(monkeypatch):
+    before = key()
+    monkeypatch.setattr(fingerprint, "versions", lambda: {"sympy": "0.1"})
+    assert key() != before
+
+
+USER = """
+from discmech import Scene, discretisation, pair
+from numbers_beside import STRENGTH, KEPT
+from discmech.integrators.scene import Conserved
+
+@discretisation(order=2)
+def mine(L, G, x, u, h):
+    return h * (L(x, u) + STRENGTH * L(G.target(x, u, h), u)) / (1 + STRENGTH)
+
+oscillator = Scene("oscillator", pair(1), lambda x, v, p: (v[0]**2 - STRENGTH * x[0]**2) / 2,
+                   x0=[1], v0=[0], symmetries=[Conserved("J", lambda x, mu, p: KEPT * mu)])
+"""
+
+
+def test_what_a_users_file_imports_counts(tmp_path, monkeypatch):
+    """Its equations do, so it does not matter where a number comes from."""
+    file = tmp_path / "mine.py"
+    monkeypatch.syspath_prepend(str(tmp_path))
+    found = []
+    for number, beside in enumerate(("STRENGTH, KEPT = 1, 1", "STRENGTH, KEPT = 2, 1",
+                                     "STRENGTH, KEPT = 1, 3")):  # fmt: skip
+        (tmp_path / f"values_{number}.py").write_text(beside)
+        text = USER.replace("numbers_beside", f"values_{number}")
+        file.write_text(text)
+        rule, scene = lookup.rule(f"{file}:mine"), lookup.scene(f"{file}:oscillator")
+        case = Case("order", scene, rule, 16)
+        assert not fingerprint.known_by_text(case)
+        found.append(fingerprint.of_case(get("order"), case, timed=False))
+    assert len(set(found)) == 3
+
+
+def test_a_case_that_cannot_be_used_is_not_kept(entries, monkeypatch):
+    case = Case("order", scenes.get("kepler"), midpoint, 16)
+    monkeypatch.setattr(running, "run_case", lambda *_: {"unusable": True})
+    assert running.measured(get("order"), case, store=Store()) == {"unusable": True}
+    assert not entries()
