@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from .errors import BadInput
 from .groupoids import Groupoid, LieGroup, RowAction
-from .numbers import exact_nested, exact_rational, exact_vector
+from .numbers import exact_nested, exact_rational, exact_vector, flatten
 
 
 @dataclass(frozen=True)
@@ -134,6 +134,11 @@ class Scene:
         for quantity in self.symmetries:
             if not isinstance(quantity, Conserved):
                 raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
+
+    @property
+    def parameter_values(self) -> list[Any]:
+        """The exact values of all parameters, one after another and row by row."""
+        return flatten(tuple(self.parameters.values()))
 
     def with_values(self, **changes: Any) -> Scene:
         """A copy with some fields changed; `parameters` are merged, not replaced."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.equations import DiscreteEquations, state_function, vector_field
+from discmech.integrators.equations import DiscretisedScene, state_function, vector_field
 from discmech.integrators.flows import Flow
 from discmech.integrators.geometry import relative_defect
 from discmech.integrators.numbers import arithmetic
@@ -42,13 +42,13 @@ DAMPING = "1e-6"
 class RungeKutta:
     """A Runge–Kutta step on (x, μ) with its exact derivative, in any arithmetic."""
 
-    def __init__(self, scheme: DiscreteEquations, tableau: Tableau, digits: int) -> None:
+    def __init__(self, scheme: DiscretisedScene, tableau: Tableau, digits: int) -> None:
         self.numbers = arithmetic(digits)
         self.n, self.size = len(scheme.x), len(scheme.x) + len(scheme.u)
         self.field = _field(scheme, digits)
         with self.numbers.working():
             number = self.numbers.number
-            self.p = [number(v) for v in scheme.s.parameter_values]
+            self.p = [number(v) for v in scheme.scene.parameter_values]
             self.a = [[number(e) for e in row] for row in tableau.a]
             self.b = [number(e) for e in tableau.b]
 
@@ -69,7 +69,7 @@ class RungeKutta:
 
 
 @cache
-def _field(scheme: DiscreteEquations, digits: int) -> Any:
+def _field(scheme: DiscretisedScene, digits: int) -> Any:
     f = vector_field(scheme.s)
     derivative = f.jacobian([*scheme.x, *scheme.s.mu])
     return state_function(scheme.s, [list(f), derivative], arithmetic(digits))

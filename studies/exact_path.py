@@ -53,7 +53,7 @@ def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
     field, lagrangian = _functions(scheme)
     found = []
     with numbers.working():
-        q = scheme.s.q_values(h, numbers)
+        q = scheme.s.q_values(h, scheme.scene.parameter_values, numbers)
         for k in range(count):
             places = [k + c for c in nodes]
             between = solutions(scheme.scene, _times(scheme, h, places), DIGITS)
@@ -135,7 +135,7 @@ def truncation(scheme: Scheme) -> Truncation:
     numbers = arithmetic(DIGITS)
     for step in steps:
         pair = arrows(scheme, step, 2)
-        flow = Flow(scheme.origin, step, DIGITS)
+        flow = Flow(scheme, step, DIGITS)
         with numbers.working():
             h = numbers.number(step)
             maps = [flow.context.maps_at(a.x, a.u) for a in pair]
@@ -195,7 +195,9 @@ def _numbers(values: Sequence[Any]) -> list[Any]:
 def _functions(scheme: Scheme) -> tuple[Any, Any]:
     """L(x, w), row by row, and l(x, ξ) of (x, u, q), in the arithmetic of `DIGITS`."""
     s = scheme.s
-    texts = (text_of(scheme, {"x": s.x, "u": s.u}, [part]) for part in (scheme.L, s.lagrangian))
+    texts = (
+        text_of(scheme.equations, {"x": s.x, "u": s.u}, [part]) for part in (scheme.L, s.lagrangian)
+    )
     field, lagrangian = (numeric_function(text, arithmetic(DIGITS)) for text in texts)
     return field, lagrangian
 
@@ -203,7 +205,7 @@ def _functions(scheme: Scheme) -> tuple[Any, Any]:
 def _discrete_lagrangian(scheme: Scheme, arrow: Arrow, flow: Flow) -> Any:
     """L_d at an arrow."""
     s = scheme.s
-    text = text_of(scheme, {"x": s.x, "u": s.u, "s": s.stages},
+    text = text_of(scheme.equations, {"x": s.x, "u": s.u, "s": s.stages},
                    [scheme.at_points.discrete_lagrangian])  # fmt: skip
     action = numeric_function(text, flow.numbers)
     return action(arrow.x, arrow.u, flow.geometry.stages(arrow.x, arrow.u), flow.context.q)

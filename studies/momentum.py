@@ -144,7 +144,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         return None
     worst = max(plain, key=lambda q: drift[q.name])
     scheme = _scheme(case, False).base
-    flow = Flow(scheme.origin, case.scene.step, 30)
+    flow = Flow(scheme, case.scene.step, 30)
     run = flow.trajectory(COUNT)
     rows_of = with_terms(scheme, formula_of(scheme, worst), 30)
     with flow.numbers.working():

@@ -126,7 +126,7 @@ def equations_of(scheme: Scheme) -> dict[str, Any]:
             for here, there in zip(plus, minus, strict=True)
         ],
         "self_adjoint": scheme.self_adjoint,
-        "affine": is_affine(step_system(scheme)),
+        "affine": is_affine(step_system(scheme.equations)),
         "source": scheme.rule.source,
     }  # fmt: skip
 

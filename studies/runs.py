@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure
-from discmech.integrators.equations import DiscreteEquations, energy, state_function
+from discmech.integrators.equations import DiscretisedScene, SceneSymbols, energy, state_function
 from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.numbers import Double, arithmetic
 
@@ -39,7 +39,7 @@ def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Traj
 Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
 
 
-def with_terms(scheme: DiscreteEquations, quantity: Any, digits: int) -> Rows:
+def with_terms(scheme: DiscretisedScene, quantity: Any, digits: int) -> Rows:
     """A function of a run that gives, per row, a quantity's components and their sums of
     absolute terms, (r, k) each."""
     from sympy import Abs, Add
@@ -49,7 +49,7 @@ def with_terms(scheme: DiscreteEquations, quantity: Any, digits: int) -> Rows:
     sums = [Add(*[Abs(t) for t in Add.make_args(e)]) for e in entries]
     numbers = arithmetic(digits)
     with numbers.working():
-        p = [numbers.number(v) for v in scheme.s.parameter_values]
+        p = [numbers.number(v) for v in scheme.scene.parameter_values]
         double = isinstance(numbers, Double)
         f = state_function(scheme.s, [entries, sums], numbers, columns=double)
 
@@ -85,17 +85,17 @@ def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.nda
         return np.array([float(d / s) if d else 0.0 for d, s in zip(drifts, scale, strict=True)])
 
 
-def energy_errors(scheme: DiscreteEquations, run: Trajectory, digits: int = 16) -> np.ndarray:
+def energy_errors(scheme: DiscretisedScene, run: Trajectory, digits: int = 16) -> np.ndarray:
     """(H − H₀)/scale per row, signed; scale is the largest sum of absolute terms of H."""
-    values, terms = with_terms(scheme, _energy(scheme), digits)(run)
+    values, terms = with_terms(scheme, _energy(scheme.s), digits)(run)
     with arithmetic(digits).working():
         errors = values[:, 0] - values[0, 0]
         return np.asarray(errors / terms.max() if terms.max() else errors, dtype=float)
 
 
 @lru_cache(maxsize=256)
-def _energy(scheme: DiscreteEquations) -> Any:
-    return energy(scheme.s)
+def _energy(s: SceneSymbols) -> Any:
+    return energy(s)
 
 
 def bins(length: int, most: int) -> list[tuple[int, int]]:

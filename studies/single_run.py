@@ -17,7 +17,7 @@ from .options import RULE_HELP, count, digits_in
 from .output import progress_shown, write
 
 if TYPE_CHECKING:
-    from discmech.integrators.equations import DiscreteEquations
+    from discmech.integrators.equations import DiscretisedScene
     from discmech.integrators.flows import Trajectory
 
 RESOLVED = 0.1  # energy error, of the energy's terms, beyond which a run shows another motion
@@ -112,7 +112,7 @@ def run_scene(options: argparse.Namespace) -> int:
     return 0
 
 
-def _energy_error(scheme: DiscreteEquations, run: Trajectory, digits: int) -> float | None:
+def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> float | None:
     """The largest error of the energy in the run's rows, over its terms; None if it has none."""
     import numpy as np
 

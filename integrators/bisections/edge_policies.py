@@ -193,7 +193,7 @@ class Bisect(EdgePolicy):
             )
         if context.substeps:
             raise BadInput(
-                f"{name}: {context.equations.rule.name} is a composition, whose substeps lie in "
+                f"{name}: {context.scheme.rule.name} is a composition, whose substeps lie in "
                 'different translates; take on_edge="shrink" or "refuse".'
             )
 

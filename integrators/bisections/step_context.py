@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..equations import DiscreteEquations
+from ..equations import DiscreteEquations, DiscretisedScene
 from ..errors import SMALLER, CannotMeasure, StepFailure
 from ..geometry import Arrow, LocalGeometry, StagesNotFound
 from ..numbers import Vector, listed
@@ -28,12 +28,12 @@ def vector_in(numbers: Any, values: Any, length: int, what: str) -> Vector:
 
 @dataclass(frozen=True, eq=False)
 class StepContext:
-    """Discrete equations at one step size in one arithmetic.
+    """A discretised scene at one step size in one arithmetic.
 
     substeps: the contexts of a composition's substeps in their order; empty for a rule of one step.
     """
 
-    equations: DiscreteEquations
+    scheme: DiscretisedScene
     numbers: Any
     step: Fraction
     substeps: tuple[StepContext, ...] = ()
@@ -44,15 +44,21 @@ class StepContext:
         return self.substeps or (self,)
 
     @property
+    def equations(self) -> DiscreteEquations:
+        """The equations of a step."""
+        return self.scheme.equations
+
+    @property
     def scene(self) -> Any:
-        """The scene whose equations these are."""
-        return self.equations.scene
+        """The scene with its values."""
+        return self.scheme.scene
 
     @cached_property
     def q(self) -> list[Any]:
         """The values of the equations' letters `s.q`: h, parameters, constants, B = e."""
         with self.numbers.working():
-            return self.equations.s.q_values(self.step, self.numbers)
+            values = self.scene.parameter_values
+            return self.equations.s.q_values(self.step, values, self.numbers)
 
     @property
     def h(self) -> Any:
@@ -126,7 +132,7 @@ class StepContext:
         """Raise `CannotMeasure` for a composition, whose step is no map of arrows (x, u)."""
         if self.substeps:
             raise CannotMeasure(
-                f"{self.equations.rule.name} is a composition: it steps on (x, mu), not on arrows "
+                f"{self.scheme.rule.name} is a composition: it steps on (x, mu), not on arrows "
                 "(x, u); use dual_step and poisson_defect."
             )
 
@@ -140,5 +146,5 @@ class StepContext:
     ) -> StepFailure:
         """The failure of step `index` at a state in this arithmetic; `trajectory`: rows so far."""
         where = {name: self.numbers.public(value) for name, value in state.items()}
-        names, time = (self.scene.name, self.equations.rule.name), float(self.step * index)
+        names, time = (self.scene.name, self.scheme.rule.name), float(self.step * index)
         return StepFailure(*names, index, time, where, cause, trajectory, fix)

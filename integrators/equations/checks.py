@@ -16,16 +16,17 @@ from ..numbers import (
     sympy,
     to_sympy,
 )
+from ..numbers.types import Expression, Expressions
 from ..rules import Discretisation
 from ..scene import Scene
-from .continuous import mass_matrix
+from .continuous import mass_matrix, momentum
 from .legendre_maps import LegendreMaps
 from .symbols import SceneSymbols
 
 
-def check_letters(maps: LegendreMaps, scene: Scene, rule: Discretisation) -> None:
+def check_letters(maps: LegendreMaps, rule: Discretisation) -> None:
     """Raise `BadInput` if L_d holds unknown symbols, not u, or not every stage."""
-    s, of = maps.s, _named(scene, rule)
+    s, of = maps.s, _named(maps.s.name, rule)
     used = maps.definitions([maps.discrete_lagrangian])
     letters = {letter for d in used for letter in d.letters}
     symbols = symbols_of([maps.discrete_lagrangian]) | {e for d in used for e in d.holds}
@@ -52,10 +53,10 @@ def check_letters(maps: LegendreMaps, scene: Scene, rule: Discretisation) -> Non
             )
 
 
-def _named(scene: Scene, rule: Discretisation) -> str:
+def _named(scene: str, rule: Discretisation) -> str:
     """The scene with the rule, and where a rule of the user's is."""
     place = line_of(rule.formula)
-    return (f"{place}: " if place else "") + f"{scene.name} with {rule.name}"
+    return (f"{place}: " if place else "") + f"{scene} with {rule.name}"
 
 
 def check_regular(maps: LegendreMaps, w: Any, scene: Scene, rule: Discretisation) -> None:
@@ -72,7 +73,7 @@ def check_regular(maps: LegendreMaps, w: Any, scene: Scene, rule: Discretisation
         asked["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = mass_matrix(s)
     for seed in range(2):
         point = random_point([*s.x, *w, *s.q], (*w, s.h), seed) | s.constant_values(40)
-        for p, value in zip(s.parameter_list, s.parameter_values, strict=True):
+        for p, value in zip(s.parameter_list, scene.parameter_values, strict=True):
             point[p] = to_sympy(value)
         directions = {
             a: null_direction(evaluate_matrix(m, 30, point, maps.definitions(m)))
@@ -81,7 +82,7 @@ def check_regular(maps: LegendreMaps, w: Any, scene: Scene, rule: Discretisation
         asked = {a: m for a, m in asked.items() if directions[a] is not None}
     for name, of_what in asked:
         raise BadInput(
-            f"{_named(scene, rule)}: {name} is singular everywhere, in the direction "
+            f"{_named(scene.name, rule)}: {name} is singular everywhere, in the direction "
             f"({shown(directions[name, of_what])}) of {of_what} needs its kinetic energy."
         )
 
@@ -93,7 +94,7 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
         if formula.free_symbols & set(s.mu):
             if scene.lagrangian is None:
                 continue  # the start's momentum is only given with the run
-            mu = _with_parameters(s, [s.lagrangian.diff(v) for v in s.u])
+            mu = _with_parameters(s, scene, momentum(s))
             formula = formula.xreplace(dict(zip(s.mu, mu, strict=True)))
         value = formula.xreplace(at)
         if sympy.simplify(value - wanted) != 0:
@@ -127,12 +128,12 @@ def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Any, Any]
         if quantity.value is not None:
             formula = s.scalar(quantity.formula(s.x, s.mu, s.parameters), quantity.name)
             wanted = to_sympy(exact(quantity.value, quantity.name))
-            yield quantity.name, *_with_parameters(s, [formula]), wanted
+            yield quantity.name, *_with_parameters(s, scene, [formula]), wanted
 
 
-def _with_parameters(s: SceneSymbols, expressions: list[Any]) -> list[Any]:
+def _with_parameters(s: SceneSymbols, scene: Scene, expressions: Expressions) -> list[Expression]:
     """The expressions with the parameters' exact values."""
-    values = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))
+    values = dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
     return [e.xreplace(values) for e in expressions]
 
 

@@ -33,12 +33,12 @@ def velocity(s: SceneSymbols) -> Any:
     mass = mass_matrix(s).applyfunc(lambda e: e.simplify())
     if mass.free_symbols & set(s.u):
         raise CannotMeasure(
-            f"{s.scene.name}: the Lagrangian is not quadratic in the velocity, so no closed form "
+            f"{s.name}: the Lagrangian is not quadratic in the velocity, so no closed form "
             "of ξ(x, μ) exists; this study cannot be run on it."
         )
     if mass.det().simplify() == 0:
         raise BadInput(
-            f"{s.scene.name}: the mass matrix ∂²l/∂ξ² is singular: {mass.tolist()}; every velocity "
+            f"{s.name}: the mass matrix ∂²l/∂ξ² is singular: {mass.tolist()}; every velocity "
             "needs its kinetic energy."
         )
     return mass.LUsolve(s.mu - mu.xreplace(dict.fromkeys(s.u, 0)))
@@ -52,7 +52,7 @@ def energy(s: SceneSymbols) -> Any:
 
 def vector_field(s: SceneSymbols) -> Any:
     """(ẋ, μ̇) at (x, μ), (n+m)×1."""
-    groupoid = s.scene.groupoid
+    groupoid = s.groupoid
     xi = velocity(s)
     at = dict(zip(s.u, xi, strict=True))
     rho = groupoid.rho(s.x, s.h) / s.h
@@ -75,11 +75,11 @@ def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Any) -> list[Any]:
             f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
             "trajectory(..., mu0=...)."
         )
-    f = _momentum_function(s.origin, numbers)
+    f = _momentum_function(s, numbers)
     with numbers.working():
         x = [numbers.number(v) for v in scene.x0]
         v = [numbers.number(v) for v in scene.v0]
-        return list(f(x, v, [numbers.number(p) for p in s.parameter_values]))
+        return list(f(x, v, [numbers.number(p) for p in scene.parameter_values]))
 
 
 @lru_cache(maxsize=512)

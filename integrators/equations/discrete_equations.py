@@ -13,163 +13,110 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from ..errors import BadInput, line_of
-from ..groupoids import check_axioms
-from ..numbers import first_violation, sympy, written_out
-from ..rules import Composition, Discretisation, own
-from ..scene import OnGroup, Scene
-from .chain_rule import Block
-from .checks import check_letters, check_regular, check_start
+from ..numbers import sympy, written_out
+from ..numbers.types import Column, Expression, SymbolicMatrix
+from ..rules import Discretisation, adjoint
+from .checks import check_letters
 from .discrete_lagrangian import DiscreteLagrangian
 from .legendre_maps import LegendreMaps
-from .on_group import Element
-from .rule_view import (
-    GroupoidForRule,
-    LagrangianForRule,
-    WrittenGroupoid,
-    WrittenLagrangian,
-    written,
-)
-from .symbols import SceneSymbols
+from .symbols import SceneSymbols, vector
 
 
 class DiscreteEquations:
-    """What is derived from a scene and a rule, symbolic and exact.
+    """What is derived from a scene's functions and a rule of one step: symbolic, exact, no value.
 
     Attributes: x, u (columns n×1, m×1), y, v (x and u of the next step), h, and `s` with the
-    parameters' symbols. Raises `BadInput` if the groupoid violates its axioms, the rule or the
-    Lagrangian cannot be evaluated, or L_d is degenerate (FL singular everywhere).
+    parameters' letters; w, what a step solves for: u, then the stages; rho (n×m), L and R (m×m) of
+    the groupoid; `at_points`, the Legendre maps in letters for points; element, the group element
+    where L_d is a function of it, else None.
+
+    of: the discrete Lagrangian if it is derived already. Raises `BadInput` if the rule or the
+    Lagrangian cannot be evaluated, or if L_d holds unknown letters, no u, or not every stage.
     """
 
-    def __init__(self, scene: Scene, rule: Discretisation) -> None:
-        if not isinstance(scene, Scene):
-            raise BadInput(f"{scene!r} is no scene: give a Scene, or scenes.get(name).")
-        if not isinstance(rule, Discretisation):
-            raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
-        check_axioms(scene.groupoid)
-        if scene.discrete_lagrangian is not None and not isinstance(rule, Composition):
-            rule = own  # no rule has a say where L_d is given
-        self.scene, self.rule = scene, rule
-        #: what the kernels depend on besides L_d and the groupoid: nothing, as long as nobody
-        #: changes what is derived (`studies.power` does, to see whether that is noticed)
-        self.mark = ""
-        self.s = s = SceneSymbols(scene, rule.stages)
+    def __init__(
+        self, s: SceneSymbols, rule: Discretisation, of: DiscreteLagrangian | None = None
+    ) -> None:
+        self.s, self.rule, self.groupoid = s, rule, s.groupoid
         self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
-        groupoid = scene.groupoid
-        of = DiscreteLagrangian(s, groupoid)
-        #: the group element, where L_d is a function of it
-        self.element: Element | None = None
-        #: whether the rule takes velocities from curves, and so serves every chart alike
-        self.gave_velocities = False
-        if isinstance(scene.discrete_lagrangian, OnGroup):
-            self.element = g = Element(scene.discrete_lagrangian, groupoid, s)
-            of.add_element(g.block)
-            of.give(g.expression(g.given.formula, "its discrete Lagrangian"))
-        elif scene.discrete_lagrangian is not None:
-            given = s.call(
-                scene.discrete_lagrangian, "its discrete Lagrangian", s.x, s.u, s.h, s.parameters
-            )
-            of.give(given)
-        else:
-            s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
-            L, G = LagrangianForRule(s), GroupoidForRule(groupoid, s)
-            of.give(self._value_of_rule(L, G), L, G)
-            self.gave_velocities = G.gave_velocities
-        self.at_points = LegendreMaps(of, self.element)
-        #: the points b(x, u; θh) of the straight step that L_d holds
-        self.points: tuple[Block, ...] = of.points
-        #: what a step solves for: u, then the stages
-        self.w = s.u.col_join(s.stages) if rule.stages else s.u
-        check_letters(self.at_points, scene, rule)
-        check_start(s, scene)
-        check_regular(self.at_points, self.w, scene, rule)
-        #: the one that was derived: this one, or the one that `Scheme.at` was asked of
-        self.origin = self
+        self.w = s.u.col_join(s.stages) if len(s.stages) else s.u
+        self.of = DiscreteLagrangian(s, rule) if of is None else of
+        self.element = self.of.element
+        self.at_points = LegendreMaps(self.of)
+        self.rho, self.L, self.R = self.at_points.rho, self.at_points.L, self.at_points.R
+        #: what tells these equations from others with the same L_d and groupoid (`altered`)
+        self.mark = ""
+        if of is None:
+            check_letters(self.at_points, rule)
 
-    def _value_of_rule(self, L: LagrangianForRule, G: GroupoidForRule) -> Any:
-        """What the rule gives for the answers of L and G, if it only uses them; else written out.
+    def altered(self, mark: str, **maps: SymbolicMatrix) -> DiscreteEquations:
+        """These equations with other matrices for some of the Legendre maps (`LegendreMaps`).
 
-        A rule of ours only uses them. A user's may look into them, so it is asked twice.
+        For seeded faults: nothing makes these maps those of one L_d. mark: a name, by which
+        whatever is kept on disk of the altered equations is not taken for that of others.
         """
-        s, rule = self.s, self.rule
-        more = [s.x, s.u, s.h, *([s.stage_columns] if rule.stages else [])]
-        what = f"rule {rule.name}"
-        if not line_of(rule.formula):
-            return s.call(rule.formula, what, L, G, *more)
-        plain = [WrittenLagrangian(s), WrittenGroupoid(self.scene.groupoid, s)]
-        wanted = s.call(rule.formula, what, *plain, *more)
-        try:
-            value = s.call(rule.formula, what, L, G, *more)
-            difference = written(value) - wanted
-            if first_violation([difference], [*s.u, *s.stages, s.h]) is None:
-                return value
-        except BadInput:  # it asked for what an answer does not have, and an expression has
-            pass
-        return wanted
+        other = DiscreteEquations(self.s, self.rule, self.of)
+        other.at_points, other.mark = self.at_points.altered(**maps), mark
+        return other
+
+    @cached_property
+    def adjoint(self) -> DiscreteEquations:
+        """The equations of the adjoint rule, whose step is the inverse of Φ₋ₕ."""
+        return DiscreteEquations(self.s.for_another_rule(), adjoint(self.rule))
+
+    @property
+    def points(self) -> tuple[Any, ...]:
+        """The blocks of the points b(x, u; θh) of the straight step that L_d holds."""
+        return self.of.points
 
     # -- the theory's objects, written out in (x, u; h) ----------------------------------------
 
     @cached_property
-    def discrete_lagrangian(self) -> Any:
+    def discrete_lagrangian(self) -> Expression:
         """L_d(x, u; h), or L_d(x, u, s; h) before the stages s are eliminated."""
         return self.written_out(sympy.Matrix([self.at_points.discrete_lagrangian]))[0]
 
-    @property
-    def rho(self) -> Any:
-        """ρ(x), n×m."""
-        return self.at_points.rho
-
-    @property
-    def L(self) -> Any:
-        """L(x, u), m×m: columns are the left-invariant fields."""
-        return self.at_points.L
-
     @cached_property
-    def L_at_translate(self) -> Any:
+    def L_at_translate(self) -> SymbolicMatrix:
         """L(x, u) at τ(hu) B, where L_d is given on the group (`Element.left`), m×m."""
         return self.L if self.element is None else self.element.left
 
-    @property
-    def R(self) -> Any:
-        """R(x, u), m×m: columns are the fibre parts of the right-invariant fields."""
-        return self.at_points.R
-
     @cached_property
-    def legendre_minus(self) -> Any:
+    def legendre_minus(self) -> Column:
         """F⁻_γ = e→_γ(L_d), m×1 (paper, remark in section 2.5)."""
         return self.written_out(self.at_points.minus)
 
     @cached_property
-    def legendre_plus(self) -> Any:
+    def legendre_plus(self) -> Column:
         """F⁺_γ = e←_γ(L_d), m×1 (paper, remark in section 2.5)."""
         return self.written_out(self.at_points.plus)
 
     @cached_property
-    def stage_equations(self) -> Any:
+    def stage_equations(self) -> Column:
         """∂L_d/∂s, which vanish, k·m×1 (none without stages)."""
         return self.written_out(self.at_points.stage_equations)
 
     @cached_property
-    def residual(self) -> Any:
+    def residual(self) -> Column:
         """F⁺(x, u) − F⁻(b(x, u), v), m×1 in (x, u, v, h): λ of the paper's section 3.5.
 
         With stages also in s and r, the stages of this step and of the next.
         """
         s = self.s
         end = self.written_out(self.at_points.target)
-        after = [*self.v, *end, *s.vector("r", len(s.stages))]
+        after = [*self.v, *end, *vector("r", len(s.stages))]
         pairs = zip([*self.u, *self.x, *s.stages], after, strict=True)
         return self.legendre_plus - self.legendre_minus.subs(list(pairs), simultaneous=True)
 
     @cached_property
-    def FL(self) -> Any:
+    def FL(self) -> SymbolicMatrix:
         """(FL)^γ_μ = −∂F⁻_μ/∂u^γ in row γ, column μ, m×m (paper, section 3.5).
 
         With stages the derivative along ∂L_d/∂s = 0, still written in (x, u, s).
         """
         maps, stages = self.at_points, self.s.stages
 
-        def by(column: Any, variable: Any) -> Any:
+        def by(column: Column, variable: Column) -> SymbolicMatrix:
             return self.written_out(maps.total(column, variable))
 
         slope = by(maps.minus, self.u)
@@ -179,20 +126,20 @@ class DiscreteEquations:
         return -slope.T
 
     @cached_property
-    def W(self) -> Any:
+    def W(self) -> SymbolicMatrix:
         """W_γμ = e←_μ(e→_γ(L_d)) = −L^θ_μ (FL)^θ_γ, m×m (paper, section 3.5)."""
         return -self.FL.T * self.L
 
     @cached_property
-    def omega(self) -> Any:
+    def omega(self) -> SymbolicMatrix:
         """Ω on sections a^γ e→_γ + c^γ e←_γ in the order (a, c), 2m×2m: [[0, W], [−Wᵀ, 0]]."""
         zero = sympy.zeros(len(self.u))
         return sympy.BlockMatrix([[zero, self.W], [-self.W.T, zero]]).as_explicit()
 
-    def written_out(self, expression: Any) -> Any:
-        """The expression (or matrix) with every letter replaced by its value in (x, u, s; h).
+    def written_out(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
+        """The matrix with every letter replaced by its value in (x, u, s; h).
 
-        Where L_d is given on the group, g = τ(hu), the translate by B = e.
+        Where L_d is given on the group, g = τ(hu): the translate is B = e.
         """
-        definitions = self.at_points.definitions(expression)
-        return written_out(definitions, expression).xreplace(self.s.identity_translate)
+        definitions = self.at_points.definitions(matrix)
+        return written_out(definitions, matrix).xreplace(self.s.identity_translate)

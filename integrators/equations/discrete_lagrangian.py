@@ -10,11 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..groupoids import Groupoid
 from ..numbers import jacobian, sympy
+from ..numbers.types import Expression, Replacement
+from ..rules import Discretisation
+from ..scene import OnGroup
 from .chain_rule import Block, ChainRule, partials
-from .rule_view import GroupoidForRule, LagrangianForRule
-from .symbols import SceneSymbols
+from .on_group import Element
+from .rule_view import GroupoidForRule, LagrangianForRule, value_of_rule
+from .symbols import SceneSymbols, column, vector
 from .terms import CurveTerm, Node, Term
 
 
@@ -39,40 +42,53 @@ class Covectors:
 
 
 class DiscreteLagrangian:
-    """L_d of a rule in the letters of `chain`: `expression`, `covectors`, `points` of the step."""
+    """L_d of a rule in the letters of `chain`: `expression`, `covectors`, `points` of the step.
 
-    def __init__(self, s: SceneSymbols, groupoid: Groupoid) -> None:
-        self.s, self.groupoid = s, groupoid
+    element: the group element g, where L_d is given as a function of it.
+    """
+
+    def __init__(self, s: SceneSymbols, rule: Discretisation) -> None:
+        self.s, self.groupoid = s, s.groupoid
         self.chain = ChainRule()
         #: blocks that e→ and e← move in a known way: points of the straight step, a group element
         self.moved: list[Block] = []
         #: letters of gradients that are written out in kernels, with their values
-        self.inline: dict[Any, Any] = {}
-        self.expression: Any = 0
+        self.inline: Replacement = {}
         self.covectors = Covectors()
-        self._points: dict[Any, Block] = {}
-        self._charts: dict[Any, Any] = {}
+        self.expression: Expression = 0
+        self._points: dict[Expression, Block] = {}
+        self._charts: dict[tuple[Expression, ...], Block] = {}
         self._terms: dict[Any, Any] = {}
+        self.element: Element | None = None
+        self._L, self._G = LagrangianForRule(s), GroupoidForRule(s)
+        if isinstance(s.given, OnGroup):
+            self.element = Element(s.given, s)
+            self._add_moved(self.element.block)
+            self.expression = self.element.discrete_lagrangian(rule)
+            self._add_direct(self.expression)
+            return
+        if s.given is None:
+            s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
+        self.expression = self._taken_apart(value_of_rule(rule, self._L, self._G))
+        self._pass_charts_on()
 
     @property
     def points(self) -> tuple[Block, ...]:
         """The points b(x, u; θh) that L_d holds."""
         return tuple(self._points.values())
 
-    def add_element(self, block: Block) -> None:
-        """Add the letters of the group element, for an L_d that is a function of it."""
+    @property
+    def gave_velocities(self) -> bool:
+        """Whether the rule takes velocities from curves, and so serves every chart alike."""
+        return self._G.gave_velocities
+
+    def _add_moved(self, block: Block) -> None:
         self.chain.add(block)
         self.moved.append(block)
 
-    def give(
-        self, given: Any, L: LagrangianForRule | None = None, G: GroupoidForRule | None = None
-    ) -> None:
-        """Take L_d apart: an expression in x, u, s, q and in answers of `L` and `G`."""
-        if L is None or G is None:
-            self.expression = given
-            self._add_direct(given)
-            return
-        self._L, self._G = L, G
+    def _taken_apart(self, given: Expression) -> Expression:
+        """L_d from an expression in x, u, s, q and in answers; its parts go to `covectors`."""
+        L = self._L
         calls = sorted(given.atoms(L.Value, L.Fast), key=sympy.default_sort_key)
         outer = [c for c in calls if not any(c in o.args or o.has(c) for o in calls if o is not c)]
         names = {c: sympy.Dummy(f"l{i}", real=True) for i, c in enumerate(outer)}
@@ -91,8 +107,8 @@ class DiscreteLagrangian:
             if weight != 0:
                 values[letter] = self._place(call, self._resolved(weight))
         self._add_direct(weighted)
-        self.expression = weighted.xreplace(values)
-        self._pass_charts_on()
+        value: Expression = weighted.xreplace(values)
+        return value
 
     # -- covectors ------------------------------------------------------------------------------
 
@@ -100,18 +116,18 @@ class DiscreteLagrangian:
         """What L_d holds outside of terms."""
         s = self.s
         blocks = [b.letters for b in self.chain.blocks if isinstance(b, Block)]
-        for column in (s.x, s.u, s.stages, *blocks):
-            if len(column):
-                self.covectors.add(column, jacobian([e], column).T)
+        for letters in (s.x, s.u, s.stages, *blocks):
+            if len(letters):
+                self.covectors.add(letters, jacobian([e], letters).T)
 
     def _pass_charts_on(self) -> None:
         """Covectors at chart values go on to what these are made of, the last chart first."""
-        for letters, block in reversed(self._charts.values()):
-            for column, matrix in block.partials:
-                self.covectors.add(column, matrix.T * self.covectors.of(letters))
+        for block in reversed(self._charts.values()):
+            for by, matrix in block.partials:
+                self.covectors.add(by, matrix.T * self.covectors.of(block.letters))
         if any(isinstance(b, Node) for b in self.chain.blocks) or len(self.s.stages):
             u = self.covectors.of(self.s.u)  # a sum over nodes: its derivatives get letters
-            letters = self.s.vector(f"f{len(self.chain.blocks)}", len(u))
+            letters = vector(f"f{len(self.chain.blocks)}", len(u))
             self.covectors.columns[_key(self.s.u)] = self.chain.add(Block(letters, u, summed=True))
 
     # -- placing terms --------------------------------------------------------------------------
@@ -143,15 +159,15 @@ class DiscreteLagrangian:
     def _straight(self, name: str, columns: list[Any], weight: Any) -> Any:
         """A term at letters that are known: its derivatives are the term's with other letters."""
         term = self._term(name)
-        place = [e for column in columns for e in column]
+        place = [e for part in columns for e in part]
         gradient, block = term.gradient_block(columns, f"g{len(self.chain.blocks)}")
         self.chain.add(block)
         if not len(self.s.stages):
             self.inline |= dict(zip(block.letters, block.values, strict=True))
         at = 0
-        for column in columns:
-            self.covectors.add(column, weight * gradient[at : at + len(column), :])
-            at += len(column)
+        for part in columns:
+            self.covectors.add(part, weight * gradient[at : at + len(part), :])
+            at += len(part)
         return term.value.xreplace(dict(zip(term.letters, place, strict=True)))
 
     def _on_curve(self, base: Any, point: Any, moving: bool, W: Any, D: Any, weight: Any) -> Any:
@@ -162,9 +178,9 @@ class DiscreteLagrangian:
             self._terms[key] = CurveTerm(self.groupoid, term, name, base, point, moving)
         node = Node(self.chain, self._terms[key], self._chart(W), self._chart(D))
         d = self.covectors
-        for part, column in node.columns.items():
-            if column is not None and len(column):
-                d.add(column, weight * node.gradient[part])
+        for part, letters in node.columns.items():
+            if letters is not None and len(letters):
+                d.add(letters, weight * node.gradient[part])
         if any(node.gradient["turned"]):
             known = d.turned.get(_key(base), 0 * self.s.u)
             d.turned[_key(base)] = known + weight * self.s.h * node.gradient["turned"]
@@ -177,15 +193,15 @@ class DiscreteLagrangian:
         s, n = self.s, len(self.s.x)
         rest = _same(args, self._G.Target)
         if rest is None:
-            return self._column([self._resolved(a) for a in args]), None
+            return column([self._resolved(a) for a in args]), None
         x, u, h = rest[:n], rest[n:-1], rest[-1]
         theta, straight = h / s.h, tuple(u) == tuple(s.u)
         base = self._base(x)
         if base is s.x and straight and theta.is_number:
             return self.point_of_step(theta).letters, None
         if base is None:
-            return self._column([self._resolved(a) for a in args]), None
-        return base, self._column([self._resolved(h * e) for e in u])
+            return column([self._resolved(a) for a in args]), None
+        return base, column([self._resolved(h * e) for e in u])
 
     def _velocity(self, args: Any) -> tuple[Any, Any]:
         """(D, None) for the velocity D, or (D, (base, W)) for L(base, W; 1)⁻¹ D."""
@@ -195,10 +211,10 @@ class DiscreteLagrangian:
         rest = _same(args, self._G.Velocity)
         base = None if rest is None else self._base(rest[:n])
         if rest is None or base is None:
-            return self._chart(self._column([self._resolved(a) for a in args])), None
+            return self._chart(column([self._resolved(a) for a in args])), None
         w, dw, h = rest[n : n + m], rest[n + m : -1], rest[-1]
-        D = self._column([self._resolved(e) for e in dw])
-        return D, (base, self._column([self._resolved(h * e) for e in w]))
+        D = column([self._resolved(e) for e in dw])
+        return D, (base, column([self._resolved(h * e) for e in w]))
 
     def _base(self, x: Any) -> Any:
         """The letters x or y that a target starts from, None if it is another point."""
@@ -214,13 +230,12 @@ class DiscreteLagrangian:
         """The block of the point b(x, u; θh)."""
         g, s = self.groupoid, self.s
         if theta not in self._points:
-            z = s.y if theta == 1 else s.vector(f"z{len(self.chain.blocks)}", g.dim_x)
+            z = s.y if theta == 1 else vector(f"z{len(self.chain.blocks)}", g.dim_x)
             value = g.target(s.x, s.u, theta * s.h)
             parts = [(s.u, g.point_slope(s.x, s.u, s.h, theta, z)), *partials(value, [s.x])]
             fields = g.point_fields(s.x, s.u, s.h, theta, z)
             self._points[theta] = block = Block(z, value, parts, theta=theta, fields=fields)
-            self.chain.add(block)
-            self.moved.append(block)
+            self._add_moved(block)
         return self._points[theta]
 
     def _lettered(self, point: Any, W: Any) -> Any:
@@ -233,16 +248,15 @@ class DiscreteLagrangian:
     def _chart(self, value: Any) -> Any:
         """Letters for a column of expressions in x, u, s and points; u itself needs none."""
         value = value.applyfunc(lambda e: e.expand())
-        if value == self.s.u or any(value == letters for letters, _ in self._charts.values()):
+        if value == self.s.u or any(value == block.letters for block in self._charts.values()):
             return value
         key = tuple(value)
         if key not in self._charts:
-            letters = self.s.vector(f"w{len(self.chain.blocks)}", len(value))
+            letters = vector(f"w{len(self.chain.blocks)}", len(value))
             earlier = [self.s.x, self.s.u, self.s.stages, *(b.letters for b in self.moved)]
-            block = Block(letters, value, partials(value, earlier))
-            self._charts[key] = letters, block
-            self.chain.add(block)
-        return self._charts[key][0]
+            self._charts[key] = Block(letters, value, partials(value, earlier))
+            self.chain.add(self._charts[key])
+        return self._charts[key].letters
 
     def _resolved(self, e: Any) -> Any:
         """The expression with straight points as letters and every other answer written out."""
@@ -258,10 +272,6 @@ class DiscreteLagrangian:
                     swap[node] = node.written_out()
             e = e.xreplace(swap)
         return e
-
-    @staticmethod
-    def _column(entries: Any) -> Any:
-        return sympy.Matrix(len(entries), 1, list(entries))
 
 
 def _same(args: Any, kind: Any) -> Any:

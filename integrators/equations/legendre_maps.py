@@ -11,46 +11,41 @@ Cayley chart stays polynomial.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 from ..numbers import Definition, needed, opaque, replaced, sympy
+from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from .discrete_lagrangian import DiscreteLagrangian
-from .on_group import Element
 
 
 class LegendreMaps:
     """A scheme's equations in x, u, s and the letters of its discrete Lagrangian.
 
-    element: the group element, where L_d is a function of it; else None.
+    rho (n×m), L and R (m×m) are the groupoid's ρ(x), L(x, u), R(x, u): the columns of L are the
+    left-invariant fields, those of R the fibre parts of the right-invariant ones.
     """
 
-    def __init__(self, of: DiscreteLagrangian, element: Element | None = None) -> None:
-        self.of, self.element, self.s, self.groupoid = of, element, of.s, of.groupoid
+    def __init__(self, of: DiscreteLagrangian) -> None:
+        self.of, self.element, self.s, self.groupoid = of, of.element, of.s, of.groupoid
+        s, groupoid = self.s, self.groupoid
+        self.rho = groupoid.rho(s.x, s.h)
+        self.L, self.R = groupoid.L(s.x, s.u, s.h), groupoid.R(s.x, s.u, s.h)
         #: (a map written out, that map in letters of gradients, whose derivatives are known)
-        self._forms: list[tuple[Any, Any]] = []
+        self._forms: list[tuple[Column, Column]] = []
 
-    @cached_property
-    def rho(self) -> Any:
-        """ρ(x), n×m."""
-        return self.groupoid.rho(self.s.x, self.s.h)
-
-    @cached_property
-    def L(self) -> Any:
-        """L(x, u), m×m: columns are the left-invariant fields."""
-        return self.groupoid.L(self.s.x, self.s.u, self.s.h)
-
-    @cached_property
-    def R(self) -> Any:
-        """R(x, u), m×m: columns are the fibre parts of the right-invariant fields."""
-        return self.groupoid.R(self.s.x, self.s.u, self.s.h)
+    def altered(self, **maps: SymbolicMatrix) -> LegendreMaps:
+        """Other matrices in place of the maps named; what follows from these is derived anew."""
+        other = LegendreMaps(self.of)
+        for name, matrix in maps.items():
+            setattr(other, name, matrix)
+        return other
 
     @property
-    def discrete_lagrangian(self) -> Any:
+    def discrete_lagrangian(self) -> Expression:
         """L_d, in the letters of its points."""
         return self.of.expression
 
     @cached_property
-    def _base(self) -> dict[str, Any]:
+    def _base(self) -> dict[str, Column]:
         """F⁻, F⁺ and F⁺ − F⁻ in all letters, gradients of terms included."""
         s, d, zero = self.s, self.of.covectors, 0 * self.s.u
         of_u, of_x = d.of(s.u), self.rho.T * d.of(s.x) if len(s.x) else zero
@@ -69,21 +64,21 @@ class LegendreMaps:
         return {"minus": minus, "plus": plus, "gain": gain}
 
     @cached_property
-    def minus(self) -> Any:
+    def minus(self) -> Column:
         """F⁻, m×1."""
         return self._cancelled(self._base["minus"])
 
     @cached_property
-    def plus(self) -> Any:
+    def plus(self) -> Column:
         """F⁺, m×1."""
         return self._cancelled(self._base["plus"])
 
     @cached_property
-    def gain(self) -> Any:
+    def gain(self) -> Column:
         """F⁺ − F⁻ with what they share cancelled, m×1: recomputing F⁺ would let momenta drift."""
         return self._cancelled(self._base["gain"])
 
-    def _cancelled(self, column: Any) -> Any:
+    def _cancelled(self, column: SymbolicMatrix) -> SymbolicMatrix:
         """Gradients written out; polynomials in the letters of g too, so that x·g − x·g cancels."""
         written = self._inlined(column)
         if self.element is None:
@@ -92,56 +87,56 @@ class LegendreMaps:
         letters = list(self.element.g)
         return written.applyfunc(lambda e: e.expand().collect(letters))
 
-    def _inlined(self, expression: Any) -> Any:
+    def _inlined(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
         if not self.of.inline:
-            return expression
-        return sympy.Matrix(*expression.shape, replaced(expression, self.of.inline))
+            return matrix
+        return sympy.Matrix(*matrix.shape, replaced(matrix, self.of.inline))
 
     @cached_property
-    def stage_equations(self) -> Any:
+    def stage_equations(self) -> Column:
         """∂L_d/∂s, which vanish, k·m×1."""
         return self.of.covectors.of(self.s.stages)
 
     @cached_property
-    def system(self) -> Any:
+    def system(self) -> Column:
         """E = (F⁻, ∂L_d/∂s): what a step solves for w = (u, s), against (hμ, 0)."""
         stages = self.stage_equations
         return self.minus.col_join(stages) if len(stages) else self.minus
 
     @cached_property
-    def slope(self) -> Any:
+    def slope(self) -> SymbolicMatrix:
         """∂E/∂w, square."""
         columns = [c for c in (self.s.u, self.s.stages) if len(c)]
         parts = [p for p in (self.minus, self.stage_equations) if len(p)]
         rows = [sympy.Matrix.hstack(*[self.total(p, c) for c in columns]) for p in parts]
         return sympy.Matrix.vstack(*rows)
 
-    def total(self, column: Any, variable: Any) -> Any:
+    def total(self, column: Column, variable: Column) -> SymbolicMatrix:
         """d(column)/d(variable) through all letters; the variable is x, u or s."""
         in_letters = next((form for written, form in self._forms if written is column), column)
         return self._inlined(self.of.chain.total(in_letters, variable))
 
-    def definitions(self, *uses: Any, known: Any = ()) -> list[Definition]:
+    def definitions(self, *uses: Expressions) -> list[Definition]:
         """What the letters in the expressions stand for, in order."""
-        return needed(self.of.chain.definitions(), [e for use in uses for e in use], known)
+        return needed(self.of.chain.definitions(), [e for use in uses for e in use])
 
     @cached_property
-    def minus_along_right(self) -> Any:
+    def minus_along_right(self) -> SymbolicMatrix:
         """e→_γ(F⁻) at a fixed x in column γ, m×m: ∂F⁻/∂u · R, where L_d is given on the group."""
         element = self.element
         assert element is not None
         return self._cancelled(self.minus.jacobian(list(element.g)) * element.fields[0])
 
     @cached_property
-    def target(self) -> Any:
+    def target(self) -> Column:
         """y = b(x, u; h), n×1; x·g where L_d is given on the group."""
         s = self.s
         if self.element is not None:
-            return self.element.target(s.x)
+            return self.element.target(s.x, self.element.g, s.h)
         return self.groupoid.target(s.x, s.u, s.h)
 
     @cached_property
-    def increment(self) -> Any:
+    def increment(self) -> Column:
         """y − x with the difference cancelled, n×1."""
         s = self.s
         if self.element is not None:

@@ -17,8 +17,11 @@ from typing import Any
 from ..errors import BadInput
 from ..groupoids import LieGroup, RetractionGroupoid
 from ..numbers import sympy
+from ..numbers.types import Column, Expression, SymbolicMatrix
+from ..rules import Discretisation
 from ..scene import OnGroup
 from .chain_rule import Block
+from .rule_view import LagrangianForRule
 from .symbols import SceneSymbols
 
 
@@ -28,21 +31,20 @@ class Element:
     Raises `BadInput` unless the groupoid is a matrix group or an action of one, with real matrices.
     """
 
-    def __init__(self, given: OnGroup, groupoid: Any, s: SceneSymbols) -> None:
-        self.given = given
-        if not isinstance(groupoid, RetractionGroupoid) or groupoid.algebra.is_complex:
+    def __init__(self, given: OnGroup, s: SceneSymbols) -> None:
+        self.given, self.s = given, s
+        self.groupoid: Any = s.groupoid
+        if not isinstance(s.groupoid, RetractionGroupoid) or s.groupoid.algebra.is_complex:
             raise BadInput(
-                f"{s.scene.name}: {groupoid.name} has no real group elements; a discrete "
+                f"{s.name}: {s.groupoid.name} has no real group elements; a discrete "
                 "Lagrangian on the group needs lie_group(...) or action(...) with real matrices, "
                 "such as su(2).real."
             )
-        self.groupoid: Any = groupoid
-        self.s = s
-        self.size = groupoid.algebra.size
+        self.size = s.groupoid.algebra.size
         self.g = s.matrix("g", self.size)
 
     @cached_property
-    def value(self) -> Any:
+    def value(self) -> SymbolicMatrix:
         """τ(hu) B, N×N."""
         return self.groupoid.element(self.s.u, self.s.h) * self.s.translate[0]
 
@@ -54,7 +56,7 @@ class Element:
         return Block(g, value, [(self.s.u, self.slope)], fields=self.fields)
 
     @cached_property
-    def fields(self) -> tuple[Any, Any]:
+    def fields(self) -> tuple[SymbolicMatrix, SymbolicMatrix]:
         """(h e_γ g, h g e_γ) as columns, N²×m each: e→ and e← on the letters."""
         h, basis = self.s.h, self.groupoid.algebra._matrices
         right = [(h * e * self.g).reshape(self.size**2, 1) for e in basis]
@@ -62,37 +64,41 @@ class Element:
         return sympy.Matrix.hstack(*right), sympy.Matrix.hstack(*left)
 
     @cached_property
-    def slope(self) -> Any:
+    def slope(self) -> SymbolicMatrix:
         """∂g/∂u = (e→ g) R⁻¹, N²×m."""
         g, s = self.groupoid, self.s
         return self.fields[0] * g.tau.inverse_right_field(g.algebra, s.h * s.u)
 
     @cached_property
-    def left(self) -> Any:
+    def left(self) -> SymbolicMatrix:
         """Columns: the left-invariant fields at g = τ(hu) B in the chart's u, L(u) Ad_B, m×m."""
         algebra, (B, inverse) = self.groupoid.algebra, self.s.translate
         adjoint = [algebra.coordinates(B * e * inverse) for e in algebra._matrices]
         return self.groupoid.L(self.s.x, self.s.u, self.s.h) * sympy.Matrix.hstack(*adjoint)
 
-    def expression(self, function: Any, what: str) -> Any:
-        """function(x, g, h, p) as an expression in x and the letters of g.
-
-        Raises `BadInput`, which names the function by `what`, if it gives none.
-        """
-        s = self.s
-        value = s.call(function, what, s.x, self.g, s.h, s.parameters)
-        return s.scalar(value, what).expand()
+    def discrete_lagrangian(self, rule: Discretisation) -> Expression:
+        """L_d of `own`, or of its adjoint, as a polynomial in the letters of g where it is one."""
+        value = rule.formula(LagrangianForRule(self.s), self, self.s.x, self.g, self.s.h)
+        return value.expand()
 
     @cached_property
-    def branch(self) -> Any:
+    def branch(self) -> Expression:
         """The number that tells solutions apart (`OnGroup`), in x and the letters of g."""
-        return self.expression(self.given.branch or self.given.formula, "its branch")
+        s, function = self.s, self.given.branch or self.given.formula
+        return s.call(function, "its branch", s.x, self.g, s.h, s.parameters).expand()
 
-    def target(self, x: Any) -> Any:
+    def target(self, x: Column, g: SymbolicMatrix, h: Expression) -> Column:
         """x·g, n×1."""
-        return x if isinstance(self.groupoid, LieGroup) else self.groupoid.moved(x, self.g)
+        return x if isinstance(self.groupoid, LieGroup) else self.groupoid.moved(x, g)
 
-    def increment(self, x: Any) -> Any:
+    def inversion(self, x: Column, g: SymbolicMatrix, h: Expression) -> SymbolicMatrix:
+        """−g⁻¹: what a rule takes for the u of the inverse arrow is −ι."""
+        adjugate = g.adjugate()
+        if all(e.trace() == 0 for e in self.groupoid.algebra._matrices):
+            return -adjugate  # det g = 1
+        return -adjugate / g.det()
+
+    def increment(self, x: Column) -> Column:
         """x·g − x, n×1."""
-        moved = self.target(x) - x
+        moved = self.target(x, self.g, self.s.h) - x
         return moved.applyfunc(lambda e: sympy.collect(sympy.expand(e), list(x)))

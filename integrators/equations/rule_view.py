@@ -4,27 +4,29 @@ G.target, G.velocity and L answer with functions that know what they stand for: 
 differentiate them, replace letters in them or expand them. Where they stay as they are, the scheme
 recognises them and derives each term once. What else a rule may do to an expression (coefficients,
 arguments, bound letters) is right too: a user's rule is asked once more with everything written
-out (`WrittenGroupoid`, `WrittenLagrangian`), and where the two differ that one is derived.
+out, and where the two differ that one is derived (`value_of_rule`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import unwrap
 from typing import Any
 
-from ..errors import BadInput
-from ..groupoids import Groupoid
-from ..numbers import floats_exact, sympy
-from .symbols import SceneSymbols
+from ..errors import BadInput, line_of
+from ..numbers import first_violation, floats_exact, sympy
+from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
+from ..rules import Discretisation
+from .symbols import SceneSymbols, column
 
 
-def answer(name: str, value: Callable[..., Any]) -> Any:
+def answer(name: str, value: Callable[..., Expression]) -> Any:
     """A class of sympy functions whose applications stand for value(*arguments)."""
 
-    def written_out(self: Any) -> Any:
+    def written_out(self: Any) -> Expression:
         return value(*self.args)
 
-    def derivative(self: Any, s: Any) -> Any:
+    def derivative(self: Any, s: Letter) -> Expression:
         return written_out(self).diff(s)
 
     members = {
@@ -38,24 +40,27 @@ def answer(name: str, value: Callable[..., Any]) -> Any:
 
 
 class GroupoidForRule:
-    """The groupoid as a rule sees it: targets and velocities, elements and the inversion."""
+    """The groupoid as a rule sees it: targets and velocities, elements and the inversion.
 
-    def __init__(self, groupoid: Groupoid, s: SceneSymbols) -> None:
-        self.groupoid, self.s = groupoid, s
-        n, m = groupoid.dim_x, groupoid.dim_u
+    written: answer with the expressions themselves.
+    """
 
-        def target(i: Any, *a: Any) -> Any:
-            return groupoid.target(_column(a[:n]), _column(a[n:-1]), a[-1])[int(i)]
+    def __init__(self, s: SceneSymbols, written: bool = False) -> None:
+        self.groupoid, self.s, self.written = s.groupoid, s, written
+        n, m = s.groupoid.dim_x, s.groupoid.dim_u
 
-        def velocity(i: Any, *a: Any) -> Any:
-            x, w, dw = (_column(part) for part in (a[:n], a[n : n + m], a[n + m : -1]))
-            return groupoid.velocity(x, w, dw, a[-1])[int(i)]
+        def target(i: Any, *a: Expression) -> Expression:
+            return s.groupoid.target(column(a[:n]), column(a[n:-1]), a[-1])[int(i)]
+
+        def velocity(i: Any, *a: Expression) -> Expression:
+            x, w, dw = (column(part) for part in (a[:n], a[n : n + m], a[n + m : -1]))
+            return s.groupoid.velocity(x, w, dw, a[-1])[int(i)]
 
         self.Target, self.Velocity = answer("target", target), answer("velocity", velocity)
         #: whether the rule takes velocities from curves, and so serves every chart alike
         self.gave_velocities = False
 
-    def target(self, x: Any, u: Any, h: Any) -> Any:
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
         """b(x, u; h), n×1; u may be any value w(u, s) of a curve in the chart."""
         self._check((x, self.groupoid.dim_x, "x"), (u, self.groupoid.dim_u, "u"))
         h = floats_exact(h)
@@ -63,7 +68,7 @@ class GroupoidForRule:
             return x
         return self._each(self.Target, self.groupoid.dim_x, *x, *u, h)
 
-    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
+    def velocity(self, x: Column, w: Column, dw: Column, h: Expression) -> Column:
         """ξ = L(x, w; h)⁻¹ dw/dθ at the chart value w of a curve w(θ), m×1."""
         self.gave_velocities = True
         m = self.groupoid.dim_u
@@ -72,84 +77,84 @@ class GroupoidForRule:
             return dw.applyfunc(floats_exact)
         return self._each(self.Velocity, len(dw), *x, *w, *dw, h)
 
-    def element(self, u: Any, h: Any) -> Any:
+    def element(self, u: Column, h: Expression) -> SymbolicMatrix:
         """The matrix τ(hu)."""
         return self.groupoid.element(u, h)
 
-    def inversion(self, x: Any, u: Any, h: Any) -> Any:
+    def inversion(self, x: Column, u: Column, h: Expression) -> Column:
         """ι(x, u; h) of (x, u)⁻¹ = (b, ι)."""
         return self.groupoid.inversion(x, u, h)
 
-    def constant(self, value: Any) -> Any:
+    def constant(self, value: Callable[[int], Any]) -> Letter:
         """A letter for an exact number, given as a function digits → mpf."""
         return self.s.constant(value)
 
-    def _check(self, *given: tuple[Any, int, str]) -> None:
-        for column, length, name in given:
-            if len(column) != length:
+    def _check(self, *given: tuple[Column, int, str]) -> None:
+        for entries, length, name in given:
+            if len(entries) != length:
                 raise BadInput(
-                    f"the rule asks {self.groupoid.name} with {len(column)} entries for {name}, "
+                    f"the rule asks {self.groupoid.name} with {len(entries)} entries for {name}, "
                     f"but {length} are needed."
                 )
 
-    @staticmethod
-    def _each(kind: Any, length: int, *arguments: Any) -> Any:
+    def _each(self, kind: Any, length: int, *arguments: Expression) -> Column:
         given = [floats_exact(a) for a in arguments]
-        return sympy.Matrix(length, 1, [kind(i, *given) for i in range(length)])
+        answers = (kind(i, *given) for i in range(length))
+        return column(a.written_out() if self.written else a for a in answers)
 
 
 class LagrangianForRule:
-    """The Lagrangian as a rule sees it: L(x, u), L.fast(x) and L.parameters."""
+    """The Lagrangian as a rule sees it: L(x, u), L.fast(x), L.discrete(x, u, h) and L.parameters.
 
-    def __init__(self, s: SceneSymbols) -> None:
-        self.s, self.parameters = s, s.parameters
+    written: answer with the expressions themselves.
+    """
+
+    def __init__(self, s: SceneSymbols, written: bool = False) -> None:
+        self.s, self.parameters, self.written = s, s.parameters, written
         n = len(s.x)
-        self.Value = answer(
-            "lagrangian", lambda *a: s.lagrangian_at(_column(a[:n]), _column(a[n:]))
-        )
-        self.Fast = answer("fast", lambda *a: s.fast_at(_column(a)))
+        self.Value = answer("lagrangian", lambda *a: s.lagrangian_at(column(a[:n]), column(a[n:])))
+        self.Fast = answer("fast", lambda *a: s.fast_at(column(a)))
 
-    def __call__(self, x: Any, u: Any) -> Any:
-        if len(x) != len(self.s.x) or len(u) != len(self.s.u):
+    def __call__(self, x: Column, u: Column) -> Expression:
+        if self.written or len(x) != len(self.s.x) or len(u) != len(self.s.u):
             return self.s.lagrangian_at(x, u)  # which says what is wrong
         return self.Value(*x, *u)
 
-    def fast(self, x: Any) -> Any:
+    def fast(self, x: Column) -> Expression:
         """The fast part of the potential at x."""
-        _ = self.s.fast_at(self.s.x)  # raises where the scene names none
-        return self.Fast(*x)
+        value = self.s.fast_at(x if self.written else self.s.x)  # raises where there is none
+        return value if self.written else self.Fast(*x)
+
+    def discrete(self, x: Column, u: Column, h: Expression) -> Expression:
+        """The discrete Lagrangian that the scene gives itself, at an arrow (x, u; h)."""
+        return self.s.discrete_lagrangian_at(x, u, h)
 
 
-class WrittenGroupoid(GroupoidForRule):
-    """The groupoid with its answers written out."""
+def value_of_rule(rule: Discretisation, L: LagrangianForRule, G: GroupoidForRule) -> Expression:
+    """What the rule gives for the answers of L and G, if it only uses them; else written out.
 
-    def target(self, x: Any, u: Any, h: Any) -> Any:
-        """b(x, u; h), n×1, as expressions."""
-        answer = super().target(x, u, h)
-        return answer.applyfunc(written)
+    A rule of ours only uses them. A user's function may look into them, so it is asked twice.
+    """
+    s = L.s
 
-    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
-        """L(x, w; h)⁻¹ dw/dθ, m×1, as expressions."""
-        return super().velocity(x, w, dw, h).applyfunc(written)
+    def asked(L: LagrangianForRule, G: GroupoidForRule) -> Expression:
+        stages = [s.stage_columns] if rule.stages else []
+        return s.call(rule.formula, f"rule {rule.name}", L, G, s.x, s.u, s.h, *stages)
+
+    if not line_of(unwrap(rule.formula)) and not line_of(s.given):
+        return asked(L, G)
+    wanted = asked(LagrangianForRule(s, written=True), GroupoidForRule(s, written=True))
+    try:
+        value = asked(L, G)
+        if first_violation([written(value) - wanted], [*s.u, *s.stages, s.h]) is None:
+            return value
+    except BadInput:  # it asked for what an answer does not have, and an expression has
+        pass
+    return wanted
 
 
-class WrittenLagrangian(LagrangianForRule):
-    """The Lagrangian as the scene's expression."""
-
-    def __call__(self, x: Any, u: Any) -> Any:
-        return self.s.lagrangian_at(x, u)
-
-    def fast(self, x: Any) -> Any:
-        """The fast part of the potential at x."""
-        return self.s.fast_at(x)
-
-
-def written(e: Any) -> Any:
+def written(e: Expression) -> Expression:
     """The expression with every answer in it replaced by what it stands for."""
     while answers := [a for a in e.atoms(sympy.Function) if hasattr(a, "written_out")]:
         e = e.xreplace({a: a.written_out() for a in answers})
     return e
-
-
-def _column(entries: Any) -> Any:
-    return sympy.Matrix(len(entries), 1, list(entries))

@@ -1,61 +1,76 @@
-"""The symbols a scene's expressions are written in, and its Lagrangian written in them."""
+"""The letters that a scene's expressions are written in, and its Lagrangian written in them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from copy import copy
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure, line_of
-from ..numbers import flatten, floats_exact, sympy
+from ..numbers import Arithmetic, floats_exact, sympy
+from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(r"h|(x|u|v|w|y|d|s|r|g|B|iB|c_of_g|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
 
 
-class SceneSymbols:
-    """Columns x, u, y, mu (natural momenta), the step h and the parameters of one scene.
+def vector(letter: str, length: int) -> Column:
+    """Real letters letter_0, letter_1, …, as a column."""
+    return column(sympy.Symbol(f"{letter}_{i}", real=True) for i in range(length))
 
-    With a rule of k internal stages also s, a column of k·m letters (`stages`), and the rule's
-    constants (`constant`).
+
+def column(entries: Iterable[Expression]) -> Column:
+    """The entries as a column, n×1 also where there are none."""
+    given = list(entries)
+    return sympy.Matrix(len(given), 1, given)
+
+
+class SceneSymbols:
+    """Columns x, u, v, y, mu (natural momenta), the step h and the parameters of one scene.
+
+    Of the scene it keeps the groupoid and the functions, which are written in these letters, and no
+    value: another scene that differs in values alone has these symbols too. With a rule of k
+    internal stages also s, a column of k·m letters (`stages`), and the rule's constants
+    (`constant`).
     """
 
     def __init__(self, scene: Scene, stages: int = 0) -> None:
-        self.scene = scene
-        #: these symbols before other values were put into a copy of them (`Scheme.at`)
-        self.origin = self
+        self.name, self.groupoid = scene.name, scene.groupoid
+        #: the discrete Lagrangian that the scene gives itself, or None
+        self.given = scene.discrete_lagrangian
+        self._lagrangian, self._fast = scene.lagrangian, scene.fast
         own = scene.groupoid._symbols
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
-        self.y = self.vector("y", scene.groupoid.dim_x)
-        self.mu = self.vector("mu", scene.groupoid.dim_u)
-        self.stages = self.vector("s", stages * scene.groupoid.dim_u)
-        self.constants: dict[Any, Any] = {}
+        self.y = vector("y", scene.groupoid.dim_x)
+        self.mu = vector("mu", scene.groupoid.dim_u)
+        self.stages = vector("s", stages * scene.groupoid.dim_u)
+        self.constants: dict[Letter, Callable[[int], Any]] = {}
         self.parameters = SimpleNamespace()
-        self.parameter_list: list[Any] = []
+        self.parameter_list: list[Letter] = []
         for name, value in scene.parameters.items():
             setattr(self.parameters, name, self._parameter(name, value))
         #: (B, B⁻¹) of the translate in use, where L_d is given on the group
-        self.translate: tuple[Any, ...] = ()
+        self.translate: tuple[SymbolicMatrix, ...] = ()
         algebra = getattr(scene.groupoid, "algebra", None)
-        if isinstance(scene.discrete_lagrangian, OnGroup) and algebra is not None:
-            size = algebra.size
-            self.translate = tuple(self.matrix(name, size) for name in ("B", "iB"))
+        if isinstance(self.given, OnGroup) and algebra is not None:
+            self.translate = tuple(self.matrix(name, algebra.size) for name in ("B", "iB"))
+
+    def for_another_rule(self) -> SceneSymbols:
+        """These letters without the constants, which are those of one rule."""
+        other = copy(self)
+        other.constants = {}
+        return other
 
     @staticmethod
-    def vector(letter: str, length: int) -> Any:
-        return sympy.Matrix(
-            length, 1, [sympy.Symbol(f"{letter}_{i}", real=True) for i in range(length)]
-        )
-
-    @staticmethod
-    def matrix(letter: str, size: int) -> Any:
+    def matrix(letter: str, size: int) -> SymbolicMatrix:
         """Letters of a square matrix."""
         return sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"{letter}_{i}_{j}", real=True))
 
-    def _parameter(self, name: str, value: Any) -> Any:
+    def _parameter(self, name: str, value: Any) -> Letter | SymbolicMatrix:
         if _TAKEN.fullmatch(name):
             name = f"p.{name}"  # no identifier, so it is nobody else's symbol
         if not isinstance(value, tuple):
@@ -63,11 +78,11 @@ class SceneSymbols:
             self.parameter_list.append(symbol)
             return symbol
         if len({len(row) if isinstance(row, tuple) else 0 for row in value}) > 1:
-            raise BadInput(f"{self.scene.name}: the rows of parameter {name} differ in length.")
+            raise BadInput(f"{self.name}: the rows of parameter {name} differ in length.")
         nested = isinstance(value[0], tuple) if value else False
         columns = len(value[0]) if nested else 1
 
-        def letter(i: int, j: int) -> Any:
+        def letter(i: int, j: int) -> Letter:
             return sympy.Symbol(f"{name}_{i}_{j}" if nested else f"{name}_{i}", real=True)
 
         matrix = sympy.Matrix(len(value), columns, letter)
@@ -75,13 +90,13 @@ class SceneSymbols:
         return matrix
 
     @property
-    def q(self) -> list[Any]:
+    def q(self) -> list[Letter]:
         """What a kernel's `prepare` takes: h, the parameters, the rule's constants, B and B⁻¹."""
         translate = [e for matrix in self.translate for e in matrix]
         return [self.h, *self.parameter_list, *self.constants, *translate]
 
     @property
-    def identity_translate(self) -> dict[Any, Any]:
+    def identity_translate(self) -> Replacement:
         """The values of the translate's letters for B = e."""
         return {
             b[i, j]: sympy.Integer(i == j)
@@ -89,19 +104,21 @@ class SceneSymbols:
         }  # fmt: skip
 
     @property
-    def stage_columns(self) -> list[Any]:
+    def stage_columns(self) -> list[Column]:
         """The stages one by one: k columns m×1, as a rule is given them."""
         m = len(self.u)
         return [self.stages[i : i + m, :] for i in range(0, len(self.stages), m)]
 
-    def q_values(self, step: Any, numbers: Any) -> list[Any]:
-        """The values of `q` at a step, as numbers of an arithmetic."""
+    def q_values(self, step: Any, parameters: Sequence[Any], numbers: Arithmetic) -> list[Number]:
+        """The values of `q` at B = e, as numbers of an arithmetic.
+
+        parameters: their values in the order of `parameter_list` (`Scene.parameter_values`).
+        """
         constants = [c(numbers.digits + 20) for c in self.constants.values()]
         e = [int(entry) for entry in self.identity_translate.values()]
-        values = (step, *self.parameter_values, *constants, *e)
-        return [numbers.number(v) for v in values]
+        return [numbers.number(v) for v in (step, *parameters, *constants, *e)]
 
-    def constant(self, value: Callable[[int], Any]) -> Any:
+    def constant(self, value: Callable[[int], Any]) -> Letter:
         """A letter for a number that `value(digits)` computes to any number of digits."""
         for symbol, known in self.constants.items():
             if known == value:
@@ -110,19 +127,15 @@ class SceneSymbols:
         self.constants[symbol] = value
         return symbol
 
-    def constant_values(self, digits: int) -> dict[Any, Any]:
+    def constant_values(self, digits: int) -> Replacement:
         """The constants as sympy numbers of that many digits."""
         return {c: sympy.Float(value(digits), digits) for c, value in self.constants.items()}
 
-    @property
-    def parameter_values(self) -> list[Any]:
-        """The exact values in the order of `parameter_list`."""
-        return flatten(tuple(self.scene.parameters.values()))
-
-    def call(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
+    def call(self, function: Callable[..., Any], what: str, *arguments: Any) -> Expression:
         """The scalar that a function of the user's gives for symbols.
 
-        What it raises, and what is no scalar, is turned into one clear sentence with the line.
+        what: how messages call it. Raises `BadInput`, one sentence with the line, for whatever the
+        function raises and for what is no scalar.
         """
         try:
             value = function(*arguments)
@@ -148,9 +161,9 @@ class SceneSymbols:
 
     def _at(self, function: Any, what: str, error: BaseException | None = None) -> str:
         place = line_of(function, error)
-        return (f"{place}: " if place else "") + f"{self.scene.name}: {what}"
+        return (f"{place}: " if place else "") + f"{self.name}: {what}"
 
-    def scalar(self, value: Any, what: str, function: Any = None) -> Any:
+    def scalar(self, value: Any, what: str, function: Any = None) -> Expression:
         """A sympy scalar of an expression or a 1×1 matrix, floats made exact.
 
         Raises `BadInput` for anything else, naming the function that gave it.
@@ -174,23 +187,32 @@ class SceneSymbols:
         return floats_exact(expression)
 
     @cached_property
-    def lagrangian(self) -> Any:
-        """l(x, u) as an expression; raises `BadInput` if the scene has only a discrete one."""
+    def lagrangian(self) -> Expression:
+        """l(x, u); raises `CannotMeasure` if the scene has only a discrete one."""
         return self.lagrangian_at(self.x, self.u)
 
-    def fast_at(self, x: Any) -> Any:
+    def fast_at(self, x: Column) -> Expression:
         """The fast part of the potential at a column x; `CannotMeasure` if the scene names none."""
-        if self.scene.fast is None:
+        if self._fast is None:
             raise CannotMeasure(
-                f"{self.scene.name} names no fast part of its potential: give Scene(fast=...), or "
+                f"{self.name} names no fast part of its potential: give Scene(fast=...), or "
                 "use another rule."
             )
-        return self.call(self.scene.fast, "its fast potential", x, self.parameters)
+        return self.call(self._fast, "its fast potential", x, self.parameters)
 
-    def lagrangian_at(self, x: Any, v: Any) -> Any:
-        """l at any columns x and v."""
-        if self.scene.lagrangian is None:
+    def lagrangian_at(self, x: Column, v: Column) -> Expression:
+        """l at any columns x and v; raises `CannotMeasure` if the scene has only a discrete one."""
+        if self._lagrangian is None:
             raise CannotMeasure(
-                f"{self.scene.name} has only a discrete Lagrangian, so this cannot be asked."
+                f"{self.name} has only a discrete Lagrangian, so this cannot be asked."
             )
-        return self.call(self.scene.lagrangian, "its Lagrangian", x, v, self.parameters)
+        return self.call(self._lagrangian, "its Lagrangian", x, v, self.parameters)
+
+    def discrete_lagrangian_at(self, x: Column, arrow: Any, h: Expression) -> Expression:
+        """L_d(x, u; h), or L_d(x, g; h) where it is given on the group, as the scene gives it."""
+        if self.given is None:
+            raise BadInput(
+                "the rule own stands for the discrete Lagrangian that a scene gives itself."
+            )
+        function = self.given.formula if isinstance(self.given, OnGroup) else self.given
+        return self.call(function, "its discrete Lagrangian", x, arrow, h, self.parameters)

@@ -10,6 +10,7 @@ from ..errors import BadInput
 from ..groupoids import chart_extents
 from ..numbers import sympy
 from .discrete_equations import DiscreteEquations
+from .symbols import vector
 
 
 @lru_cache(maxsize=512)
@@ -31,10 +32,10 @@ def step_system(
         slope = _over(at_points.minus_along_right, h)
     gain = _over(at_points.gain, h)
     branches = [] if element is None else [element.branch]
-    groupoid = equations.scene.groupoid
+    groupoid = equations.groupoid
     used = equations.L.free_symbols
     return System(
-        name=equations.scene.name,
+        name=s.name,
         q=tuple(s.q),
         x=tuple(equations.x),
         u=tuple(equations.u),
@@ -67,12 +68,12 @@ def _along_group(equations: DiscreteEquations) -> tuple[tuple[Any, ...], tuple[A
     Newton in the chart alone goes astray near its edge (Moser–Veselov, rotations spread over
     the group, from the last step: it finds 55 of 100 steps; followed in the group 99).
     """
-    groupoid: Any = equations.scene.groupoid
+    groupoid: Any = equations.groupoid
     if not groupoid.tau.has_translates:
         raise BadInput(
-            f"{equations.scene.name}: a discrete Lagrangian given on the group runs in "
+            f"{equations.s.name}: a discrete Lagrangian given on the group runs in "
             "Cayley's chart and its translates; write retraction=cayley."
         )
-    letters = equations.s.vector("c_of_g", len(equations.w))
+    letters = vector("c_of_g", len(equations.w))
     product = groupoid.product(equations.x, letters, equations.w, equations.h)
     return tuple(letters), tuple(product - equations.w)

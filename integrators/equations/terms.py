@@ -18,13 +18,7 @@ from typing import Any
 from ..groupoids import Groupoid
 from ..numbers import Definition, Function, jacobian, replaced, sympy
 from .chain_rule import Block, ChainRule, partials
-
-
-def column_of(letter: str, length: int) -> Any:
-    """Real letters letter_0, letter_1, …, as a column."""
-    return sympy.Matrix(
-        length, 1, [sympy.Symbol(f"{letter}_{i}", real=True) for i in range(length)]
-    )
+from .symbols import vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +49,7 @@ class Term:
         values = sympy.Matrix(entries[: len(place)])
         hessian = sympy.Matrix(len(place), len(place), entries[len(place) :])
         rows = [i for i, e in enumerate(values) if not (e.is_Symbol or e.is_Number)]
-        names = column_of(letter, len(rows))
+        names = vector(letter, len(rows))
         parts, at = [], 0
         for column in columns:
             if len(column):
@@ -82,7 +76,7 @@ class CurveTerm:
     ) -> None:
         self.name = name
         m, one = groupoid.dim_u, sympy.Integer(1)
-        self.W, self.D = column_of("cw0", m), column_of("cd0", m)
+        self.W, self.D = vector("cw0", m), vector("cd0", m)
         self.columns = {"W": self.W, "D": self.D, "base": base, "point": point}
         self.chain = ChainRule()
         self.results: list[Any] = []
@@ -92,7 +86,7 @@ class CurveTerm:
         self._slopes: dict[tuple[Any, str], list[Any]] = {}
         z, along = point, 0 * self.W
         if point is None:
-            z, value = column_of("zz0", len(base)), groupoid.target(base, self.W, one)
+            z, value = vector("zz0", len(base)), groupoid.target(base, self.W, one)
             slope = groupoid.point_slope(base, self.W, one, one, z)
             self.chain.add(Block(z, value, [(self.W, slope), *partials(value, [base])]))
         xi, by = self.D, {"D": sympy.eye(m)}
@@ -231,7 +225,7 @@ def quotients(chain: ChainRule, value: Any, columns: dict[str, Any]) -> tuple[An
     S_a = ∂_a q = (∂_a N − q ∂_a D)/D the derivatives of S_a are
     ∂_b S_a = (∂_ab N − S_b ∂_a D − S_a ∂_b D − q ∂_ab D)/D.
     """
-    z = column_of("vv0", len(value))
+    z = vector("vv0", len(value))
     used = {k: c for k, c in columns.items() if set(c) & value.free_symbols}
     parts = [e.together().as_numer_denom() for e in value]
     if not any(bottom.free_symbols for _, bottom in parts):
@@ -242,13 +236,13 @@ def quotients(chain: ChainRule, value: Any, columns: dict[str, Any]) -> tuple[An
     over: dict[Any, Any] = {}
     for bottom in D:
         if bottom not in over:
-            o = column_of(f"o{len(over)}", 1)
+            o = vector(f"o{len(over)}", 1)
             slopes = [(c, -(o[0] ** 2) * jacobian([bottom], c)) for c in used.values()]
             over[bottom] = chain.add(Block(o, sympy.Matrix([1 / bottom]), slopes))[0]
     o = [over[e] for e in D]
     rows = range(len(z))
     first = {
-        k: column_of(f"v{'abc'[i]}0", len(z) * len(c)).reshape(len(z), len(c))
+        k: vector(f"v{'abc'[i]}0", len(z) * len(c)).reshape(len(z), len(c))
         for i, (k, c) in enumerate(used.items())
     }
     of_value = sympy.Matrix([n * e for n, e in zip(N, o, strict=True)])

@@ -68,7 +68,7 @@ def _mass(context: StepContext, x: Any, u: Any) -> Any:
     s = context.equations.s
     if context.scene.lagrangian is None:
         return None
-    at = dict(zip(s.parameter_list, map(to_sympy, s.parameter_values), strict=True))
+    at = dict(zip(s.parameter_list, map(to_sympy, context.scene.parameter_values), strict=True))
     try:
         at |= {v: to_sympy(exact(e, "x")) for v, e in zip([*s.x, *s.u], [*x, *u], strict=True)}
         return evaluate_matrix(mass_matrix(s).xreplace(at), context.numbers.digits)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
 from ..compiler import Kernels, KernelsAtStep, System, compile
-from ..equations import DiscreteEquations, step_system
+from ..equations import DiscretisedScene, step_system
 from ..errors import BadInput
 from ..geometry import Arrow, LocalGeometry, frobenius, poisson_defect, pullback_defect
 from ..numbers import arithmetic, exact_rational
@@ -23,8 +23,8 @@ __all__ = ["Flow", "Trajectory"]
 
 TINIEST = Fraction(1, 10**100)  # steps whose squares and inverses are far from over- and underflow
 
-#: the equations of a substep, and its share of the step to so many digits
-Substeps = Sequence[tuple[DiscreteEquations, Callable[[int], Any]]]
+#: the scheme of a substep, and its share of the step to so many digits
+Substeps = Sequence[tuple[DiscretisedScene, Callable[[int], Any]]]
 
 
 class Flow:
@@ -44,7 +44,7 @@ class Flow:
 
     def __init__(
         self,
-        scheme: DiscreteEquations,
+        scheme: DiscretisedScene,
         step: Any,
         digits: int = 16,
         on_edge: str = "refuse",
@@ -222,8 +222,8 @@ class Flow:
     @cached_property
     def system(self) -> System:
         """One step as the data that is compiled; of a composition its adjoint's substeps too."""
-        origins = dict.fromkeys(c.equations.origin for c in (self.context, *self.parts))
-        return step_system(*origins, composed=bool(self.context.substeps))
+        equations = dict.fromkeys(c.equations for c in (self.context, *self.parts))
+        return step_system(*equations, composed=bool(self.context.substeps))
 
     @cached_property
     def _kernels(self) -> Kernels:
@@ -233,7 +233,7 @@ class Flow:
     def machine(self) -> KernelsAtStep:
         """The compiled kernels at this step, with their coefficients and buffers."""
         name = f"{self.scheme.scene.name} with {self.scheme.rule.name}"
-        kinds = [int(part.equations.origin is not self.scheme.origin) for part in self.parts]
+        kinds = [int(part.equations is not self.context.equations) for part in self.parts]
         return KernelsAtStep(self._kernels, self.numbers, [p.q for p in self.parts], kinds, name)
 
     @cached_property

@@ -72,7 +72,7 @@ class Starting:
             )
         if context.substeps:
             raise BadInput(
-                f"{scene.name}: {context.equations.rule.name} is a composition, whose step is no "
+                f"{scene.name}: {context.scheme.rule.name} is a composition, whose step is no "
                 "one element; give mu0 (and u0) instead of element0."
             )
         g = self._in_group(element)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from copy import copy
 from functools import cached_property
 from typing import Any
 
-from ..equations import DiscreteEquations, check_start
+from ..equations import DiscretisedScene
 from ..errors import BadInput
 from ..geometry import is_self_adjoint
-from ..rules import Composition, Substep, adjoint
+from ..rules import Composition, Substep
 from .flow import Flow, Substeps
 
 
-class Scheme(DiscreteEquations):
-    """A scene discretised by a rule: `DiscreteEquations` with values, an order, and flows.
+class Scheme(DiscretisedScene):
+    """A scene discretised by a rule: (equations, values) with an order, an adjoint and flows.
 
     Raises `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be
     evaluated, or L_d is degenerate (FL singular everywhere).
@@ -31,35 +30,27 @@ class Scheme(DiscreteEquations):
                 f"{self.scene.name}: another {min(derived)} makes another scheme; "
                 "derive it: Scheme(scene.with_values(...), rule)."
             )
-        other = copy(self)
-        other.scene = self.scene.with_values(**values)
-        other.s = copy(self.s)
-        other.s.scene = other.scene
-        if len(self.s.parameter_values) != len(other.s.parameter_values):
-            raise BadInput(f"{self.scene.name}: a parameter has another shape than before.")
-        check_start(other.s, other.scene)
-        for part in {"base", "adjoint"} & set(vars(self)):  # schemes that were derived already
-            known = getattr(self, part)
-            setattr(other, part, other if known is self else known.at(**values))
-        return other
+        return Scheme(self.scene.with_values(**values), self.rule, self.equations)
 
     @cached_property
     def self_adjoint(self) -> bool:
         """Whether Φ₋ₕ is the inverse of Φₕ, derived from the Legendre maps."""
         if isinstance(self.rule, Composition):
             return True  # a palindrome of self-adjoint steps, or of Φ* and Φ in turn
-        return is_self_adjoint(self)
+        return is_self_adjoint(self.equations)
 
     @cached_property
     def base(self) -> Scheme:
         """The scheme of a composition's base rule; of another rule this scheme."""
-        rule = self.rule
-        return Scheme(self.scene, rule.base) if isinstance(rule, Composition) else self
+        if not isinstance(self.rule, Composition):
+            return self
+        return Scheme(self.scene, self.equations.rule, self.equations)
 
     @cached_property
     def adjoint(self) -> Scheme:
         """The scheme of the (base) rule's adjoint, whose step is the inverse of Φ₋ₕ."""
-        return Scheme(self.scene, adjoint(self.base.rule))
+        equations = self.equations.adjoint
+        return Scheme(self.scene, equations.rule, equations)
 
     @cached_property
     def substeps(self) -> tuple[Substep, ...]:
@@ -70,7 +61,7 @@ class Scheme(DiscreteEquations):
 
     @property
     def flow_substeps(self) -> Substeps:
-        """(equations, share of the step) of each substep of a composition, as `Flow` takes them."""
+        """(scheme, share of the step) of each substep of a composition, as `Flow` takes them."""
         return [(self.adjoint if s.adjoint else self, s.coefficient) for s in self.substeps]
 
     @cached_property
@@ -84,10 +75,10 @@ class Scheme(DiscreteEquations):
         if isinstance(self.rule, Composition):
             of_base = self.base.order
             return None if of_base is None else max(of_base, self.rule.method.order)
-        if self.element is not None:
-            return self.element.given.order
+        if self.equations.element is not None:
+            return self.equations.element.given.order
         order, groupoid = self.rule.order, self.scene.groupoid
-        every_chart = groupoid.symmetric_chart or self.gave_velocities
+        every_chart = groupoid.symmetric_chart or self.equations.of.gave_velocities
         if order is not None and order > 1 and not every_chart:
             return 1  # u is not the velocity of the middle of the step
         if order is None or order % 2 == 0:

@@ -50,9 +50,10 @@ class StagesNotFound(ArithmeticError):
 class LocalGeometry:
     """A scheme's maps and their derivatives as numbers at a point, in one arithmetic."""
 
-    def __init__(self, scheme: DiscreteEquations, numbers: Arithmetic, q: list[Number]) -> None:
-        self.scheme, self.numbers, self.q = scheme, numbers, q
-        self.n, self.m, self.k = len(scheme.x), len(scheme.u), len(scheme.s.stages)
+    def __init__(self, equations: DiscreteEquations, numbers: Arithmetic, q: list[Number]) -> None:
+        self.equations, self.numbers, self.q = equations, numbers, q
+        self.n, self.m = len(equations.x), len(equations.u)
+        self.k = len(equations.s.stages)
 
     def at(self, x: Numbers, u: Numbers) -> Maps:
         """Every part at (x, u): vectors of length n or m, matrices of the shapes they have.
@@ -91,7 +92,7 @@ class LocalGeometry:
         return self._value("branch", x, u, self.q)
 
     def _value(self, what: str, *arguments: Numbers) -> Any:
-        return _function(self.scheme.origin, self.numbers, what)(*arguments)
+        return _function(self.equations, self.numbers, what)(*arguments)
 
     def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Matrix:
         """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
@@ -133,52 +134,53 @@ class LocalGeometry:
 
 
 @lru_cache(maxsize=512)
-def _function(scheme: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
-    """A function of `_TEXTS` of a scheme in an arithmetic, derived once; its text is on disk."""
-    key = text_key(what, step_system(scheme), scheme.rho, scheme.L, scheme.R, scheme.mark)
-    text = cached_text(f"{what}_{key}.txt", lambda: _TEXTS[what](scheme))
+def _function(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
+    """A function of `_TEXTS` of equations in an arithmetic, derived once; its text is on disk."""
+    fields = (equations.rho, equations.L, equations.R)
+    key = text_key(what, step_system(equations), *fields, equations.mark)
+    text = cached_text(f"{what}_{key}.txt", lambda: _TEXTS[what](equations))
     return numeric_function(text, numbers)
 
 
-def _local_text(scheme: DiscreteEquations) -> str:
-    s, at, total = scheme.s, scheme.at_points, scheme.at_points.total
+def _local_text(equations: DiscreteEquations) -> str:
+    s, at, total = equations.s, equations.at_points, equations.at_points.total
     maps = [at.target, at.minus, at.plus]
     target, minus, plus = map(list, maps)
-    parts = [target, scheme.rho, scheme.L_at_translate, scheme.R, minus, plus]
+    parts = [target, equations.rho, equations.L_at_translate, equations.R, minus, plus]
     parts += [total(part, letters) for part in maps for letters in (s.x, s.u)]
     if len(s.stages):
         parts += [total(part, s.stages) for part in maps[1:]]
         parts += [total(at.stage_equations, letters) for letters in (s.x, s.u, s.stages)]
-    return text_of(scheme, {"x": s.x, "u": s.u, "s": s.stages}, parts)
+    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
-def _stages_text(scheme: DiscreteEquations) -> str:
-    s, equations = scheme.s, scheme.at_points.stage_equations
-    parts = [list(equations), scheme.at_points.total(equations, s.stages)]
-    return text_of(scheme, {"x": s.x, "u": s.u, "s": s.stages}, parts)
+def _stages_text(equations: DiscreteEquations) -> str:
+    s, stages = equations.s, equations.at_points.stage_equations
+    parts = [list(stages), equations.at_points.total(stages, s.stages)]
+    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 
-def _branch_text(scheme: DiscreteEquations) -> str:
-    assert scheme.element is not None
-    return text_of(scheme, {"x": scheme.s.x, "u": scheme.s.u}, [scheme.element.branch])
+def _branch_text(equations: DiscreteEquations) -> str:
+    assert equations.element is not None
+    return text_of(equations, {"x": equations.s.x, "u": equations.s.u}, [equations.element.branch])
 
 
-def _natural_text(scheme: DiscreteEquations) -> str:
-    s, groupoid = scheme.s, scheme.scene.groupoid
+def _natural_text(equations: DiscreteEquations) -> str:
+    s, groupoid = equations.s, equations.groupoid
     structure = [(c / s.h).tolist() for c in groupoid.structure_functions(s.x, s.h)]
-    return text_of(scheme, {"x": s.x}, [groupoid.rho(s.x, s.h) / s.h, structure])
+    return text_of(equations, {"x": s.x}, [groupoid.rho(s.x, s.h) / s.h, structure])
 
 
 _TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
           "natural": _natural_text}  # fmt: skip
 
 
-def text_of(scheme: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
+def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
     """Text of the results as a function of vectors and q (`numeric_text`)."""
     flat = [e for result in results for e in np.array(result, dtype=object).flat]
-    before = inlined(scheme.at_points.definitions(flat))
+    before = inlined(equations.at_points.definitions(flat))
     definitions = [(list(d.letters), list(d.values)) for d in before]
-    return numeric_text({**vectors, "q": scheme.s.q}, results, definitions)
+    return numeric_text({**vectors, "q": equations.s.q}, results, definitions)
 
 
 def frobenius(matrix: Matrix) -> Number:

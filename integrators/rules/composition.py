@@ -13,12 +13,12 @@ with the published digits to the last one or two.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass, field, replace
+from functools import partial, wraps
 from typing import Any
 
 from ..errors import BadInput, unknown
-from ..numbers import LazyModule
+from ..numbers import LazyModule, sympy
 from .discretisation import Discretisation
 
 mpmath: Any = LazyModule("mpmath")
@@ -221,9 +221,13 @@ def compose(rule: Any, name: str) -> Any:
 def adjoint(rule: Discretisation) -> Discretisation:
     """The rule of the adjoint, L_d*(x, u; h) = −L_d(b(x, u), −ι(x, u); −h): Φ* = (Φ₋ₕ)⁻¹."""
 
+    @wraps(rule.formula)
     def formula(L: Any, G: Any, x: Any, u: Any, h: Any, *s: Any) -> Any:
+        # put into what the rule made of letters: given expressions, it may read other coefficients
+        value = sympy.sympify(rule.formula(L, G, x, u, h, *s)).doit()
         end, back = G.target(x, u, h), -G.inversion(x, u, h)
-        return -rule.formula(L, G, end, back, -h, *s)
+        swap = [*zip(x, end, strict=True), *zip(u, back, strict=True), (h, -h)]
+        return -value.subs(swap, simultaneous=True)
 
     source = f"adjoint of {rule.name}: Marsden, West, Acta Numerica 2001, 2.4"
-    return Discretisation(f"{rule.name}-adjoint", formula, rule.order, source, rule.stages)
+    return replace(rule, name=f"{rule.name}-adjoint", formula=formula, source=source)

@@ -82,8 +82,8 @@ def discretisation(
 
 
 def _given(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
-    raise BadInput("the rule own stands for the discrete Lagrangian that a scene gives itself.")
+    return L.discrete(x, u, h)
 
 
-#: no rule: the discrete Lagrangian that a scene gives itself (`Scene.discrete_lagrangian`)
+#: the discrete Lagrangian that a scene gives itself (`Scene.discrete_lagrangian`)
 own = Discretisation("own", _given, source="the scene's")

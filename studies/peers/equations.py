@@ -36,7 +36,7 @@ class Equations:
         self.states = [*s.x, *s.mu]
         named = {p: Symbol(f"P{i}", real=True) for i, p in enumerate(s.parameter_list)}
         self._field = vector_field(s).xreplace(named)
-        values = [float(v) for v in s.parameter_values]
+        values = [float(v) for v in scheme.scene.parameter_values]
         self.constants = dict(zip(named.values(), values, strict=True))
 
     @cached_property

@@ -13,29 +13,39 @@ from typing import Any
 
 from discmech.integrators import Scheme
 from discmech.integrators.compiler import SINGULAR, Kernels, interpreted, kernel_text
+from discmech.integrators.equations import DiscreteEquations
 from discmech.integrators.flows import Flow
 
 Edit = Callable[[str], str]
 Form = tuple[str, Callable[[Any], Any]]
 
 
-def interpret(scheme: Scheme, edit: Edit | None = None, form: Form | None = None) -> Scheme:
-    """The scheme, whose flows run the text of their modules.
+class InterpretedScheme(Scheme):
+    """A scheme whose flows run the text of their modules.
 
-    edit: a change of that text; form: the name of a tensor of `LocalGeometry`, and its change.
+    equations: those to run, if not the scheme's. edit: a change of the text; form: the name of a
+    tensor of `LocalGeometry`, and its change.
     """
 
-    def flow(step: Any, digits: int = 16) -> Flow:
-        made = _Flow(scheme, step, digits, substeps=scheme.flow_substeps)
-        made.edit = edit
-        if form is not None:
-            name, change = form
-            given = getattr(made.geometry, name)
-            made.geometry.__dict__[name] = lambda *arguments: change(given(*arguments))
-        return made
+    def __init__(
+        self,
+        scheme: Scheme,
+        equations: DiscreteEquations | None = None,
+        edit: Edit | None = None,
+        form: Form | None = None,
+    ) -> None:
+        super().__init__(scheme.scene, scheme.rule, equations or scheme.equations)
+        self.edit, self.form = edit, form
 
-    scheme.__dict__["flow"] = flow
-    return scheme
+    def flow(self, step: Any, digits: int = 16, on_edge: str = "refuse") -> Flow:
+        """The flow at one step size, uncompiled; arguments as of `Scheme.flow`."""
+        made = _Flow(self, step, digits, on_edge, self.flow_substeps)
+        made.edit = self.edit
+        if self.form is not None:
+            name, change = self.form
+            given = getattr(made.geometry, name)
+            setattr(made.geometry, name, lambda *arguments: change(given(*arguments)))
+        return made
 
 
 class _Flow(Flow):

@@ -29,7 +29,7 @@ from discmech.integrators.scene import Scene
 
 from ..case import Case
 from .faults import Fault, NoPlace, scene_of
-from .interpreted import interpret
+from .interpreted import InterpretedScheme
 
 #: attributes of `Scheme.at_points` by their names in faults, which stay: a name is a fault's seed
 EQUATIONS = {
@@ -83,20 +83,19 @@ def faulty_scheme(fault: Fault) -> Scheme:
         if isinstance(refusal.__cause__, NoPlace):  # raised inside the rule's own function
             raise refusal.__cause__ from None
         raise
-    scheme.mark = fault.name
     if site in IN_RULE and not _differs(scheme, sound_scheme(fault)):
         raise NoPlace(f"{fault.name}: the discrete Lagrangian is the same.")
+    maps = {}
     if site == "equation":
-        equations, name = scheme.at_points, EQUATIONS[name]
-        changed = fault.changed(getattr(equations, name), scheme.h)
-        for known in ("system", "slope"):  # they follow from F⁻
-            equations.__dict__.pop(known, None)
-        equations.__dict__[name] = changed
+        given = getattr(scheme.at_points, EQUATIONS[name])
+        maps = {EQUATIONS[name]: fault.changed(given, scheme.h)}
+    equations = scheme.equations.altered(fault.name, **maps)
     if site == "form":
-        return interpret(scheme, form=(name, lambda tensor: fault.operate(tensor, None)))
+        form = (name, lambda tensor: fault.operate(tensor, None))
+        return InterpretedScheme(scheme, equations, form=form)
     if site == "solver":
-        return interpret(scheme, edit=lambda text: fault.operate(text, None))
-    return interpret(scheme)
+        return InterpretedScheme(scheme, equations, edit=lambda text: fault.operate(text, None))
+    return InterpretedScheme(scheme, equations)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from discmech.integrators.rules import Composition, Discretisation, Method, midp
 from discmech.integrators.scene import Scene
 
 from ..case import Case, scheme_of
-from .interpreted import interpret
+from .interpreted import InterpretedScheme
 
 Nodes = list[tuple[Fraction, Fraction]]  # (θ, weight)
 
@@ -27,7 +27,7 @@ class ValidCase(Case):
     """A case of a study of a random rule, run uncompiled."""
 
     def scheme_on(self, scene: Scene) -> Scheme:
-        return interpret(scheme_of(scene, self.rule))
+        return InterpretedScheme(scheme_of(scene, self.rule))
 
 
 def random_rule(seed: int) -> Discretisation:

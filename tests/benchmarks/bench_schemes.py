@@ -49,7 +49,7 @@ def measure(scene, rule):
     Scheme(scenes.get("harmonic"), rectangle).flow("0.1").trajectory(1)  # imports do not count
     begun = time.perf_counter()
     scheme = Scheme(scene, rule)
-    system = step_system(scheme)
+    system = step_system(scheme.equations)
     kernel_text(system)
     derived = time.perf_counter()
     compile(system, arithmetic(16))

@@ -196,7 +196,7 @@ def test_wongs_field_is_the_same_wherever_it_is_taken_along_a_step():
 
 def operations(scene, rule):
     """Multiplications, divisions, additions and functions in the kernels of a scheme."""
-    text = KernelText(step_system(Scheme(scene, rule))).text
+    text = KernelText(step_system(Scheme(scene, rule).equations)).text
     body = "\n".join(line for line in text.splitlines() if not line.startswith("#"))
     return len(re.findall(r"[-+*/]|(?:sin|cos|sqrt)\(", body))
 

@@ -178,7 +178,7 @@ def test_rows_are_steps_of_evolve_and_solve_the_equations(scene, rule, sign):
             assert distance(f.dual_step(run.x[k], run.mu[k]), (run.x[k + 1], run.mu[k + 1])) < 1e-44
             assert distance([f.inverse_legendre(run.x[k], run.mu[k])], [run.u[k]]) < 1e-44
         letters = [of.h, *of.s.parameter_list]
-        values = dict(zip(letters, [f.step, *of.s.parameter_values], strict=True))
+        values = dict(zip(letters, [f.step, *of.scene.parameter_values], strict=True))
         values = {s: _sympy(v) for s, v in values.items()}
         for symbols, row in ((of.x, run.x[1]), (of.u, run.u[1]), (of.v, run.u[2])):
             values.update({s: _sympy(v) for s, v in zip(symbols, row, strict=True)})
@@ -216,7 +216,7 @@ def test_the_start_has_the_momentum_of_the_lagrangian(scene, rule):
     assert [a.shape for a in (run.t, run.x, run.u, run.mu)] == [(5,), (5, n), (5, m), (5, m)]
     x0, v0 = exact_start(scene)
     pairs = {**dict(zip(of.x, x0, strict=True)), **dict(zip(of.u, v0, strict=True))}
-    values = zip(of.s.parameter_list, of.s.parameter_values, strict=True)
+    values = zip(of.s.parameter_list, of.scene.parameter_values, strict=True)
     pairs.update({s: _sympy(v) for s, v in values})
     momentum = [float(of.s.lagrangian.diff(w).xreplace(pairs)) for w in of.u]
     assert np.array_equal(run.x[0], [float(e) for e in x0])

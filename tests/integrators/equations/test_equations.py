@@ -37,14 +37,14 @@ NUMBERS = {"h": Rational(3, 10), "x": Rational(1, 8), "u": Rational(2, 3)}
 class Lagrangian:
     """What a rule asks of L, written anew."""
 
-    def __init__(self, s):
-        self.s, self.parameters = s, s.parameters
+    def __init__(self, of):
+        self.of, self.parameters = of, of.s.parameters
 
     def __call__(self, x, u):
-        return self.s.scene.lagrangian(x, u, self.parameters)
+        return self.of.scene.lagrangian(x, u, self.parameters)
 
     def fast(self, x):
-        return self.s.scene.fast(x, self.parameters)
+        return self.of.scene.fast(x, self.parameters)
 
 
 def number(expression):
@@ -61,14 +61,14 @@ class Point:
         self.x = x0 + Matrix(len(x0), 1, [NUMBERS["x"] * s for s in shift[: len(x0)]])
         self.u = Matrix(len(of.u), 1, [NUMBERS["u"] + s for s in shift[: len(of.u)]])
         s = of.s
-        values = [Rational(v.numerator, v.denominator) for v in s.parameter_values]
+        values = [Rational(v.numerator, v.denominator) for v in of.scene.parameter_values]
         self.parameters = dict(zip(s.parameter_list, values, strict=True))
         rule = of.rule
         given = of.scene.discrete_lagrangian
         if given is not None:  # on the group
             written = given.formula(of.x, self.g.element(of.u, of.h), of.h, s.parameters)
         else:
-            written = rule.formula(Lagrangian(s), self.g, of.x, of.u, of.h)
+            written = rule.formula(Lagrangian(of), self.g, of.x, of.u, of.h)
         written = written[0] if hasattr(written, "shape") else written
         self.L_d = written.xreplace({**self.parameters, of.h: self.h})
 

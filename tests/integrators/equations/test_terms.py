@@ -122,6 +122,15 @@ def test_legendre_maps_of_odd_rules_are_the_fields_of_what_they_compute(scene, h
         assert first_violation(maps - wanted.doit(), [*of.u, of.h]) is None
 
 
+@pytest.mark.parametrize("hand", [bound, coefficients, looked_into], ids=lambda f: f.__name__)
+def test_the_adjoint_of_an_odd_rule_reads_what_the_rule_reads(hand):
+    """At the end of the step and −ι: there coefficients of u would be other ones."""
+    of = Scheme(SCENES["affine-on-line"], discretisation(name="hand")(hand))
+    run = of.flow("-1/10", 40).trajectory(1)
+    x, mu = of.adjoint.flow("1/10", 40).dual_step(run.x[1], run.mu[1])
+    assert max(*abs(x - run.x[0]), *abs(mu - run.mu[0])) < 1e-36
+
+
 @pytest.mark.parametrize("scene", ["kepler", "rigid-body", "affine-on-line"])
 def test_nodes_of_a_curve_share_one_function(scene):
     """A term is derived once: three nodes are three calls."""

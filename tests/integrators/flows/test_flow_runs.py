@@ -162,7 +162,7 @@ def own_cache(tmp_path, monkeypatch):
 def kernels(scheme):
     """The text and the functions of a scheme, nothing remembered from before."""
     compiler.kernel_text.cache_clear()
-    system = step_system(scheme.origin)
+    system = step_system(scheme.equations)
     return compiler.kernel_text(system), compiler.compile(system, scheme.flow(1).numbers)
 
 
@@ -285,7 +285,7 @@ def test_after_a_failure_the_flow_is_as_before():
 def test_schemes_share_a_kernel_where_and_only_where_they_are_one():
     """On a group every rule is h·l(u); written h(l + l)/2 it may be rounded in another order."""
     schemes = [(s, r) for s, r in SCHEMES if s in ALWAYS]
-    files = {s: compiler.kernel_text(step_system(scheme(*s))) for s in schemes}
+    files = {s: compiler.kernel_text(step_system(scheme(*s).equations)) for s in schemes}
     shared = [(s, r) for s, r in schemes if files[s, r] == files[s, "midpoint"] and r != "midpoint"]
     assert {s for s, _ in shared} <= ALIKE
     assert ("rigid-body", "rectangle") in shared

@@ -7,11 +7,33 @@ from functools import cache
 import mpmath
 import numpy as np
 import pytest
+import sympy
 
-from discmech.integrators import BadInput, Scheme, StepFailure, compiler, midpoint, rectangle
+from discmech.integrators import (
+    BadInput,
+    Scene,
+    Scheme,
+    StepFailure,
+    action,
+    compiler,
+    midpoint,
+    on_group,
+    pair,
+    rectangle,
+    so,
+)
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import exact_rational
-from discmech.integrators.rules import METHODS, Composition, Substep, adjoint, compose, get, names
+from discmech.integrators.rules import (
+    METHODS,
+    Composition,
+    Substep,
+    adjoint,
+    compose,
+    get,
+    names,
+    own,
+)
 from tests.objects import SCENES
 from tests.objects import scheme as plain_scheme
 
@@ -181,6 +203,35 @@ def test_the_adjoint_of_the_adjoint_is_the_rule():
     twice = Scheme(SCENES["kepler"], adjoint(adjoint(rectangle)))
     difference = twice.legendre_minus - plain_scheme("kepler", "rectangle").legendre_minus
     assert difference.applyfunc(lambda e: e.simplify()).is_zero_matrix
+
+
+def in_chart(x, u, h, p):
+    return h * (u[0] ** 2 / 2 + sympy.cos(x[0]))
+
+
+def on_elements(x, g, h, p):
+    y = x.T * g
+    return -(sympy.diag(3, 2, 1) * g).trace() / h - h * (y[0] + x[1] * y[2])
+
+
+@pytest.mark.parametrize("scene", [
+    Scene("in-chart", pair(1), discrete_lagrangian=in_chart, x0=[1], v0=[0]),
+    Scene("on-elements", action(so(3)), discrete_lagrangian=on_group(on_elements),
+          x0=["3/5", 0, "4/5"], v0=[0, 0, 0]),
+], ids=lambda scene: scene.name)  # fmt: skip
+def test_the_adjoint_of_a_discrete_lagrangian_that_a_scene_gives(scene):
+    """It is another step, and without it a composition is of the order of the base."""
+    of = Scheme(scene, own)
+    assert not of.self_adjoint
+    mu0 = ["1/3", "1/5", "-1/4"][: len(of.u)]
+    run = of.flow("-1/10", DIGITS).trajectory(1, mu0=mu0)
+    with mpmath.workdps(60):
+        x, mu = of.adjoint.flow("1/10", DIGITS).dual_step(run.x[1], run.mu[1])
+        assert close([*x, *mu], [*run.x[0], *run.mu[0]])
+    composed = compose(of, "triple-jump")
+    ends = [composed.flow(f"1/{n}", 30).trajectory(n, n, mu0=mu0).mu[-1] for n in (10, 20, 40)]
+    first, second = (float(max(abs(a - b))) for a, b in itertools.pairwise(ends))
+    assert np.log2(first / second) == pytest.approx(4, abs=0.05)
 
 
 # -- flows ----------------------------------------------------------------------------------------

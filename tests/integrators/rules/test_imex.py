@@ -99,8 +99,17 @@ def test_a_scheme_at_other_values_is_the_scheme_derived_there():
     assert np.array_equal(run.x, other.x) and np.array_equal(run.mu, other.mu)
     x, mu = run.x[7], run.mu[7]
     assert moved.flow("1/20").poisson_defect(x, mu) < 1e-15
-    energies = [f.scheme.s.parameter_values for f in (derived, moved.flow("1/20"))]
+    energies = [f.scheme.scene.parameter_values for f in (derived, moved.flow("1/20"))]
     assert energies[0] == energies[1] == [2]
+
+
+def test_equations_know_no_value():
+    """One object for all values, for a composition and its base, and for all their adjoints."""
+    scheme = Scheme(scenes.get("pendulum"), discretisations.get("suzuki:rectangle"))
+    moved = scheme.at(parameters={"gravity": 3}, x0=["1/2"])
+    assert moved.equations is scheme.equations is scheme.base.equations
+    assert moved.adjoint.equations is scheme.adjoint.equations
+    assert moved.adjoint.scene is moved.scene
 
 
 @pytest.mark.parametrize("rule", ["suzuki:rectangle", "gauss-2"])

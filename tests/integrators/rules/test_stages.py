@@ -69,7 +69,7 @@ class Numbers:
         of = f.scheme
         self.g, self.formula, self.stages = of.scene.groupoid, of.rule.formula, of.rule.stages
         self.h = Rational(f.step.numerator, f.step.denominator)
-        values = zip(of.s.parameter_list, of.s.parameter_values, strict=True)
+        values = zip(of.s.parameter_list, of.scene.parameter_values, strict=True)
         given = {p: Rational(v.numerator, v.denominator) for p, v in values}
 
         class Lagrangian:

@@ -1,0 +1,56 @@
+"""A scene discretised by a rule: equations, which know no values, and the scene with its values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..errors import BadInput
+from ..groupoids import check_axioms
+from ..rules import Composition, Discretisation, own
+from ..scene import Scene
+from .checks import check_regular, check_start
+from .discrete_equations import DiscreteEquations
+from .symbols import SceneSymbols
+
+
+class DiscretisedScene:
+    """The pair of `equations` and the `scene` with its values, by a `rule`.
+
+    Whatever is derived is asked of it directly: `scheme.FL` is `scheme.equations.FL`. The equations
+    of a composition are those of its base rule.
+
+    equations: those of a scene that differs in values alone, and nothing is derived. Else raises
+    `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be evaluated,
+    or L_d is degenerate (FL singular everywhere). Raises it for a start that violates a constraint
+    of the scene, and for a parameter of another shape than in the equations.
+    """
+
+    def __init__(
+        self, scene: Scene, rule: Discretisation, equations: DiscreteEquations | None = None
+    ) -> None:
+        if not isinstance(scene, Scene):
+            raise BadInput(f"{scene!r} is no scene: give a Scene, or scenes.get(name).")
+        if not isinstance(rule, Discretisation):
+            raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
+        derived = _derived(scene, rule) if equations is None else equations
+        if len(scene.parameter_values) != len(derived.s.parameter_list):
+            raise BadInput(f"{scene.name}: a parameter has another shape than before.")
+        check_start(derived.s, scene)
+        if equations is None:
+            check_regular(derived.at_points, derived.w, scene, rule)
+        self.scene, self.equations = scene, derived
+        self.rule = rule if isinstance(rule, Composition) else derived.rule
+
+    def __getattr__(self, name: str) -> Any:
+        """What is derived, of the equations."""
+        if name == "equations":  # not set yet, as in a copy that is being made
+            raise AttributeError(name)
+        return getattr(self.equations, name)
+
+
+def _derived(scene: Scene, rule: Discretisation) -> DiscreteEquations:
+    check_axioms(scene.groupoid)
+    of_step = rule.base if isinstance(rule, Composition) else rule
+    if scene.discrete_lagrangian is not None:
+        of_step = own  # no rule has a say where L_d is given
+    return DiscreteEquations(SceneSymbols(scene, of_step.stages), of_step)
