@@ -54,7 +54,7 @@ class GroupoidForRule:
 
         def velocity(i: Any, *a: Expression) -> Expression:
             x, w, dw = (column(part) for part in (a[:n], a[n : n + m], a[n + m : -1]))
-            return s.groupoid.velocity(x, w, dw, a[-1])[int(i)]
+            return (s.groupoid.inverse_left(x, w, a[-1]) * dw)[int(i)]
 
         self.Target, self.Velocity = answer("target", target), answer("velocity", velocity)
         #: whether the rule takes velocities from curves, and so serves every chart alike

@@ -91,7 +91,7 @@ class CurveTerm:
             self.chain.add(Block(z, value, [(self.W, slope), *partials(value, [base])]))
         xi, by = self.D, {"D": sympy.eye(m)}
         if moving:
-            velocity = groupoid.velocity(base, self.W, self.D, one)
+            velocity = groupoid.inverse_left(base, self.W, one) * self.D
             xi, by = quotients(
                 self.chain, velocity, {k: self.columns[k] for k in ("W", "D", "base")}
             )

@@ -97,19 +97,6 @@ class RowAction(ActionGroupoid):
     def target(self, x: Any, u: Any, h: Any) -> Any:
         return x + self.increment(x, u, h)
 
-    @cached_property
-    def _increment(self) -> Any:
-        """x·(τ(hu) − e), n×1."""
-        s = self._symbols
-        return self.moved(s["x"], self.displacement(s["u"], s["h"]))
-
-    @cached_property
-    def _anchor(self) -> Any:
-        """ρ̂(x) in `_symbols`, with columns x·e_γ."""
-        return sympy.Matrix.hstack(
-            *[self.moved(self._symbols["x"], e) for e in self.algebra._matrices]
-        )
-
 
 class UserAction(ActionGroupoid):
     """A right action given by its map right_action(x, g) on Rⁿ or on an open part of it."""

@@ -28,7 +28,8 @@ def chart_extents(groupoid: Any, x: Any, u: Any, h: Any) -> list[tuple[str, Any]
 
 def chart_reach(groupoid: Any) -> float:
     """The size (`chart_extents`) at which a run leaves its chart (`Retraction.reach`)."""
-    groups = groupoid.matrix_groups()
+    s = groupoid._symbols
+    groups = (group for group, _ in groupoid.group_parts(s["x"], s["u"], s["h"]))
     return min((group.tau.reach(group.algebra) for group in groups), default=math.inf)
 
 

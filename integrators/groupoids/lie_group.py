@@ -86,10 +86,6 @@ class RetractionGroupoid(Groupoid):
         s = self._symbols
         return self._fitting.invariant_fields(self.algebra, s["h"] * s["u"])
 
-    @property
-    def symmetric_chart(self) -> bool:
-        return self.tau.symmetric
-
     @cached_property
     def _inversion(self) -> Any:
         s = self._symbols

@@ -14,7 +14,6 @@ class PairGroupoid(Groupoid):
     """Arrows (x, y) with u = (y − x)/h: b = x + hu, p = u + v, ι = −u, ρ = hI, L = R = I, C = 0."""
 
     kind = "pair"
-    left_is_identity = symmetric_chart = True
     by_user = False
 
     def __init__(self, n: int) -> None:
@@ -45,9 +44,6 @@ class PairGroupoid(Groupoid):
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """Zeros: fields on different ends of an arrow commute."""
         return [sympy.zeros(self.dim_u)] * self.dim_u
-
-    def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
-        return dw
 
     def increment(self, x: Any, u: Any, h: Any) -> Any:
         return h * u

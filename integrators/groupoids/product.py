@@ -8,6 +8,7 @@ from typing import Any
 
 from ..errors import BadInput
 from ..numbers import sympy
+from .axioms import check_axioms
 from .groupoid import Groupoid
 
 
@@ -18,6 +19,7 @@ class ProductGroupoid(Groupoid):
     """
 
     kind = "product"
+    by_user = False  # its axioms are those of the parts
     #: x ↦ A(x) of a principal connection, where the fibre coordinates are adapted to one
     connection: Callable[..., Any] | None = None
 
@@ -28,10 +30,8 @@ class ProductGroupoid(Groupoid):
         self.parts = (first, second)
         self.dim_x = first.dim_x + second.dim_x
         self.dim_u = first.dim_u + second.dim_u
-        self.fix = first.fix or second.fix
         names = dict.fromkeys(g.retraction for g in self.parts if g.retraction)
         self.retraction = " and ".join(names) or None
-        self.by_user = first.by_user or second.by_user
 
     @property
     def name(self) -> str:
@@ -45,7 +45,7 @@ class ProductGroupoid(Groupoid):
 
     def check(self) -> None:
         for part in self.parts:
-            part.check()
+            check_axioms(part)
 
     def base(self, x: Any) -> tuple[Any, Any]:
         """(x₁, x₂)."""
@@ -100,10 +100,6 @@ class ProductGroupoid(Groupoid):
         """L₁⁻¹ and L₂⁻¹ in blocks, m×m."""
         return sympy.Matrix.diag(*self._both("inverse_left", x, w, h))
 
-    @property
-    def left_is_identity(self) -> bool:  # type: ignore[override]
-        return all(g.left_is_identity for g in self.parts)
-
     def structure_functions(self, x: Any, h: Any) -> list[Any]:
         """C₁ and C₂ in blocks: fields of different parts commute."""
         first, second = self._both("structure_functions", x, h)
@@ -121,11 +117,6 @@ class ProductGroupoid(Groupoid):
         fields = [g.point_fields(y, w, h, theta, a) for g, y, w, a in own]
         right, left = (sympy.Matrix.diag(*blocks) for blocks in zip(*fields, strict=True))
         return right, left
-
-    @cached_property
-    def symmetric_chart(self) -> bool:
-        """Whether both charts are symmetric."""
-        return all(g.symmetric_chart for g in self.parts)
 
     @cached_property
     def _inversion(self) -> Any:

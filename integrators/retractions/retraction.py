@@ -22,14 +22,12 @@ from .implicit_product import AlgebraInNumbers, implicit_product
 class Retraction(ABC):
     """A chart of matrix groups around the identity; a subclass gives the formulas.
 
-    ξ, η are sympy columns of coordinates, m×1. `symmetric`: whether τ(−ξ) = τ(ξ)⁻¹.
-    `has_translates`: whether the translates of the chart by the algebra's cover hold the group, so
-    that bisections continue it. `proven`: whether the tests check every law, so that a scheme need
-    not check the axioms again.
+    ξ, η are sympy columns of coordinates, m×1. `has_translates`: whether the translates of the
+    chart by the algebra's cover hold the group, so that bisections continue it. `proven`: whether
+    the tests check every law, so that a scheme need not check the axioms again.
     """
 
     name: str
-    symmetric = False
     has_translates = False
     proven = False
 
@@ -114,8 +112,6 @@ class Retraction(ABC):
 
 class EquivariantRetraction(Retraction):
     """A retraction that is odd, τ(−ξ) = τ(ξ)⁻¹, with τ(Ad_g ξ) = g τ(ξ) g⁻¹: so L − R = ad_ξ."""
-
-    symmetric = True
 
     def inverse(self, algebra: MatrixAlgebra, xi: Any) -> Any:
         return -xi

@@ -188,6 +188,17 @@ def test_inversion_to_first_order(g, h):
         assert agree(slope(lambda s, e=e: g.inversion(x, s * e, h)), -e)
 
 
+def test_which_charts_are_symmetric(g):
+    """ι = −u + O(u³) in all charts but the affine group's, its action's and a moving frame's."""
+    x, e = arrows(g, "generic", STEPS[0])["x"], Matrix([1, 2, *range(3, g.dim_u + 1)][: g.dim_u])
+    second = (g.inversion(x, EPS * e, STEPS[0]) + EPS * e) / EPS**2
+    symmetric = g.name not in ("affine group", "affine action", "framed plane")
+    assert g.symmetric_chart == symmetric
+    assert (max(abs(exact(entry)) for entry in second) < 10**20 * EPS) == symmetric
+    ones = g.L(x, e / 7, STEPS[0]) == eye(g.dim_u)
+    assert g.left_is_identity == ones == (g.kind == "pair")
+
+
 @pytest.mark.parametrize("name", ["action(so(3))", "group(so(3))"])
 @everywhere
 def test_elements_multiply_and_act(name, stratum):

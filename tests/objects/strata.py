@@ -13,7 +13,7 @@ STEPS = (Rational(1, 10), Rational(3), Rational(-2, 7))
 def arrows(groupoid, stratum, h, seed=0):
     """Exact x and three arrows' coordinates u, v, w with |hu| in the stratum."""
     size = {"near": Rational(1, 10**7), "generic": Rational(1), "edge": Rational(1000)}[stratum]
-    by_exponential = any(g.tau is exponential for g in groupoid.matrix_groups())
+    by_exponential = exponential.name in (groupoid.retraction or "")
     if by_exponential and stratum != "near":
         size = Rational(2, 5)  # the product ends where an angle reaches π: sums stay below
 

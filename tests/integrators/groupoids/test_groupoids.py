@@ -12,6 +12,7 @@ from discmech.integrators import (
     action,
     lie_group,
     pair,
+    product,
     rectangle,
     so,
     su,
@@ -59,6 +60,14 @@ def test_associativity_alone_is_missed_by_no_other_law():
     )
     with pytest.raises(BadInput, match="associativity"):
         check_axioms(broken)
+
+
+def test_a_product_names_the_part_that_is_no_groupoid():
+    target, law = BROKEN["right unit"]
+    broken = LocalGroupoid(1, 1, target=target, product=law, name="broken")
+    for whole in (product(pair(1), broken), product(broken, product(lie_group(so(3)), pair(1)))):
+        with pytest.raises(BadInput, match=r"^test_groupoids.py, line \d+: broken is not a group"):
+            check_axioms(whole)
 
 
 def test_a_wrong_inverse_is_refused():
