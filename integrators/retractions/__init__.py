@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from ..errors import unknown
+from .algebra_in_numbers import AlgebraInNumbers
 from .cayley import Cayley, cayley
 from .exponential import Exponential, exponential
-from .implicit_product import AlgebraInNumbers
 from .retraction import EquivariantRetraction, Retraction
 
 __all__ = [

@@ -10,7 +10,7 @@ import numpy as np
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
 from ..numbers import sympy
-from .implicit_product import AlgebraInNumbers
+from .algebra_in_numbers import AlgebraInNumbers
 from .retraction import EquivariantRetraction, complex_form
 
 

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 
 from ..algebras import MatrixAlgebra
-from ..errors import BadInput
 from ..numbers import registered_function, sympy
 from .ad_spectrum import turnings
-from .implicit_product import AlgebraInNumbers
+from .algebra_in_numbers import AlgebraInNumbers
 from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction
 from .retraction import EquivariantRetraction, complex_form
 from .stumpff import stumpff
@@ -92,10 +91,11 @@ class Exponential(EquivariantRetraction):
         return np.asarray(frame.e + function(frame.hat(xi), DISPLACEMENT))
 
     def coordinates_in(self, frame: AlgebraInNumbers, g: np.ndarray) -> np.ndarray:
-        """Coordinates of log g, m numbers; raises `BadInput` where an angle reaches a half-turn.
+        """Coordinates of log g, m numbers; raises `ArithmeticError` where an angle reaches π.
 
         Square roots until near e, then log g = 2 artanh((g − e)(g + e)⁻¹) by its series (Higham,
-        Functions of Matrices, 11.5).
+        Functions of Matrices, 11.5). Short of a half-turn mpmath's logm takes the branch beyond
+        it, and scipy's has no right digit.
         """
         e, numbers, roots = frame.e, frame.numbers, 0
         while _size(g - e) > 1 / 16:  # the series then gains two and a half digits a term
@@ -143,9 +143,7 @@ def _root(g: Any, e: Any, numbers: Any) -> Any:
         if change <= 8 * numbers.eps or (before is not None and before <= change < 1e-10):
             return y
         before = change
-    raise BadInput(
-        "log(exp ξ exp η) does not exist here: an angle reaches a half-turn; take a smaller step."
-    )
+    raise ArithmeticError("an angle reaches a half-turn")
 
 
 def _size(matrix: Any) -> Any:

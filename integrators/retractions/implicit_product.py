@@ -6,46 +6,13 @@ flow needs its values, so there is no text of it for compiled kernels.
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
 from ..algebras import MatrixAlgebra
-from ..numbers import InArithmetic, Matrix, Vector, sympy
-
-
-class AlgebraInNumbers:
-    """A matrix algebra in one arithmetic: matrices and coordinates as numpy arrays."""
-
-    def __init__(self, algebra: MatrixAlgebra, numbers: Any) -> None:
-        self.algebra, self.numbers = algebra, numbers
-
-    def array(self, rows: Any) -> Matrix:
-        """A matrix of exact entries in this arithmetic."""
-        number = self.numbers.number
-        return np.array([[number(e) for e in row] for row in rows], dtype=self.numbers.dtype)
-
-    @cached_property
-    def e(self) -> Matrix:
-        """The identity, N×N."""
-        return self.numbers.identity(self.algebra.size)
-
-    @cached_property
-    def _basis(self) -> list[Matrix]:
-        return [self.array(e) for e in self.algebra.basis]
-
-    @cached_property
-    def _dual(self) -> Matrix:
-        return self.array(self.algebra.dual.tolist())
-
-    def hat(self, xi: Any) -> Matrix:
-        """ξ^γ e_γ, N×N."""
-        return np.asarray(sum(c * e for c, e in zip(xi, self._basis, strict=True)))
-
-    def read(self, matrix: Matrix) -> Vector:
-        """The coordinates of a matrix of the algebra, m."""
-        return np.asarray(self._dual @ matrix.ravel())
+from ..errors import BadInput
+from ..numbers import InArithmetic, sympy
+from .algebra_in_numbers import AlgebraInNumbers
 
 
 def implicit_product(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
@@ -95,13 +62,16 @@ def _slope(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any, d_xi: Any, d_eta
     return sympy.ImmutableMatrix(total)
 
 
-_frame = lru_cache(maxsize=64)(AlgebraInNumbers)
-
-
 @lru_cache(maxsize=4096)
 def _numbers(tau: Any, algebra: MatrixAlgebra, values: tuple[Any, ...], numbers: Any) -> Any:
-    """The m entries at numbers ξ, η."""
-    m, frame = algebra.dim, _frame(algebra.real, numbers)
+    """The m entries at numbers ξ, η; raises `BadInput` outside the chart."""
+    m, frame = algebra.dim, AlgebraInNumbers(algebra.real, numbers)
     with numbers.working():
         first, second = (tau.element_in(frame, part) for part in (values[:m], values[m:]))
-        return tau.coordinates_in(frame, first @ second)
+        try:
+            return tau.coordinates_in(frame, first @ second)
+        except (ArithmeticError, ValueError) as error:
+            raise BadInput(
+                f"the product τ(ξ)τ(η) lies outside the chart of {tau.name} on {algebra.name}; "
+                "take smaller elements."
+            ) from error

@@ -15,7 +15,8 @@ import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..numbers import sympy
-from .implicit_product import AlgebraInNumbers, implicit_product
+from .algebra_in_numbers import AlgebraInNumbers
+from .implicit_product import implicit_product
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The exponential's closed forms, derivatives and logarithm, and what a retraction refuses."""
 
 import pytest
-from sympy import Matrix, Rational, Symbol, eye, sqrt, zeros
+from sympy import Matrix, Rational, Symbol, eye, pi, sqrt, zeros
 
 from discmech.integrators import (
     BadInput,
@@ -131,9 +131,11 @@ def test_a_basis_that_is_not_closed_or_not_independent_is_named():
 def test_a_logarithm_beyond_the_half_turn_is_refused():
     turn = Matrix([0, 0, Rational(314159265358979, 10**14)]) / 2
     p = exponential.product(so(3), turn, turn)
-    assert abs(decimals(p)[2] - 2 * turn[2]) < Rational(
-        1, 10**30
-    )  # short of it: the branch is right
+    assert abs(decimals(p)[2] - 2 * turn[2]) < Rational(1, 10**30)  # short of it: the right branch
+    for longer in (Matrix([0, 0, pi]), Matrix([pi * Rational(3, 5), 0, pi * Rational(4, 5)])):
+        half = exponential.product(so(3), longer / 2, longer / 2)
+        with pytest.raises(BadInput, match=r"outside the chart of exponential on so\(3\); take"):
+            evaluate_matrix(half, 30)
 
 
 def test_a_composition_outside_cayleys_chart_is_refused():
