@@ -84,7 +84,7 @@ def _derived(scheme: Scheme) -> str:
     """The equations of a step, the Lagrangian and the conserved quantities."""
     s, scene = scheme.s, scheme.scene
     groups = scene.with_attitude() if any(q.attitude for q in scene.symmetries) else scene
-    parts: list[Any] = [step_system(scheme)]
+    parts: list[Any] = [step_system(scheme.equations)]
     if scene.lagrangian is not None:
         parts.append([s.lagrangian])
     for q in scene.symmetries:

@@ -5,7 +5,7 @@ import sympy
 from sympy import Rational
 
 from discmech.integrators import BadInput, Scheme, discretisation, rules, scenes
-from discmech.integrators.numbers import first_violation
+from discmech.integrators.numbers import arithmetic, evaluate_at, first_violation, random_point
 from tests.objects import SCENES
 
 
@@ -25,23 +25,35 @@ def scheme_of(scene, rule, adjoint):
     return scheme.adjoint if adjoint else scheme
 
 
+def slopes_by(letter, column, point):
+    """∂(column)/∂letter at a point by differences: 30 of 60 digits are right."""
+    aside = Rational(1, 10**15)
+    with arithmetic(60).working():
+        ahead, back = (
+            evaluate_at(column, point | {letter: point[letter] + by}, 60) for by in (aside, -aside)
+        )
+        return [(a - b) * 10**15 / 2 for a, b in zip(ahead, back, strict=True)]
+
+
 @pytest.mark.parametrize("adjoint", [False, True])
 @pytest.mark.parametrize(("scene", "rule"), [
     ("moving-mass", "trapezoidal"), ("moving-mass", "gauss-2"), ("affine-on-line", "midpoint"),
-    ("rigid-body", "lobatto-2"), ("pendulum", "skew"), ("affine-group", "skew"),
-    ("spring-pendulum", "imex"),
-    pytest.param("rigid-body", "lobatto-3", marks=pytest.mark.slow),
+    ("rigid-body", "lobatto-3"), ("pendulum", "skew"), ("affine-group", "skew"),
+    ("framed-plane", "skew"), ("spring-pendulum", "imex"),
 ])  # fmt: skip
-def test_derivatives_through_terms_are_those_of_what_is_written_out(scene, rule, adjoint):
+def test_derivatives_through_terms_are_the_slopes_of_what_is_written_out(scene, rule, adjoint):
     of = scheme_of(scene, rule, adjoint)
     maps, s = of.at_points, of.s
-    small = [*s.u, *s.stages, s.h]
-    for column in (maps.minus, maps.plus, maps.stage_equations):
+    point = random_point([*s.x, *s.u, *s.stages, *s.q], [*s.u, *s.stages, s.h])
+    for column in filter(len, (maps.minus, maps.plus, maps.stage_equations)):
         written = of.written_out(column)
-        for variable in (s.x, s.u, s.stages):
-            if len(column) and len(variable):
-                through = of.written_out(maps.total(column, variable))
-                assert first_violation(through - written.jacobian(variable), small) is None
+        for variable in filter(len, (s.x, s.u, s.stages)):
+            total = maps.total(column, variable)
+            found = evaluate_at(total, point, 60, maps.definitions(total))
+            for j, letter in enumerate(variable):
+                wanted = slopes_by(letter, written, point)
+                for a, b in zip(found[j :: len(variable)], wanted, strict=True):
+                    assert abs(a - b) < 1e-24 * (1 + abs(b))
 
 
 # -- an oracle: the rule asked with the groupoid's own maps, differentiated as it stands -----------
@@ -110,11 +122,13 @@ def permuted(L, G, x, u, h):
 HANDS = (of_an_end, weighted_by_x, bound, coefficients, looked_into, permuted)
 
 
-@pytest.mark.parametrize("scene", ["moving-mass", "affine-on-line", "framed-plane", "rigid-body"])
-@pytest.mark.parametrize("hand", HANDS, ids=lambda f: f.__name__)
+@pytest.mark.parametrize(("scene", "hand"), [
+    pytest.param(scene, hand, id=f"{hand.__name__}-{scene}")
+    for scene in ("moving-mass", "affine-on-line", "framed-plane", "rigid-body")
+    for hand in HANDS
+    if hand is not permuted or scene != "rigid-body"  # a group has no point to move
+])  # fmt: skip
 def test_legendre_maps_of_odd_rules_are_the_fields_of_what_they_compute(scene, hand):
-    if scene == "rigid-body" and hand is permuted:
-        pytest.skip("a group has no point to move")
     of = Scheme(SCENES[scene], discretisation(name="hand")(hand))
     for maps, wanted in zip(
         (of.legendre_minus, of.legendre_plus), legendre_by_hand(of, hand), strict=True
