@@ -11,8 +11,9 @@ from typing import Any
 
 from .errors import BadInput
 from .numbers import exact_matrices, floats_exact, sympy
+from .numbers.types import Column, Exact, Expressions, SymbolicMatrix
 
-Nested = tuple[tuple[Any, ...], ...]
+Nested = tuple[tuple[Exact, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,11 @@ class MatrixAlgebra:
         """The elements B of the cover, or e alone where no cover is known."""
         return self.cover or (_signature((1,) * self.size),)
 
-    def hat(self, xi: Sequence[Any]) -> Any:
+    def hat(self, xi: Expressions) -> SymbolicMatrix:
         """The N×N sympy matrix ξ^γ e_γ of the coordinates ξ (length m)."""
         return sum((c * e for c, e in zip(xi, self._matrices, strict=True)), sympy.zeros(self.size))
 
-    def coordinates(self, matrix: Any) -> Any:
+    def coordinates(self, matrix: SymbolicMatrix) -> Column:
         """The m×1 coordinates of an N×N sympy matrix that lies in the algebra."""
         column = self.dual * matrix.reshape(self.size**2, 1)
         # complex matrices have real coordinates; left alone, i·i would never be multiplied out
@@ -80,18 +81,18 @@ class MatrixAlgebra:
             for e in self.basis for row in e for entry in row
         )  # fmt: skip
 
-    def contains(self, matrix: Any) -> bool:
+    def contains(self, matrix: SymbolicMatrix) -> bool:
         """Whether the matrix is a combination of the basis (exactly)."""
         rest = matrix - self.hat(self.coordinates(matrix))
         return all(entry == 0 or sympy.simplify(entry) == 0 for entry in rest)
 
     @cached_property
-    def _matrices(self) -> list[Any]:
+    def _matrices(self) -> list[SymbolicMatrix]:
         """The basis with sympy's numbers; floats and complex ones are their exact values."""
         return [sympy.Matrix(e).applyfunc(floats_exact) for e in self.basis]
 
     @cached_property
-    def dual(self) -> Any:
+    def dual(self) -> SymbolicMatrix:
         """The m×N² matrix that reads coordinates off a matrix (least squares, exact)."""
         columns = sympy.Matrix([list(e) for e in self._matrices]).T
         gram = columns.H * columns
@@ -103,7 +104,7 @@ class MatrixAlgebra:
         return gram.inv() * columns.H
 
     @cached_property
-    def structure_constants(self) -> list[Any]:
+    def structure_constants(self) -> list[SymbolicMatrix]:
         """m matrices: entry [γ][μ, ν] is Ĉ^γ_{μν} of [e_μ, e_ν] = Ĉ^γ_{μν} e_γ.
 
         Raises `BadInput` if a commutator leaves the span of the basis.
@@ -121,13 +122,13 @@ class MatrixAlgebra:
                 constants[g][m, n], constants[g][n, m] = value, -value
         return constants
 
-    def ad(self, xi: Sequence[Any]) -> Any:
+    def ad(self, xi: Expressions) -> SymbolicMatrix:
         """The m×m matrix of η ↦ [ξ, η], with entries Ĉ^γ_{μν} ξ^μ."""
         row = sympy.Matrix([list(xi)])
         return sympy.Matrix.vstack(*[row * c for c in self.structure_constants])
 
     @cached_property
-    def ideals(self) -> list[Any]:
+    def ideals(self) -> list[SymbolicMatrix]:
         """Projections (m×m, rational) on ideals whose direct sum the algebra is; [1] if simple.
 
         They are eigenspaces of a random map that commutes with every ad_ξ.
@@ -181,7 +182,7 @@ class MatrixAlgebra:
         return all(self.contains(a * e * b + b * e * a) for a, b in pairs for e in es)
 
 
-def _elementary(n: int, entries: dict[tuple[int, int], Any]) -> Nested:
+def _elementary(n: int, entries: dict[tuple[int, int], Exact]) -> Nested:
     return tuple(tuple(entries.get((i, j), 0) for j in range(n)) for i in range(n))
 
 
@@ -252,7 +253,7 @@ def sp(n: int) -> MatrixAlgebra:
 def su(n: int) -> MatrixAlgebra:
     """Skew-Hermitian traceless n×n matrices; su(2) is −i/2 times the Pauli matrices."""
     _sized("su", n, 2)
-    basis: list[dict[tuple[int, int], Any]] = []
+    basis: list[dict[tuple[int, int], Exact]] = []
     for i, j in combinations(range(n), 2):
         basis += [{(i, j): -0.5j, (j, i): -0.5j}, {(i, j): -0.5, (j, i): 0.5}]
     basis += [{(i, i): -0.5j, (i + 1, i + 1): 0.5j} for i in range(n - 1)]

@@ -23,15 +23,8 @@ import numpy as np
 
 from ..errors import BadInput
 from ..groupoids import Groupoid
-from ..numbers import (
-    Matrix,
-    Vector,
-    arithmetic,
-    exact_rational,
-    jacobian,
-    newton,
-    numeric,
-)
+from ..numbers import arithmetic, exact_rational, jacobian, newton, numeric
+from ..numbers.types import Matrix, Vector
 from .step_context import vector_in
 
 #: an arrow (x, u), n and m numbers

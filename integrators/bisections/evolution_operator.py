@@ -19,7 +19,8 @@ import numpy as np
 
 from ..errors import BadInput
 from ..geometry import Maps, pullback_defect, slopes
-from ..numbers import Matrix, Number, Vector, newton
+from ..numbers import newton
+from ..numbers.types import Matrix, Number, Vector
 from .bisection import Bisection, Point, groupoid_maps, in_own_numbers
 from .step_context import StepContext
 

@@ -12,7 +12,8 @@ import numpy as np
 from ..equations import DiscreteEquations, DiscretisedScene
 from ..errors import SMALLER, CannotMeasure, StepFailure
 from ..geometry import Arrow, LocalGeometry, StagesNotFound
-from ..numbers import Vector, listed
+from ..numbers import listed
+from ..numbers.types import Vector
 from .translates import GroupChart
 
 

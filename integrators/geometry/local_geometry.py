@@ -13,18 +13,8 @@ import numpy as np
 
 from ..compiler import cached_text, text_key
 from ..equations import DiscreteEquations, step_system
-from ..numbers import (
-    Arithmetic,
-    Letters,
-    Matrix,
-    Number,
-    Numbers,
-    Vector,
-    inlined,
-    newton,
-    numeric_function,
-    numeric_text,
-)
+from ..numbers import Arithmetic, inlined, newton, numeric_function, numeric_text
+from ..numbers.types import Letters, Matrix, Number, Numbers, Vector
 
 #: the results of `local` in order; F± are of L_d itself, not divided by h
 _PARTS = (

@@ -10,6 +10,7 @@ from typing import Any
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput, line_of
 from ..numbers import sympy
+from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
 from ..retractions import Retraction, cayley
 from .lie_group import RetractionGroupoid
 from .local import column_of
@@ -21,18 +22,18 @@ class ActionGroupoid(RetractionGroupoid):
     kind = "action"
 
     @abstractmethod
-    def moved(self, x: Any, g: Any) -> Any:
+    def moved(self, x: Column, g: SymbolicMatrix) -> Column:
         """x·g for an N×N matrix g of the group, n×1."""
 
-    def target(self, x: Any, u: Any, h: Any) -> Any:
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
         return self.moved(x, self.element(u, h))
 
-    def increment(self, x: Any, u: Any, h: Any) -> Any:
+    def increment(self, x: Column, u: Column, h: Expression) -> Column:
         """x·τ(hu) − x with the difference cancelled, n×1."""
         return self._at(self._increment, x=x, u=u, h=h)
 
     @cached_property
-    def _increment(self) -> Any:
+    def _increment(self) -> Column:
         """The increment in `_symbols`: x·(e + d) − x is cancelled while d is still symbols."""
         s, size = self._symbols, self.algebra.size
         d = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"d_{i}_{j}"))
@@ -40,12 +41,12 @@ class ActionGroupoid(RetractionGroupoid):
         values = dict(zip(d, self.displacement(s["u"], s["h"]), strict=True))
         return increment.xreplace(values)
 
-    def rho(self, x: Any, h: Any) -> Any:
+    def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
         """ρ(x) with columns h d/ds x·(e + s e_γ) at s = 0, n×m."""
         return h * self._at(self._anchor, x=x)
 
     @cached_property
-    def _anchor(self) -> Any:
+    def _anchor(self) -> SymbolicMatrix:
         """ρ̂(x) in `_symbols`."""
         size = self.algebra.size
         g = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"g_{i}_{j}"))
@@ -54,11 +55,15 @@ class ActionGroupoid(RetractionGroupoid):
         columns = [slopes * e.reshape(size**2, 1) for e in self.algebra._matrices]
         return sympy.Matrix.hstack(*columns).applyfunc(sympy.cancel)
 
-    def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
+    def point_slope(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> SymbolicMatrix:
         """∂z/∂u = ρ(z) L⁻¹ at the step θh: small, since it is written with z."""
         return self.rho(z, theta * h) * self.inverse_left(x, u, theta * h)
 
-    def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
+    def point_fields(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> FieldPair:
         """e→ and e← on z = x·τ(θhu): ρ(z)·lag and ρ(z)·(lag + lead)."""
         if theta == 1:
             return super().point_fields(x, u, h, theta, z)
@@ -66,7 +71,7 @@ class ActionGroupoid(RetractionGroupoid):
         return right, right + more
 
     @lru_cache(maxsize=32)  # noqa: B019 - a handful of groupoids live as long as the program
-    def _partial(self, theta: Any) -> tuple[Any, Any]:
+    def _partial(self, theta: Expression) -> FieldPair:
         """The retraction's lag and lead at θ, in `_symbols`."""
         arguments = self.algebra, self._symbols["h"] * self._symbols["u"], theta
         return self.tau.lag(*arguments), self.tau.lead(*arguments)
@@ -91,10 +96,10 @@ class RowAction(ActionGroupoid):
         rows = f", rows={self.rows}" if self.rows > 1 else ""
         return f"action({self.algebra.name}{rows}{self._chart})"
 
-    def moved(self, x: Any, g: Any) -> Any:
+    def moved(self, x: Column, g: SymbolicMatrix) -> Column:
         return (x.reshape(self.rows, self.algebra.size) * g).reshape(self.dim_x, 1)
 
-    def target(self, x: Any, u: Any, h: Any) -> Any:
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
         return x + self.increment(x, u, h)
 
 
@@ -133,7 +138,7 @@ class UserAction(ActionGroupoid):
     def place(self) -> str:  # type: ignore[override]
         return line_of(self.right_action)
 
-    def moved(self, x: Any, g: Any) -> Any:
+    def moved(self, x: Column, g: SymbolicMatrix) -> Column:
         return column_of(self.right_action, self.dim_x, f"{self.name}: its map", x, g)
 
 

@@ -8,9 +8,10 @@ from typing import Any
 
 from ..errors import BadInput
 from ..numbers import is_zero, random_columns
+from ..numbers.types import Column
 
 
-def axioms(groupoid: Any, point: dict[str, Any]) -> dict[str, Any]:
+def axioms(groupoid: Any, point: dict[str, Column]) -> dict[str, Column]:
     """What must vanish at a point (columns x, u, v, w and steps h, k), by the name of the law.
 
     Units, inverses, β(gh) = β(h), associativity (paper, section 3.2), and that u is scaled by h.

@@ -14,9 +14,11 @@ import numpy as np
 
 from ..errors import BadInput
 from ..numbers import evaluate_matrix, exact, exact_vector, sympy, to_sympy
+from ..numbers.types import Column, Expression, Number, SymbolicMatrix
+from ..retractions import Extents
 
 
-def chart_extents(groupoid: Any, x: Any, u: Any, h: Any) -> list[tuple[str, Any]]:
+def chart_extents(groupoid: Any, x: Column, u: Column, h: Expression) -> Extents:
     """How near an arrow is to each edge of its chart, symbolic (`Retraction.extents`)."""
     return [
         (kind, value)
@@ -33,7 +35,7 @@ def chart_reach(groupoid: Any) -> float:
     return min((group.tau.reach(group.algebra) for group in groups), default=math.inf)
 
 
-def margin_of(size: Any) -> float:
+def margin_of(size: Number) -> float:
     """The margin of a step of that size: cos(θ/2) for Cayley, 1 − (ϑ/2π)² for the exponential."""
     return 1.0 if size <= 1 else float(1 / size**0.5)
 
@@ -68,11 +70,11 @@ def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
     if step == 0:
         raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
 
-    def column(values: Any, length: int, name: str) -> Any:
+    def column(values: Any, length: int, name: str) -> Column:
         exact_values = exact_vector(values, length, f"{groupoid.name}: {name}")
         return sympy.Matrix(length, 1, [to_sympy(e) for e in exact_values])
 
-    def numbers(matrix: Any) -> np.ndarray:
+    def numbers(matrix: SymbolicMatrix) -> np.ndarray:
         return np.array(evaluate_matrix(matrix, 20).tolist(), dtype=float).reshape(matrix.shape)
 
     at = column(x, groupoid.dim_x, "x"), column(u, groupoid.dim_u, "u")

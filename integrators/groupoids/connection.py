@@ -21,6 +21,7 @@ from typing import Any
 
 from ..errors import BadInput
 from ..numbers import sympy
+from ..numbers.types import Column, Expression, SymbolicMatrix
 from .groupoid import Groupoid
 from .lie_group import LieGroup
 from .local import column_of
@@ -31,7 +32,9 @@ from .product import ProductGroupoid
 class ConnectionGroupoid(ProductGroupoid):
     """product(pair(n), lie_group(g)) with fibre coordinates (w, η); A(x) is k×n, k = dim g."""
 
-    def __init__(self, first: Groupoid, second: Groupoid, connection: Callable[..., Any]) -> None:
+    def __init__(
+        self, first: Groupoid, second: Groupoid, connection: Callable[[Column], Any]
+    ) -> None:
         super().__init__(first, second)
         if not isinstance(first, PairGroupoid) or not isinstance(second, LieGroup):
             raise BadInput(
@@ -39,48 +42,48 @@ class ConnectionGroupoid(ProductGroupoid):
             )
         if not callable(connection):
             raise BadInput(f"{self.name}: connection is {connection!r}; give a function of x.")
-        self.connection: Callable[..., Any] = connection
+        self.connection: Callable[[Column], Any] = connection
         self.by_user = True
 
     @property
     def name(self) -> str:
         return f"{super().name}, connection"
 
-    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+    def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
         y = self.target(x, u, h)
         plain = super().product(x, self._plain(x, u, h), self._plain(y, v, h), h)
         w, xi = self.fibre(plain)
         return w.col_join(xi + self._A(x + h * w / 2) * w)
 
-    def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
+    def group_parts(self, x: Column, u: Column, h: Expression) -> list[tuple[Groupoid, Column]]:
         return super().group_parts(x, self._plain(x, u, h), h)
 
-    def element(self, u: Any, h: Any) -> Any:
+    def element(self, u: Column, h: Expression) -> SymbolicMatrix:
         raise BadInput(
             f"{self.name}: the group element depends on x too; take the product without connection."
         )
 
-    def L(self, x: Any, u: Any, h: Any) -> Any:
+    def L(self, x: Column, u: Column, h: Expression) -> SymbolicMatrix:
         """[[1, 0], [∂(Aw)/∂w − L_ξ A(y), L_ξ]] with A(x + hw/2), m×m."""
         w, xi = self.fibre(self._plain(x, u, h))
         left, middle = self.parts[1].L(x[:0, :], xi, h), x + h * w / 2
         corner = self._A(middle) + h * self._along(middle, w) / 2 - left * self._A(x + h * w)
         return self._sheared(corner, left)
 
-    def R(self, x: Any, v: Any, h: Any) -> Any:
+    def R(self, x: Column, v: Column, h: Expression) -> SymbolicMatrix:
         """[[1, 0], [∂(Aw)/∂w − h ∂(Aw)/∂x − R_ξ A(x), R_ξ]]: the start moves the middle, m×m."""
         w, xi = self.fibre(self._plain(x, v, h))
         right, middle = self.parts[1].R(x[:0, :], xi, h), x + h * w / 2
         corner = self._A(middle) - h * self._along(middle, w) / 2 - right * self._A(x)
         return self._sheared(corner, right)
 
-    def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
+    def inverse_left(self, x: Column, w: Column, h: Expression) -> SymbolicMatrix:
         """[[1, 0], [−L_ξ⁻¹ C, L_ξ⁻¹]], C the corner of L."""
         _, xi = self.fibre(self._plain(x, w, h))
         n, block = self.parts[0].dim_u, self.parts[1].inverse_left(x[:0, :], xi, h)
         return self._sheared(-block * self.L(x, w, h)[n:, :n], block)
 
-    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+    def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
         """h times the structure functions of (ē_i, e_a): curvature, and the bracket with A."""
         n, k = (g.dim_u for g in self.parts)
         constants = [c / h for c in self.parts[1].structure_functions(x[:0, :], h)]
@@ -95,25 +98,25 @@ class ConnectionGroupoid(ProductGroupoid):
         return functions
 
     @cached_property
-    def _inversion(self) -> Any:
+    def _inversion(self) -> Column:
         return -self._symbols["u"]
 
     # -- the connection -------------------------------------------------------------------------
 
-    def _plain(self, x: Any, u: Any, h: Any) -> Any:
+    def _plain(self, x: Column, u: Column, h: Expression) -> Column:
         """(w, ξ) of (w, η)."""
         w, eta = self.fibre(u)
         return w.col_join(eta - self._A(x + h * w / 2) * w)
 
-    def _A(self, x: Any) -> Any:
+    def _A(self, x: Column) -> SymbolicMatrix:
         return self._at(self._matrix, x=x)
 
     @cached_property
-    def _matrix(self) -> Any:
+    def _matrix(self) -> SymbolicMatrix:
         """A(x) in `_symbols`, k×n."""
         n, k = (g.dim_u for g in self.parts)
 
-        def entries(x: Any) -> list[Any]:
+        def entries(x: Column) -> list[Expression]:
             given = sympy.Matrix(self.connection(x))
             if given.shape != (k, n):
                 raise BadInput(f"{self.name}: A(x) is {given.shape}, but must be {(k, n)}.")
@@ -123,16 +126,16 @@ class ConnectionGroupoid(ProductGroupoid):
         return column_of(entries, k * n, label, self._symbols["x"]).reshape(k, n)
 
     @cached_property
-    def _slopes(self) -> Any:
+    def _slopes(self) -> SymbolicMatrix:
         """∂A^a_i/∂x^j in row a + k·i, column j."""
         return self._matrix.vec().jacobian(self._symbols["x"])
 
-    def _along(self, x: Any, w: Any) -> Any:
+    def _along(self, x: Column, w: Column) -> SymbolicMatrix:
         """∂(A(x) w)/∂x at fixed w, k×n."""
         k = self.parts[1].dim_u
         slopes = self._at(self._slopes, x=x)
         return sum((slopes[k * i : k * i + k, :] * e for i, e in enumerate(w)), 0 * slopes[:k, :])
 
-    def _sheared(self, corner: Any, block: Any) -> Any:
+    def _sheared(self, corner: SymbolicMatrix, block: SymbolicMatrix) -> SymbolicMatrix:
         n, k = (g.dim_u for g in self.parts)
         return sympy.eye(n).row_join(sympy.zeros(n, k)).col_join(corner.row_join(block))

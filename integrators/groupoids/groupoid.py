@@ -18,6 +18,7 @@ from typing import Any
 
 from ..errors import BadInput
 from ..numbers import evaluate_matrix, random_columns, sympy
+from ..numbers.types import Column, Expression, FieldPair, Replacement, SymbolicMatrix
 from .chart_margin import position
 
 
@@ -50,18 +51,18 @@ class Groupoid(ABC):
         """Raise `BadInput` if its parts do not fit each other; `check_axioms` calls this first."""
 
     @abstractmethod
-    def target(self, x: Any, u: Any, h: Any) -> Any:
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
         """b(x, u; h), n×1 (paper, section 3.2)."""
 
     @abstractmethod
-    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+    def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
         """p(x, u, v; h), m×1 (paper, section 3.2)."""
 
-    def element(self, u: Any, h: Any) -> Any:
+    def element(self, u: Column, h: Expression) -> SymbolicMatrix:
         """The matrix τ(hu), where the groupoid comes from a matrix group."""
         raise BadInput(f"{self.name} has no group elements: its arrows are not matrices.")
 
-    def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
+    def inverse_left(self, x: Column, w: Column, h: Expression) -> SymbolicMatrix:
         """L(x, w; h)⁻¹, m×m: takes dw/dθ of a curve w(θ) in the chart, t = θh, to its velocity ξ.
 
         In a group ξ is g⁻¹ dg/dt of g(t) = τ(hw(θ)); on pairs dw/dθ itself.
@@ -69,30 +70,30 @@ class Groupoid(ABC):
         return self._at(self._inverse_left, x=x, u=w, h=h)
 
     @cached_property
-    def _inverse_left(self) -> Any:
+    def _inverse_left(self) -> SymbolicMatrix:
         s = self._symbols
         return self.L(s["x"], s["u"], s["h"]).inv(method="ADJ").applyfunc(sympy.cancel)
 
-    def rho(self, x: Any, h: Any) -> Any:
+    def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
         """ρ(x) = ∂b/∂u (x, 0; h), n×m (paper, equation rho-L-R); h times the anchor ρ̂."""
         return self._at(self.derived["rho"], x=x, h=h)
 
-    def L(self, x: Any, u: Any, h: Any) -> Any:
+    def L(self, x: Column, u: Column, h: Expression) -> SymbolicMatrix:
         """L(x, u) = ∂p/∂v (x, u, 0; h), m×m (paper, equation rho-L-R)."""
         return self._at(self.derived["L"], x=x, u=u, h=h)
 
-    def R(self, x: Any, v: Any, h: Any) -> Any:
+    def R(self, x: Column, v: Column, h: Expression) -> SymbolicMatrix:
         """R(x, v) = ∂p/∂u (x, 0, v; h), m×m (paper, equation rho-L-R)."""
         return self._at(self.derived["R"], x=x, u=v, h=h)
 
-    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+    def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
         """m matrices; entry [γ][μ, ν] is C^γ_{μν}(x) of [e_μ, e_ν] = C^γ_{μν} e_γ.
 
         C^γ_{μν} = ∂²p^γ/∂u^μ∂v^ν − ∂²p^γ/∂v^μ∂u^ν at (x, 0, 0) (paper, section 3.2); h times Ĉ.
         """
         return [self._at(c, x=x, h=h) for c in self.derived["C"]]
 
-    def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
+    def group_parts(self, x: Column, u: Column, h: Expression) -> list[tuple[Groupoid, Column]]:
         """(matrix group, the column ξ of its element) for each group that takes part."""
         return []
 
@@ -105,7 +106,7 @@ class Groupoid(ABC):
         """
         return self
 
-    def inversion(self, x: Any, u: Any, h: Any) -> Any:
+    def inversion(self, x: Column, u: Column, h: Expression) -> Column:
         """ι(x, u) with p(x, u, ι) = 0, m×1: closed form (paper, section 3.2).
 
         Raises `BadInput` where none could be derived: say `inverse=` then.
@@ -117,15 +118,19 @@ class Groupoid(ABC):
             )
         return self._at(self._inversion, x=x, u=u, h=h)
 
-    def increment(self, x: Any, u: Any, h: Any) -> Any:
+    def increment(self, x: Column, u: Column, h: Expression) -> Column:
         """b(x, u; h) − x with the difference cancelled, so that nothing is lost at small h."""
         return (self.target(x, u, h) - x).applyfunc(sympy.cancel)
 
-    def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
+    def point_slope(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> SymbolicMatrix:
         """∂z/∂u of the point z = b(x, u; θh), n×m; may be written with z."""
         return self.target(x, u, theta * h).jacobian(u)
 
-    def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
+    def point_fields(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> FieldPair:
         """How e→ and e← move the point z = b(x, u; θh), n×m each; may be written with z.
 
         At the end of the step (θ = 1) these are 0 and ρ(z), on every groupoid.
@@ -183,7 +188,7 @@ class Groupoid(ABC):
         return all(abs(e) < 10**-40 for e in evaluate_matrix(excess, 100))  # of the size u²
 
     @cached_property
-    def _inversion(self) -> Any:
+    def _inversion(self) -> Column:
         """Closed form of ι: −u if that solves p = 0, else the solution if p is affine in v."""
         x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
         if all(sympy.simplify(entry) == 0 for entry in self.product(x, u, -u, h)):
@@ -194,9 +199,9 @@ class Groupoid(ABC):
             return None
         return slope.LUsolve(-numerators.subs(dict.fromkeys(v, 0))).applyfunc(sympy.cancel)
 
-    def _at(self, expression: Any, **values: Any) -> Any:
+    def _at(self, expression: SymbolicMatrix, **values: Any) -> SymbolicMatrix:
         """Put values (vectors or numbers, by the names of `_symbols`) into a derived matrix."""
-        pairs: dict[Any, Any] = {}
+        pairs: Replacement = {}
         for name, value in values.items():
             symbol = self._symbols[name]
             pairs |= {symbol: value} if name == "h" else dict(zip(symbol, value, strict=True))

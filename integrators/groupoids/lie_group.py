@@ -8,6 +8,7 @@ from typing import Any
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
 from ..numbers import sympy
+from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
 from ..retractions import Retraction, cayley
 from .groupoid import Groupoid
 
@@ -50,44 +51,44 @@ class RetractionGroupoid(Groupoid):
         retraction.check(self.algebra)
         return type(self)(self.algebra, retraction, *self.further)
 
-    def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
+    def group_parts(self, x: Column, u: Column, h: Expression) -> list[tuple[Groupoid, Column]]:
         return [(self, h * u)]
 
-    def element(self, u: Any, h: Any) -> Any:
+    def element(self, u: Column, h: Expression) -> SymbolicMatrix:
         """τ(hu), N×N."""
         return self._fitting.element(self.algebra, h * u)
 
-    def displacement(self, u: Any, h: Any) -> Any:
+    def displacement(self, u: Column, h: Expression) -> SymbolicMatrix:
         """τ(hu) − e, N×N, with the difference cancelled."""
         return self._fitting.displacement(self.algebra, h * u)
 
-    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+    def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
         return self._fitting.product(self.algebra, h * u, h * v) / h
 
-    def L(self, x: Any, u: Any, h: Any) -> Any:
+    def L(self, x: Column, u: Column, h: Expression) -> SymbolicMatrix:
         """dτ⁻¹_{hu} ∘ Ad_{τ(hu)}, m×m (paper, section 3.6.2)."""
         return self._at(self._fields[0], u=u, h=h)
 
-    def R(self, x: Any, v: Any, h: Any) -> Any:
+    def R(self, x: Column, v: Column, h: Expression) -> SymbolicMatrix:
         """dτ⁻¹_{hu}, m×m (paper, section 3.6.2)."""
         return self._at(self._fields[1], u=v, h=h)
 
     @cached_property
-    def _inverse_left(self) -> Any:
+    def _inverse_left(self) -> SymbolicMatrix:
         s = self._symbols
         return self._fitting.inverse_left_field(self.algebra, s["h"] * s["u"])
 
-    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+    def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
         """h times the structure constants of the algebra."""
         return [h * c for c in self.algebra.structure_constants]
 
     @cached_property
-    def _fields(self) -> tuple[Any, Any]:
+    def _fields(self) -> FieldPair:
         s = self._symbols
         return self._fitting.invariant_fields(self.algebra, s["h"] * s["u"])
 
     @cached_property
-    def _inversion(self) -> Any:
+    def _inversion(self) -> Column:
         s = self._symbols
         return self.tau.inverse(self.algebra, s["h"] * s["u"]) / s["h"]
 
@@ -108,10 +109,10 @@ class LieGroup(RetractionGroupoid):
     def name(self) -> str:
         return f"group({self.algebra.name}{self._chart})"
 
-    def target(self, x: Any, u: Any, h: Any) -> Any:
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
         return x
 
-    def rho(self, x: Any, h: Any) -> Any:
+    def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
         """The 0×m matrix: a group has no base to move on."""
         return sympy.zeros(0, self.dim_u)
 

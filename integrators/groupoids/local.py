@@ -8,6 +8,7 @@ from typing import Any
 
 from ..errors import BadInput, line_of
 from ..numbers import floats_exact, sympy
+from ..numbers.types import Column, Expression
 from .groupoid import Groupoid
 
 
@@ -44,21 +45,21 @@ class LocalGroupoid(Groupoid):
     def place(self) -> str:  # type: ignore[override]
         return line_of(self._product)
 
-    def target(self, x: Any, u: Any, h: Any) -> Any:
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
         return column_of(self._target, self.dim_x, f"{self.name}: target", x, u, h)
 
-    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+    def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
         return column_of(self._product, self.dim_u, f"{self.name}: product", x, u, v, h)
 
     @cached_property
-    def _inversion(self) -> Any:
+    def _inversion(self) -> Column:
         if self._inverse is None:
             return super()._inversion
         x, u, h = (self._symbols[k] for k in ("x", "u", "h"))
         return column_of(self._inverse, self.dim_u, f"{self.name}: inverse", x, u, h)
 
 
-def column_of(function: Callable[..., Any], length: int, what: str, *arguments: Any) -> Any:
+def column_of(function: Callable[..., Any], length: int, what: str, *arguments: Any) -> Column:
     """A column of `length` exact entries from a function that the user wrote.
 
     Raises `BadInput` (naming `what` and the function's line) if the function cannot be evaluated

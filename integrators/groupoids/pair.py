@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 from ..errors import BadInput
 from ..numbers import sympy
+from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
 from .groupoid import Groupoid
 
 
@@ -25,38 +25,42 @@ class PairGroupoid(Groupoid):
     def name(self) -> str:
         return f"pair({self.dim_x})"
 
-    def target(self, x: Any, u: Any, h: Any) -> Any:
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
         return x + h * u
 
-    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+    def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
         return u + v
 
-    def rho(self, x: Any, h: Any) -> Any:
+    def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
         """hI."""
         return h * sympy.eye(self.dim_u)
 
-    def L(self, x: Any, u: Any, h: Any) -> Any:
+    def L(self, x: Column, u: Column, h: Expression) -> SymbolicMatrix:
         """I."""
         return sympy.eye(self.dim_u)
 
     R = inverse_left = L  # type: ignore[assignment]
 
-    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+    def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
         """Zeros: fields on different ends of an arrow commute."""
         return [sympy.zeros(self.dim_u)] * self.dim_u
 
-    def increment(self, x: Any, u: Any, h: Any) -> Any:
+    def increment(self, x: Column, u: Column, h: Expression) -> Column:
         return h * u
 
-    def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
+    def point_slope(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> SymbolicMatrix:
         return theta * self.rho(x, h)
 
-    def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
+    def point_fields(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> FieldPair:
         """(θ − 1)hI and θhI."""
         return (theta - 1) * self.rho(x, h), theta * self.rho(x, h)
 
     @cached_property
-    def _inversion(self) -> Any:
+    def _inversion(self) -> Column:
         return -self._symbols["u"]
 
 

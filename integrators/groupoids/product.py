@@ -8,6 +8,7 @@ from typing import Any
 
 from ..errors import BadInput
 from ..numbers import sympy
+from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
 from .axioms import check_axioms
 from .groupoid import Groupoid
 
@@ -47,60 +48,60 @@ class ProductGroupoid(Groupoid):
         for part in self.parts:
             check_axioms(part)
 
-    def base(self, x: Any) -> tuple[Any, Any]:
+    def base(self, x: Column) -> tuple[Column, Column]:
         """(x₁, x₂)."""
         n = self.parts[0].dim_x
         return x[:n, :], x[n:, :]
 
-    def fibre(self, u: Any) -> tuple[Any, Any]:
+    def fibre(self, u: Column) -> tuple[Column, Column]:
         """(u₁, u₂)."""
         m = self.parts[0].dim_u
         return u[:m, :], u[m:, :]
 
-    def _both(self, what: str, x: Any, *fibres_and_h: Any) -> list[Any]:
+    def _both(self, what: str, x: Column, *fibres_and_h: Any) -> list[Any]:
         """Results of the method `what` of both parts, each at its own part of x and the fibres."""
         *fibres, h = fibres_and_h
         vectors = self.base(x), *map(self.fibre, fibres)
         return [getattr(g, what)(*own, h) for g, *own in zip(self.parts, *vectors, strict=True)]
 
-    def group_parts(self, x: Any, u: Any, h: Any) -> list[tuple[Any, Any]]:
+    def group_parts(self, x: Column, u: Column, h: Expression) -> list[tuple[Groupoid, Column]]:
         first, second = self._both("group_parts", x, u, h)
         return [*first, *second]
 
-    def target(self, x: Any, u: Any, h: Any) -> Any:
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
         return sympy.Matrix.vstack(*self._both("target", x, u, h))
 
-    def product(self, x: Any, u: Any, v: Any, h: Any) -> Any:
+    def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
         return sympy.Matrix.vstack(*self._both("product", x, u, v, h))
 
-    def element(self, u: Any, h: Any) -> Any:
+    def element(self, u: Column, h: Expression) -> SymbolicMatrix:
         """The element of the part that comes from a matrix group; of two such, block-diagonal."""
         if not self.retraction:
             return super().element(u, h)
         blocks = zip(self.parts, self.fibre(u), strict=True)
         return sympy.Matrix.diag(*[g.element(w, h) for g, w in blocks if g.retraction])
 
-    def increment(self, x: Any, u: Any, h: Any) -> Any:
+    def increment(self, x: Column, u: Column, h: Expression) -> Column:
         """Both increments, n×1."""
         return sympy.Matrix.vstack(*self._both("increment", x, u, h))
 
-    def rho(self, x: Any, h: Any) -> Any:
+    def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
         """ρ₁ and ρ₂ in blocks, n×m; (hI, 0) for pair × group."""
         return sympy.Matrix.diag(*self._both("rho", x, h))
 
-    def L(self, x: Any, u: Any, h: Any) -> Any:
+    def L(self, x: Column, u: Column, h: Expression) -> SymbolicMatrix:
         """L₁ and L₂ in blocks, m×m."""
         return sympy.Matrix.diag(*self._both("L", x, u, h))
 
-    def R(self, x: Any, v: Any, h: Any) -> Any:
+    def R(self, x: Column, v: Column, h: Expression) -> SymbolicMatrix:
         """R₁ and R₂ in blocks, m×m."""
         return sympy.Matrix.diag(*self._both("R", x, v, h))
 
-    def inverse_left(self, x: Any, w: Any, h: Any) -> Any:
+    def inverse_left(self, x: Column, w: Column, h: Expression) -> SymbolicMatrix:
         """L₁⁻¹ and L₂⁻¹ in blocks, m×m."""
         return sympy.Matrix.diag(*self._both("inverse_left", x, w, h))
 
-    def structure_functions(self, x: Any, h: Any) -> list[Any]:
+    def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
         """C₁ and C₂ in blocks: fields of different parts commute."""
         first, second = self._both("structure_functions", x, h)
         return [
@@ -108,18 +109,22 @@ class ProductGroupoid(Groupoid):
             *(sympy.Matrix.diag(sympy.zeros(len(first)), c) for c in second),
         ]
 
-    def point_slope(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> Any:
+    def point_slope(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> SymbolicMatrix:
         own = zip(self.parts, self.base(x), self.fibre(u), self.base(z), strict=True)
         return sympy.Matrix.diag(*[g.point_slope(y, w, h, theta, a) for g, y, w, a in own])
 
-    def point_fields(self, x: Any, u: Any, h: Any, theta: Any, z: Any) -> tuple[Any, Any]:
+    def point_fields(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> FieldPair:
         own = zip(self.parts, self.base(x), self.fibre(u), self.base(z), strict=True)
         fields = [g.point_fields(y, w, h, theta, a) for g, y, w, a in own]
         right, left = (sympy.Matrix.diag(*blocks) for blocks in zip(*fields, strict=True))
         return right, left
 
     @cached_property
-    def _inversion(self) -> Any:
+    def _inversion(self) -> Column:
         s = self._symbols
         if any(g._inversion is None for g in self.parts):
             return None

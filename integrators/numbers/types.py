@@ -13,6 +13,8 @@ Letter: TypeAlias = Any
 #: a sympy matrix; n×1, it is a column
 SymbolicMatrix: TypeAlias = Any
 Column: TypeAlias = Any
+#: the matrices of two frames of fields: left- and right-invariant, or e→ and e← on a point
+FieldPair: TypeAlias = tuple[SymbolicMatrix, SymbolicMatrix]
 #: letters or expressions in order: a list, or a column
 Letters: TypeAlias = Sequence[Letter]
 Expressions: TypeAlias = Sequence[Expression]

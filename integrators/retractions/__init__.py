@@ -6,11 +6,11 @@ from ..errors import unknown
 from .algebra_in_numbers import AlgebraInNumbers
 from .cayley import Cayley, cayley
 from .exponential import Exponential, exponential
-from .retraction import EquivariantRetraction, Retraction
+from .retraction import EquivariantRetraction, Extents, Retraction
 
 __all__ = [
     "AlgebraInNumbers", "BUILT_IN", "Cayley", "EquivariantRetraction", "Exponential",
-    "Retraction", "cayley", "exponential", "get",
+    "Extents", "Retraction", "cayley", "exponential", "get",
 ]  # fmt: skip
 
 

@@ -14,10 +14,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 from ..algebras import MatrixAlgebra
 from ..numbers import as_one_number, random_columns, sympy
+from ..numbers.types import Column, Expression, SymbolicMatrix
 from .stumpff import stumpff
 
 
@@ -30,11 +30,11 @@ class Turning:
     """
 
     algebra: MatrixAlgebra
-    project: Any
+    project: SymbolicMatrix
     pairs: int
     pairs_of_matrix: int
 
-    def displacement(self, xi: Any) -> Any:
+    def displacement(self, xi: Column) -> SymbolicMatrix:
         """exp(ξ) − e for ξ in the ideal, N×N, where ξ²(ξ² + z) = 0 as matrices.
 
         cay(2a) − e = 2(a + a²)/(1 + z_a) with a = ξ tan(θ/2)/θ, and c₃(z)(ξ³ + zξ), which is 0
@@ -53,19 +53,21 @@ class Turning:
         rest = (b * self._square(own) + z * b).applyfunc(_expand)
         return rotation + rest.applyfunc(lambda e: e * stumpff(3, z)) if any(rest) else rotation
 
-    def _square(self, xi: Any) -> Any:
+    def _square(self, xi: Column) -> SymbolicMatrix:
         a = self.algebra.hat(xi)
         return (a * a).applyfunc(_expand)
 
-    def odd(self, xi: Any, function: Callable[[Any], Any]) -> Any:
+    def odd(self, xi: Column, function: Callable[[Expression], Expression]) -> SymbolicMatrix:
         """s q(s²) at s = ad_ξ, q given as the function z ↦ Q(z) = q(−z), m×m."""
         return self._interpolated(xi, 1, function)
 
-    def even(self, xi: Any, function: Callable[[Any], Any]) -> Any:
+    def even(self, xi: Column, function: Callable[[Expression], Expression]) -> SymbolicMatrix:
         """s² q(s²) at s = ad_ξ, q given as the function z ↦ Q(z) = q(−z), m×m."""
         return self._interpolated(xi, 2, function)
 
-    def _interpolated(self, xi: Any, power: int, function: Callable[[Any], Any]) -> Any:
+    def _interpolated(
+        self, xi: Column, power: int, function: Callable[[Expression], Expression]
+    ) -> SymbolicMatrix:
         """sᵖ Q(z) − sᵖ(s² + z) Q′(z), entry by entry: only the polynomials are multiplied out."""
         s = self.algebra.ad(self.own(xi))
         square = (s * s).applyfunc(_expand)
@@ -77,12 +79,12 @@ class Turning:
         value, slope = q.xreplace({t: z}), q.diff(t).xreplace({t: z})
         return first.applyfunc(lambda e: e * value) - rest.applyfunc(lambda e: e * slope)
 
-    def own(self, xi: Any) -> Any:
+    def own(self, xi: Column) -> Column:
         """The part of ξ in this ideal, in the coordinates of the whole algebra."""
         # a sum gets one letter: polynomials in its terms would be long
         return (self.project * xi).applyfunc(lambda e: as_one_number(e) if e.has(sympy.Add) else e)
 
-    def squared_rate(self, xi: Any) -> Any:
+    def squared_rate(self, xi: Column) -> Expression:
         """ϑ² at ξ where ±iϑ are the eigenvalues of ad on this ideal (negative: ad stretches)."""
         s = self.algebra.ad(self.project * xi)
         return _rate(s * s, self.pairs)
@@ -97,7 +99,7 @@ def turnings(algebra: MatrixAlgebra) -> tuple[Turning, ...]:
     return tuple(parts) if len(parts) == len(algebra.ideals) else ()
 
 
-def _turning(algebra: MatrixAlgebra, project: Any) -> Turning | None:
+def _turning(algebra: MatrixAlgebra, project: SymbolicMatrix) -> Turning | None:
     """The ideal if its annihilating polynomials hold at two random rational points, exactly."""
     own = [project * random_columns({"xi": algebra.dim}, seed=seed)["xi"] for seed in range(2)]
     of_ad = _pairs([algebra.ad(xi) for xi in own], 1, 2)
@@ -105,7 +107,7 @@ def _turning(algebra: MatrixAlgebra, project: Any) -> Turning | None:
     return Turning(algebra, project, of_ad, of_matrix) if of_ad and of_matrix else None
 
 
-def _pairs(matrices: list[Any], at_zero: int, at_rate: int) -> int | None:
+def _pairs(matrices: list[SymbolicMatrix], at_zero: int, at_rate: int) -> int | None:
     """The number of pairs ±√−z for which sᵃ(s² + z)ᵇ, a = at_zero, b = at_rate, is 0."""
     one = sympy.eye(matrices[0].rows)
     for count in range(1, max(one.rows // 2, 1) + 1):
@@ -116,9 +118,9 @@ def _pairs(matrices: list[Any], at_zero: int, at_rate: int) -> int | None:
     return None
 
 
-def _rate(square: Any, pairs: int) -> Any:
+def _rate(square: SymbolicMatrix, pairs: int) -> Expression:
     return _expand(-square.trace() / (2 * pairs))
 
 
-def _expand(e: Any) -> Any:
+def _expand(e: Expression) -> Expression:
     return e.expand(complex=True) if e.has(sympy.I) else e.expand()

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
 from ..numbers import sympy
+from ..numbers.types import Column, FieldPair, Matrix, Numbers, SymbolicMatrix, Vector
 from .algebra_in_numbers import AlgebraInNumbers
-from .retraction import EquivariantRetraction, complex_form
+from .retraction import EquivariantRetraction, Extents, complex_form
+
+#: sympy's matrix over a ring of polynomials (DomainMatrix)
+Polynomials: TypeAlias = Any
 
 
 @dataclass(frozen=True)
@@ -34,24 +38,24 @@ class Cayley(EquivariantRetraction):
                 "is not closed under ξηξ); use the exponential."
             )
 
-    def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def displacement(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         minus, plus = _factors(algebra.real, xi)
         inverse, det = _adj_det(minus)
         return complex_form(algebra, _quotient(inverse * (plus - minus), det))
 
-    def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
+    def invariant_fields(self, algebra: MatrixAlgebra, xi: Column) -> FieldPair:
         minus, plus = _factors(algebra.real, xi)
         pairs = (plus, minus), (minus, plus)
         left, right = (_between(algebra, *pair).to_Matrix() / 4 for pair in pairs)
         return left, right
 
-    def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def inverse_left_field(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         (right, under), (left, over) = map(_adj_det, _factors(algebra.real, xi))
         numerators = _between(algebra, left, right)  # over a ring that may be larger
         denominator = numerators.domain.convert_from(over * under, left.domain)
         return _quotient(numerators.scalarmul(numerators.domain(4)), denominator)
 
-    def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
+    def product(self, algebra: MatrixAlgebra, xi: Column, eta: Column) -> Column:
         # cay(2a) cay(2b) = cay(2c) with c = (e − a)⁻¹ (a + b) (e + ab)⁻¹ (e − a):
         # both g − e and g + e have the factors (e − a)⁻¹ and (e − b)⁻¹, which cancel.
         real = algebra.real
@@ -65,15 +69,15 @@ class Cayley(EquivariantRetraction):
         inverse = _quotient(first, over) * (a + b) * _quotient(second, under)
         return 2 * real.coordinates(inverse * (e - a))
 
-    def element_in(self, frame: AlgebraInNumbers, xi: Any) -> np.ndarray:
+    def element_in(self, frame: AlgebraInNumbers, xi: Numbers) -> Matrix:
         a = frame.hat(xi) / 2
         return np.asarray(frame.numbers.solve(frame.e - a, frame.e + a))
 
-    def coordinates_in(self, frame: AlgebraInNumbers, g: np.ndarray) -> np.ndarray:
+    def coordinates_in(self, frame: AlgebraInNumbers, g: Matrix) -> Vector:
         e = frame.e
         return 2 * frame.read(frame.numbers.solve((e + g).T, (g - e).T).T)
 
-    def extents(self, algebra: MatrixAlgebra, xi: Any) -> list[tuple[str, Any]]:
+    def extents(self, algebra: MatrixAlgebra, xi: Column) -> Extents:
         """det(e − ξ/2), which is 1/cos²(θ/2) at a rotation by θ."""
         near = sympy.eye(algebra.size) - algebra.hat(xi) / 2
         return [("size", near.det(method="berkowitz").expand())]
@@ -86,7 +90,7 @@ class Cayley(EquivariantRetraction):
         """
         return float(2.0**algebra.size)
 
-    def distance_and_margin(self, algebra: MatrixAlgebra, xi: np.ndarray) -> tuple[float, float]:
+    def distance_and_margin(self, algebra: MatrixAlgebra, xi: Vector) -> tuple[float, float]:
         """(smallest singular value of e + g, |det(e + g)/2ᴺ|^½ but at most 1)."""
         basis = np.array(algebra.basis, dtype=complex if algebra.is_complex else float)
         near = np.eye(algebra.size) - np.tensordot(xi, basis, 1) / 2  # e + g = 2 (e − ξ/2)⁻¹
@@ -94,12 +98,12 @@ class Cayley(EquivariantRetraction):
         return 2 / float(np.linalg.norm(near, 2)), float(size**-0.5)
 
 
-def _over_ring(matrix: Any) -> Any:
+def _over_ring(matrix: SymbolicMatrix) -> Polynomials:
     """The matrix over the ring of polynomials that its entries lie in."""
     return sympy.polys.matrices.DomainMatrix.from_Matrix(matrix).to_dense()
 
 
-def _adj_det(matrix: Any) -> tuple[Any, Any]:
+def _adj_det(matrix: Polynomials) -> tuple[Polynomials, Any]:
     """(adjugate, determinant) over the matrix' ring."""
     if not matrix.domain.is_EX:
         return matrix.adj_det()
@@ -109,14 +113,14 @@ def _adj_det(matrix: Any) -> tuple[Any, Any]:
     return adjugate.to_dense(), ring.from_sympy(plain.det(method="berkowitz"))
 
 
-def _factors(algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
+def _factors(algebra: MatrixAlgebra, xi: Column) -> tuple[Polynomials, Polynomials]:
     """(2e − ξ̂, 2e + ξ̂): integer coefficients wherever the basis has them."""
     hat = _over_ring(algebra.hat(xi))
     twice = hat.eye(hat.shape, hat.domain).to_dense().scalarmul(hat.domain(2))
     return twice - hat, twice + hat
 
 
-def _between(algebra: MatrixAlgebra, left: Any, right: Any) -> Any:
+def _between(algebra: MatrixAlgebra, left: Polynomials, right: Polynomials) -> Polynomials:
     """The m×m matrix of η ↦ left·η·right in coordinates, over the ring of the factors."""
     real = algebra.real
     read, *basis = (_over_ring(matrix) for matrix in (real.dual, *real._matrices))
@@ -126,7 +130,7 @@ def _between(algebra: MatrixAlgebra, left: Any, right: Any) -> Any:
     return read * flat
 
 
-def _quotient(numerators: Any, denominator: Any) -> Any:
+def _quotient(numerators: Polynomials, denominator: Any) -> SymbolicMatrix:
     """Each entry over the denominator, in lowest terms."""
     field = numerators.domain.get_field()
     factor = field.one / field.convert_from(denominator, numerators.domain)

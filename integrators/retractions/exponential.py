@@ -10,16 +10,25 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any
 
 import numpy as np
 
 from ..algebras import MatrixAlgebra
-from ..numbers import registered_function, sympy
+from ..numbers import Arithmetic, registered_function, sympy
+from ..numbers.types import (
+    Column,
+    Expression,
+    FieldPair,
+    Matrix,
+    Number,
+    Numbers,
+    SymbolicMatrix,
+    Vector,
+)
 from .ad_spectrum import turnings
 from .algebra_in_numbers import AlgebraInNumbers
 from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction
-from .retraction import EquivariantRetraction, complex_form
+from .retraction import EquivariantRetraction, Extents, complex_form
 from .stumpff import stumpff
 
 
@@ -41,13 +50,13 @@ class Exponential(EquivariantRetraction):
     def check(self, algebra: MatrixAlgebra) -> None:
         algebra.structure_constants  # noqa: B018 - closed under brackets is all that it needs
 
-    def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def displacement(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         if not turnings(algebra):
             return complex_form(algebra, MatrixFunction(DISPLACEMENT, algebra.real.basis)(xi))
         parts = (turning.displacement(xi) for turning in turnings(algebra))
         return reduce(lambda a, b: a + b + a * b, parts)  # commuting factors: (e + a)(e + b) − e
 
-    def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
+    def invariant_fields(self, algebra: MatrixAlgebra, xi: Column) -> FieldPair:
         if not turnings(algebra):
             right = MatrixFunction(DEXP_INVERSE, algebra.adjoint)(xi)
             return right + algebra.ad(xi), right
@@ -56,7 +65,7 @@ class Exponential(EquivariantRetraction):
             g += turning.even(xi, _coth)
         return g + half, g - half
 
-    def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def inverse_left_field(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         """(1 − e⁻ˢ)/s = 1 − s c₂(−s²) + s² c₃(−s²) at s = ad_ξ."""
         if not turnings(algebra):
             return MatrixFunction(DEXP, algebra.adjoint)(-xi)
@@ -66,18 +75,18 @@ class Exponential(EquivariantRetraction):
             total += turning.even(xi, lambda z: stumpff(3, z))
         return total
 
-    def lag(self, algebra: MatrixAlgebra, xi: Any, theta: Any) -> Any:
+    def lag(self, algebra: MatrixAlgebra, xi: Column, theta: Expression) -> SymbolicMatrix:
         """(e⁻ˢ − e^(−θs))/(1 − e⁻ˢ) at s = ad_ξ, as (θ − 1) + s·(odd part) + s²·(even part)."""
         parts = turnings(algebra)
         if not parts:
             return super().lag(algebra, xi, theta)
         ends, middle = theta * (1 - theta) / 2, 2 * theta - 1
 
-        def odd(z: Any) -> Any:
+        def odd(z: Column) -> SymbolicMatrix:
             c1, before, after = (stumpff(1, z * t**2 / 4) for t in (1, theta, 1 - theta))
             return ends * before * after / c1
 
-        def even(z: Any) -> Any:
+        def even(z: Column) -> SymbolicMatrix:
             c1, c3, inner = (stumpff(k, z * t**2 / 4) for k, t in ((1, 1), (3, 1), (3, middle)))
             return middle * (middle**2 * inner - c3) / (8 * c1)
 
@@ -86,11 +95,11 @@ class Exponential(EquivariantRetraction):
             total += turning.odd(xi, odd) + turning.even(xi, even)
         return total
 
-    def element_in(self, frame: AlgebraInNumbers, xi: Any) -> np.ndarray:
+    def element_in(self, frame: AlgebraInNumbers, xi: Numbers) -> Matrix:
         function = registered_function("matrix_function", frame.numbers)
         return np.asarray(frame.e + function(frame.hat(xi), DISPLACEMENT))
 
-    def coordinates_in(self, frame: AlgebraInNumbers, g: np.ndarray) -> np.ndarray:
+    def coordinates_in(self, frame: AlgebraInNumbers, g: Matrix) -> Vector:
         """Coordinates of log g, m numbers; raises `ArithmeticError` where an angle reaches π.
 
         Square roots until near e, then log g = 2 artanh((g − e)(g + e)⁻¹) by its series (Higham,
@@ -107,7 +116,7 @@ class Exponential(EquivariantRetraction):
             total, power, n = total + power / n, power @ square, n + 2
         return frame.read(total * 2 ** (roots + 1))
 
-    def extents(self, algebra: MatrixAlgebra, xi: Any) -> list[tuple[str, Any]]:
+    def extents(self, algebra: MatrixAlgebra, xi: Column) -> Extents:
         """1 − (ϑ/2π)² for eigenvalues ±iϑ of ad_ξ.
 
         With closed forms ϑ is the rate of each ideal; elsewhere it is bounded by the skew part of
@@ -124,7 +133,7 @@ class Exponential(EquivariantRetraction):
         """The size at ϑ = π, 1/(1 − 1/4)², where exp ceases to be injective on SO(3)."""
         return 16 / 9
 
-    def distance_and_margin(self, algebra: MatrixAlgebra, xi: np.ndarray) -> tuple[float, float]:
+    def distance_and_margin(self, algebra: MatrixAlgebra, xi: Vector) -> tuple[float, float]:
         """2π − ϑ, ϑ the largest |Im λ| of ad_ξ, and 1 − (ϑ/2π)² (0 beyond)."""
         constants = [np.array(c.tolist(), dtype=float) for c in algebra.structure_constants]
         ad = np.array([[xi @ c[:, nu] for nu in range(algebra.dim)] for c in constants])
@@ -132,7 +141,7 @@ class Exponential(EquivariantRetraction):
         return 2 * math.pi - turn, max(0.0, 1 - (turn / (2 * math.pi)) ** 2)
 
 
-def _root(g: Any, e: Any, numbers: Any) -> Any:
+def _root(g: Matrix, e: Matrix, numbers: Arithmetic) -> Matrix:
     """√g by the Denman–Beavers iteration (Higham, Functions of Matrices, 6.3)."""
     y, z, before = g, e, None
     for _ in range(100):  # it converges quadratically wherever there is a root
@@ -146,11 +155,11 @@ def _root(g: Any, e: Any, numbers: Any) -> Any:
     raise ArithmeticError("an angle reaches a half-turn")
 
 
-def _size(matrix: Any) -> Any:
+def _size(matrix: Matrix) -> Number:
     return abs(matrix).max()
 
 
-def _coth(z: Any) -> Any:
+def _coth(z: Column) -> Expression:
     """Q with g(s) = 1 + s² Q(−s²): (c₂ − c₃)/(4c₁) at z/4, with poles at whole turns."""
     c1, c2, c3 = (stumpff(k, z / 4) for k in (1, 2, 3))
     return (c2 - c3) / (4 * c1)

@@ -11,11 +11,12 @@ from typing import Any
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
-from ..numbers import InArithmetic, sympy
+from ..numbers import Arithmetic, InArithmetic, sympy
+from ..numbers.types import Column, Expression, Letter, Number, Numbers, Vector
 from .algebra_in_numbers import AlgebraInNumbers
 
 
-def implicit_product(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
+def implicit_product(tau: Any, algebra: MatrixAlgebra, xi: Column, eta: Column) -> Column:
     """The m×1 coordinates of τ(ξ)τ(η), as sympy functions of the entries of ξ and η."""
     if not any(xi):
         return sympy.Matrix(eta)
@@ -35,14 +36,14 @@ def _class(tau: Any, algebra: MatrixAlgebra) -> Any:
         def _eval_is_real(self) -> bool:
             return True
 
-        def _eval_derivative(self, s: Any) -> Any:
+        def _eval_derivative(self, s: Letter) -> Expression:
             xi, eta = map(sympy.ImmutableMatrix, (self.args[1 : m + 1], self.args[m + 1 :]))
             d_xi, d_eta = xi.diff(s), eta.diff(s)
             if not any(d_xi) and not any(d_eta):
                 return 0 * s
             return _slope(tau, algebra, xi, eta, d_xi, d_eta)[self.args[0]]
 
-        def in_arithmetic(self, numbers: Any, values: Any) -> Any:
+        def in_arithmetic(self, numbers: Arithmetic, values: Numbers) -> Number:
             """The entry at given numbers."""
             return _numbers(tau, algebra, tuple(values[1:]), numbers)[int(self.args[0])]
 
@@ -51,7 +52,9 @@ def _class(tau: Any, algebra: MatrixAlgebra) -> Any:
 
 
 @lru_cache(maxsize=4096)
-def _slope(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any, d_xi: Any, d_eta: Any) -> Any:
+def _slope(
+    tau: Any, algebra: MatrixAlgebra, xi: Column, eta: Column, d_xi: Column, d_eta: Column
+) -> Column:
     """R(p) R(ξ)⁻¹ dξ + L(p) L(η)⁻¹ dη, m×1."""
     left, right = tau.invariant_fields(algebra, implicit_product(tau, algebra, xi, eta))
     total = 0 * d_xi
@@ -63,7 +66,9 @@ def _slope(tau: Any, algebra: MatrixAlgebra, xi: Any, eta: Any, d_xi: Any, d_eta
 
 
 @lru_cache(maxsize=4096)
-def _numbers(tau: Any, algebra: MatrixAlgebra, values: tuple[Any, ...], numbers: Any) -> Any:
+def _numbers(
+    tau: Any, algebra: MatrixAlgebra, values: tuple[Number, ...], numbers: Arithmetic
+) -> Vector:
     """The m entries at numbers ξ, η; raises `BadInput` outside the chart."""
     m, frame = algebra.dim, AlgebraInNumbers(algebra.real, numbers)
     with numbers.working():

@@ -15,7 +15,8 @@ from functools import cached_property, lru_cache, partial
 from itertools import combinations_with_replacement
 from typing import Any
 
-from ..numbers import code, entry, floats_exact, register, registered_function, sympy
+from ..numbers import Arithmetic, code, entry, floats_exact, register, registered_function, sympy
+from ..numbers.types import Column, Expression, Letter, Number, Numbers, SymbolicMatrix
 from . import matrix_numbers
 
 Nested = tuple[tuple[Any, ...], ...]
@@ -35,7 +36,7 @@ class MatrixFunction:
     kind: int
     basis: tuple[Nested, ...]
 
-    def __call__(self, xi: Any) -> Any:
+    def __call__(self, xi: Column) -> SymbolicMatrix:
         """The N×N sympy matrix of its entries at ξ (m×1)."""
         size = len(self.basis[0])
         table = _table(self, 0)(*xi)
@@ -78,7 +79,7 @@ def _table(function: MatrixFunction, order: int) -> Any:
     places = {d: i for i, d in enumerate(function.directions(order))}
 
     class Table(sympy.Function):
-        def slope(self, index: int, s: Any) -> Any:
+        def slope(self, index: int, s: Letter) -> Expression:
             which, at = divmod(index, size)
             chosen = list(places)[which]
             higher, total = None, 0
@@ -90,7 +91,7 @@ def _table(function: MatrixFunction, order: int) -> Any:
                     total += inner * entry(higher(*self.args), place * size + at)
             return total
 
-        def in_arithmetic(self, numbers: Any, values: Any) -> Any:
+        def in_arithmetic(self, numbers: Arithmetic, values: Numbers) -> Number:
             """All numbers of the table."""
             return registered_function(type(self).__name__, numbers)(*values)
 

@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..numbers import sympy
+from ..numbers.types import Column, Expression, FieldPair, Matrix, Numbers, SymbolicMatrix, Vector
 from .algebra_in_numbers import AlgebraInNumbers
 from .implicit_product import implicit_product
+
+#: how near ξ is to the chart's edge, as pairs (kind, value): see `Retraction.extents`
+Extents = list[tuple[str, Expression]]
 
 
 @dataclass(frozen=True)
@@ -37,18 +38,18 @@ class Retraction(ABC):
         """Raise `BadInput` if the retraction does not map this algebra into its group."""
 
     @abstractmethod
-    def displacement(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def displacement(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         """τ(ξ) − e, N×N, with the difference cancelled."""
 
-    def element(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def element(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         """τ(ξ), N×N."""
         return sympy.eye(algebra.size) + self.displacement(algebra, xi)
 
     @abstractmethod
-    def inverse(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def inverse(self, algebra: MatrixAlgebra, xi: Column) -> Column:
         """The coordinates (m×1) of τ(ξ)⁻¹."""
 
-    def product(self, algebra: MatrixAlgebra, xi: Any, eta: Any) -> Any:
+    def product(self, algebra: MatrixAlgebra, xi: Column, eta: Column) -> Column:
         """The coordinates (m×1) of τ(ξ)τ(η); raises `BadInput` where the chart has none.
 
         Without a closed form it has values and derivatives, but no text for compiled kernels.
@@ -58,25 +59,25 @@ class Retraction(ABC):
     # -- the tangent ----------------------------------------------------------------------------
 
     @abstractmethod
-    def invariant_fields(self, algebra: MatrixAlgebra, xi: Any) -> tuple[Any, Any]:
+    def invariant_fields(self, algebra: MatrixAlgebra, xi: Column) -> FieldPair:
         """(L, R): the m×m matrices of left- and right-invariant fields at ξ = hu."""
 
-    def inverse_left_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def inverse_left_field(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         """L⁻¹ at ξ, m×m: the left-trivialised tangent of τ."""
         return _inverse(self.invariant_fields(algebra, xi)[0])
 
-    def inverse_right_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def inverse_right_field(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         """R⁻¹ at ξ, m×m: the right-trivialised tangent of τ."""
         return _inverse(self.invariant_fields(algebra, xi)[1])
 
-    def lag(self, algebra: MatrixAlgebra, xi: Any, theta: Any) -> Any:
+    def lag(self, algebra: MatrixAlgebra, xi: Column, theta: Expression) -> SymbolicMatrix:
         """L(θξ)⁻¹ (θR(ξ) − R(θξ)), m×m: what e→ does to τ(θξ), in left trivialisation."""
         _, right = self.invariant_fields(algebra, xi)
         _, partial = self.invariant_fields(algebra, theta * xi)
         difference = (theta * right - partial).applyfunc(lambda e: e.expand())
         return self.inverse_left_field(algebra, theta * xi) * difference
 
-    def lead(self, algebra: MatrixAlgebra, xi: Any, theta: Any) -> Any:
+    def lead(self, algebra: MatrixAlgebra, xi: Column, theta: Expression) -> SymbolicMatrix:
         """L(θξ)⁻¹ (θ(L − R)(ξ) + R(θξ)), m×m: what e← does to τ(θξ) more than e→."""
         left, right = self.invariant_fields(algebra, xi)
         _, partial = self.invariant_fields(algebra, theta * xi)
@@ -85,17 +86,17 @@ class Retraction(ABC):
     # -- in numbers -----------------------------------------------------------------------------
 
     @abstractmethod
-    def element_in(self, frame: AlgebraInNumbers, xi: Any) -> np.ndarray:
+    def element_in(self, frame: AlgebraInNumbers, xi: Numbers) -> Matrix:
         """τ(ξ) as numbers, N×N."""
 
     @abstractmethod
-    def coordinates_in(self, frame: AlgebraInNumbers, g: np.ndarray) -> np.ndarray:
+    def coordinates_in(self, frame: AlgebraInNumbers, g: Matrix) -> Vector:
         """ξ with τ(ξ) = g as numbers, m; raises `ArithmeticError` where the chart has none."""
 
     # -- the chart's edge -----------------------------------------------------------------------
 
     @abstractmethod
-    def extents(self, algebra: MatrixAlgebra, xi: Any) -> list[tuple[str, Any]]:
+    def extents(self, algebra: MatrixAlgebra, xi: Column) -> Extents:
         """How near ξ is to the chart's edge, symbolic, as pairs (kind, value).
 
         "size": 1 at 0, its absolute value grows without bound towards the edge. "rest": 1 at 0,
@@ -107,29 +108,29 @@ class Retraction(ABC):
         """The size of `extents` at which a run leaves the chart if it may."""
 
     @abstractmethod
-    def distance_and_margin(self, algebra: MatrixAlgebra, xi: np.ndarray) -> tuple[float, float]:
+    def distance_and_margin(self, algebra: MatrixAlgebra, xi: Vector) -> tuple[float, float]:
         """(distance to the chart's edge, margin: 1 at 0 and 0 at the edge) in double precision."""
 
 
 class EquivariantRetraction(Retraction):
     """A retraction that is odd, τ(−ξ) = τ(ξ)⁻¹, with τ(Ad_g ξ) = g τ(ξ) g⁻¹: so L − R = ad_ξ."""
 
-    def inverse(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def inverse(self, algebra: MatrixAlgebra, xi: Column) -> Column:
         return -xi
 
-    def inverse_right_field(self, algebra: MatrixAlgebra, xi: Any) -> Any:
+    def inverse_right_field(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         return self.inverse_left_field(algebra, -xi)
 
-    def lead(self, algebra: MatrixAlgebra, xi: Any, theta: Any) -> Any:
+    def lead(self, algebra: MatrixAlgebra, xi: Column, theta: Expression) -> SymbolicMatrix:
         """The identity: L(θξ) − R(θξ) = θ ad_ξ = θ (L(ξ) − R(ξ))."""
         return sympy.eye(algebra.dim)
 
 
-def complex_form(algebra: MatrixAlgebra, real: Any) -> Any:
+def complex_form(algebra: MatrixAlgebra, real: SymbolicMatrix) -> SymbolicMatrix:
     """The N×N matrix whose real 2N×2N form is given; where the algebra is real, that itself."""
     n = algebra.size
     return real if algebra.real is algebra else real[:n, :n] + sympy.I * real[n:, :n]
 
 
-def _inverse(matrix: Any) -> Any:
+def _inverse(matrix: SymbolicMatrix) -> SymbolicMatrix:
     return matrix.inv(method="ADJ").applyfunc(sympy.cancel)

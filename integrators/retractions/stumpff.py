@@ -10,10 +10,11 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from ..numbers import InArithmetic, collect, entry, register, registered_function, sympy
+from ..numbers import Arithmetic, InArithmetic, collect, entry, register, registered_function, sympy
+from ..numbers.types import Column, Expression, Letter, Number, Numbers
 
 
-def stumpff(k: int, z: Any) -> Any:
+def stumpff(k: int, z: Column) -> Expression:
     """c_k(z) as a sympy expression, k a whole number from 0."""
     return _class()(k, z)
 
@@ -26,10 +27,10 @@ def _class() -> Any:
         nargs = 2
 
         @classmethod
-        def eval(cls, k: Any, z: Any) -> Any:
+        def eval(cls, k: Expression, z: Expression) -> Expression | None:
             return sympy.Rational(1, sympy.factorial(k)) if z == 0 else None
 
-        def _eval_derivative(self, s: Any) -> Any:
+        def _eval_derivative(self, s: Letter) -> Expression:
             k, z = self.args
             inner = z.diff(s)
             if inner == 0:
@@ -39,7 +40,7 @@ def _class() -> Any:
         def _eval_is_real(self) -> Any:
             return self.args[1].is_real
 
-        def in_arithmetic(self, numbers: Any, values: Any) -> Any:
+        def in_arithmetic(self, numbers: Arithmetic, values: Numbers) -> Number:
             """c_k of a number, by the text that the kernels have."""
             k = int(self.args[0])
             return registered_function(_registered(k | 3), numbers)(values[1])[k]
@@ -54,7 +55,7 @@ def _registered(most: int) -> str:
 
 
 @collect
-def together(expressions: list[Any]) -> list[Any]:
+def together(expressions: list[Expression]) -> list[Expression]:
     """The expressions with each c_k(z) as an entry of one call (c_0, …, c_K)(z), K = 3, 7, 11 …"""
     values = set().union(*(e.atoms(_class()) for e in expressions))
     if not values:
