@@ -129,14 +129,12 @@ SCD = {  # the digits of the published numbers that are right: of 16, 30, 29, 14
     "figure eight": 12.97,
     "butterfly": 9.22,
 }
+OFTEN = ("arenstorf, three loops", "figure eight")
 
 
 @pytest.mark.parametrize(
     "problem",
-    [
-        pytest.param(name, marks=pytest.mark.slow if name in ("pleiades", "butterfly") else ())
-        for name in SCD
-    ],
+    [pytest.param(name, marks=() if name in OFTEN else pytest.mark.slow) for name in SCD],
 )
 def test_published_digits(problem, monkeypatch):
     """Pinned: these numbers are other people's, and do not change."""

@@ -12,9 +12,10 @@ from types import SimpleNamespace
 import pytest
 
 from discmech.integrators import StepFailure, scenes
-from discmech.studies import NAMES, get
+from discmech.studies import NAMES, costs, get, report
 from discmech.studies.case import Verdict
 from discmech.studies.command import main
+from discmech.studies.power import results
 
 WORDS = [
     "report",
@@ -131,12 +132,11 @@ def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
 def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
     words, monkeypatch, tmp_path, capsys
 ):
-    from discmech.studies import report
-    from discmech.studies.power import results
-
     fault = {"name": "a b", "scene": "a", "rule": "b", "site": "rule", "what": "sign #0",
              "found": {"order 50": {"verdict": "pass", "reason": "", "seconds": 1.0}},
              "caught": [], "equivalent": "", "seconds": 1.0, "measured_at": {}}  # fmt: skip
+    monkeypatch.setattr(costs, "DIGITS", (15, 30))
+    monkeypatch.setattr(costs, "TIMES", (1, 2))
     monkeypatch.setattr(report, "run_studies", lambda *a, **k: ([], []))
     made = results.result([fault], [], "discmech power")
     monkeypatch.setattr(results, "power", lambda *_, **__: made)

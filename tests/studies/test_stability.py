@@ -34,7 +34,7 @@ from discmech.studies.nonlinear_stability import (
 from discmech.studies.rendering import plot_maps
 from discmech.studies.running import run_case, run_study
 from discmech.studies.stiff import FAMILIES
-from tests.studies.cached_results import case
+from tests.studies.cached_results import SMALL, case, measured_once
 
 # -- linear ---------------------------------------------------------------------------------------
 
@@ -329,8 +329,10 @@ def test_the_adiabatic_invariant_over_a_hundred_thousand():
 
 
 def test_the_study_as_it_is_asked():
-    choice = Choice(scenes=(scenes.get("harmonic"),), rules=(midpoint, imex))
-    found = run_study(get("stability"), choice)
+    scene, steps = SMALL["stability"]
+    choice = Choice(scenes=(scenes.get(scene),), rules=(midpoint, imex), digits=(16,), steps=steps)
+    with measured_once():
+        found = run_study(get("stability"), choice)
     assert [c["rule"] for c in found["cases"]] == ["midpoint", "imex"]
     assert found["verdict"] == "pass"
     assert get("stability").cases(Choice(scenes=(scenes.get("pendulum"),))) == []

@@ -259,10 +259,11 @@ def test_the_command_of_a_case_reproduces_that_case_and_no_other(study, steps):
     def told(case: Case):
         return (case.study, case.scene.name, case.label, case.digits, case.steps, case.control)
 
+    parser = _parser()
     for case in get(study).cases(Choice(steps=steps)):
         words = shlex.split(case.command)
         assert words[0] == "discmech"
-        options = _parser().parse_args(words[1:])
+        options = parser.parse_args(words[1:])
         assert options.study == study
         again = get(study).cases(choice_of(options))
         if study == "work-precision":  # timed within its race, so that is what runs again
