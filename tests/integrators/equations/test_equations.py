@@ -6,25 +6,19 @@ by points that `integrators.equations.discrete_equations` takes.
 """
 
 import mpmath
-import numpy as np
 import pytest
 import sympy
 from sympy import Matrix, Rational, eye
 
 from discmech.integrators import Scene, Scheme, midpoint, pair, rectangle, trapezoidal
 from tests.objects import (
-    ALIKE,
-    EXPENSIVE,
     OWN_SCENES,
-    PLAIN,
     SCENES,
     SCHEMES,
     cross,
     exact_start,
-    flow,
     named,
     scheme,
-    two_thirds,
 )
 
 DIGITS = 60
@@ -287,71 +281,7 @@ def test_heavy_top_target_is_a_rotation_by_hand():
     assert (found - wanted).applyfunc(sympy.cancel).is_zero_matrix
 
 
-# -- self-adjointness and order -------------------------------------------------------------------
-
-NOT_SELF_ADJOINT = {
-    # the target of half a step is not halfway: b(x, u; h/2) of the inverse is another point
-    *((s, "midpoint") for s in ("heavy-top", "lagrange-top", "kovalevskaya-top")),
-    *((s, "midpoint") for s in ("heavy-top-by-hand", "spherical-pendulum")),
-    *((s, "midpoint") for s in ("moebius", "stereographic")),
-    # charts in which the inverse of u is not −u
-    *((s, r) for s in ("affine-group", "affine-on-line", "framed-plane") for r in PLAIN),
-    # one end only
-    *((s, "rectangle") for s in SCENES if s not in ALIKE),
-}
-
-
-@pytest.mark.parametrize(("scene", "rule"), named(SCHEMES))
-def test_self_adjointness_is_derived(scene, rule):
-    assert scheme(scene, rule).self_adjoint == ((scene, rule) not in NOT_SELF_ADJOINT)
-
-
-@pytest.mark.slow
-def test_an_asymmetric_pair_of_points_is_self_adjoint_only_on_the_pair_groupoid():
-    assert scheme("kepler", "two-thirds").self_adjoint
-    assert not scheme("heavy-top", "two-thirds").self_adjoint
-
-
-#: scenes on charts in which the inverse of u is not −u
-SKEW = ("affine-group", "affine-on-line", "framed-plane")
-
-
-@pytest.mark.parametrize("scene", [
-    pytest.param(s, marks=pytest.mark.slow if s in EXPENSIVE else ())
-    for s in SCENES
-    if s not in SKEW
-])  # fmt: skip
-def test_order_of_the_built_in_rules(scene):
-    of_rectangle = 2 if scene in ALIKE else 1
-    for rule, wanted in (("midpoint", 2), ("trapezoidal", 2), ("rectangle", of_rectangle)):
-        # one rule says nothing: where L_d is given, it is what it is
-        assert scheme(scene, rule).order == (2 if SCENES[scene].discrete_lagrangian else wanted)
-
-
-@pytest.mark.parametrize(("scene", "rule"), [pair for pair in SCHEMES if pair[0] in SKEW])
-def test_no_second_order_in_a_chart_that_is_not_odd(scene, rule):
-    """Where ι = −u fails at second order, u is a velocity to first order only."""
-    assert scheme(scene, rule).order == 1
-
-
-@pytest.mark.parametrize(
-    ("scene", "rule"),
-    [pair for pair in SCHEMES if pair[0] in (*SKEW, "moving-mass", "heavy-top-by-hand")],
-)
-def test_orders_as_measured(scene, rule):
-    """The end of a unit of time at two steps, against a fine one of the same rule."""
-    coarse, half, fine = (
-        np.concatenate([run.x[-1], run.mu[-1]])
-        for run in (flow(scene, rule, f"1/{n}").trajectory(n, every=n) for n in (100, 200, 12800))
-    )
-    measured = np.log2(np.abs(coarse - fine).max() / np.abs(half - fine).max())
-    wanted = 1 if scene in SKEW or rule == "rectangle" else 2
-    assert measured == pytest.approx(wanted, abs=0.05)
-
-
-def test_an_order_that_is_not_stated_is_none():
-    assert scheme("heavy-top", "two-thirds").order is None
-    assert two_thirds.order is None
+# -- structure ------------------------------------------------------------------------------------
 
 
 def test_no_base_no_rho():

@@ -8,15 +8,18 @@ from sympy import Abs, I, Matrix, Rational, Symbol, pi, sqrt
 
 from discmech.integrators import BadInput, exponential, se, so, su
 from discmech.integrators.numbers import (
+    Call,
     arithmetic,
     as_one_number,
     evaluate,
     evaluate_matrix,
+    function_text,
     newton,
     numeric,
     numeric_function,
     numeric_text,
     random_point,
+    run_text,
 )
 from discmech.integrators.retractions.stumpff import stumpff
 
@@ -165,3 +168,11 @@ def test_newton_ends_at_round_off_or_says_none(digits):
         assert abs(root[0] ** 2 - 2) < 16 * numbers.eps
         assert newton(lambda z: (2 + z * z) / (2 * z), start, 0, numbers.eps) is None
         assert newton(lambda z: z / 0, start, 0, numbers.eps) is None
+
+
+def test_a_function_with_one_result_gives_a_number():
+    """A call returns a tuple, of one number too."""
+    a, b = sympy.symbols("a b")
+    node = function_text("node0", {}, [[a]], [([a], [b**2])], [b])
+    text = function_text("use", {"w": [b]}, [a + 1], [([a], Call("node0", [b]))])
+    assert run_text(node + text, {})["use"]([3]) == 10

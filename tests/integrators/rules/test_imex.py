@@ -1,4 +1,4 @@
-"""The fast potential of a scene, the rule that treats it apart, and schemes at other values."""
+"""The fast potential of a scene, and the rule that treats it apart."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from discmech.integrators import (
-    BadInput,
     Scene,
     Scheme,
     imex,
@@ -16,9 +15,6 @@ from discmech.integrators import (
     pair,
     scenes,
     trapezoidal,
-)
-from discmech.integrators import (
-    rules as discretisations,
 )
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import first_violation
@@ -88,49 +84,3 @@ def test_trapezoidal_cannot_take_that_step():
 
     with pytest.raises(StepFailure, match="no longer finite"):
         Scheme(scenes.get("fpu"), trapezoidal).flow("1/5").trajectory(2000)
-
-
-def test_a_scheme_at_other_values_is_the_scheme_derived_there():
-    scene = scenes.get("kepler").with_values(parameters={"strength": 2}, x0=["1/2", "1/3"])
-    derived = Scheme(scene, midpoint).flow("1/20")
-    moved = Scheme(scenes.get("kepler"), midpoint).at(parameters={"strength": 2}, x0=["1/2", "1/3"])
-    assert moved.scene.x0 == scene.x0
-    run, other = derived.trajectory(50), moved.flow("1/20").trajectory(50)
-    assert np.array_equal(run.x, other.x) and np.array_equal(run.mu, other.mu)
-    x, mu = run.x[7], run.mu[7]
-    assert moved.flow("1/20").poisson_defect(x, mu) < 1e-15
-    energies = [f.scheme.scene.parameter_values for f in (derived, moved.flow("1/20"))]
-    assert energies[0] == energies[1] == [2]
-
-
-def test_equations_know_no_value():
-    """One object for all values, for a composition and its base, and for all their adjoints."""
-    scheme = Scheme(scenes.get("pendulum"), discretisations.get("suzuki:rectangle"))
-    moved = scheme.at(parameters={"gravity": 3}, x0=["1/2"])
-    assert moved.equations is scheme.equations is scheme.base.equations
-    assert moved.adjoint.equations is scheme.adjoint.equations
-    assert moved.adjoint.scene is moved.scene
-
-
-@pytest.mark.parametrize("rule", ["suzuki:rectangle", "gauss-2"])
-def test_compositions_and_stages_move_too(rule):
-    rule = discretisations.get(rule)
-    values = {"parameters": {"gravity": 3}, "x0": ["1/2"]}
-    scheme = Scheme(scenes.get("pendulum"), rule)
-    scheme.flow("1/10").trajectory(3)
-    run = scheme.at(**values).flow("1/10").trajectory(20)
-    derived = Scheme(scenes.get("pendulum").with_values(**values), rule)
-    other = derived.flow("1/10").trajectory(20)
-    assert np.array_equal(run.x, other.x) and np.array_equal(run.mu, other.mu)
-
-
-def test_what_was_derived_cannot_change():
-    scheme = Scheme(scenes.get("heavy-top"), midpoint)
-    with pytest.raises(BadInput, match="another groupoid makes another scheme"):
-        scheme.at(groupoid=pair(3))
-    with pytest.raises(BadInput, match="another shape"):
-        scheme.at(parameters={"center": [1, 2]})
-    with pytest.raises(BadInput, match="must be 1"):
-        scheme.at(x0=[1, 1, 1])
-    with pytest.raises(BadInput, match="no parameter 'mass'"):
-        scheme.at(parameters={"mass": 1})

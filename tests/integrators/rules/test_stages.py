@@ -13,7 +13,6 @@ import sympy
 from sympy import Float, Matrix, Rational
 
 from discmech.integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
-from discmech.integrators.numbers import Call, function_text, run_text
 from discmech.integrators.rules import gauss, get, lobatto
 from tests.objects import SCENES
 
@@ -78,13 +77,24 @@ class Numbers:
             def __call__(self, x, u):
                 return of.scene.lagrangian(x, u, self.parameters)
 
-        self.lagrangian, self.given = Lagrangian(), given
+        class Groupoid:
+            target = self.g.target
+
+            @staticmethod
+            def velocity(x, w, dw, h):
+                return self.g.inverse_left(x, w, h) * dw
+
+            @staticmethod
+            def constant(value):
+                return Float(value(100), 100)
+
+        self.lagrangian, self.groupoid, self.given = Lagrangian(), Groupoid(), given
 
     def __call__(self, x, u, s):
         m = len(u)
         columns = [Matrix(s[i : i + m]) for i in range(0, len(s), m)]
         more = [columns] if self.stages else []
-        value = self.formula(self.lagrangian, self.g, x, u, self.h, *more)
+        value = self.formula(self.lagrangian, self.groupoid, x, u, self.h, *more)
         value = value[0] if hasattr(value, "shape") else value
         return value.xreplace(self.given).evalf(90)
 
@@ -98,35 +108,51 @@ def column(values):
     return Matrix(len(values), 1, [Float(mpmath.nstr(v, 80), 80) for v in values])
 
 
-@pytest.mark.parametrize(("scene", "rule"), [*CASES, ("kepler", "simpson")])
-def test_stages_are_stationary_and_legendre_maps_are_derivatives(scene, rule):
+every_case = pytest.mark.parametrize(("scene", "rule"), [*CASES, ("kepler", "simpson")])
+
+
+@cache
+def arrow_of(scene, rule):
+    """(L_d on numbers; x, u and the stages there; F⁺ and F⁻), to 50 digits."""
     f = flow_of(scene, rule)
     with f.numbers.working():
         x, u = start_of(f)
-        here = f.geometry.at(x, u)
-        x, u, s = (f.numbers.public(v) for v in (x, u, f.geometry.stages(x, u)))
-        here = {name: f.numbers.public(here[name]) for name in ("plus", "minus")}
-    L_d, g, h = Numbers(f), f.scheme.scene.groupoid, Numbers(f).h
+        maps, s = f.geometry.at(x, u), f.geometry.stages(x, u)
+        public = [f.numbers.public(v) for v in (x, u, s, maps["plus"], maps["minus"])]
     with mpmath.workdps(90):
-        x, u, s = (column(v) for v in (x, u, s))
-        for i in range(len(s)):
-            one = Matrix(len(s), 1, lambda k, _: int(k == i))  # noqa: B023
-            assert abs(L_d.slope(lambda e: (x, u, s + e * one))) < 1e-40  # noqa: B023
-        for a in range(len(u)):
-            one = Matrix(len(u), 1, lambda k, _: int(k == a))  # noqa: B023
+        return Numbers(f), *map(column, public)
 
-            def after(e):
-                return x, g.product(x, u, e * one, h), s  # noqa: B023
 
-            def before(e):
-                start = g.target(x, e * one, h)  # noqa: B023
-                return start, g.product(start, g.inversion(x, e * one, h), u, h), s  # noqa: B023
+def units(count):
+    return [sympy.eye(count)[:, i] for i in range(count)]
 
-            # by the envelope theorem the stages may stay where they are
-            for found, wanted in ((here["plus"][a], L_d.slope(after)),
-                                  (here["minus"][a], -L_d.slope(before))):  # fmt: skip
-                found = Float(mpmath.nstr(found, 60), 60)
-                assert abs(found - wanted) < 1e-36 * (1 + abs(wanted)), (a, found, wanted)
+
+@every_case
+def test_stages_are_stationary(scene, rule):
+    L_d, x, u, s, *_ = arrow_of(scene, rule)
+    with mpmath.workdps(90):
+        for one in units(len(s)):
+            assert abs(L_d.slope(lambda e, one=one: (x, u, s + e * one))) < 1e-40
+
+
+@every_case
+def test_legendre_maps_are_derivatives_along_arrows(scene, rule):
+    """By the envelope theorem the stages may stay where they are."""
+    L_d, x, u, s, plus, minus = arrow_of(scene, rule)
+    g, h = L_d.g, L_d.h
+
+    def after(e):
+        return x, g.product(x, u, e, h), s
+
+    def before(e):
+        start = g.target(x, e, h)
+        return start, g.product(start, g.inversion(x, e, h), u, h), s
+
+    with mpmath.workdps(90):
+        for a, one in enumerate(units(len(u))):
+            for found, sign, curve in ((plus[a], 1, after), (minus[a], -1, before)):
+                wanted = sign * L_d.slope(lambda e, one=one, curve=curve: curve(e * one))
+                assert abs(found - wanted) < 1e-36 * (1 + abs(wanted)), a
 
 
 def test_a_rule_by_hand_is_the_family_s():
@@ -294,14 +320,6 @@ def test_double_precision_is_50_digits_rounded(scene, rule):
     sparse = flow_of(scene, rule, digits=16).trajectory(20, 5)
     assert np.array_equal(sparse.mu, short.mu[::5])
     assert short.u.shape == (21, len(SCENES[scene].v0))
-
-
-def test_a_node_with_one_output_gives_a_number():
-    """A call returns a tuple, of one number too."""
-    a, b = sympy.symbols("a b")
-    node = function_text("node0", {}, [[a]], [([a], [b**2])], [b])
-    text = function_text("use", {"w": [b]}, [a + 1], [([a], Call("node0", [b]))])
-    assert run_text(node + text, {})["use"]([3]) == 10
 
 
 def test_an_affine_system_takes_one_correction():

@@ -1,0 +1,123 @@
+"""Schemes: at other values, self-adjointness and order."""
+
+import numpy as np
+import pytest
+
+from discmech.integrators import BadInput, Scheme, midpoint, pair, scenes
+from discmech.integrators import rules as discretisations
+from tests.objects import ALIKE, EXPENSIVE, PLAIN, SCENES, SCHEMES, flow, named, scheme, two_thirds
+
+# -- other values ---------------------------------------------------------------------------------
+
+
+def test_a_scheme_at_other_values_is_the_scheme_derived_there():
+    scene = scenes.get("kepler").with_values(parameters={"strength": 2}, x0=["1/2", "1/3"])
+    derived = Scheme(scene, midpoint).flow("1/20")
+    moved = Scheme(scenes.get("kepler"), midpoint).at(parameters={"strength": 2}, x0=["1/2", "1/3"])
+    assert moved.scene.x0 == scene.x0
+    run, other = derived.trajectory(50), moved.flow("1/20").trajectory(50)
+    assert np.array_equal(run.x, other.x) and np.array_equal(run.mu, other.mu)
+    x, mu = run.x[7], run.mu[7]
+    assert moved.flow("1/20").poisson_defect(x, mu) < 1e-15
+    energies = [f.scheme.scene.parameter_values for f in (derived, moved.flow("1/20"))]
+    assert energies[0] == energies[1] == [2]
+
+
+def test_equations_know_no_value():
+    """One object for all values, for a composition and its base, and for all their adjoints."""
+    scheme = Scheme(scenes.get("pendulum"), discretisations.get("suzuki:rectangle"))
+    moved = scheme.at(parameters={"gravity": 3}, x0=["1/2"])
+    assert moved.equations is scheme.equations is scheme.base.equations
+    assert moved.adjoint.equations is scheme.adjoint.equations
+    assert moved.adjoint.scene is moved.scene
+
+
+@pytest.mark.parametrize("rule", ["suzuki:rectangle", "gauss-2"])
+def test_compositions_and_stages_move_too(rule):
+    rule = discretisations.get(rule)
+    values = {"parameters": {"gravity": 3}, "x0": ["1/2"]}
+    scheme = Scheme(scenes.get("pendulum"), rule)
+    scheme.flow("1/10").trajectory(3)
+    run = scheme.at(**values).flow("1/10").trajectory(20)
+    derived = Scheme(scenes.get("pendulum").with_values(**values), rule)
+    other = derived.flow("1/10").trajectory(20)
+    assert np.array_equal(run.x, other.x) and np.array_equal(run.mu, other.mu)
+
+
+def test_what_was_derived_cannot_change():
+    scheme = Scheme(scenes.get("heavy-top"), midpoint)
+    with pytest.raises(BadInput, match="another groupoid makes another scheme"):
+        scheme.at(groupoid=pair(3))
+    with pytest.raises(BadInput, match="another shape"):
+        scheme.at(parameters={"center": [1, 2]})
+    with pytest.raises(BadInput, match="must be 1"):
+        scheme.at(x0=[1, 1, 1])
+    with pytest.raises(BadInput, match="no parameter 'mass'"):
+        scheme.at(parameters={"mass": 1})
+
+
+# -- self-adjointness and order -------------------------------------------------------------------
+
+NOT_SELF_ADJOINT = {
+    # the target of half a step is not halfway: b(x, u; h/2) of the inverse is another point
+    *((s, "midpoint") for s in ("heavy-top", "lagrange-top", "kovalevskaya-top")),
+    *((s, "midpoint") for s in ("heavy-top-by-hand", "spherical-pendulum")),
+    *((s, "midpoint") for s in ("moebius", "stereographic")),
+    # charts in which the inverse of u is not −u
+    *((s, r) for s in ("affine-group", "affine-on-line", "framed-plane") for r in PLAIN),
+    # one end only
+    *((s, "rectangle") for s in SCENES if s not in ALIKE),
+}
+
+
+@pytest.mark.parametrize(("scene", "rule"), named(SCHEMES))
+def test_self_adjointness_is_derived(scene, rule):
+    assert scheme(scene, rule).self_adjoint == ((scene, rule) not in NOT_SELF_ADJOINT)
+
+
+@pytest.mark.slow
+def test_an_asymmetric_pair_of_points_is_self_adjoint_only_on_the_pair_groupoid():
+    assert scheme("kepler", "two-thirds").self_adjoint
+    assert not scheme("heavy-top", "two-thirds").self_adjoint
+
+
+#: scenes on charts in which the inverse of u is not −u
+SKEW = ("affine-group", "affine-on-line", "framed-plane")
+
+
+@pytest.mark.parametrize("scene", [
+    pytest.param(s, marks=pytest.mark.slow if s in EXPENSIVE else ())
+    for s in SCENES
+    if s not in SKEW
+])  # fmt: skip
+def test_order_of_the_built_in_rules(scene):
+    of_rectangle = 2 if scene in ALIKE else 1
+    for rule, wanted in (("midpoint", 2), ("trapezoidal", 2), ("rectangle", of_rectangle)):
+        # one rule says nothing: where L_d is given, it is what it is
+        assert scheme(scene, rule).order == (2 if SCENES[scene].discrete_lagrangian else wanted)
+
+
+@pytest.mark.parametrize(("scene", "rule"), [pair for pair in SCHEMES if pair[0] in SKEW])
+def test_no_second_order_in_a_chart_that_is_not_odd(scene, rule):
+    """Where ι = −u fails at second order, u is a velocity to first order only."""
+    assert scheme(scene, rule).order == 1
+
+
+@pytest.mark.parametrize(
+    ("scene", "rule"),
+    [pair for pair in SCHEMES if pair[0] in (*SKEW, "moving-mass", "heavy-top-by-hand")],
+)
+def test_orders_as_measured(scene, rule):
+    """The end of a unit of time at two steps, against a fine one of the same rule."""
+    coarse, half, fine = (
+        np.concatenate([run.x[-1], run.mu[-1]])
+        for run in (flow(scene, rule, f"1/{n}").trajectory(n, every=n) for n in (100, 200, 12800))
+    )
+    measured = np.log2(np.abs(coarse - fine).max() / np.abs(half - fine).max())
+    wanted = 1 if scene in SKEW or rule == "rectangle" else 2
+    assert measured == pytest.approx(wanted, abs=0.05)
+
+
+def test_an_order_that_is_not_stated_is_none():
+    assert scheme("heavy-top", "two-thirds").order is None
+    assert two_thirds.order is None
