@@ -23,9 +23,11 @@ import numpy as np
 
 from ..errors import BadInput
 from ..groupoids import Groupoid
-from ..numbers import arithmetic, exact_rational, jacobian, newton, numeric
-from ..numbers.types import Matrix, Vector
+from ..numbers import Arithmetic, LazyModule, arithmetic, exact_rational, jacobian, newton, numeric
+from ..numbers.types import Matrix, Number, Numbers, Vector
 from .step_context import vector_in
+
+linalg: Any = LazyModule("scipy.linalg")
 
 #: an arrow (x, u), n and m numbers
 Point = tuple[Vector, Vector]
@@ -37,7 +39,7 @@ def in_own_numbers(method: Callable[..., Any]) -> Callable[..., Any]:
     """Compute a method of x (n numbers) and others (m numbers) in the bisection's arithmetic."""
 
     @wraps(method)
-    def wrapped(self: Any, *vectors: Any) -> Any:
+    def wrapped(self: Any, *vectors: Numbers) -> Any:
         with self.numbers.working():
             lengths = (self.n, self.m, self.m)
             return method(self, *map(self.vector, vectors, lengths))
@@ -100,11 +102,11 @@ class Bisection:
         """σ(x), m."""
         return np.asarray(self.u0 + self.slope @ (x - self.x0))
 
-    def _along(self, at: dict[str, Vector], part: str = "b") -> Vector:
+    def _along(self, at: dict[str, np.ndarray], part: str = "b") -> Vector:
         """The derivative of b(x, σ(x)), n×n, or of p(x, σ(x), u), m×n, by x."""
         return np.asarray(at[f"{part}_x"] + at[f"{part}_u"] @ self.slope)
 
-    def _solved(self, change: Callable[[Any], Any], start: Vector, off: str) -> Vector:
+    def _solved(self, change: Callable[[Vector], Vector], start: Vector, off: str) -> Vector:
         """Newton's solution from a start; `off` says in the error what the point is."""
         solution = newton(change, start, 1, self.numbers.eps)
         if solution is None:
@@ -128,19 +130,19 @@ class Bisection:
         return self._solved(change, self.x0, f"{point} is no target of an arrow of")
 
     @in_own_numbers
-    def left(self, x: Any, u: Any) -> Point:
+    def left(self, x: Vector, u: Vector) -> Point:
         """L_Σ(x, u) = h·(x, u) with h in Σ, β(h) = x; keeps the β-fibres."""
         z = self.source_of(x)
         return z, self.maps(z, self.section(z), u)["product"]
 
     @in_own_numbers
-    def right(self, x: Any, u: Any) -> Point:
+    def right(self, x: Vector, u: Vector) -> Point:
         """R_Σ(x, u) = (x, u)·h with h in Σ, α(h) = b(x, u); keeps the α-fibres."""
         y = self.maps(x, u, 0 * self.u0)["target"]
         return x, self.maps(x, u, self.section(y))["product"]
 
     @in_own_numbers
-    def left_tangent(self, x: Any, u: Any) -> Matrix:
+    def left_tangent(self, x: Vector, u: Vector) -> Matrix:
         """T L_Σ at (x, u), (n+m)×(n+m)."""
         z = self.source_of(x)
         at = self.maps(z, self.section(z), u)
@@ -149,7 +151,7 @@ class Bisection:
         return np.block([[back, zero], [self._along(at, "p") @ back, at["p_v"]]])
 
     @in_own_numbers
-    def right_tangent(self, x: Any, u: Any) -> Matrix:
+    def right_tangent(self, x: Vector, u: Vector) -> Matrix:
         """T R_Σ at (x, u), (n+m)×(n+m)."""
         y = self.maps(x, u, 0 * self.u0)["target"]
         at = self.maps(x, u, self.section(y))
@@ -159,7 +161,7 @@ class Bisection:
         return np.block([[one, zero], bottom])
 
     @in_own_numbers
-    def without_left(self, x: Any, u: Any) -> Point:
+    def without_left(self, x: Vector, u: Vector) -> Point:
         """L_Σ⁻¹: the arrow that L_Σ takes to (x, u); raises `BadInput` if that is too far off."""
         sigma = self.section(x)
 
@@ -171,7 +173,7 @@ class Bisection:
         return near, self._solved(change, 0 * self.u0, "the arrow is too far from")
 
     @in_own_numbers
-    def without_right(self, x: Any, u: Any) -> Point:
+    def without_right(self, x: Vector, u: Vector) -> Point:
         """R_Σ⁻¹: the arrow that R_Σ takes to (x, u); raises `BadInput` if that is too far off."""
 
         def change(v: Vector) -> Vector:
@@ -181,13 +183,13 @@ class Bisection:
         return x, self._solved(change, 0 * self.u0, "the arrow is too far from")
 
     @in_own_numbers
-    def maps(self, x: Any, u: Any, v: Any) -> dict[str, Vector]:
+    def maps(self, x: Vector, u: Vector, v: Vector) -> dict[str, np.ndarray]:
         """b, p and their derivatives at (x, u), (b, v)."""
         return groupoid_maps(self.groupoid, self.numbers, self.h, x, u, v)
 
 
 def groupoid_maps(
-    groupoid: Groupoid, numbers: Any, h: Any, x: Any, u: Any, v: Any
+    groupoid: Groupoid, numbers: Arithmetic, h: Number, x: Vector, u: Vector, v: Vector
 ) -> dict[str, np.ndarray]:
     """b (target), p (product) and their derivatives at (x, u), (b, v), in an arithmetic."""
     names = ("target", "product", "b_x", "b_u", "p_x", "p_u", "p_v")
@@ -195,7 +197,7 @@ def groupoid_maps(
 
 
 @lru_cache(maxsize=64)
-def _maps(groupoid: Groupoid, numbers: Any) -> Any:
+def _maps(groupoid: Groupoid, numbers: Arithmetic) -> Callable[..., Any]:
     s = groupoid._symbols
     x, u, v, h = s["x"], s["u"], s["v"], s["h"]
     b, p = groupoid.target(x, u, h), groupoid.product(x, u, v, h)
@@ -203,38 +205,30 @@ def _maps(groupoid: Groupoid, numbers: Any) -> Any:
     return numeric({"x": x, "u": u, "v": v, "h": h}, [list(b), list(p), *slopes], numbers)
 
 
-def complement_slope(b_x: Any, b_u: Any) -> np.ndarray:
+def complement_slope(b_x: Matrix, b_u: Matrix) -> Matrix:
     """S (m×n) whose graph {(δx, S δx)} is a complement of ker Tα and of ker Tβ at an arrow.
 
-    The paper's existence proof: with A = ker Tα, B = ker Tβ, {c} a basis of A ∩ B completed by {a}
-    to A and by {b} to B, and {d} that complete these to TG, C = span{a + b, d}. Bases are
-    orthonormal, so that C is as far from both as can be. In double precision: C is only chosen.
+    As in the paper's existence proof C is a complement of A = ker Tα and B = ker Tβ
+    (`common_complement`), as far from both as can be. In double precision: C is only chosen.
     """
     b_x, b_u = np.asarray(b_x, dtype=float), np.asarray(b_u, dtype=float)
     n, m = b_u.shape
     if n == 0:
         return np.zeros((m, 0))
     A = np.vstack([np.zeros((n, m)), np.eye(m)])  # ker Tα: δx = 0
-    C = common_complement(A, _kernel(np.hstack([b_x, b_u])))
+    C = common_complement(A, linalg.null_space(np.hstack([b_x, b_u])))
     return np.asarray(np.linalg.solve(C[:n].T, C[n:].T).T)
 
 
-def common_complement(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+def common_complement(A: Matrix, B: Matrix) -> Matrix:
     """A basis (columns) of a C with A ⊕ C = B ⊕ C = V (paper, lemma of section 4.1).
 
-    A and B: columns that span subspaces of equal dimension.
+    A and B: columns that span subspaces of equal dimension. With {c} a basis of A ∩ B completed by
+    {a} to A and by {b} to B, and {d} that complete these to V, C = span{a + b, d}; in orthonormal
+    principal vectors (a ⟂ all b but its own) that is what a − b and c are orthogonal to.
     """
     A, B = (np.linalg.qr(basis)[0] for basis in (A, B))
     left, cosines, right = np.linalg.svd(A.T @ B)
-    principal_a, principal_b = A @ left, B @ right.T
-    apart = cosines < 1 - 1e-12  # a and b of these pairs are not in A ∩ B
-    sums = (principal_a + principal_b)[:, apart].T
-    rest = _kernel(np.hstack([A, principal_b[:, apart]]).T)
-    return np.column_stack([*sums, *rest.T])
-
-
-def _kernel(matrix: np.ndarray) -> np.ndarray:
-    """An orthonormal basis (columns) of the null space."""
-    _, sizes, rows = np.linalg.svd(matrix)
-    rank = int(np.sum(sizes > 1e-12 * max(sizes, default=1)))
-    return np.asarray(rows[rank:].T)
+    a, b = A @ left, B @ right.T
+    shared = cosines > 1 - 1e-12  # to half the digits of the angle: a = b = c
+    return np.asarray(linalg.null_space(np.where(shared, a, a - b).T))

@@ -32,6 +32,7 @@ from ..compiler import (
 )
 from ..errors import BadInput
 from ..groupoids import chart_reach
+from ..numbers.types import Matrix, Number, Vector
 from .step_context import StepContext
 from .translates import GroupChart
 
@@ -61,7 +62,7 @@ class EdgePolicy:
         return self.context.chart
 
     @cached_property
-    def reach(self) -> Any:
+    def reach(self) -> Number:
         """The largest size (`chart_margin.chart_extents`) that a step may have."""
         return chart_reach(self.context.scene.groupoid)
 
@@ -69,11 +70,11 @@ class EdgePolicy:
         """The kernels' coefficients in the chart of a translate; e has the number 0."""
         return self.machine.c
 
-    def place(self, g: Any) -> tuple[int, Any]:
+    def place(self, g: Matrix) -> tuple[int, Vector]:
         """(translate, u) of an element; only `Bisect` uses translates other than e."""
         return 0, self.in_own_chart(g)
 
-    def in_own_chart(self, g: Any) -> Any:
+    def in_own_chart(self, g: Matrix) -> Vector:
         """u with g = τ(hu); raises `BadInput` at the chart's edge, where u has too few digits."""
         u = self.context.coordinates(g)
         if u is None:
@@ -84,14 +85,14 @@ class EdgePolicy:
             )
         return u
 
-    def begin(self, run: Run, branch: Any = None) -> None:
+    def begin(self, run: Run, branch: Number | None = None) -> None:
         """Set the limits that `watch` compares with; branch: of the step before, if known."""
         run.totals[REACH] = self.reach
         run.totals[BRANCH] = self.huge if branch is None else branch
         run.totals[SLACK] = self.slack
 
     @cached_property
-    def slack(self) -> Any:
+    def slack(self) -> Number:
         """The largest change of the branch's number in a step; HUGE where it is not watched.
 
         Watched where the map conserves it: round-off may change half the digits, less six bits. The
@@ -107,7 +108,7 @@ class EdgePolicy:
         return element is not None and element.given.kept
 
     @cached_property
-    def scale(self) -> Any:
+    def scale(self) -> Number:
         """The largest size of the branch's number at the cover's elements."""
         x, zero = self.context.vectors(self.context.scene.x0, [0] * self.chart.m)
         family = range(len(self.chart.translates))
@@ -122,7 +123,7 @@ class Refuse(EdgePolicy):
     """The edge is an error; a run goes as near to it as half the digits allow."""
 
     @cached_property
-    def reach(self) -> Any:
+    def reach(self) -> Number:
         """The largest size at which u has any digits."""
         return 1 / self.context.numbers.eps
 
@@ -170,9 +171,9 @@ class Solution:
     """A solution of F⁻(x, g) = hμ: g = τ(hu) B of a translate, and the number of its branch."""
 
     translate: int
-    u: Any
-    element: Any
-    branch: Any
+    u: Vector
+    element: Matrix
+    branch: Number
 
 
 class Bisect(EdgePolicy):
@@ -201,15 +202,15 @@ class Bisect(EdgePolicy):
         return self.machine.coefficients(translate, self.chart.translates[translate])
 
     @cached_property
-    def slack(self) -> Any:
+    def slack(self) -> Number:
         """The largest change of the branch's number: a tenth of its scale if it may change."""
         return super().slack if self._conserved else self.scale / 10
 
-    def element(self, u: Any, translate: int) -> np.ndarray:
+    def element(self, u: Vector, translate: int) -> Matrix:
         """g = τ(hu) B."""
         return self.chart.element(self.context.h * np.asarray(u), translate)
 
-    def place(self, g: np.ndarray) -> tuple[int, np.ndarray]:
+    def place(self, g: Matrix) -> tuple[int, Vector]:
         """The translate whose chart has g farthest from its edge, and u in it."""
         J = self.chart.best(g)
         return J, self.chart.coordinates(g, J) / self.context.h
@@ -229,7 +230,9 @@ class Bisect(EdgePolicy):
         nearest = self._nearest(*machine.point(run.state), starts, run.totals)
         return status if nearest is None else self._step(run, nearest.translate, nearest.u)
 
-    def _nearest(self, x: Any, mu: Any, starts: list[np.ndarray], totals: Any) -> Solution | None:
+    def _nearest(
+        self, x: Vector, mu: Vector, starts: list[Matrix], totals: Vector
+    ) -> Solution | None:
         """The solution on the branch of the last step; None if the search fails."""
         last, known = totals[BRANCH], totals[BRANCH] < self.huge
         if known and self._conserved:  # the branch has one solution: the first that is met will do
@@ -247,7 +250,7 @@ class Bisect(EdgePolicy):
         totals[BRANCH] = self.huge  # the nearest there is, though the number jumped
         return best
 
-    def _step(self, run: Run, translate: int, u: Any) -> int:
+    def _step(self, run: Run, translate: int, u: Vector) -> int:
         """One step from a solution in another chart, however near to that chart's edge."""
         run.translate, run.c = translate, self.coefficients(translate)
         self.machine.recarry(run.state, run.c)
@@ -258,7 +261,7 @@ class Bisect(EdgePolicy):
         return status
 
     def solutions(
-        self, x: Any, mu: Any, starts: Iterable[np.ndarray] = (), more: bool = True
+        self, x: Vector, mu: Vector, starts: Iterable[Matrix] = (), more: bool = True
     ) -> list[Solution]:
         """Distinct solutions of F⁻(x, g) = hμ, by Newton from `starts` and the cover's elements.
 
@@ -275,7 +278,9 @@ class Bisect(EdgePolicy):
                 distinct.append(s)
         return distinct
 
-    def _newton(self, x: Any, mu: Any, tries: Iterable[tuple[int, Any]]) -> Iterable[Solution]:
+    def _newton(
+        self, x: Vector, mu: Vector, tries: Iterable[tuple[int, Vector]]
+    ) -> Iterable[Solution]:
         """The solutions to which Newton converges from these (translate, u)."""
         for J, u in tries:
             solved = self.machine.solve(x, mu, self.coefficients(J), u)
@@ -284,7 +289,7 @@ class Bisect(EdgePolicy):
                 yield Solution(*self.place(element), element, solved[1])
 
     @cached_property
-    def _between(self) -> list[np.ndarray]:
+    def _between(self) -> list[Vector]:
         """Coordinates ξ spread over the chart, fixed once and for all."""
         numbers, generator = self.context.numbers, np.random.default_rng(7)
         draws = generator.uniform(-2, 2, (SPREAD, self.chart.m))  # a right angle is ξ = 2

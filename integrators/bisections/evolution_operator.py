@@ -13,14 +13,13 @@ identity bisections, which move nothing, give the local operator of section 2.4.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 
 from ..errors import BadInput
 from ..geometry import Maps, pullback_defect, slopes
 from ..numbers import newton
-from ..numbers.types import Matrix, Number, Vector
+from ..numbers.types import Matrix, Number, Numbers, Vector
 from .bisection import Bisection, Point, groupoid_maps, in_own_numbers
 from .step_context import StepContext
 
@@ -28,14 +27,19 @@ Pair = tuple[Bisection, Bisection]
 
 
 def following(
-    context: StepContext, upsilon: Bisection | None, y: Any, wanted: Any, start: Any, scale: Any = 0
-) -> np.ndarray | None:
+    context: StepContext,
+    upsilon: Bisection | None,
+    y: Vector,
+    wanted: Vector,
+    start: Vector,
+    scale: Number = 0,
+) -> Vector | None:
     """The v with F⁻(R_Υ(y, v)) = wanted, m, by Newton from a start; None if it does not converge.
 
     scale: the size of v below which round-off is absolute. Υ = None is the identity bisection.
     """
 
-    def change(v: np.ndarray) -> np.ndarray:
+    def change(v: Vector) -> Vector:
         here = _maps_through(context, upsilon, "right", y, v)
         dv = np.asarray(context.numbers.solve(here["minus_u"], wanted - here["minus"]))
         return _along_group(context, here["R"], dv, v)
@@ -44,12 +48,17 @@ def following(
 
 
 def preceding(
-    context: StepContext, sigma: Bisection | None, y: Any, wanted: Any, start: Any, scale: Any = 0
-) -> np.ndarray | None:
+    context: StepContext,
+    sigma: Bisection | None,
+    y: Vector,
+    wanted: Vector,
+    start: Vector,
+    scale: Number = 0,
+) -> Vector | None:
     """The (x, u) with b(x, u) = y and F⁺(L_Σ(x, u)) = wanted, n+m; the rest as in `following`."""
     n = len(y)
 
-    def change(point: np.ndarray) -> np.ndarray:
+    def change(point: Vector) -> Vector:
         here = _maps_through(context, sigma, "left", point[:n], point[n:])
         matrix = np.vstack([slopes(here, "target"), slopes(here, "plus")])
         gap = np.concatenate([y, wanted]) - np.concatenate([here["target"], here["plus"]])
@@ -60,7 +69,7 @@ def preceding(
     return newton(change, start, scale, context.numbers.eps)
 
 
-def _along_group(context: StepContext, R: np.ndarray, du: np.ndarray, u: np.ndarray) -> np.ndarray:
+def _along_group(context: StepContext, R: Matrix, du: Vector, u: Vector) -> Vector:
     """The change of u that follows R⁻¹du in the group, where L_d is given on it; else du."""
     if context.equations.element is None:
         return du
@@ -70,7 +79,7 @@ def _along_group(context: StepContext, R: np.ndarray, du: np.ndarray, u: np.ndar
 
 
 def _maps_through(
-    context: StepContext, bisection: Bisection | None, side: str, x: Any, u: Any
+    context: StepContext, bisection: Bisection | None, side: str, x: Vector, u: Vector
 ) -> Maps:
     """The Legendre maps at L_Σ(x, u) or R_Σ(x, u) ("left", "right"); derivatives by (x, u).
 
@@ -141,7 +150,7 @@ class EvolutionOperator:
         return self._public(_moved(self.sigma, "left", near[: self.n], near[self.n :]))
 
     def trajectory(
-        self, steps: int, x: Any, u: Any, choose: Callable[[Any, Any], Pair] | None = None
+        self, steps: int, x: Numbers, u: Numbers, choose: Callable[..., Pair] | None = None
     ) -> Point:
         """(x, u) of the arrows g, Ψ(g), …: (steps + 1)×n and (steps + 1)×m.
 
@@ -214,14 +223,14 @@ class EvolutionOperator:
         before = self._before(*_moved(self.sigma, "without_left", x, u))
         y = before["target"]
 
-        def starts() -> Iterator[np.ndarray]:
+        def starts() -> Iterator[Vector]:
             yield 0 * u  # the bisection itself
             yield _moved(self.upsilon, "without_right", y, u)[1]  # the last step, written on it
 
         v = self._solved(following, self.upsilon, y, before["plus"], starts())
         return before, self._after(y, v), _moved(self.upsilon, "right", y, v)
 
-    def _tangent(self, before: Maps, after: Maps) -> np.ndarray:
+    def _tangent(self, before: Maps, after: Maps) -> Matrix:
         tangent = self.context.geometry.tangent(before, after)
         if self.upsilon is not None:
             tangent = after["tangent"] @ tangent
@@ -230,8 +239,13 @@ class EvolutionOperator:
         return np.asarray(tangent)
 
     def _solved(
-        self, solve: Any, bisection: Any, y: Any, wanted: Any, starts: Iterator[np.ndarray]
-    ) -> np.ndarray:
+        self,
+        solve: Callable[..., Vector | None],
+        bisection: Bisection | None,
+        y: Vector,
+        wanted: Vector,
+        starts: Iterator[Vector],
+    ) -> Vector:
         """The solution by `solve` from the first start that leads to one."""
         for start in starts:
             solution = solve(self.context, bisection, y, wanted, start, scale=1)
@@ -242,13 +256,13 @@ class EvolutionOperator:
             "through arrows nearer to the solution, or a smaller step."
         )
 
-    def _inverse(self, y: Any, v: Any) -> tuple[Point, Matrix]:
+    def _inverse(self, y: Vector, v: Vector) -> tuple[Point, Matrix]:
         """i(y, v̄) = (b, ι), with p(y, v̄, ι) = 0, and ∂i/∂v̄, (n+m)×m."""
 
-        def maps(w: Any) -> Maps:
+        def maps(w: Vector) -> Maps:
             return groupoid_maps(self.groupoid, self.numbers, self.context.h, y, v, w)
 
-        def change(w: np.ndarray) -> np.ndarray:
+        def change(w: Vector) -> Vector:
             at = maps(w)
             return np.asarray(-self.numbers.solve(at["p_v"], at["product"]))
 
@@ -263,6 +277,6 @@ class EvolutionOperator:
         return self.numbers.public(arrow[0]), self.numbers.public(arrow[1])
 
 
-def _moved(bisection: Bisection | None, by: str, x: Any, u: Any) -> Point:
+def _moved(bisection: Bisection | None, by: str, x: Vector, u: Vector) -> Point:
     """(x, u) moved by a translation: left, right, without_left or without_right (`Bisection`)."""
     return (x, u) if bisection is None else getattr(bisection, by)(x, u)

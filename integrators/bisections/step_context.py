@@ -11,13 +11,13 @@ import numpy as np
 
 from ..equations import DiscreteEquations, DiscretisedScene
 from ..errors import SMALLER, CannotMeasure, StepFailure
-from ..geometry import Arrow, LocalGeometry, StagesNotFound
-from ..numbers import listed
-from ..numbers.types import Vector
+from ..geometry import Arrow, LocalGeometry, Maps, StagesNotFound
+from ..numbers import Arithmetic, listed
+from ..numbers.types import Number, Numbers, Vector
 from .translates import GroupChart
 
 
-def vector_in(numbers: Any, values: Any, length: int, what: str) -> Vector:
+def vector_in(numbers: Arithmetic, values: Any, length: int, what: str) -> Vector:
     """An array of numbers of an arithmetic, each rounded once; None is the empty vector.
 
     Raises `BadInput` (naming `what`) for anything but `length` numbers.
@@ -35,7 +35,7 @@ class StepContext:
     """
 
     scheme: DiscretisedScene
-    numbers: Any
+    numbers: Arithmetic
     step: Fraction
     substeps: tuple[StepContext, ...] = ()
 
@@ -55,14 +55,14 @@ class StepContext:
         return self.scheme.scene
 
     @cached_property
-    def q(self) -> list[Any]:
+    def q(self) -> list[Number]:
         """The values of the equations' letters `s.q`: h, parameters, constants, B = e."""
         with self.numbers.working():
             values = self.scene.parameter_values
             return self.equations.s.q_values(self.step, values, self.numbers)
 
     @property
-    def h(self) -> Any:
+    def h(self) -> Number:
         """The step in this arithmetic."""
         return self.q[0]
 
@@ -96,7 +96,7 @@ class StepContext:
         off = abs(self.chart.element(xi, translate) - g).max()
         return xi / self.h if off <= 2**20 * self.numbers.eps * (1 + abs(g).max()) else None
 
-    def maps_at(self, x: Any, u: Any) -> dict[str, np.ndarray]:
+    def maps_at(self, x: Numbers, u: Numbers) -> Maps:
         """The maps and derivatives at (x, u) (`LocalGeometry.at`).
 
         Raises `StepFailure` where stages are not found, or a map has no value.
@@ -109,7 +109,7 @@ class StepContext:
             cause = "L_d or a derivative of it is no number"
         raise self.failure(cause, {"x": x, "u": u})
 
-    def arrow(self, x: Any, mu: Any, u: Any, translate: int = 0) -> Arrow:
+    def arrow(self, x: Numbers, mu: Numbers, u: Numbers, translate: int = 0) -> Arrow:
         """The arrow (x, u) in the chart of a translate, with its μ and the maps there."""
         with self.numbers.working():
             (x, u), mu = self.vectors(x, u), self.vector(mu, len(self.equations.u))
@@ -125,7 +125,7 @@ class StepContext:
         """Numbers of this arithmetic (`vector_in`)."""
         return vector_in(self.numbers, values, length, f"{self.scene.name}: a vector")
 
-    def number(self, value: Any) -> Any:
+    def number(self, value: Number) -> Number:
         """A number of this arithmetic as it is returned to users."""
         return self.numbers.public([value])[0]
 
@@ -140,7 +140,7 @@ class StepContext:
     def failure(
         self,
         cause: str,
-        state: dict[str, Any],
+        state: dict[str, Numbers],
         index: int = 0,
         trajectory: Any = None,
         fix: str = SMALLER,

@@ -7,12 +7,13 @@ have the whole group as union is a cover, stated by `MatrixAlgebra.cover`.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from ..errors import BadInput
-from ..groupoids import RetractionGroupoid
+from ..groupoids import Groupoid, RetractionGroupoid
+from ..numbers import Arithmetic
+from ..numbers.types import Matrix, Number, Numbers, Vector
 from ..retractions import AlgebraInNumbers
 
 
@@ -22,9 +23,12 @@ class GroupChart(AlgebraInNumbers):
     Raises `BadInput` for a retraction without translates or complex matrices.
     """
 
-    def __init__(self, groupoid: Any, numbers: Any) -> None:
+    def __init__(self, groupoid: Groupoid, numbers: Arithmetic) -> None:
         if not isinstance(groupoid, RetractionGroupoid) or groupoid.algebra.is_complex:
-            raise BadInput(f"{groupoid.name} is no real matrix group: it has no translates.")
+            raise BadInput(
+                f"{groupoid.name} has no real group elements: these are of lie_group(...) and "
+                "action(...) with real matrices, such as su(2).real."
+            )
         self.tau = groupoid.tau
         if not self.tau.has_translates:
             raise BadInput(
@@ -34,23 +38,23 @@ class GroupChart(AlgebraInNumbers):
         self.size, self.m = self.algebra.size, self.algebra.dim
 
     @cached_property
-    def translates(self) -> list[tuple[np.ndarray, np.ndarray]]:
+    def translates(self) -> list[tuple[Matrix, Matrix]]:
         """(B, B⁻¹) of the cover; the first is (e, e)."""
         family = [self.array(B) for B in self.algebra.translates]
         return [(B, self.numbers.solve(B, self.e)) for B in family]
 
-    def element(self, xi: Any, translate: int = 0) -> np.ndarray:
+    def element(self, xi: Numbers, translate: int = 0) -> Matrix:
         """τ(ξ) B, N×N."""
         return np.asarray(self.tau.element_in(self, xi) @ self.translates[translate][0])
 
-    def coordinates(self, g: np.ndarray, translate: int = 0) -> np.ndarray:
+    def coordinates(self, g: Matrix, translate: int = 0) -> Vector:
         """ξ with g = τ(ξ) B, m; raises `ZeroDivisionError` at the chart's edge."""
         return self.tau.coordinates_in(self, g @ self.translates[translate][1])
 
-    def openness(self, g: np.ndarray, translate: int = 0) -> Any:
+    def openness(self, g: Matrix, translate: int = 0) -> Number:
         """|det(e + g B⁻¹)|: 0 at the edge of that chart."""
         return abs(self.numbers.det(self.e + g @ self.translates[translate][1]))
 
-    def best(self, g: np.ndarray) -> int:
+    def best(self, g: Matrix) -> int:
         """The translate whose chart has g farthest from its edge (I and J of section 4.3)."""
         return int(np.argmax([self.openness(g, J) for J in range(len(self.translates))]))

@@ -7,24 +7,27 @@ are compared across charts (paper, section 4.2).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from ..numbers.types import Matrix, Number, Vector
 from .local_geometry import LocalGeometry, Maps, frobenius, relative_defect
+
+#: (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′)
+Step = tuple[Vector, Vector, Matrix]
 
 
 @dataclass(frozen=True)
 class Arrow:
     """An arrow g with its (x, μ), its translate's geometry, and the maps at g (`geometry.at`)."""
 
-    x: np.ndarray
-    mu: np.ndarray
+    x: Vector
+    mu: Vector
     geometry: LocalGeometry
     at: Maps
 
 
-def residual(here: Arrow, there: Arrow) -> Any:
+def residual(here: Arrow, there: Arrow) -> Number:
     """‖F⁺(g) − F⁻(g′)‖/h relative to ‖μ′‖ + 1."""
     geometry = here.geometry
     with geometry.numbers.working():
@@ -32,7 +35,7 @@ def residual(here: Arrow, there: Arrow) -> Any:
         return _public(geometry, frobenius(gap) / (1 + frobenius(there.mu)))
 
 
-def defects(here: Arrow, there: Arrow) -> tuple[Any, Any]:
+def defects(here: Arrow, there: Arrow) -> tuple[Number, Number]:
     """The defects (pullback, Poisson) of the step from g to g′, as in `Flow`."""
     geometry = here.geometry
     with geometry.numbers.working():
@@ -42,7 +45,7 @@ def defects(here: Arrow, there: Arrow) -> tuple[Any, Any]:
         return pullback, poisson_defect(geometry, here.x, here.mu, step)
 
 
-def pullback_defect(geometry: LocalGeometry, here: Maps, there: Maps, tangent: np.ndarray) -> Any:
+def pullback_defect(geometry: LocalGeometry, here: Maps, there: Maps, tangent: Matrix) -> Number:
     """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) of TΨ = tangent, (n+m)×(n+m), between two arrows' maps."""
     p = geometry.prolongation(here, there, tangent)
     before, after = geometry.omega(here), geometry.omega(there)
@@ -50,8 +53,8 @@ def pullback_defect(geometry: LocalGeometry, here: Maps, there: Maps, tangent: n
 
 
 def poisson_defect(
-    geometry: LocalGeometry, x: Any, mu: Any, step: tuple[Any, Any, Any], bracket_sign: int = 1
-) -> Any:
+    geometry: LocalGeometry, x: Vector, mu: Vector, step: Step, bracket_sign: int = 1
+) -> Number:
     """‖M Π Mᵀ − Π′‖ / (‖M‖²‖Π′‖) of a step (x′, μ′, M) from (x, μ), M its derivative."""
     after_x, after_mu, m = step
     before = geometry.poisson_tensor(x, mu, bracket_sign)
@@ -74,11 +77,11 @@ def singular_sign(arrow: Arrow) -> float:
     return float(np.linalg.det(along) / np.linalg.norm(along, 2) ** len(along))
 
 
-def _along(arrow: Arrow) -> np.ndarray:
+def _along(arrow: Arrow) -> Matrix:
     """e→_μ(F⁻_γ), m×m, in double precision."""
     with arrow.geometry.numbers.working():
         return np.asarray(arrow.at["minus_u"] @ arrow.at["R"], dtype=float)
 
 
-def _public(geometry: LocalGeometry, value: Any) -> Any:
+def _public(geometry: LocalGeometry, value: Number) -> Number:
     return geometry.numbers.public([value])[0]

@@ -15,15 +15,9 @@ def matrix_function(a, kind):
     """
     size = len(a)
     one = zeros(size, size)
-    largest = 0 * a[0, 0]
     for i in range(size):
         one[i, i] += 1
-        row = 0 * a[0, 0]
-        for j in range(size):
-            row += abs(a[i, j])
-        if row > largest:
-            largest = row
-    stages = 0
+    largest, stages = sqrt((a * a).sum()), 0  # no singular value is larger
     while largest > 0.5 and largest < HUGE:
         largest, stages, a = largest / 2, stages + 1, a / 2
     terms, size_of_term = 1, largest / 2
