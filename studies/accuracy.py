@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.equations import energy
 from discmech.integrators.errors import CannotMeasure
 
 from .contestants import Problem, States
-from .runs import relative_drifts, with_terms
+from .runs import energy_with_terms, relative_drifts, with_terms
 
 #: what can be on the vertical axis of a work-precision diagram: key → words
 METRICS = {
@@ -54,7 +53,7 @@ class Yardstick:
         if problem.checkpoints:
             self.reference = _reference(problem)
             self.floors |= self._rounded_start(equations)
-        self.energy = with_terms(problem.scheme, energy(s), 16)
+        self.energy = energy_with_terms(problem.scheme, 16)
         kept = [q for q in problem.scene.symmetries if q.to_roundoff and not q.attitude]
         self.momenta = [
             with_terms(problem.scheme, q.formula(s.x, s.mu, s.parameters), 16) for q in kept

@@ -11,7 +11,7 @@ from .fitting import fit_line
 from .runs import bins, energy_errors, long_run
 
 NAME = "energy"
-NEEDS = "it needs a Lagrangian that is quadratic in the velocity."
+NEEDS = "it needs a Lagrangian."
 DIGITS = (16,)
 ROWS = 2000
 SHARE = 0.1  # of the band that a slope may explain

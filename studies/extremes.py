@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import BadInput, Scheme, StepFailure
-from discmech.integrators.equations import energy
 from discmech.integrators.scene import Scene
 
 from .case import Case, Choice, Progress, Verdict, silent
 from .edges import EXTREMES, Extreme
-from .runs import relative_drifts, with_terms
+from .runs import energy_with_terms, relative_drifts
 
 NAME = "extremes"
 DIGITS = (16,)
@@ -141,7 +140,7 @@ def _size(vector: np.ndarray) -> float:
 
 def _energy_error(scheme: Scheme, run: Any) -> float | None:
     with np.errstate(all="ignore"):
-        worst = float(relative_drifts(with_terms(scheme, energy(scheme.s), 16)(run), 16).max())
+        worst = float(relative_drifts(energy_with_terms(scheme, 16)(run), 16).max())
     return worst if math.isfinite(worst) else None
 
 

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure
-from discmech.integrators.equations import energy
 
-from .runs import relative_drifts, with_terms
+from .runs import energy_with_terms, relative_drifts, with_terms
 from .stiff import Family
 
 #: best first; each with its criterion, as the report says it
@@ -80,7 +79,7 @@ def grid(thorough: bool) -> np.ndarray:
 def _measures(family: Family, scheme: Scheme) -> dict[str, Any]:
     """Functions of a run: the energy, and the adiabatic invariant if there is one."""
     s = scheme.s
-    found = {"energy": with_terms(scheme, energy(s), 16)}
+    found = {"energy": energy_with_terms(scheme, 16)}
     for quantity in scheme.scene.symmetries:
         if quantity.name == family.adiabatic:
             expression = quantity.formula(s.x, s.mu, s.parameters)

@@ -11,13 +11,22 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure
-from discmech.integrators.equations import DiscretisedScene, SceneSymbols, energy, state_function
+from discmech.integrators.equations import (
+    DiscretisedScene,
+    SceneSymbols,
+    absolute_terms,
+    energy,
+    energy_terms,
+    legendre_inverse,
+)
 from discmech.integrators.flows import Flow, Trajectory
-from discmech.integrators.numbers import Double, arithmetic
+from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
 
 from .case import Case, Progress
 
 MOST_ROWS = 10**6
+FAR = 4  # times the sum of the energy's terms at the start: such an error is an escape
+COLUMN = 2**14  # rows that are evaluated at once
 
 
 def interval(steps: int) -> int:
@@ -41,33 +50,66 @@ Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
 
 def with_terms(scheme: DiscretisedScene, quantity: Any, digits: int) -> Rows:
     """A function of a run that gives, per row, a quantity's components and their sums of
-    absolute terms, (r, k) each."""
-    from sympy import Abs, Add
-
+    absolute terms, (r, k) each. The quantity is given in x, μ and the parameters."""
     entries = list(quantity) if hasattr(quantity, "shape") else [quantity]
-    entries = [scheme.s.scalar(e, "conserved quantity").expand() for e in entries]
-    sums = [Add(*[Abs(t) for t in Add.make_args(e)]) for e in entries]
+    entries = [scheme.s.scalar(e, "conserved quantity") for e in entries]
     numbers = arithmetic(digits)
+    f = _of_states(scheme.s, entries, list(map(absolute_terms, entries)), numbers)
+    return lambda run: _in_rows(scheme, f, run, numbers)
+
+
+def energy_with_terms(scheme: DiscretisedScene, digits: int) -> Rows:
+    """A function of a run that gives, per row, H and the sum of its absolute terms, (r, 1) each.
+
+    H = ⟨μ, ξ⟩ − l(x, ξ), where ξ solves μ = ∂l/∂ξ(x, ξ): any regular Lagrangian will do.
+    """
+    numbers = arithmetic(digits)
+    f, inverse = _energy(scheme.s, numbers), legendre_inverse(scheme.s, numbers)
+    return lambda run: _in_rows(scheme, f, run, numbers, inverse)
+
+
+@lru_cache(maxsize=256)
+def _energy(s: SceneSymbols, numbers: Arithmetic) -> Any:
+    return _of_states(s, [energy(s)], [energy_terms(s)], numbers)
+
+
+def _of_states(s: SceneSymbols, values: list[Any], terms: list[Any], numbers: Arithmetic) -> Any:
+    """f(x, ξ, μ, parameters) → (values, terms); in double precision of columns."""
+    letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    return numeric(letters, [values, terms], numbers, columns=isinstance(numbers, Double))
+
+
+def _in_rows(
+    scheme: DiscretisedScene, f: Any, run: Any, numbers: Arithmetic, inverse: Any = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """f in every row of a run; with ξ(x, μ) where the inverse Legendre map is given."""
+
+    def of(column: Any) -> np.ndarray:
+        if isinstance(numbers, Double):
+            return np.asarray(column)
+        given = [numbers.number(e) for e in column.ravel()]
+        return np.array(given, dtype=object).reshape(column.shape)
+
     with numbers.working():
         p = [numbers.number(v) for v in scheme.scene.parameter_values]
-        double = isinstance(numbers, Double)
-        f = state_function(scheme.s, [entries, sums], numbers, columns=double)
-
-    def all_at_once(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-        with numbers.working():
-            values, terms = f(run.x.T, run.mu.T, p)
-        shape = (len(run.t), len(entries))
-        return np.broadcast_to(values.T, shape), np.broadcast_to(terms.T, shape)
-
-    def row_by_row(run: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-        with numbers.working():
-            rows = [
-                f([numbers.number(e) for e in x], [numbers.number(e) for e in mu], p)
-                for x, mu in zip(run.x, run.mu, strict=True)
-            ]
-        return np.array([v for v, _ in rows]), np.array([t for _, t in rows])
-
-    return all_at_once if double else row_by_row
+        x, mu = of(run.x), of(run.mu)
+        xi = mu
+        if inverse is not None:
+            # u is near to ξ; states that another method made come without it
+            near = getattr(run, "u", None)
+            start = [scheme.scene.v0] * len(mu) if near is None else near
+            xi = inverse(x, mu, p, of(np.array(start, dtype=numbers.dtype)))
+        if not isinstance(numbers, Double):
+            found = [f(*at, p) for at in zip(x, xi, mu, strict=True)]
+            return np.array([v for v, _ in found]), np.array([t for _, t in found])
+        parts = []
+        for first in range(0, max(1, len(mu)), COLUMN):  # what a processor holds near
+            at = (e[first : first + COLUMN] for e in (x, xi, mu))
+            values, terms = f(*(e.T for e in at), p)
+            shape = (len(mu[first : first + COLUMN]), len(values))
+            parts.append([np.broadcast_to(e.T, shape) for e in (values, terms)])
+        values, terms = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return values, terms
 
 
 def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.ndarray:
@@ -87,15 +129,10 @@ def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.nda
 
 def energy_errors(scheme: DiscretisedScene, run: Trajectory, digits: int = 16) -> np.ndarray:
     """(H − H₀)/scale per row, signed; scale is the largest sum of absolute terms of H."""
-    values, terms = with_terms(scheme, _energy(scheme.s), digits)(run)
+    values, terms = energy_with_terms(scheme, digits)(run)
     with arithmetic(digits).working():
         errors = values[:, 0] - values[0, 0]
         return np.asarray(errors / terms.max() if terms.max() else errors, dtype=float)
-
-
-@lru_cache(maxsize=256)
-def _energy(s: SceneSymbols) -> Any:
-    return energy(s)
 
 
 def bins(length: int, most: int) -> list[tuple[int, int]]:
@@ -107,7 +144,8 @@ def bins(length: int, most: int) -> list[tuple[int, int]]:
 def largest_stable_step(scheme: Scheme, steps: int = 200) -> Fraction:
     """The largest of step·2^k, k ≤ 6, at which a short run goes through with bounded energy.
 
-    Bounded: the error stays below a quarter of the sum of the energy's absolute terms.
+    Bounded: the error stays below a quarter of the largest sum of the energy's absolute terms, and
+    below FAR times the sum at the start, for terms that grow without end would hide it.
     """
     step = Fraction(scheme.scene.step)
     while not _stable(scheme.flow(step), steps) and step > Fraction(scheme.scene.step) / 1024:
@@ -124,5 +162,7 @@ def _stable(flow: Flow, steps: int) -> bool:
         return False
     if not all(np.isfinite(part).all() for part in (run.x, run.mu)):
         return False
-    errors = energy_errors(flow.scheme, run)
-    return bool(np.isfinite(errors).all() and np.abs(errors).max() < 0.25)
+    values, terms = energy_with_terms(flow.scheme, flow.digits)(run)
+    with np.errstate(all="ignore"):
+        error = np.abs(values - values[0]).max()
+    return bool(error < terms.max() / 4 and error < FAR * (terms[0, 0] or np.inf))

@@ -9,19 +9,19 @@ from functools import lru_cache
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure
-from ..numbers import numeric, sympy
+from ..numbers import jacobian, numeric, sympy
 from ..scene import Scene
 from .symbols import SceneSymbols
 
 
 def momentum(s: SceneSymbols) -> Any:
     """∂l/∂ξ at (x, u), m×1."""
-    return sympy.Matrix(len(s.u), 1, [s.lagrangian.diff(v) for v in s.u])
+    return jacobian([s.lagrangian], s.u).T
 
 
 def mass_matrix(s: SceneSymbols) -> Any:
     """∂²l/∂ξ² at (x, u), m×m."""
-    return momentum(s).jacobian(s.u)
+    return jacobian(momentum(s), s.u)
 
 
 def velocity(s: SceneSymbols) -> Any:
@@ -45,9 +45,8 @@ def velocity(s: SceneSymbols) -> Any:
 
 
 def energy(s: SceneSymbols) -> Any:
-    """H(x, μ) = μ·ξ − l."""
-    xi = velocity(s)
-    return s.mu.dot(xi) - s.lagrangian.xreplace(dict(zip(s.u, xi, strict=True)))
+    """H = μ·ξ − l at (x, ξ, μ), ξ in the letters `s.u`: stationary in ξ where μ = ∂l/∂ξ."""
+    return s.mu.dot(s.u) - s.lagrangian
 
 
 def vector_field(s: SceneSymbols) -> Any:
@@ -63,9 +62,9 @@ def vector_field(s: SceneSymbols) -> Any:
     return (rho * xi).col_join(mu_dot)
 
 
-def state_function(s: SceneSymbols, parts: list[Any], numbers: Any, columns: bool = False) -> Any:
+def state_function(s: SceneSymbols, parts: list[Any], numbers: Any) -> Any:
     """f(x, mu, parameters) of expressions in (x, μ) and the parameters (`numeric`)."""
-    return numeric({"x": s.x, "mu": s.mu, "p": s.parameter_list}, parts, numbers, columns=columns)
+    return numeric({"x": s.x, "mu": s.mu, "p": s.parameter_list}, parts, numbers)
 
 
 def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Any) -> list[Any]:

@@ -1,0 +1,116 @@
+"""ξ(x, μ), the inverse of the Legendre map μ = ∂l/∂ξ(x, ξ), solved in numbers.
+
+A closed form needs the inverse of the mass matrix ∂²l/∂ξ², whose expressions grow with the
+factorial of its size, and exists for a Lagrangian that is quadratic in the velocity alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..numbers import Double, newton, numeric
+from .continuous import mass_matrix, momentum
+from .symbols import SceneSymbols
+
+MOST = 100  # corrections, and halvings of each
+#: relative size of a correction that is the last: the next would be its square, and H, which is
+#: stationary in ξ, does not see that
+LAST = 2.0**-30
+ENTRIES = 2**20  # of all the mass matrices that are held at once
+
+
+@lru_cache(maxsize=256)
+def legendre_inverse(s: SceneSymbols, numbers: Any) -> LegendreInverse:
+    """The inverse for a scene's symbols in an arithmetic."""
+    return LegendreInverse(s, numbers)
+
+
+class LegendreInverse:
+    """Called with rows x (r, n), μ (r, m) and the parameters it gives ξ (r, m).
+
+    start: ξ nearby, (r, m). A row without a solution is not a number.
+    """
+
+    def __init__(self, s: SceneSymbols, numbers: Any) -> None:
+        self.numbers, self.double = numbers, isinstance(numbers, Double)
+        mass = mass_matrix(s)
+        #: whether one correction solves, from wherever it starts
+        self.quadratic = not set(s.u) & mass.free_symbols
+        letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
+        self._maps = numeric(letters, [list(momentum(s)), mass], numbers, columns=self.double)
+
+    def __call__(self, x: Any, mu: Any, p: Any, start: Any) -> np.ndarray:
+        if self.quadratic:
+            start = 0 * mu
+        if not self.double:
+            return np.array([self._row(*at, p) for at in zip(x, mu, start, strict=True)])
+        found, size = np.empty(mu.shape), max(1, ENTRIES // mu.shape[1] ** 2)
+        for first in range(0, len(mu), size):
+            part = slice(first, first + size)
+            found[part] = self._rows(x[part], mu[part], p, start[part])
+        return found
+
+    def _row(self, x: Any, mu: Any, start: Any, p: Any) -> Any:
+        """One row, in any arithmetic."""
+
+        def change(xi: Any) -> Any:
+            value, mass = self._maps(x, xi, p)
+            return self.numbers.solve(mass, mu - value)
+
+        eps = self.numbers.eps
+        found = newton(change, start, max(map(abs, start), default=0), eps)
+        return start * np.inf * 0 if found is None else found
+
+    def _rows(self, x: Any, mu: Any, p: Any, start: Any) -> np.ndarray:
+        """Many rows in double precision: corrections are halved until what is left shrinks."""
+        found = np.full(mu.shape, np.nan)
+        rows = np.arange(len(mu))
+        xi, size = start, np.abs(start).sum(axis=1)
+        left, mass = self._left(x, xi, mu, p)
+        for _ in range(MOST):
+            step = _solved(mass, left)
+            done = np.abs(step).sum(axis=1) <= (np.inf if self.quadratic else LAST * size)
+            found[rows[done]] = (xi + step)[done]
+            kept = ~done & np.isfinite(step).all(axis=1)
+            if not kept.any():
+                break
+            state = (rows, x, mu, xi, step, size, left)
+            rows, x, mu, xi, step, size, left = (e[kept] for e in state)
+            for part in _halvings(len(rows)):
+                new, mass = self._left(x, xi + part[:, None] * step, mu, p)
+                worse = ~(np.linalg.norm(new, axis=1) < np.linalg.norm(left, axis=1))
+                if not worse.any():
+                    break
+                part[worse] /= 2
+            new[worse] = np.nan
+            xi, left = xi + part[:, None] * step, new
+            size = np.maximum(size, np.abs(xi).sum(axis=1))
+        return found
+
+    def _left(self, x: Any, xi: Any, mu: Any, p: Any) -> tuple[np.ndarray, np.ndarray]:
+        """μ − ∂l/∂ξ (r, m) and the mass matrix, (r, m, m), or (m, m) where it is constant."""
+        value, mass = self._maps(x.T, xi.T, p)
+        return mu - np.broadcast_to(value.T, mu.shape), np.moveaxis(mass, (0, 1), (-2, -1))
+
+
+def _halvings(rows: int) -> Iterator[np.ndarray]:
+    """The share of a correction that each row makes, again and again: its user halves it."""
+    part = np.ones(rows)
+    for _ in range(MOST):
+        yield part
+
+
+def _solved(mass: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """mass⁻¹ right in each row; no numbers where it is singular."""
+    try:
+        if mass.ndim == 2:
+            return np.asarray(np.linalg.solve(mass, right.T).T)
+        return np.asarray(np.linalg.solve(mass, right[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        if mass.ndim == 2:
+            return np.full(right.shape, np.nan)
+        return np.vstack([_solved(m, r[None]) for m, r in zip(mass, right, strict=True)])

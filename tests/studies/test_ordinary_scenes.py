@@ -1,0 +1,138 @@
+"""Scenes that anybody would write: many links, many bodies, dense mass matrices, light's speed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy
+
+from discmech.integrators import Scene, Scheme, midpoint, pair, trapezoidal
+from discmech.integrators.equations import absolute_terms
+from discmech.integrators.scene import Conserved
+from discmech.studies import get
+from discmech.studies.case import Case
+from discmech.studies.runs import energy_errors, energy_with_terms
+
+
+def chain_of_pendulums(links: int) -> Scene:
+    """Equal links in a plane, by their angles."""
+
+    def lagrangian(x, v, p):
+        kinetic = potential = height = across = up = 0
+        for angle, rate in zip(x, v, strict=True):
+            height = height - sympy.cos(angle)
+            across, up = across + sympy.cos(angle) * rate, up + sympy.sin(angle) * rate
+            kinetic, potential = kinetic + (across**2 + up**2) / 2, potential + p.gravity * height
+        return kinetic - potential
+
+    return Scene(
+        name=f"pendulum-{links}", groupoid=pair(links), parameters={"gravity": 1},
+        lagrangian=lagrangian, x0=[1, *["1/2"] * (links - 1)], v0=[0] * links,
+        duration=5, step="0.01",
+    )  # fmt: skip
+
+
+def spherical_pendulums() -> Scene:
+    """Two spherical pendulums, one hung from the other."""
+
+    def lagrangian(x, v, p):
+        place, speed, energy = sympy.zeros(3, 1), sympy.zeros(3, 1), 0
+        for a, b, va, vb in ((*x[:2], *v[:2]), (*x[2:], *v[2:])):
+            sine = sympy.sin(a)
+            rod = sympy.Matrix([sine * sympy.cos(b), sine * sympy.sin(b), -sympy.cos(a)])
+            place, speed = place + rod, speed + rod.diff(a) * va + rod.diff(b) * vb
+            energy += speed.dot(speed) / 2 - p.gravity * place[2]
+        return energy
+
+    return Scene(
+        name="double-spherical", groupoid=pair(4), parameters={"gravity": 1},
+        lagrangian=lagrangian, x0=[1, 0, "3/2", "1/2"], v0=[0, "1/2", 0, "1/3"],
+        duration=5, step="0.01", symmetries=[Conserved("vertical", lambda x, mu, p: mu[1] + mu[3])],
+    )  # fmt: skip
+
+
+def dense_chain(sites: int) -> Scene:
+    """Every site tied to every other by a spring that hardens."""
+
+    def lagrangian(x, v, p):
+        gaps = {(x[i] - x[j]): i - j for i in range(sites) for j in range(i)}
+        springs = sum((d**2 / 2 + d**4 / 4) / far**2 for d, far in gaps.items())
+        return v.dot(v) / 2 - p.k * springs
+
+    return Scene(
+        name=f"dense-chain-{sites}", groupoid=pair(sites), parameters={"k": 1},
+        lagrangian=lagrangian, x0=[f"{7 * i % 11 - 5}/20" for i in range(sites)], v0=[0] * sites,
+        duration=5, step="0.01", symmetries=[Conserved("momentum", lambda x, mu, p: sum(mu))],
+    )  # fmt: skip
+
+
+def relativistic() -> Scene:
+    """A charge in the field of a heavy one, at half the speed of light: μ = mξ/√(1 − ξ²/c²)."""
+    return Scene(
+        name="relativistic", groupoid=pair(2), parameters={"m": 1, "c": 2, "k": 1},
+        lagrangian=lambda x, v, p: -p.m * p.c**2 * sympy.sqrt(1 - v.dot(v) / p.c**2)
+        + p.k / sympy.sqrt(x.dot(x)),
+        x0=[1, 0], v0=[0, 1], duration=10, step="0.01",
+        symmetries=[Conserved("angular momentum", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0])],
+    )  # fmt: skip
+
+
+SCENES = [
+    chain_of_pendulums(3),
+    relativistic(),
+    *(
+        pytest.param(scene, marks=pytest.mark.slow)
+        for scene in (chain_of_pendulums(8), spherical_pendulums(), dense_chain(32))
+    ),
+]
+named = pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.name)
+
+
+@named
+@pytest.mark.parametrize("study", ["symplecticity", "energy", "momentum"])
+def test_it_passes_every_study_that_keeps_something(scene, study):
+    if study == "momentum" and not scene.symmetries:
+        pytest.skip("no symmetry")
+    case = Case(study, scene, midpoint, 16, None if study == "symplecticity" else 2000)
+    measurement = get(study).measure(case)
+    assert get(study).judge(case, measurement).verdict == "pass"
+
+
+@named
+def test_its_energy_at_many_digits_is_that_in_double_precision(scene):
+    scheme = Scheme(scene, trapezoidal)
+    fine, coarse = (scheme.flow(scene.step, digits).trajectory(3) for digits in (30, 16))
+    wanted, size = (e[-1, 0] for e in energy_with_terms(scheme, 30)(fine))
+    found, same = (e[-1, 0] for e in energy_with_terms(scheme, 16)(coarse))
+    assert abs(float(wanted) - found) < 1e-14 * same and float(size) == pytest.approx(same)
+
+
+def test_the_energy_of_a_relativistic_particle_is_its_own():
+    scene = relativistic()
+    run = Scheme(scene, midpoint).flow(scene.step).trajectory(500)
+    found, _ = energy_with_terms(Scheme(scene, midpoint), 16)(run)
+    wanted = 2 * np.sqrt(4 + (run.mu**2).sum(axis=1)) - 1 / np.linalg.norm(run.x, axis=1)
+    assert np.abs(found[:, 0] - wanted).max() < 1e-14
+    beyond = run.mu[-1] * 100  # far beyond any start, where whole corrections leave the cone
+    inside, _ = energy_with_terms(Scheme(scene, midpoint), 16)(
+        type("States", (), {"x": run.x[-1:], "mu": beyond[None]})
+    )
+    wanted = 2 * np.sqrt(4 + beyond @ beyond) - 1 / np.linalg.norm(run.x[-1])
+    assert inside[0, 0] == pytest.approx(wanted, rel=1e-12)
+
+
+def test_the_errors_of_a_step_without_a_velocity_are_no_numbers():
+    scene = relativistic()
+    scheme = Scheme(scene, midpoint)
+    run = scheme.flow(scene.step).trajectory(2)
+    run.mu[1] = np.nan
+    errors = energy_errors(scheme, run)
+    assert errors.shape == (3,) and not np.isfinite(errors).any()
+
+
+def test_terms_add_up_as_if_products_were_multiplied_out():
+    x, y = sympy.symbols("x y", real=True)
+    e = 3 * (x - y) ** 3 * (x + 2) - sympy.cos(x - y) * x
+    wanted = sympy.Add(*[abs(t) for t in sympy.Add.make_args(e.expand())])
+    at = {x: sympy.Rational(-2, 3), y: sympy.Rational(1, 5)}
+    assert float(absolute_terms(e).xreplace(at).doit()) == pytest.approx(float(wanted.subs(at)))
