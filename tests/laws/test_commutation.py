@@ -16,7 +16,6 @@ from sympy import Matrix, Rational
 from discmech.integrators import (
     LocalGroupoid,
     Scene,
-    Scheme,
     action,
     cayley,
     exponential,
@@ -32,7 +31,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.compiler.kernel_text import KernelText
 from discmech.integrators.equations import step_system
-from tests.objects import OWN_SCENES
+from tests.objects import OWN_SCENES, scheme_of
 
 RULES = [rectangle, midpoint, trapezoidal]
 rules = pytest.mark.parametrize("rule", RULES, ids=lambda r: r.name)
@@ -47,8 +46,8 @@ def enough_digits():
         yield
 
 
-def run(scene, rule, steps=40, digits=DIGITS, **how):
-    return Scheme(scene, rule).flow(scene.step, digits).trajectory(steps, **how)
+def run(scene, rule, steps=40, digits=DIGITS, step=None, **how):
+    return scheme_of(scene, rule).flow(step or scene.step, digits).trajectory(steps, **how)
 
 
 def gap(a, b):
@@ -174,7 +173,7 @@ def test_a_connection_in_the_groupoid_or_in_the_lagrangian():
 @pytest.mark.parametrize("rule", [rectangle, trapezoidal], ids=lambda r: r.name)
 def test_the_other_rules_take_the_connection_elsewhere_and_agree_in_the_limit(rule):
     scene = OWN_SCENES["carried-along"]
-    first, second = Scheme(scene, rule), Scheme(in_plain_coordinates(scene), rule)
+    first, second = (scheme_of(s, rule) for s in (scene, in_plain_coordinates(scene)))
     gaps = []
     for steps in (16, 32, 64):
         one, two = (s.flow(Fraction(1, steps), DIGITS).trajectory(steps).x for s in (first, second))
@@ -196,7 +195,7 @@ def test_wongs_field_is_the_same_wherever_it_is_taken_along_a_step():
 
 def operations(scene, rule):
     """Multiplications, divisions, additions and functions in the kernels of a scheme."""
-    text = KernelText(step_system(Scheme(scene, rule).equations)).text
+    text = KernelText(step_system(scheme_of(scene, rule).equations)).text
     body = "\n".join(line for line in text.splitlines() if not line.startswith("#"))
     return len(re.findall(r"[-+*/]|(?:sin|cos|sqrt)\(", body))
 
@@ -239,8 +238,7 @@ def observed_order(first, second, steps):
 
 
 def end(scene, rule, time, steps):
-    scene = scene.with_values(step=Fraction(time) / steps)
-    last = run(scene, rule, steps, every=steps)
+    last = run(scene, rule, steps, step=Fraction(time) / steps, every=steps)
     return last.x[-1], last.mu[-1]
 
 
@@ -337,6 +335,6 @@ def test_the_affine_group_by_b_and_p_alone_against_an_independent_solution():
     orders, gaps = observed_order(
         lambda n: end(scene, midpoint, 2, n)[1], lambda n: exact, [100, 200, 400, 800]
     )
-    assert abs(orders[-1] - Scheme(scene, midpoint).order) < 0.05
+    assert abs(orders[-1] - scheme_of(scene, midpoint).order) < 0.05
     flipped = [exact[0], -exact[1]]
     assert norm(end(scene, midpoint, 2, 100)[1] - flipped) > 0.1

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from discmech.integrators import Scheme
+from discmech.integrators import Scheme, rules
 from tests.objects.rules import RULES, two_thirds
 from tests.objects.scenes import BUILT_IN, SCENES
 
@@ -12,9 +12,16 @@ BUILT_IN_SCHEMES = tuple((s, r) for s, r in SCHEMES if s in BUILT_IN)
 
 
 @cache
-def scheme(scene, rule):
+def scheme_of(scene, rule):
     """One scheme for all tests of a process: a scheme derives each expression once."""
-    return Scheme(SCENES[scene], {**RULES, "two-thirds": two_thirds}[rule])
+    return Scheme(scene, rule)
+
+
+@cache
+def scheme(scene, rule):
+    """The scheme of a scene and a rule by their names."""
+    known = {**RULES, two_thirds.name: two_thirds}
+    return scheme_of(SCENES[scene], known[rule] if rule in known else rules.get(rule))
 
 
 @cache

@@ -23,6 +23,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.algebras import se, sl, so, sp, su
 from discmech.integrators.rules import compose
+from tests.objects import scheme_of
 
 MOSER_VESELOV = scenes.get("moser-veselov")
 
@@ -36,7 +37,7 @@ def rotation(angle, axis):
 
 @pytest.fixture(scope="module")
 def attitude_flow():
-    return Scheme(MOSER_VESELOV.with_attitude(), rectangle).flow(1, on_edge="bisect")
+    return scheme_of(MOSER_VESELOV.with_attitude(), rectangle).flow(1, on_edge="bisect")
 
 
 #: a rotation by a rounded g is one to round-off only; where g is the same at every step (a steady
@@ -95,7 +96,7 @@ def test_compositions_of_what_is_given_on_the_group_have_their_order(rule, order
 
     Orders of self-adjoint maps are off by O(h²): at most 0.04 from steps of a tenth on.
     """
-    scheme = Scheme(MOSER_VESELOV, discretisations.get(rule))
+    scheme = scheme_of(MOSER_VESELOV, discretisations.get(rule))
     ends = [scheme.flow(Fraction(2, n), 30).trajectory(n, n).mu[-1] for n in (20, 40, 80, 160, 320)]
     gaps = [float(max(abs(a - b))) for a, b in pairwise(ends)]
     assert [np.log2(a / b) for a, b in pairwise(gaps)] == pytest.approx([order] * 3, abs=0.05)
@@ -118,13 +119,13 @@ def test_a_run_from_an_element_begins_at_the_x0_that_is_given(given):
 
 
 def test_what_cannot_be_done_is_said():
-    flow = Scheme(MOSER_VESELOV, rectangle).flow(1, on_edge="bisect")
+    flow = scheme_of(MOSER_VESELOV, rectangle).flow(1, on_edge="bisect")
     with pytest.raises(
         BadInput, match=r"is no element of group.*; give a matrix of that group, 3×3"
     ):
         flow.trajectory(1, element0=np.diag([1, 1, -1]))
     with pytest.raises(BadInput, match="on_edge is 'jump'"):
-        Scheme(MOSER_VESELOV, rectangle).flow(1, on_edge="jump")
+        scheme_of(MOSER_VESELOV, rectangle).flow(1, on_edge="jump")
     with pytest.raises(BadInput, match="leave these out"):
         flow.trajectory(1, element0=np.eye(3), mu0=[1, 2, 3])
     composed = Scheme(MOSER_VESELOV, compose(rectangle, "triple-jump")).flow(1)

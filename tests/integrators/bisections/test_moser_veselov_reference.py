@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from discmech.integrators import Scheme, rectangle, scenes
+from discmech.integrators import rectangle, scenes
 from discmech.integrators.geometry import regularity
 from discmech.reference.moser_veselov import step
+from tests.objects import scheme_of
 
 MASS = ("1.75", "1.25", "0.75")
 
 
 @pytest.fixture(scope="module")
 def scheme():
-    return Scheme(scenes.get("moser-veselov"), rectangle)
+    return scheme_of(scenes.get("moser-veselov"), rectangle)
 
 
 def test_each_step_is_the_factorisations(scheme):

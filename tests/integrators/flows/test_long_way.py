@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from discmech.integrators import Scheme, rectangle, scenes
 from discmech.reference.moser_veselov import step
+from tests.objects import scheme_of
 from tests.test_examples import example
 
 MASS = ("1.75", "1.25", "0.75")
@@ -14,7 +15,7 @@ MASS = ("1.75", "1.25", "0.75")
 
 @pytest.fixture(scope="module")
 def scheme():
-    return Scheme(scenes.get("moser-veselov"), rectangle)
+    return scheme_of(scenes.get("moser-veselov"), rectangle)
 
 
 def there_and_back(scheme, g, steps, digits):

@@ -25,6 +25,7 @@ from discmech.integrators.algebras import se, sl, sp, su
 from discmech.integrators.bisections.translates import GroupChart
 from discmech.integrators.geometry import defects, residual
 from discmech.integrators.scene import on_group
+from tests.objects import scheme_of
 
 
 def chordal(weights):
@@ -73,7 +74,7 @@ GROUPS = {
 def scheme(name):
     """A scene of its own a group; SO(3)'s is moser-veselov."""
     if name == "so(3)":
-        return Scheme(scenes.get("moser-veselov"), rectangle)
+        return scheme_of(scenes.get("moser-veselov"), rectangle)
     algebra = GROUPS[name][0]
     given = on_group(chordal(weights))
     start = [Fraction(1, 5 + k) for k in range(algebra.dim)]

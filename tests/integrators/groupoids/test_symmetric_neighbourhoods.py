@@ -30,7 +30,7 @@ from discmech.integrators.bisections.translates import GroupChart
 from discmech.integrators.flows import first_u
 from discmech.integrators.groupoids import chart_extents, chart_reach
 from discmech.integrators.rules import get as rule
-from tests.objects import ALGEBRAS, GROUPOIDS, LARGE, affine_group
+from tests.objects import ALGEBRAS, GROUPOIDS, LARGE, affine_group, scheme_of
 
 
 @pytest.mark.parametrize("name", [*GROUPOIDS, *LARGE])
@@ -189,7 +189,7 @@ def test_shrunk_steps_go_where_whole_ones_cannot(step, retraction):
 
 @pytest.fixture(scope="module")
 def moser_veselov():
-    return Scheme(scenes.get("moser-veselov"), rectangle)
+    return scheme_of(scenes.get("moser-veselov"), rectangle)
 
 
 def test_the_evolution_operator_stays_on_the_branch(moser_veselov):

@@ -33,8 +33,7 @@ from discmech.integrators.rules import (
     names,
     own,
 )
-from tests.objects import SCENES
-from tests.objects import scheme as plain_scheme
+from tests.objects import SCENES, scheme
 
 DIGITS = 50
 CASES = [
@@ -52,7 +51,7 @@ cases = pytest.mark.parametrize(("scene", "rule"), CASES)
 
 @cache
 def flow_of(scene, rule, sign=1, digits=DIGITS):
-    return Scheme(SCENES[scene], get(rule)).flow(sign * SCENES[scene].step, digits)
+    return scheme(scene, rule).flow(sign * SCENES[scene].step, digits)
 
 
 def close(a, b, limit=1e-44):
@@ -72,7 +71,7 @@ def close(a, b, limit=1e-44):
         ("affine-on-line", "rectangle"), ("affine-on-line", "gauss-2"))),
 ])  # fmt: skip
 def test_the_adjoint_is_the_inverse_of_the_step_back(scene, rule):
-    of = Scheme(SCENES[scene], get(rule))
+    of = scheme(scene, rule)
     back, forth = of.flow(-SCENES[scene].step, DIGITS), of.adjoint.flow(SCENES[scene].step, DIGITS)
     with mpmath.workdps(60):
         run = back.trajectory(1)
@@ -86,7 +85,7 @@ def test_the_adjoint_is_the_inverse_of_the_step_back(scene, rule):
 
 def test_the_adjoint_of_the_adjoint_is_the_rule():
     twice = Scheme(SCENES["kepler"], adjoint(adjoint(rectangle)))
-    difference = twice.legendre_minus - plain_scheme("kepler", "rectangle").legendre_minus
+    difference = twice.legendre_minus - scheme("kepler", "rectangle").legendre_minus
     assert difference.applyfunc(lambda e: e.simplify()).is_zero_matrix
 
 
@@ -221,7 +220,7 @@ def test_compositions_of_a_rule_share_their_kernels():
 
 
 def test_a_failing_substep_is_a_step_failure():
-    f = Scheme(SCENES["pendulum"], get("triple-jump:midpoint")).flow("3")
+    f = scheme("pendulum", "triple-jump:midpoint").flow("3")
     with pytest.raises(StepFailure, match="pendulum with triple-jump:midpoint") as caught:
         f.trajectory(50)
     run = caught.value.trajectory
@@ -236,7 +235,7 @@ def test_a_composition_shrinks_its_steps_at_the_edge_of_a_chart(rule):
         "triple-jump:own": ("moser-veselov", Fraction(1, 2), {"mu0": [2, 2, -1]}),
         "triple-jump:rectangle": ("rigid-body", Fraction(40), {}),
     }[rule]
-    of = Scheme(SCENES[name], get(rule))
+    of = scheme(name, rule)
     for digits in (16, 30):
         run = of.flow(step, digits, on_edge="shrink").trajectory(4, **start)
         assert run.edges > 0 and len(run.t) == 5
@@ -255,7 +254,7 @@ def test_a_composition_shrinks_its_steps_at_the_edge_of_a_chart(rule):
 
 
 def test_a_composition_does_not_bisect():
-    flow = Scheme(SCENES["moser-veselov"], get("triple-jump:own")).flow("0.1", on_edge="bisect")
+    flow = scheme("moser-veselov", "triple-jump:own").flow("0.1", on_edge="bisect")
     with pytest.raises(BadInput, match="lie in different translates; take on_edge="):
         flow.trajectory(1)
 
@@ -268,10 +267,10 @@ def test_what_a_composition_has_and_has_not():
     of = f.scheme
     assert isinstance(of.rule, Composition) and of.order == 8
     assert of.legendre_minus == of.base.legendre_minus
-    assert Scheme(SCENES["kepler"], get("triple-jump:gauss-3")).order == 6
-    assert plain_scheme("kepler", "midpoint").substeps == ()
+    assert scheme("kepler", "triple-jump:gauss-3").order == 6
+    assert scheme("kepler", "midpoint").substeps == ()
     assert all(isinstance(s, Substep) for s in of.substeps)
-    composed = compose(plain_scheme("kepler", "midpoint"), "suzuki")
+    composed = compose(scheme("kepler", "midpoint"), "suzuki")
     assert composed.rule.name == "suzuki:midpoint" and composed.order == 4
 
 
@@ -298,11 +297,11 @@ def test_names_are_known():
 
 def test_the_defects_of_a_composition_are_those_of_all_its_substeps():
     """A step of the base rule alone is Poisson too, so only the residual tells them apart."""
-    flow = Scheme(SCENES["pendulum"], get("triple-jump:midpoint")).flow("0.1", 50)
+    flow = scheme("pendulum", "triple-jump:midpoint").flow("0.1", 50)
     run = flow.trajectory(1)
     (x, after_x), (mu, after_mu), u = run.x, run.mu, run.u[0]
     assert flow.step_defect(x, mu, after_x, after_mu, u0=u) < 1e-48
-    other = Scheme(SCENES["pendulum"], midpoint).flow("0.1", 50).trajectory(1)
+    other = scheme("pendulum", "midpoint").flow("0.1", 50).trajectory(1)
     assert flow.step_defect(x, mu, other.x[1], other.mu[1], u0=u) > 1e-8
 
 

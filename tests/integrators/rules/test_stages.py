@@ -14,7 +14,7 @@ from sympy import Float, Matrix, Rational
 
 from discmech.integrators import BadInput, Scene, Scheme, StepFailure, discretisation, pair
 from discmech.integrators.rules import gauss, get, lobatto
-from tests.objects import SCENES
+from tests.objects import SCENES, scheme_of
 
 #: one rule a scene in the fast suite, each rule on some; all of them in the slow one
 FAST = [("pendulum", "lobatto-3"), ("kepler", "gauss-2"), ("moving-mass", "gauss-1"),
@@ -44,7 +44,8 @@ def rule_of(name):
 
 @cache
 def flow_of(scene, rule, step=None, digits=DIGITS):
-    return Scheme(SCENES[scene], rule_of(rule)).flow(step or SCENES[scene].step, digits)
+    of = scheme_of(SCENES[scene], rule_of(rule))
+    return of.flow(step or SCENES[scene].step, digits)
 
 
 def start_of(f):
