@@ -38,11 +38,6 @@ def test_the_python_blocks_run(namespace, capsys):
     assert len(run.iterations) == 1001
 
 
-def test_the_first_block_is_the_example():
-    example = (ROOT / "examples" / "two_thirds.py").read_text(encoding="utf-8")
-    assert example.endswith(blocks("python")[0])
-
-
 def test_the_rule_of_the_readme_passes_what_it_claims(namespace):
     """The example is an honest one: its declared order is the measured one, on every groupoid."""
     from discmech import check
