@@ -6,23 +6,19 @@ import sympy
 
 from discmech.integrators import (
     BadInput,
-    Conserved,
     DiscmechError,
     LocalGroupoid,
     Scene,
     Scheme,
-    StepFailure,
     action,
     discretisation,
     lie_group,
     midpoint,
     pair,
     product,
-    rectangle,
     scenes,
     sl,
     so,
-    trapezoidal,
 )
 from discmech.integrators.groupoids import check_axioms
 from discmech.integrators.rules import get as rule_called
@@ -201,9 +197,9 @@ CASES = {
     "step a text": (lambda: scheme("pendulum", "midpoint").flow("a"), 'step is "a", which is no'),
     "step None": (lambda: scheme("pendulum", "midpoint").flow(None), "step is None"),
     **{f"digits {d!r}": (lambda d=d: pendulum().scheme.flow(1, d), "digits is .*give 16")
-       for d in (15, 0, -50, 50.0, "50", True, None)},
+       for d in (15, 0, -50, 50.0, "50", True, None, [50])},
     **{f"steps {n!r}": (lambda n=n: pendulum().trajectory(n), "steps is .*whole number from 0")
-       for n in (-1, 1.5, "3", None)},
+       for n in (-1, 1.5, "3", None, True)},
     **{f"every {n!r}": (lambda n=n: pendulum().trajectory(3, n), "every is .*whole number from 1")
        for n in (0, -2, 1.5, "2", None)},
     "start x0": (lambda: pendulum().trajectory(1, x0=[1, 2]), "x0 has 2 entries, but 1"),
@@ -216,6 +212,26 @@ CASES = {
     "pullback": (lambda: pendulum().pullback_defect([1], []), "a vector has 0 entries"),
     "Poisson": (lambda: pendulum().poisson_defect([], [1]), "a vector has 0 entries"),
     "tangent": (lambda: pendulum().tangent([1], ["a"]), 'is "a", which is no number'),
+    # one entry of a wrong kind
+    "Lagrangian None": (lambda: with_lagrangian(lambda x, v, p: None), "does it return what it"),
+    "rule None": (lambda: with_rule(lambda L, G, x, u, h: None), "does it return what it"),
+    "ragged parameter": (lambda: with_lagrangian(kinetic, parameters={"a": [[1, 2], [3]]}),
+                         "bad: the rows of parameter a differ in length"),
+    "field unknown": (lambda: plain().with_values(colour=1), "no field 'colour'; it has name, "),
+    "steps_for 0": (lambda: plain().steps_for(0), "step is 0: give a positive number"),
+    "scene's name a list": (lambda: scenes.get(["pendulum"]), "no scene .* did you mean pendulum"),
+    "mu0 no list": (lambda: pendulum().trajectory(1, mu0=1.0), r"is 1\.0: give a list of 1 num"),
+    "evolve no list": (lambda: pendulum().evolve(1, 2), "is 1: give a list of 1 numbers"),
+    "scene as text": (lambda: Scheme("pendulum", midpoint), "'pendulum' is no scene: give a Sc"),
+    "size as text": (lambda: so("3"), r"so\('3'\): the size is a whole number from 2"),
+    "dimension as text": (lambda: LocalGroupoid("1", 1, target=None, product=None),
+                          "needs dim_x ≥ 0 and dim_u ≥ 1, not '1' and 1"),
+    "dimension 1.5": (lambda: LocalGroupoid(1.5, 1, target=None, product=None), r"not 1\.5 and 1"),
+    "rows 0": (lambda: action(so(3), rows=0), "rows is 0: give a whole number from 1"),
+    "order True": (lambda: discretisation(order=True), "whole number from 1, not True"),
+    "Γ off the sphere at the start of a run": (
+        lambda: flow("heavy-top", "midpoint", "1/20").trajectory(1, x0=[1, 1, 1]),
+        r"heavy-top: \|Γ\|² is 3 at x0, but must be 1"),
 }  # fmt: skip
 
 
@@ -227,179 +243,4 @@ def test_it_is_refused_in_a_sentence(case):
     text = str(caught.value)
     assert "\n" not in text.strip()
     assert len(text) < 300
-    assert isinstance(caught.value, (DiscmechError, ValueError))
-
-
-#: what still ends in somebody else's exception, or goes through; strict, so that a mend is noticed
-MORE = {
-    "Lagrangian None": lambda: with_lagrangian(lambda x, v, p: None),
-    "rule None": lambda: with_rule(lambda L, G, x, u, h: None),
-    "ragged parameter": lambda: with_lagrangian(kinetic, parameters={"a": [[1, 2], [3]]}),
-    "field unknown": lambda: plain().with_values(colour=1),
-    "steps_for 0": lambda: plain().steps_for(0),
-    "scene's name a list": lambda: scenes.get(["pendulum"]),
-    "digits a list": lambda: scheme("pendulum", "midpoint").flow(1, [50]),
-    "mu0 no list": lambda: pendulum().trajectory(1, mu0=1.0),
-    "evolve no list": lambda: pendulum().evolve(1, 2),
-    "scene as text": lambda: Scheme("pendulum", midpoint),
-    "algebra as text": lambda: lie_group("so(3)"),
-    "retraction as text": lambda: lie_group(so(3), "cayley"),
-    "size as text": lambda: so("3"),
-    "dimension as text": lambda: LocalGroupoid("1", 1, target=None, product=None),
-    "dimension 1.5": lambda: LocalGroupoid(1.5, 1, target=None, product=None),
-    "rows 0": lambda: action(so(3), rows=0),
-    "order True": lambda: discretisation(order=True),
-    "steps True": lambda: pendulum().trajectory(True),
-    "Γ off the sphere at the start of a run": lambda: flow("heavy-top", "midpoint", "1/20")
-    .trajectory(1, x0=[1, 1, 1]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", list(MORE))
-def test_it_is_refused(case):
-    with pytest.raises(BadInput):
-        MORE[case]()
-
-
-@pytest.mark.parametrize("name", ["x_0", "u_0", "mu_0"])
-def test_a_parameter_is_never_taken_for_a_coordinate(name):
-    """A silent wrong answer is worse than an exception: m ẍ = −x whatever the mass is called."""
-
-    def end(name):
-        def lagrangian(x, v, p):
-            return getattr(p, name) * v[0] ** 2 / 2 - x[0] ** 2 / 2
-
-        scene = plain(lagrangian=lagrangian, parameters={name: 4})
-        return Scheme(scene, midpoint).flow("0.1", 20).trajectory(10).x[-1, 0]
-
-    assert end(name) == end("mass")
-
-
-@pytest.mark.parametrize(
-    "name", ["h", "R", "EPS", "PI", "sin", "q0", "c0", "k0", "t0", "w", "lambda"]
-)
-def test_names_of_the_generated_text_are_free(name):
-    def lagrangian(x, v, p):
-        return getattr(p, name) * v[0] ** 2 / 2 + sympy.cos(x[0])
-
-    scene = plain(lagrangian=lagrangian, parameters={name: 4}, x0=[1])
-    wanted = plain(lagrangian=lambda x, v, p: 2 * v[0] ** 2 + sympy.cos(x[0]), x0=[1])
-    digits = 16 if name in ("h", "R") else 20
-    one, other = (Scheme(s, midpoint).flow("0.1", digits).trajectory(10).x for s in (scene, wanted))
-    assert np.abs(one - other).max() < 1e-15
-
-
-# -- singular mass --------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("digits", [16, 30])
-@pytest.mark.parametrize("rule", [rectangle, midpoint, trapezoidal], ids=lambda r: r.name)
-def test_a_coordinate_without_kinetic_energy(rule, digits):
-    scene = plane(lagrangian=lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 2)
-    with pytest.raises(DiscmechError, match="singular") as caught:
-        Scheme(scene, rule).flow("1/10", digits).trajectory(3)
-    assert "bad with " + rule.name in str(caught.value)
-
-
-@pytest.mark.parametrize("rule", ["midpoint", "lobatto-2", "gauss-2"])
-def test_a_velocity_without_kinetic_energy_that_a_potential_hides(rule):
-    """FL is regular there by terms O(h²) of the potential, and no motion is approximated."""
-    scene = plane(lagrangian=lambda x, v, p: (v[0] + v[1]) ** 2 / 2 - x[0] ** 2)
-    with pytest.raises(
-        BadInput, match=r"bad with .* singular everywhere, in the direction \(-1, 1"
-    ):
-        Scheme(scene, rule_called(rule))
-
-
-def test_a_discrete_lagrangian_alone_is_asked_for_nothing_continuous():
-    def of_points(x, u, h, p):
-        return h * (u[0] + u[1]) ** 2 / 2 - h * (x[0] + h * u[0] / 2) ** 2
-
-    scene = plane(lagrangian=None, discrete_lagrangian=of_points)
-    run = Scheme(scene, midpoint).flow("1/10", 30).trajectory(3, mu0=[1, 1])
-    assert run.steps == 3
-
-
-@pytest.mark.parametrize(
-    "digits",
-    [16, 30],
-)
-def test_a_mass_of_zero(digits):
-    scene = SCENES["harmonic"].with_values(parameters={"mass": 0})
-    with pytest.raises(DiscmechError, match=r"harmonic with trapezoidal: .*singular"):
-        Scheme(scene, trapezoidal).flow("1/10", digits).trajectory(3)
-
-
-def test_a_failure_is_both_ours_and_a_runtime_error():
-    with pytest.raises(StepFailure) as caught:
-        flow("pendulum", "midpoint", 3).trajectory(10)
-    assert isinstance(caught.value, DiscmechError)
-    assert isinstance(caught.value, RuntimeError)
-    assert "take a smaller step" in str(caught.value)
-    assert "direction" not in str(caught.value)  # FL is regular there
-
-
-@pytest.mark.parametrize(
-    ("lagrangian", "x0", "v0", "direction"),
-    [
-        (lambda x, v, p: x[0] * v[0] ** 2 / 2, [0], [1], r"\(1\) of ξ"),
-        (lambda x, v, p: v[0] ** 4, [1], [0], r"\(1\) of ξ"),
-        (lambda x, v, p: v.dot(v) / 2 + x[0] * v[0] * v[1], [1, 0], [1, 0], r"\(-1, 1\) of ξ"),
-    ],
-    ids=["x v²", "v⁴", "two"],
-)
-@pytest.mark.parametrize("rule", ["trapezoidal", "triple-jump:trapezoidal"])
-def test_where_it_is_singular_the_direction_is_named(rule, lagrangian, x0, v0, direction):
-    scene = plain(groupoid=pair(len(x0)), lagrangian=lagrangian, x0=x0, v0=v0)
-    with pytest.raises(StepFailure, match=rf"∂²l/∂ξ² is singular .* {direction}") as caught:
-        Scheme(scene, rule_called(rule)).flow("1/10", 30).trajectory(3)
-    assert "smaller step helps, begin elsewhere" in str(caught.value)
-    assert "take a smaller" not in str(caught.value)
-
-
-@pytest.mark.parametrize("given", ["lagrangian", "discrete_lagrangian"])
-def test_where_fl_alone_is_singular_another_step_is_advised(given):
-    """FL = 1 − h²/4 at x = u = 0: the mass matrix is regular, and only h = 2 is not."""
-
-    def lagrangian(x, v, p):
-        return v[0] ** 2 / 2 + x[0] ** 2 / 2 + x[0] ** 4
-
-    def discrete(x, u, h, p):
-        return h * lagrangian(x + h * u / 2, u, p)
-
-    formula = lagrangian if given == "lagrangian" else discrete
-    made = Scheme(plain(x0=[0], v0=[0], **{"lagrangian": None, given: formula}), midpoint)
-    with pytest.raises(StepFailure, match=r"FL is singular in the direction \(1\) of u") as caught:
-        made.flow(2, 30).trajectory(1, mu0=["1/10"])
-    assert "take another step, or begin elsewhere, or look" in str(caught.value)
-    assert made.flow(1, 30).trajectory(1, mu0=["1/10"]).steps == 1
-
-
-def test_an_inverse_step_that_is_not_there():
-    f = flow("pendulum", "midpoint", 3)
-    with pytest.raises(StepFailure, match="pendulum with midpoint: the inverse step was not found"):
-        for start in np.linspace(0.3, 3, 40):
-            f.devolve([start], [7 * start])
-
-
-def test_a_row_of_a_run_satisfies_a_constraint_to_roundoff():
-    """A run goes on from the doubles of a row, at any precision, and where all is tiny."""
-    f = Scheme(SCENES["spherical-pendulum"], midpoint).flow("1/20", 30)
-    run = f.trajectory(3)
-    x, mu = run.x[-1].astype(float), run.mu[-1].astype(float)
-    assert x @ mu != 0 or x @ x != 1
-    assert f.trajectory(1, x0=x, mu0=mu).steps == 1
-    assert f.trajectory(1, x0=x, mu0=mu * 1e-30).steps == 1
-    with pytest.raises(BadInput, match="μ·x is"):
-        f.trajectory(1, x0=x, mu0=1e-30 * (mu + x))
-
-
-def test_a_constraint_is_checked_exactly():
-    """|Γ|² = 1 to the last digit, also where it is irrational; other constants do not matter."""
-    half = sympy.sqrt(2) / 2
-    assert top(x0=[half, half, 0]).scene.x0[0] == half
-    with pytest.raises(BadInput, match="must be 1"):
-        top(x0=[half, "0.70710678118654752440", 0])
-    scene = plain(symmetries=[Conserved("x²", lambda x, mu, p: x[0] ** 2, value="9/4")])
-    with pytest.raises(BadInput, match="x² is 1 at x0, but must be 9/4"):
-        Scheme(scene, midpoint)
+    assert isinstance(caught.value, DiscmechError) and isinstance(caught.value, ValueError)

@@ -65,13 +65,10 @@ def unit(length, i):
 @everywhere
 @at_steps
 def test_axioms(g, stratum, h):
-    for law, difference in axioms(g, arrows(g, stratum, h)).items():
+    laws = axioms(g, arrows(g, stratum, h))
+    assert "p(x, u, ι(x, u)) = 0 (inverses)" in laws  # left out where no inversion is known
+    for law, difference in laws.items():
         assert vanishes(difference), law
-
-
-def test_every_axiom_is_among_them(g):
-    """Units, inverses, associativity, target of a product, scaling: eight laws, none forgotten."""
-    assert len(axioms(g, arrows(g, "generic", STEPS[0]))) == 8
 
 
 @everywhere
@@ -118,8 +115,9 @@ def test_closed_forms_are_the_derivatives(g, stratum, h):
     assert at_unit == (eye(g.dim_u), eye(g.dim_u))
 
 
-@pytest.mark.parametrize("name", ["pair(2)", "affine action", "framed plane"])
+@pytest.mark.parametrize("name", ["pair(2)", "group(se(2))", "action(se(2))"])
 def test_closed_forms_are_the_derived_ones_identically(name):
+    """Of those that state them and are small; a groupoid given by b and p has none to compare."""
     g = GROUPOIDS[name]
     s = g._symbols
     x, u, h = s["x"], s["u"], s["h"]
