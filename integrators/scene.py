@@ -147,10 +147,10 @@ class Scene:
             raise BadInput(
                 f"{self.name}: a scene has no field {min(foreign)!r}; it has {', '.join(names)}."
             )
-        if "parameters" in changes:
+        if isinstance(changes.get("parameters"), Mapping):  # anything else is refused as at first
             if unknown := set(changes["parameters"]) - set(self.parameters):
                 raise BadInput(
-                    f"{self.name} has no parameter {min(unknown)!r}; "
+                    f"{self.name} has no parameter {min(unknown, key=str)!r}; "
                     f"it has {', '.join(self.parameters) or 'none'}."
                 )
             changes["parameters"] = {**self.parameters, **changes["parameters"]}

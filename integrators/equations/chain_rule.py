@@ -10,6 +10,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..numbers import Definition, jacobian, symbols_of, sympy
+from ..numbers.types import Column, Expression, Expressions, Letter, SymbolicMatrix
+from .symbols import column, vector
+
+#: columns that something depends on, with its derivatives by them: a matrix, or one row of it
+Partials = list[tuple[Column, SymbolicMatrix]]
+Row = list[Expression]
 
 
 @dataclass(eq=False)
@@ -21,22 +27,22 @@ class Block:
     it (n×m each).
     """
 
-    letters: Any
-    values: Any
-    partials: list[tuple[Any, Any]] = field(default_factory=list)
+    letters: Column
+    values: Column
+    partials: Partials = field(default_factory=list)
     summed: bool = False
-    theta: Any = None
-    fields: tuple[Any, Any] | None = None
+    theta: Expression | None = None
+    fields: tuple[SymbolicMatrix, SymbolicMatrix] | None = None
 
     @property
     def is_end(self) -> bool:
         """Whether it is the point y = b(x, u; h)."""
         return bool(self.theta == 1)
 
-    def partials_of(self, letter: Any) -> list[tuple[Any, list[Any]]]:
+    def partials_of(self, letter: Letter) -> list[tuple[Column, Row]]:
         """[(column, the letter's derivatives by it)]."""
         row = list(self.letters).index(letter)
-        return [(column, list(matrix.row(row))) for column, matrix in self.partials]
+        return [(by, list(matrix.row(row))) for by, matrix in self.partials]
 
     def definition(self) -> Definition:
         """What the letters stand for."""
@@ -48,33 +54,33 @@ class ChainRule:
 
     def __init__(self) -> None:
         self.blocks: list[Any] = []
-        self.owner: dict[Any, Any] = {}
-        self._known: dict[tuple[Any, Any], list[Any]] = {}
+        self.owner: dict[Letter, Any] = {}
+        self._known: dict[tuple[Letter, Letter], Row] = {}
 
-    def add(self, block: Any) -> Any:
-        """Append a block; returns its letters."""
+    def add(self, block: Any) -> Column:
+        """Append a `Block`, or a node with the same members; returns its letters."""
         self.blocks.append(block)
         self.owner.update(dict.fromkeys(block.letters, block))
         return block.letters
 
-    def total(self, column: Any, variable: Any) -> Any:
-        """d(column)/d(variable) through all blocks; the variable is a column of letters."""
+    def total(self, entries: Expressions, variable: Column) -> SymbolicMatrix:
+        """d(entries)/d(variable) through all blocks; the variable is a column of letters."""
         width = len(variable)
-        symbols = symbols_of(column) if width else set()
+        symbols = symbols_of(entries) if width else set()
         rows = {s: self._row(s, variable) for s in sorted(symbols, key=str)}
         letters = [s for s, row in rows.items() if any(e != 0 for e in row)]
-        direct = jacobian(column, letters)
+        direct = jacobian(entries, letters)
         totals = [
             _combined([(direct[i, k], rows[s]) for k, s in enumerate(letters)], width)
-            for i in range(len(column))
+            for i in range(len(entries))
         ]
-        return sympy.Matrix(len(column), width, [e for row in totals for e in row])
+        return sympy.Matrix(len(entries), width, [e for row in totals for e in row])
 
     def definitions(self) -> list[Definition]:
         """What all letters stand for, in order."""
         return [block.definition() for block in self.blocks]
 
-    def _row(self, letter: Any, variable: Any) -> list[Any]:
+    def _row(self, letter: Letter, variable: Column) -> Row:
         """The derivatives of one letter by the variable's."""
         if letter in set(variable):
             return [sympy.Integer(letter == v) for v in variable]
@@ -90,27 +96,26 @@ class ChainRule:
                 self._known[key] = self._through(block.partials_of(letter), variable)
         return self._known[key]
 
-    def _through(self, parts: list[tuple[Any, list[Any]]], variable: Any) -> list[Any]:
+    def _through(self, parts: list[tuple[Column, Row]], variable: Column) -> Row:
         pairs = [
             (slope, self._row(inner, variable))
-            for column, partial in parts
-            for inner, slope in zip(column, partial, strict=True)
+            for letters, partial in parts
+            for inner, slope in zip(letters, partial, strict=True)
             if slope != 0
         ]
         return _combined(pairs, len(variable))
 
-    def _named(self, row: Any) -> list[Any]:
+    def _named(self, row: Expressions) -> Row:
         """The row with letters for its sums."""
         values = [e for e in row if e.is_Add]
-        name = f"f{len(self.blocks)}"
-        letters = [sympy.Symbol(f"{name}_{i}", real=True) for i in range(len(values))]
+        letters = vector(f"f{len(self.blocks)}", len(values))
         if values:
-            self.add(Block(sympy.Matrix(letters), sympy.Matrix(values), summed=True))
+            self.add(Block(letters, column(values), summed=True))
         swap = dict(zip(values, letters, strict=True))
         return [swap.get(e, e) for e in row]
 
 
-def _combined(pairs: list[tuple[Any, list[Any]]], width: int) -> list[Any]:
+def _combined(pairs: list[tuple[Expression, Row]], width: int) -> Row:
     """Σ slope·row over the pairs; nothing is multiplied by zero."""
     return [
         sympy.Add(*[slope * row[j] for slope, row in pairs if slope != 0 and row[j] != 0])
@@ -118,7 +123,7 @@ def _combined(pairs: list[tuple[Any, list[Any]]], width: int) -> list[Any]:
     ]
 
 
-def partials(values: Any, columns: list[Any]) -> list[tuple[Any, Any]]:
+def partials(values: Column, columns: list[Column]) -> Partials:
     """[(column, ∂values/∂column)] of those columns that the values hold."""
     symbols = symbols_of(values)
     return [(c, jacobian(values, c)) for c in columns if len(c) and symbols & set(c)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from ..errors import BadInput, line_of
 from ..numbers import (
@@ -16,7 +15,7 @@ from ..numbers import (
     sympy,
     to_sympy,
 )
-from ..numbers.types import Expression, Expressions
+from ..numbers.types import Column, Exact, Expression, Expressions, Numbers
 from ..rules import Discretisation
 from ..scene import Scene
 from .continuous import mass_matrix, momentum
@@ -59,7 +58,7 @@ def _named(scene: str, rule: Discretisation) -> str:
     return (f"{place}: " if place else "") + f"{scene} with {rule.name}"
 
 
-def check_regular(maps: LegendreMaps, w: Any, scene: Scene, rule: Discretisation) -> None:
+def check_regular(maps: LegendreMaps, w: Column, scene: Scene, rule: Discretisation) -> None:
     """Raise `BadInput` if ∂E/∂w (FL, without stages) or ∂²l/∂ξ² is singular at two random points.
 
     The second too: where it is singular, terms O(h²) of the potential can make FL regular, but
@@ -104,7 +103,7 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
             )
 
 
-def check_momentum(s: SceneSymbols, scene: Scene, x: Any, mu: Any) -> None:
+def check_momentum(s: SceneSymbols, scene: Scene, x: Numbers, mu: Numbers) -> None:
     """Raise `BadInput` unless (x, μ), numbers of any arithmetic, satisfy every constraint.
 
     They may come from a row of a run, so not exactly: up to 2⁻²⁶ of what a relative change of every
@@ -122,11 +121,11 @@ def check_momentum(s: SceneSymbols, scene: Scene, x: Any, mu: Any) -> None:
             )
 
 
-def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Any, Any]]:
+def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Expression, Exact]]:
     """(name, formula in x and μ, its value) of the quantities with a value."""
     for quantity in scene.symmetries:
         if quantity.value is not None:
-            formula = s.scalar(quantity.formula(s.x, s.mu, s.parameters), quantity.name)
+            formula = s.call(quantity.formula, quantity.name, s.x, s.mu, s.parameters)
             wanted = to_sympy(exact(quantity.value, quantity.name))
             yield quantity.name, *_with_parameters(s, scene, [formula]), wanted
 
@@ -137,7 +136,7 @@ def _with_parameters(s: SceneSymbols, scene: Scene, expressions: Expressions) ->
     return [e.xreplace(values) for e in expressions]
 
 
-def _compared(value: Any, wanted: Any) -> str:
+def _compared(value: Exact, wanted: Exact) -> str:
     """A number in so many digits that it differs from the one it should be."""
     difference = float(value - wanted)
     return f"{float(value):.6g}" if abs(difference) > 1e-4 else f"{wanted} {difference:+.2g}"

@@ -5,29 +5,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure
-from ..numbers import jacobian, numeric, sympy
+from ..numbers import Arithmetic, jacobian, numeric
+from ..numbers.types import Column, Expression, Number, SymbolicMatrix
 from ..scene import Scene
-from .symbols import SceneSymbols
+from .symbols import SceneSymbols, column
 
 
-def momentum(s: SceneSymbols) -> Any:
+def momentum(s: SceneSymbols) -> Column:
     """∂l/∂ξ at (x, u), m×1."""
     return jacobian([s.lagrangian], s.u).T
 
 
-def mass_matrix(s: SceneSymbols) -> Any:
+def mass_matrix(s: SceneSymbols) -> SymbolicMatrix:
     """∂²l/∂ξ² at (x, u), m×m."""
     return jacobian(momentum(s), s.u)
 
 
-def velocity(s: SceneSymbols) -> Any:
+def velocity(s: SceneSymbols) -> Column:
     """ξ(x, μ), m×1, for a Lagrangian that is quadratic in the velocity.
 
-    Raises `BadInput` if it is not, or if its mass matrix is singular.
+    Raises `CannotMeasure` if it is not, `BadInput` if its mass matrix is singular.
     """
     mu = momentum(s)
     mass = mass_matrix(s).applyfunc(lambda e: e.simplify())
@@ -44,31 +46,34 @@ def velocity(s: SceneSymbols) -> Any:
     return mass.LUsolve(s.mu - mu.xreplace(dict.fromkeys(s.u, 0)))
 
 
-def energy(s: SceneSymbols) -> Any:
+def energy(s: SceneSymbols) -> Expression:
     """H = μ·ξ − l at (x, ξ, μ), ξ in the letters `s.u`: stationary in ξ where μ = ∂l/∂ξ."""
     return s.mu.dot(s.u) - s.lagrangian
 
 
-def vector_field(s: SceneSymbols) -> Any:
+def vector_field(s: SceneSymbols) -> Column:
     """(ẋ, μ̇) at (x, μ), (n+m)×1."""
     groupoid = s.groupoid
     xi = velocity(s)
     at = dict(zip(s.u, xi, strict=True))
     rho = groupoid.rho(s.x, s.h) / s.h
-    force = sympy.Matrix(len(s.x), 1, [s.lagrangian.diff(w).xreplace(at) for w in s.x])
+    force = column(s.lagrangian.diff(w).xreplace(at) for w in s.x)
     mu_dot = rho.T * force
     for nu, c in enumerate(groupoid.structure_functions(s.x, s.h)):
         mu_dot -= (c / s.h) * xi * s.mu[nu]
     return (rho * xi).col_join(mu_dot)
 
 
-def state_function(s: SceneSymbols, parts: list[Any], numbers: Any) -> Any:
-    """f(x, mu, parameters) of expressions in (x, μ) and the parameters (`numeric`)."""
+def state_function(s: SceneSymbols, parts: list[Any], numbers: Arithmetic) -> Callable[..., Any]:
+    """f(x, mu, parameters) → the parts, given in (x, μ) and the parameters (`numeric`)."""
     return numeric({"x": s.x, "mu": s.mu, "p": s.parameter_list}, parts, numbers)
 
 
-def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Any) -> list[Any]:
-    """μ₀ = ∂l/∂ξ(x₀, v₀), in an arithmetic."""
+def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> list[Number]:
+    """μ₀ = ∂l/∂ξ(x₀, v₀), in an arithmetic.
+
+    Raises `CannotMeasure` where the scene has only a discrete Lagrangian.
+    """
     if scene.lagrangian is None:
         raise CannotMeasure(
             f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
@@ -82,7 +87,7 @@ def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Any) -> list[Any]:
 
 
 @lru_cache(maxsize=512)
-def _momentum_function(s: SceneSymbols, numbers: Any) -> Any:
-    """∂l/∂ξ as f(x, v, parameters)."""
+def _momentum_function(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., list[Number]]:
+    """∂l/∂ξ as f(x, v, parameters), the velocity in the place of the momentum."""
     swap = dict(zip(s.u, s.mu, strict=True))
     return state_function(s, [[e.xreplace(swap) for e in momentum(s)]], numbers)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..numbers import jacobian, sympy
-from ..numbers.types import Expression, Replacement
+from ..numbers.types import Column, Expression, Expressions, Letter, Replacement
 from ..rules import Discretisation
 from ..scene import OnGroup
 from .chain_rule import Block, ChainRule, partials
@@ -28,17 +28,17 @@ class Covectors:
     turned: what moving a base does to points b(base, W) of a curve, by e→(b) = 0 (m×1 each).
     """
 
-    columns: dict[Any, Any] = field(default_factory=dict)
-    turned: dict[Any, Any] = field(default_factory=dict)
+    columns: dict[Letter | None, Column] = field(default_factory=dict)
+    turned: dict[Letter | None, Column] = field(default_factory=dict)
 
-    def of(self, column: Any) -> Any:
-        """∂L_d/∂column as a column."""
-        return self.columns.get(_key(column), 0 * column)
+    def of(self, letters: Column) -> Column:
+        """∂L_d/∂letters as a column."""
+        return self.columns.get(_key(letters), 0 * letters)
 
-    def add(self, column: Any, value: Any) -> None:
-        """Add a part of ∂L_d/∂column."""
-        if len(column) and any(value):
-            self.columns[_key(column)] = self.of(column) + value
+    def add(self, letters: Column, value: Column) -> None:
+        """Add a part of ∂L_d/∂letters."""
+        if len(letters) and any(value):
+            self.columns[_key(letters)] = self.of(letters) + value
 
 
 class DiscreteLagrangian:
@@ -58,7 +58,8 @@ class DiscreteLagrangian:
         self.expression: Expression = 0
         self._points: dict[Expression, Block] = {}
         self._charts: dict[tuple[Expression, ...], Block] = {}
-        self._terms: dict[Any, Any] = {}
+        self._terms: dict[str, Term] = {}
+        self._curves: dict[tuple[Any, ...], CurveTerm] = {}
         self.element: Element | None = None
         self._L, self._G = LagrangianForRule(s), GroupoidForRule(s)
         if isinstance(s.given, OnGroup):
@@ -112,7 +113,7 @@ class DiscreteLagrangian:
 
     # -- covectors ------------------------------------------------------------------------------
 
-    def _add_direct(self, e: Any) -> None:
+    def _add_direct(self, e: Expression) -> None:
         """What L_d holds outside of terms."""
         s = self.s
         blocks = [b.letters for b in self.chain.blocks if isinstance(b, Block)]
@@ -132,7 +133,7 @@ class DiscreteLagrangian:
 
     # -- placing terms --------------------------------------------------------------------------
 
-    def _place(self, call: Any, weight: Any) -> Any:
+    def _place(self, call: Expression, weight: Expression) -> Expression:
         """Add weight·l at the point and velocity of a call; returns l there."""
         n = len(self.s.x)
         point, W = self._point(call.args[:n])
@@ -148,35 +149,40 @@ class DiscreteLagrangian:
         return self._on_curve(base, point, True, W, D, weight)
 
     def _term(self, name: str) -> Term:
-        if name not in self._terms:
-            s = self.s
-            self._terms[name] = (
-                Term(s.x.col_join(s.u), s.lagrangian) if name == "lagrangian"
-                else Term(s.x, s.fast_at(s.x))
-            )  # fmt: skip
+        s = self.s
+        if name not in self._terms and name == "fast":
+            self._terms[name] = Term(s.x, s.fast_at(s.x))
+        elif name not in self._terms:
+            self._terms[name] = Term(s.x.col_join(s.u), s.lagrangian)
         return self._terms[name]
 
-    def _straight(self, name: str, columns: list[Any], weight: Any) -> Any:
+    def _straight(self, name: str, columns: list[Column], weight: Expression) -> Expression:
         """A term at letters that are known: its derivatives are the term's with other letters."""
         term = self._term(name)
-        place = [e for part in columns for e in part]
-        gradient, block = term.gradient_block(columns, f"g{len(self.chain.blocks)}")
+        gradient, block = term.placed(columns, f"g{len(self.chain.blocks)}")
         self.chain.add(block)
         if not len(self.s.stages):
             self.inline |= dict(zip(block.letters, block.values, strict=True))
-        at = 0
-        for part in columns:
-            self.covectors.add(part, weight * gradient[at : at + len(part), :])
-            at += len(part)
+        for letters, slope in zip(columns, gradient, strict=True):
+            self.covectors.add(letters, weight * slope)
+        place = [e for letters in columns for e in letters]
         return term.value.xreplace(dict(zip(term.letters, place, strict=True)))
 
-    def _on_curve(self, base: Any, point: Any, moving: bool, W: Any, D: Any, weight: Any) -> Any:
-        key = ("curve", _key(base), None if point is None else _key(point), moving)
-        if key not in self._terms:
-            name = f"node{len(self._terms)}"
-            term = self._term("lagrangian")
-            self._terms[key] = CurveTerm(self.groupoid, term, name, base, point, moving)
-        node = Node(self.chain, self._terms[key], self._chart(W), self._chart(D))
+    def _on_curve(
+        self,
+        base: Column,
+        point: Column | None,
+        moving: bool,
+        W: Column,
+        D: Column,
+        weight: Expression,
+    ) -> Expression:
+        """A term at a node of a curve (`CurveTerm`)."""
+        key = _key(base), None if point is None else _key(point), moving
+        if key not in self._curves:
+            name, term = f"node{1 + len(self._curves)}", self._term("lagrangian")
+            self._curves[key] = CurveTerm(self.groupoid, term, name, base, point, moving)
+        node = Node(self.chain, self._curves[key], self._chart(W), self._chart(D))
         d = self.covectors
         for part, letters in node.columns.items():
             if letters is not None and len(letters):
@@ -188,35 +194,30 @@ class DiscreteLagrangian:
 
     # -- points, velocities, chart values -------------------------------------------------------
 
-    def _point(self, args: Any) -> tuple[Any, Any]:
+    def _point(self, args: Expressions) -> tuple[Column, Column | None]:
         """(letters or expressions of a point, None), or (base, W) of a point b(base, W; 1)."""
         s, n = self.s, len(self.s.x)
         rest = _same(args, self._G.Target)
-        if rest is None:
-            return column([self._resolved(a) for a in args]), None
-        x, u, h = rest[:n], rest[n:-1], rest[-1]
-        theta, straight = h / s.h, tuple(u) == tuple(s.u)
-        base = self._base(x)
-        if base is s.x and straight and theta.is_number:
-            return self.point_of_step(theta).letters, None
-        if base is None:
-            return column([self._resolved(a) for a in args]), None
-        return base, column([self._resolved(h * e) for e in u])
+        if rest is None or (base := self._base(rest[:n])) is None:
+            return column(map(self._resolved, args)), None
+        u, h = rest[n:-1], rest[-1]
+        if base is s.x and tuple(u) == tuple(s.u) and (h / s.h).is_number:
+            return self.point_of_step(h / s.h).letters, None
+        return base, column(self._resolved(h * e) for e in u)
 
-    def _velocity(self, args: Any) -> tuple[Any, Any]:
+    def _velocity(self, args: Expressions) -> tuple[Column, tuple[Column, Column] | None]:
         """(D, None) for the velocity D, or (D, (base, W)) for L(base, W; 1)⁻¹ D."""
         s, n, m = self.s, len(self.s.x), len(self.s.u)
         if tuple(args) == tuple(s.u):
             return s.u, None
         rest = _same(args, self._G.Velocity)
-        base = None if rest is None else self._base(rest[:n])
-        if rest is None or base is None:
-            return self._chart(column([self._resolved(a) for a in args])), None
+        if rest is None or (base := self._base(rest[:n])) is None:
+            return self._chart(column(map(self._resolved, args))), None
         w, dw, h = rest[n : n + m], rest[n + m : -1], rest[-1]
-        D = column([self._resolved(e) for e in dw])
-        return D, (base, column([self._resolved(h * e) for e in w]))
+        D = column(map(self._resolved, dw))
+        return D, (base, column(self._resolved(h * e) for e in w))
 
-    def _base(self, x: Any) -> Any:
+    def _base(self, x: Expressions) -> Column | None:
         """The letters x or y that a target starts from, None if it is another point."""
         s = self.s
         if tuple(x) == tuple(s.x):
@@ -226,7 +227,7 @@ class DiscreteLagrangian:
             return self.point_of_step(sympy.Integer(1)).letters
         return None
 
-    def point_of_step(self, theta: Any) -> Block:
+    def point_of_step(self, theta: Expression) -> Block:
         """The block of the point b(x, u; θh)."""
         g, s = self.groupoid, self.s
         if theta not in self._points:
@@ -238,14 +239,14 @@ class DiscreteLagrangian:
             self._add_moved(block)
         return self._points[theta]
 
-    def _lettered(self, point: Any, W: Any) -> Any:
+    def _lettered(self, point: Column, W: Column | None) -> Column:
         """Letters of a point: itself, or a chart block of its expressions."""
         if W is not None:
             point = self.groupoid.target(point, W, sympy.Integer(1))
         columns = [self.s.x, *(b.letters for b in self.moved)]
         return point if any(point == c for c in columns) else self._chart(point)
 
-    def _chart(self, value: Any) -> Any:
+    def _chart(self, value: Column) -> Column:
         """Letters for a column of expressions in x, u, s and points; u itself needs none."""
         value = value.applyfunc(lambda e: e.expand())
         if value == self.s.u or any(value == block.letters for block in self._charts.values()):
@@ -258,7 +259,7 @@ class DiscreteLagrangian:
             self.chain.add(self._charts[key])
         return self._charts[key].letters
 
-    def _resolved(self, e: Any) -> Any:
+    def _resolved(self, e: Expression) -> Expression:
         """The expression with straight points as letters and every other answer written out."""
         while nodes := e.atoms(self._G.Target, self._G.Velocity, self._L.Value, self._L.Fast):
             swap = {}
@@ -274,7 +275,7 @@ class DiscreteLagrangian:
         return e
 
 
-def _same(args: Any, kind: Any) -> Any:
+def _same(args: Expressions, kind: Any) -> Expressions | None:
     """The arguments behind the index if these are entries 0, 1, … of one answer; else None."""
     if not args or not all(isinstance(a, kind) for a in args):
         return None
@@ -283,5 +284,5 @@ def _same(args: Any, kind: Any) -> Any:
     return rest if whole else None
 
 
-def _key(column: Any) -> Any:
-    return column[0] if len(column) else None
+def _key(letters: Column) -> Letter | None:
+    return letters[0] if len(letters) else None

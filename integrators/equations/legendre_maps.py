@@ -11,6 +11,7 @@ Cayley chart stays polynomial.
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 from ..numbers import Definition, needed, opaque, replaced, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
@@ -26,9 +27,13 @@ class LegendreMaps:
 
     def __init__(self, of: DiscreteLagrangian) -> None:
         self.of, self.element, self.s, self.groupoid = of, of.element, of.s, of.groupoid
-        s, groupoid = self.s, self.groupoid
+        s, groupoid = of.s, of.groupoid
         self.rho = groupoid.rho(s.x, s.h)
         self.L, self.R = groupoid.L(s.x, s.u, s.h), groupoid.R(s.x, s.u, s.h)
+        #: what knows the target, and an arrow in its letters: u in the chart, or the element g
+        self._arrows: tuple[Any, Any] = (groupoid, s.u)
+        if self.element is not None:
+            self._arrows = self.element, self.element.g
         #: (a map written out, that map in letters of gradients, whose derivatives are known)
         self._forms: list[tuple[Column, Column]] = []
 
@@ -130,15 +135,11 @@ class LegendreMaps:
     @cached_property
     def target(self) -> Column:
         """y = b(x, u; h), n×1; x·g where L_d is given on the group."""
-        s = self.s
-        if self.element is not None:
-            return self.element.target(s.x, self.element.g, s.h)
-        return self.groupoid.target(s.x, s.u, s.h)
+        arrows, arrow = self._arrows
+        return arrows.target(self.s.x, arrow, self.s.h)
 
     @cached_property
     def increment(self) -> Column:
         """y − x with the difference cancelled, n×1."""
-        s = self.s
-        if self.element is not None:
-            return self.element.increment(s.x)
-        return self.groupoid.increment(s.x, s.u, s.h)
+        arrows, arrow = self._arrows
+        return arrows.increment(self.s.x, arrow, self.s.h)

@@ -98,7 +98,7 @@ class Element:
             return -adjugate  # det g = 1
         return -adjugate / g.det()
 
-    def increment(self, x: Column) -> Column:
+    def increment(self, x: Column, g: SymbolicMatrix, h: Expression) -> Column:
         """x·g − x, n×1."""
-        moved = self.target(x, self.g, self.s.h) - x
+        moved = self.target(x, g, h) - x
         return moved.applyfunc(lambda e: sympy.collect(sympy.expand(e), list(x)))

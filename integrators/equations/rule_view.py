@@ -143,13 +143,14 @@ def value_of_rule(rule: Discretisation, L: LagrangianForRule, G: GroupoidForRule
 
     if not line_of(unwrap(rule.formula)) and not line_of(s.given):
         return asked(L, G)
-    wanted = asked(LagrangianForRule(s, written=True), GroupoidForRule(s, written=True))
+    plain = GroupoidForRule(s, written=True)
+    wanted = asked(LagrangianForRule(s, written=True), plain)
     try:
         value = asked(L, G)
         if first_violation([written(value) - wanted], [*s.u, *s.stages, s.h]) is None:
             return value
     except BadInput:  # it asked for what an answer does not have, and an expression has
-        pass
+        G.gave_velocities = plain.gave_velocities
     return wanted
 
 

@@ -9,6 +9,7 @@ from ..compiler import System
 from ..errors import BadInput
 from ..groupoids import chart_extents
 from ..numbers import sympy
+from ..numbers.types import Expression, Letter, Letters, SymbolicMatrix
 from .discrete_equations import DiscreteEquations
 from .symbols import vector
 
@@ -25,12 +26,9 @@ def step_system(
     """
     s, at_points, element = equations.s, equations.at_points, equations.element
     h = equations.h
-    rows = _over(at_points.system, h)
-    if element is None:
-        slope = _over(at_points.slope, h)
-    else:  # along e→: ∂F⁻/∂u · R
-        slope = _over(at_points.minus_along_right, h)
-    gain = _over(at_points.gain, h)
+    rows, gain = _over(at_points.system, h), _over(at_points.gain, h)
+    # by u and the stages; on the group along e→, ∂F⁻/∂u · R
+    slope = _over(at_points.slope if element is None else at_points.minus_along_right, h)
     branches = [] if element is None else [element.branch]
     groupoid = equations.groupoid
     used = equations.L.free_symbols
@@ -50,19 +48,19 @@ def step_system(
         scaled=tuple(u for u in equations.u if u in used),
         along=None if element is None else _along_group(equations),
         extents=tuple(chart_extents(groupoid, equations.x, equations.u, h)),
-        branch=next(iter(branches), None),
+        branch=None if element is None else element.branch,
         constants=dict(s.constants),
         composed=composed,
         adjoint=None if adjoint is None else step_system(adjoint),
     )
 
 
-def _over(matrix: Any, h: Any) -> Any:
+def _over(matrix: SymbolicMatrix, h: Letter) -> SymbolicMatrix:
     """matrix/h term by term, so that powers of h cancel before they are ever rounded."""
     return matrix.applyfunc(lambda e: sympy.Add(*[t / h for t in sympy.Add.make_args(e)]))
 
 
-def _along_group(equations: DiscreteEquations) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+def _along_group(equations: DiscreteEquations) -> tuple[Letters, tuple[Expression, ...]]:
     """dw with τ(h(w + dw)) = τ(hc) τ(hw): the correction c of g, followed in the group.
 
     Newton in the chart alone goes astray near its edge (Moser–Veselov, rotations spread over

@@ -17,48 +17,50 @@ from typing import Any
 
 from ..groupoids import Groupoid
 from ..numbers import Definition, Function, jacobian, replaced, sympy
-from .chain_rule import Block, ChainRule, partials
-from .symbols import vector
+from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
+from .chain_rule import Block, ChainRule, Row, partials
+from .symbols import column, vector
 
 
 @dataclass(frozen=True, eq=False)
 class Term:
     """A scalar `value` in `letters`: a column of point coordinates, then velocities."""
 
-    letters: Any
-    value: Any
+    letters: Column
+    value: Expression
 
     @cached_property
-    def gradient(self) -> Any:
+    def gradient(self) -> Column:
         """∂value/∂letters, a column."""
         return jacobian([self.value], self.letters).T
 
     @cached_property
-    def hessian(self) -> Any:
+    def hessian(self) -> SymbolicMatrix:
         """∂²value/∂letters², square."""
         return jacobian(self.gradient, self.letters)
 
-    def gradient_block(self, columns: list[Any], letter: str) -> tuple[Any, Block]:
-        """(gradient at a place, its block): letters for those entries that are sums or functions.
+    def placed(self, columns: list[Column], letter: str) -> tuple[list[Column], Block]:
+        """(gradient at a place, in a part a column; its block).
 
-        columns: the letters of the place, point and velocity.
+        columns: the letters of the place, point and velocity. Those entries of the gradient that
+        are sums or functions get letters.
         """
-        place = [e for column in columns for e in column]
+        place = [e for part in columns for e in part]
         swap = dict(zip(self.letters, place, strict=True))
         entries = replaced([*self.gradient, *self.hessian], swap)
-        values = sympy.Matrix(entries[: len(place)])
-        hessian = sympy.Matrix(len(place), len(place), entries[len(place) :])
+        values, size = entries[: len(place)], len(place)
+        hessian = sympy.Matrix(size, size, entries[size:])
         rows = [i for i, e in enumerate(values) if not (e.is_Symbol or e.is_Number)]
-        names = vector(letter, len(rows))
-        parts, at = [], 0
-        for column in columns:
-            if len(column):
-                parts.append((column, hessian[rows, at : at + len(column)]))
-            at += len(column)
-        block = Block(names, values[rows, :], parts)
-        gradient = values.copy()
-        for name, row in zip(names, rows, strict=True):
-            gradient[row] = name
+        block = Block(vector(letter, len(rows)), column(values[i] for i in rows))
+        for row, name in zip(rows, block.letters, strict=True):
+            values[row] = name
+        gradient, at = [], 0
+        for part in columns:
+            end = at + len(part)
+            gradient.append(column(values[at:end]))
+            if len(part):
+                block.partials.append((part, hessian[rows, at:end]))
+            at = end
         return gradient, block
 
 
@@ -72,20 +74,28 @@ class CurveTerm:
     """
 
     def __init__(
-        self, groupoid: Groupoid, term: Term, name: str, base: Any, point: Any, moving: bool
+        self,
+        groupoid: Groupoid,
+        term: Term,
+        name: str,
+        base: Column,
+        point: Column | None,
+        moving: bool,
     ) -> None:
         self.name = name
         m, one = groupoid.dim_u, sympy.Integer(1)
         self.W, self.D = vector("cw0", m), vector("cd0", m)
         self.columns = {"W": self.W, "D": self.D, "base": base, "point": point}
         self.chain = ChainRule()
-        self.results: list[Any] = []
-        self.letters: dict[Any, int] = {}  # the letter of each result, with its number
-        self._known: dict[Any, Any] = {}
+        self.results: list[Expression] = []
+        self.letters: dict[Letter, int] = {}  # the letter of each result, with its number
+        self._known: dict[Expression, Letter] = {}
         self._function: Function | None = None
-        self._slopes: dict[tuple[Any, str], list[Any]] = {}
-        z, along = point, 0 * self.W
-        if point is None:
+        self._slopes: dict[tuple[Letter, str], Row] = {}
+        along = 0 * self.W
+        if point is not None:
+            z = point
+        else:
             z, value = vector("zz0", len(base)), groupoid.target(base, self.W, one)
             slope = groupoid.point_slope(base, self.W, one, one, z)
             self.chain.add(Block(z, value, [(self.W, slope), *partials(value, [base])]))
@@ -95,9 +105,8 @@ class CurveTerm:
             xi, by = quotients(
                 self.chain, velocity, {k: self.columns[k] for k in ("W", "D", "base")}
             )
-        gradient, block = term.gradient_block([z, xi], "gg0")
+        (at_z, at_xi), block = term.placed([z, xi], "gg0")
         self.chain.add(block)
-        at_z, at_xi = gradient[: len(z), :], gradient[len(z) :, :]
         if point is None and len(z):
             along = slope.T * at_z
         turned = groupoid.R(base, self.W, one).T * along if any(along) else along
@@ -108,7 +117,7 @@ class CurveTerm:
         self._value = term.value.xreplace(dict(zip(term.letters, [*z, *xi], strict=True)))
         #: ∂Λ by the chart values W, D and by the base; by the point where that is known; and what
         #: the motion of the base adds by e→(b) = 0: in letters of results
-        self.gradient = {part: column.applyfunc(self._result) for part, column in outputs.items()}
+        self.gradient = {part: slopes.applyfunc(self._result) for part, slopes in outputs.items()}
         #: the letters that are entries of ∂Λ/∂(W, D), up to a sign: (which entry, sign)
         self._in_gradient = {
             sign * e: (i, sign)
@@ -118,11 +127,11 @@ class CurveTerm:
         }
 
     @property
-    def value(self) -> Any:
+    def value(self) -> Expression:
         """Λ itself, in letters of results."""
         return self._result(self._value)
 
-    def _result(self, value: Any) -> Any:
+    def _result(self, value: Expression) -> Expression:
         """The letter of the value as a result; numbers and the arguments themselves need none."""
         if value.is_Number or (value.is_Symbol and value not in self.chain.owner):
             return value
@@ -134,13 +143,13 @@ class CurveTerm:
             self.results.append(value)
         return self._known[value]
 
-    def partials_of(self, letter: Any) -> list[tuple[str, list[Any]]]:
+    def partials_of(self, letter: Letter) -> list[tuple[str, Row]]:
         """[(part, derivatives of that result by it)] for the parts W, D, base and point."""
         return [
             (k, self._slope(letter, k)) for k, c in self.columns.items() if c is not None and len(c)
         ]
 
-    def _slope(self, letter: Any, part: str) -> list[Any]:
+    def _slope(self, letter: Letter, part: str) -> Row:
         key = (letter, part)
         if key not in self._slopes:
             if part in ("W", "D") and letter in self._in_gradient:
@@ -177,32 +186,32 @@ class CurveTerm:
 class Node:
     """One placement of a `CurveTerm`, at letters W and D of the scheme; a block of its results."""
 
-    def __init__(self, chain: ChainRule, term: CurveTerm, W: Any, D: Any) -> None:
+    def __init__(self, chain: ChainRule, term: CurveTerm, W: Column, D: Column) -> None:
         self.chain, self.term = chain, term
         self.columns = {**term.columns, "W": W, "D": D}
         self._prefix = f"t{len(chain.blocks)}"
         self._swap = dict(zip([*term.W, *term.D], [*W, *D], strict=True))
-        self._theirs: dict[Any, Any] = {}
-        self.letters: tuple[Any, ...] = ()
+        self._theirs: dict[Letter, Letter] = {}
+        self.letters: tuple[Letter, ...] = ()
         chain.add(self)
-        self.gradient = {part: self._own(column) for part, column in term.gradient.items()}
+        self.gradient = {part: self._own(slopes) for part, slopes in term.gradient.items()}
 
     @property
-    def value(self) -> Any:
+    def value(self) -> Expression:
         """Λ at this node."""
         return self._own(self.term.value)
 
-    def _own(self, column: Any) -> Any:
-        """Replace the term's letters in a column by this node's."""
-        for theirs in sorted(column.free_symbols & set(self.term.letters), key=str):
+    def _own(self, given: Any) -> Any:
+        """An expression or a column, with the term's letters replaced by this node's."""
+        for theirs in sorted(given.free_symbols & set(self.term.letters), key=str):
             if theirs not in self._swap:
                 number = self.term.letters[theirs]
                 mine = sympy.Symbol(f"{self._prefix}_{number}", real=True)
                 self._swap[theirs], self._theirs[mine] = mine, theirs
                 self.chain.owner[mine] = self
-        return column.xreplace(self._swap)
+        return given.xreplace(self._swap)
 
-    def partials_of(self, letter: Any) -> list[tuple[Any, list[Any]]]:
+    def partials_of(self, letter: Letter) -> list[tuple[Column, Row]]:
         """[(column of the scheme, derivatives of the letter by it)]."""
         return [
             (self.columns[part], [self._own(e) for e in row])
@@ -218,7 +227,9 @@ class Node:
         return Definition(letters, (), function, (*self.columns["W"], *self.columns["D"]))
 
 
-def quotients(chain: ChainRule, value: Any, columns: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+def quotients(
+    chain: ChainRule, value: Column, columns: dict[str, Column]
+) -> tuple[Column, dict[str, SymbolicMatrix]]:
     """(letters for a column N/D, its first derivatives by the columns as letters).
 
     Also the 1/D get letters, so that rational derivatives stay small. With q = N/D and
@@ -233,7 +244,7 @@ def quotients(chain: ChainRule, value: Any, columns: dict[str, Any]) -> tuple[An
         chain.add(Block(z, value, [(used[k], first[k]) for k in used]))
         return z, first
     N, D = (sympy.Matrix(part) for part in zip(*parts, strict=True))
-    over: dict[Any, Any] = {}
+    over: dict[Expression, Letter] = {}
     for bottom in D:
         if bottom not in over:
             o = vector(f"o{len(over)}", 1)
@@ -245,11 +256,11 @@ def quotients(chain: ChainRule, value: Any, columns: dict[str, Any]) -> tuple[An
         k: vector(f"v{'abc'[i]}0", len(z) * len(c)).reshape(len(z), len(c))
         for i, (k, c) in enumerate(used.items())
     }
-    of_value = sympy.Matrix([n * e for n, e in zip(N, o, strict=True)])
+    of_value = column(n * e for n, e in zip(N, o, strict=True))
     chain.add(Block(z, of_value, [(used[k], first[k]) for k in used]))
     d = {k: jacobian(D, c) for k, c in used.items()}
-    for a, column in used.items():
-        n_a, inner = jacobian(N, column), [(k, i) for k in rows for i in range(len(column))]
+    for a, by in used.items():
+        n_a, inner = jacobian(N, by), [(k, i) for k in rows for i in range(len(by))]
         values = [(n_a[k, i] - z[k] * d[a][k, i]) * o[k] for k, i in inner]
         slopes = []
         for b, other in used.items():

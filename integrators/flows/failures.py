@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..bisections import EdgePolicy, StepContext, edge_policies
 from ..compiler import NOT_CONVERGED, SINGULAR, Run
 from ..equations import mass_matrix
 from ..errors import SMALLER, StepFailure
-from ..numbers import evaluate_matrix, exact, null_direction, shown, sympy, to_sympy
+from ..numbers import Vector, evaluate_matrix, exact, null_direction, shown, sympy, to_sympy
+from ..numbers.types import SymbolicMatrix
 
 #: the cause that each of the driver's statuses stands for
 CAUSES = {
@@ -18,7 +17,7 @@ CAUSES = {
 }
 
 
-def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: Any) -> StepFailure:
+def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> StepFailure:
     """The failure that a run ended with; `rows`: its trajectory so far."""
     context, machine = edge.context, edge.machine
     x, mu = machine.point(run.state)
@@ -34,7 +33,7 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: Any) -> StepFa
 
 
 def singular_direction(
-    context: StepContext, x: Any, u: Any, translate: int = 0
+    context: StepContext, x: Vector, u: Vector, translate: int = 0
 ) -> tuple[str, str] | None:
     """Which of ∂²l/∂ξ² and FL is singular to round-off at (x, u) and in which direction, the fix.
 
@@ -54,7 +53,7 @@ def singular_direction(
     return None
 
 
-def _FL(context: StepContext, x: Any, u: Any, translate: int) -> Any:
+def _FL(context: StepContext, x: Vector, u: Vector, translate: int) -> SymbolicMatrix | None:
     """∂F⁻/∂u, m×m, as sympy's Floats; None where it has no value."""
     try:
         slope, digits = context.geometry_in(translate).at(x, u)["minus_u"], context.numbers.digits
@@ -63,7 +62,7 @@ def _FL(context: StepContext, x: Any, u: Any, translate: int) -> Any:
         return None
 
 
-def _mass(context: StepContext, x: Any, u: Any) -> Any:
+def _mass(context: StepContext, x: Vector, u: Vector) -> SymbolicMatrix | None:
     """∂²l/∂ξ², m×m; None where the scene has no Lagrangian or this has no value."""
     s = context.equations.s
     if context.scene.lagrangian is None:

@@ -13,8 +13,8 @@ from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
 from ..compiler import Kernels, KernelsAtStep, System, compile
 from ..equations import DiscretisedScene, step_system
 from ..errors import BadInput
-from ..geometry import Arrow, LocalGeometry, frobenius, poisson_defect, pullback_defect
-from ..numbers import arithmetic, exact_rational
+from ..geometry import Arrow, LocalGeometry, Maps, frobenius, poisson_defect, pullback_defect
+from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational
 from .initial_state import Start, Starting
 from .newton_step import Step, arrow_before, step_from
 from .run import Trajectory, element_of, first_u, run_from
@@ -117,7 +117,7 @@ class Flow:
                 f"{self.scheme.scene.name}: that run is of another flow; ask the flow that made it."
             )
 
-    def evolve(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+    def evolve(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
         """Ψ: the (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
         self.context.check_one_arrow()
         with self.numbers.working():
@@ -125,14 +125,14 @@ class Flow:
             y, v = self.next_arrow(self.context.maps_at(x, u), x, u)
             return self.numbers.public(y), self.numbers.public(v)
 
-    def next_arrow(self, here: dict[str, Any], x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
+    def next_arrow(self, here: Maps, x: Vector, u: Vector) -> tuple[Vector, Vector]:
         """Ψ(x, u) from the maps at (x, u), in and to the flow's own numbers."""
         y, branch = here["target"], None
         if self.scheme.element is not None:
             branch = self.geometry.branch(x, u)
         return y, first_u(self.edge, Start(y, here["plus"] / self.context.h, u), branch)
 
-    def devolve(self, y: Any, v: Any) -> tuple[np.ndarray, np.ndarray]:
+    def devolve(self, y: Numbers, v: Numbers) -> tuple[Vector, Vector]:
         """Ψ⁻¹: the (x, u) with b(x, u) = y and F⁺(x, u) = F⁻(y, v), by Newton in (x, u).
 
         Raises `StepFailure` if Newton does not converge.
@@ -142,18 +142,18 @@ class Flow:
             x, u = arrow_before(self.context, *self.context.vectors(y, v))
             return self.numbers.public(x), self.numbers.public(u)
 
-    def dual_step(self, x: Any, mu: Any) -> tuple[np.ndarray, np.ndarray]:
+    def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
         """(x, μ) ↦ (b, μ′) on the dual algebroid, with u from F⁻(x, u) = hμ."""
         with self.numbers.working():
             run = run_from(self.edge, self.starting.at(x, mu), 1)
             return run.x[-1], run.mu[-1]
 
-    def inverse_legendre(self, x: Any, mu: Any) -> np.ndarray:
+    def inverse_legendre(self, x: Numbers, mu: Numbers) -> Vector:
         """A u with F⁻(x, u) = hμ; of several the one that Newton reaches from v0."""
         with self.numbers.working():
             return self.numbers.public(first_u(self.edge, self.starting.at(x, mu)))
 
-    def solutions(self, x: Any, mu: Any) -> list[Solution]:
+    def solutions(self, x: Numbers, mu: Numbers) -> list[Solution]:
         """The elements g with F⁻(x, g) = hμ, by Newton from the cover's elements (section 4.3).
 
         Raises `BadInput` unless on_edge is "bisect".
@@ -167,14 +167,16 @@ class Flow:
                 for s in self.edge.solutions(*self.context.vectors(x, mu))
             ]
 
-    def pullback_defect(self, x: Any, u: Any) -> Any:
+    def pullback_defect(self, x: Numbers, u: Numbers) -> Number:
         """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) at (x, u) (design of the symplecticity study)."""
         with self.numbers.working():
             here, there = self._two_arrows(x, u)
             tangent = self.geometry.tangent(here, there)
             return pullback_defect(self.geometry, here, there, tangent)
 
-    def poisson_defect(self, x: Any, mu: Any, *, u0: Any = None, bracket_sign: int = 1) -> Any:
+    def poisson_defect(
+        self, x: Numbers, mu: Numbers, *, u0: Numbers | None = None, bracket_sign: int = 1
+    ) -> Number:
         """‖M Π Mᵀ − Π′‖ / (‖M‖²‖Π′‖) at (x, μ): M the derivative of the dual step.
 
         u0: where Newton starts; a run's own u is needed near a chart's edge (default: v0).
@@ -185,7 +187,15 @@ class Flow:
             step = self._step_from(x, mu, u0)
             return poisson_defect(self.geometry, x, mu, step, bracket_sign)
 
-    def step_defect(self, x: Any, mu: Any, after_x: Any, after_mu: Any, *, u0: Any = None) -> Any:
+    def step_defect(
+        self,
+        x: Numbers,
+        mu: Numbers,
+        after_x: Numbers,
+        after_mu: Numbers,
+        *,
+        u0: Numbers | None = None,
+    ) -> Number:
         """How far a step (x, μ) ↦ (after_x, after_mu) is from the discrete equations.
 
         ‖(x′, μ′) − (after_x, after_mu)‖ / (‖M‖ (‖(x, μ)‖ + ‖(x′, μ′)‖)), (x′, μ′) and its
@@ -198,19 +208,19 @@ class Flow:
             size = frobenius(np.concatenate([x, mu])) + frobenius(np.concatenate(wanted))
             return self.context.number(gap / (frobenius(m) * size) if size else gap)
 
-    def tangent(self, x: Any, u: Any) -> np.ndarray:
+    def tangent(self, x: Numbers, u: Numbers) -> Matrix:
         """TΨ at (x, u), (n+m)×(n+m)."""
         with self.numbers.working():
             return self.numbers.public(self.geometry.tangent(*self._two_arrows(x, u)))
 
-    def _two_arrows(self, x: Any, u: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _two_arrows(self, x: Numbers, u: Numbers) -> tuple[Maps, Maps]:
         """The maps at (x, u) and at Ψ(x, u)."""
         self.context.check_one_arrow()
         x, u = self.context.vectors(x, u)
         here = self.context.maps_at(x, u)
         return here, self.context.maps_at(*self.next_arrow(here, x, u))
 
-    def _step_from(self, x: np.ndarray, mu: np.ndarray, u0: Any) -> Step:
+    def _step_from(self, x: Vector, mu: Vector, u0: Numbers | None) -> Step:
         guess = self.scheme.scene.v0 if u0 is None else u0
         return step_from(self.context, x, mu, self.context.vector(guess, len(self.scheme.u)))
 

@@ -10,14 +10,15 @@ import numpy as np
 from ..bisections import EdgePolicy
 from ..equations import check_momentum, check_start, initial_momentum
 from ..errors import BadInput
+from ..numbers import Matrix, Vector
 
 
 class Start(NamedTuple):
     """x, μ, and a guess of the first solution: u in the chart of a translate."""
 
-    x: np.ndarray
-    mu: np.ndarray
-    guess: np.ndarray
+    x: Vector
+    mu: Vector
+    guess: Vector
     translate: int = 0
 
 
@@ -86,7 +87,7 @@ class Starting:
             raise context.failure("FL is singular at the first step element0", {"x": x, "mu": mu})
         return Start(x, mu, u, translate)
 
-    def _in_group(self, g: Any) -> np.ndarray:
+    def _in_group(self, g: Any) -> Matrix:
         """g, N×N, if it is an element of the group to half of a double's digits."""
         scene, chart = self.context.scene, self.context.chart
         try:

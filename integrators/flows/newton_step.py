@@ -5,17 +5,17 @@ This is the evolution operator through the identity bisections (`bisections.evol
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..bisections import StepContext, following, preceding
+from ..geometry import Maps
+from ..numbers import Matrix, Vector
 
 #: (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′)
-Step = tuple[np.ndarray, np.ndarray, np.ndarray]
+Step = tuple[Vector, Vector, Matrix]
 
 
-def arrow_from(context: StepContext, x: Any, mu: Any, guess: Any) -> np.ndarray:
+def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
     """The u with F⁻(x, u) = hμ, by Newton from the guess; raises `StepFailure` if it diverges."""
     u = following(context, None, x, context.h * mu, guess)
     if u is None:
@@ -23,7 +23,7 @@ def arrow_from(context: StepContext, x: Any, mu: Any, guess: Any) -> np.ndarray:
     return u
 
 
-def arrow_before(context: StepContext, y: Any, v: Any) -> tuple[np.ndarray, np.ndarray]:
+def arrow_before(context: StepContext, y: Vector, v: Vector) -> tuple[Vector, Vector]:
     """The (x, u) with b(x, u) = y and F⁺(x, u) = F⁻(y, v); raises `StepFailure`."""
     n, there = len(y), context.maps_at(y, v)
     start = np.concatenate([y - there["rho"] @ v, v])
@@ -33,13 +33,13 @@ def arrow_before(context: StepContext, y: Any, v: Any) -> tuple[np.ndarray, np.n
     return point[:n], point[n:]
 
 
-def step_along(context: StepContext, here: dict[str, np.ndarray]) -> Step:
+def step_along(context: StepContext, here: Maps) -> Step:
     """The step (b, F⁺/h) on the dual along an arrow, from the maps at it."""
     h = context.h
     return here["target"], here["plus"] / h, context.geometry.dual_step(here, h)
 
 
-def step_from(context: StepContext, x: Any, mu: Any, guess: Any) -> Step:
+def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
     """The step on the dual from (x, μ): substeps one after another."""
     total = context.numbers.identity(len(x) + len(mu))
     for part in context.parts:

@@ -11,6 +11,7 @@ import numpy as np
 from ..bisections import EdgePolicy, StepContext
 from ..compiler import CORRECTIONS, FARTHEST, LAST_SIZE, MOST, Run
 from ..groupoids import margin_of
+from ..numbers import Matrix, Vector
 from .failures import failure_of_run
 from .initial_state import Start
 
@@ -31,11 +32,11 @@ class Trajectory:
     with g = τ(hu) B, 0 for e.
     """
 
-    t: np.ndarray
-    x: np.ndarray
-    u: np.ndarray
-    mu: np.ndarray
-    iterations: np.ndarray
+    t: Vector
+    x: Matrix
+    u: Matrix
+    mu: Matrix
+    iterations: Vector
     newton_mean: float
     newton_max: int
     newton_residual: float
@@ -43,7 +44,7 @@ class Trajectory:
     step: Fraction
     margin: float
     edges: int
-    translates: np.ndarray
+    translates: Vector
 
 
 def run_from(
@@ -70,7 +71,7 @@ def run_from(
     return rows
 
 
-def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> np.ndarray:
+def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> Vector:
     """The u with F⁻(x, u) = hμ in the chart of e, of the first row of a run.
 
     Raises `StepFailure` if Newton diverges, `BadInput` where that chart ends.
@@ -81,13 +82,13 @@ def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> np.ndarray
     return _velocity(edge.context, run, 0)
 
 
-def element_of(context: StepContext, run: Trajectory, row: int) -> np.ndarray:
+def element_of(context: StepContext, run: Trajectory, row: int) -> Matrix:
     """The group element g = τ(hu) B of a row, N×N, within `numbers.working()`."""
     u = context.h * _velocity(context, run, row)
     return context.chart.element(u, int(run.translates[row]))
 
 
-def _velocity(context: StepContext, run: Trajectory, row: int) -> np.ndarray:
+def _velocity(context: StepContext, run: Trajectory, row: int) -> Vector:
     """u of a row, in the flow's own numbers again."""
     return context.vector(run.u[row], run.u.shape[1])
 

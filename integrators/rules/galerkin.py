@@ -13,7 +13,7 @@ In the basis of Legendre polynomials s_j is of size h^j and a constant mass matr
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import lru_cache
 from typing import Any
 
 from ..errors import BadInput
@@ -24,7 +24,7 @@ from .quadrature import NodeValue
 MOST_NODES = 20
 
 
-@cache
+@lru_cache(maxsize=None, typed=True)  # gauss(2.0) is refused, whatever was asked before
 def gauss(nodes: int) -> Discretisation:
     """Gauss quadrature with that many nodes and a polynomial of that degree: order 2·nodes.
 
@@ -33,7 +33,7 @@ def gauss(nodes: int) -> Discretisation:
     return _galerkin("gauss", nodes, degree=nodes, order=2 * nodes)
 
 
-@cache
+@lru_cache(maxsize=None, typed=True)  # gauss(2.0) is refused, whatever was asked before
 def lobatto(nodes: int) -> Discretisation:
     """Lobatto quadrature and a polynomial of one degree less than nodes: order 2·nodes − 2.
 

@@ -6,6 +6,7 @@ import sympy
 
 from discmech.integrators import (
     BadInput,
+    Conserved,
     DiscmechError,
     LocalGroupoid,
     Scene,
@@ -82,6 +83,12 @@ CASES = {
     "scene's step": (lambda: plain(step=0), "duration and step must be positive"),
     "unknown parameter": (lambda: top(parameters={"mass": 1}),
                           "heavy-top has no parameter 'mass'; it has inertia, weight, center"),
+    "parameters no dictionary": (lambda: top(parameters=[1]),
+                                 r"heavy-top: parameters is \[1\]; give a dictionary"),
+    "constraint raises": (
+        lambda: Scheme(
+            plain(symmetries=[Conserved("c", lambda x, mu, p: x[5], value=1)]), midpoint),
+        "bad: c could not be evaluated with symbols .IndexError"),
     "attitude": (lambda: plain().with_attitude(), "only a scene on a Lie group has an attitude"),
     # Lagrangians
     "Lagrangian raises": (lambda: with_lagrangian(lambda x, v, p: 1 / 0),

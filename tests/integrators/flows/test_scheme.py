@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from discmech.integrators import BadInput, Scheme, midpoint, pair, scenes
+from discmech.integrators import BadInput, Scheme, discretisation, midpoint, pair, scenes
 from discmech.integrators import rules as discretisations
 from tests.objects import ALIKE, EXPENSIVE, PLAIN, SCENES, SCHEMES, flow, named, scheme, two_thirds
 
@@ -116,6 +116,19 @@ def test_orders_as_measured(scene, rule):
     measured = np.log2(np.abs(coarse - fine).max() / np.abs(half - fine).max())
     wanted = 1 if scene in SKEW or rule == "rectangle" else 2
     assert measured == pytest.approx(wanted, abs=0.05)
+
+
+def test_velocities_of_a_rule_that_cannot_be_asked_by_answers_count_too():
+    """It looks into L first: the answer has one term, so what is derived is written out."""
+
+    @discretisation(order=2)
+    def formula(L, G, x, u, h):
+        potential = L(x, u).as_ordered_terms()[1]
+        velocity = G.velocity(x, u / 2, u, h)
+        return h * L(G.target(x, u / 2, h), velocity) + h**3 * potential
+
+    of = Scheme(SCENES["affine-on-line"], formula)
+    assert not of.groupoid.symmetric_chart and of.order == 2
 
 
 def test_an_order_that_is_not_stated_is_none():

@@ -368,6 +368,7 @@ def linear(L, G, x, u, h, s):
     (lambda: built(1, linear), "singular everywhere.*every stage"),
     (lambda: built(1, lambda L, G, x, u, h, s: s[3][0]), "could not be evaluated.*IndexError"),
     (lambda: gauss(0), "gauss with 0 nodes: give a whole number from 1 to 20"),
+    (lambda: (gauss(2), gauss(2.0)), "gauss with 2.0 nodes"),
     (lambda: lobatto(1), "lobatto with 1 nodes: give a whole number from 2"),
     (lambda: get("gauss-99"), "gauss with 99 nodes"),
     (lambda: get("gaus-2"), "did you mean gauss-2"),
