@@ -7,36 +7,26 @@ show(check("order", scenes=[scene], rules=[rule]))
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
+
+from .core.study import Study, every_study
 
 if TYPE_CHECKING:
     from discmech.integrators import Discretisation, Scene
 
-#: the studies, in the order of the report
-NAMES = (
-    "order",
-    "symplecticity",
-    "momentum",
-    "energy",
-    "work-precision",
-    "stability",
-    "charts",
-    "extremes",
-    "savings",
-)
-
 __all__ = ["NAMES", "check", "get", "show"]
 
+#: the studies of scenes and rules, in the order of the report
+NAMES = tuple(study.name for study in every_study().values() if study.usual)
 
-def get(name: str) -> ModuleType:
-    """The module of a study; raises `BadInput` for an unknown name."""
+
+def get(name: str) -> Study:
+    """The study of that name; raises `BadInput` for an unknown one."""
     if name not in NAMES:
         from discmech.integrators import BadInput
 
         raise BadInput(f'there is no study "{name}": there are {", ".join(NAMES)}.')
-    return import_module(f".{name.replace('-', '_')}", __name__)
+    return every_study()[name]
 
 
 def check(
@@ -51,9 +41,9 @@ def check(
     Returns the result as the command line writes it: {"study", "verdict", "cases": [...]}. Raises
     `BadInput` for unknown names and for scenes that the study does not apply to.
     """
-    from . import lookup
-    from .case import Choice
-    from .running import run_study
+    from .core import lookup
+    from .core.case import Choice
+    from .core.running import run_study
 
     chosen = Choice(
         scenes=tuple(lookup.scene(s) if isinstance(s, str) else s for s in scenes),
@@ -66,7 +56,7 @@ def check(
 
 def show(result: dict[str, Any]) -> None:
     """Print a result's verdict table, and why something did not pass."""
-    from .output import console
-    from .rendering.tables import print_result
+    from .command.output import console
+    from .report.tables import print_result
 
     print_result(console(), result)

@@ -23,7 +23,7 @@ def _fixture(name: str) -> Any:
     """A fixture that hands out the assertion of that name."""
 
     def given(tmp_path: Path) -> Assertion:
-        from . import assertions
+        from .user import assertions
 
         return partial(getattr(assertions, name), pictures=tmp_path)
 

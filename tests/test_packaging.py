@@ -24,7 +24,7 @@ from discmech import Scene, Scheme, check, pair, scenes, solution
 from discmech import integrators, reference, studies
 assert not {"sympy", "numba"} & set(sys.modules), "importing is light"
 from discmech.studies.command import main
-from discmech.studies.rendering.page import environment
+from discmech.studies.report.page import environment
 environment().get_template("report.html.j2")
 assert reference.frozen.FOLDER.joinpath("heavy-top.json").is_file()
 print(main(["list"]))

@@ -57,8 +57,8 @@ def test_the_groupoid_of_the_readme_satisfies_the_axioms(namespace):
 
 
 def test_the_lines_of_the_command_parse():
-    from discmech.studies.command import _parser
-    from discmech.studies.options import choice_of
+    from discmech.studies.command.entry import _parser
+    from discmech.studies.command.options import choice_of
 
     lines = commands("discmech")
     assert len(lines) >= 7
@@ -69,7 +69,7 @@ def test_the_lines_of_the_command_parse():
 
 
 def test_the_cheap_lines_of_the_command_run(tmp_path, monkeypatch, capsys):
-    from discmech.studies.command import main
+    from discmech.studies.command.entry import main
 
     monkeypatch.chdir(tmp_path)
     for words in commands("discmech"):

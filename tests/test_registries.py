@@ -115,6 +115,6 @@ def test_rules_are_registered_under_their_names():
 def test_every_study_has_what_a_study_has():
     for name in studies.NAMES:
         study = studies.get(name)
-        assert name == study.NAME and study.NEEDS and study.DIGITS[0] == 16
+        assert name == study.name == study.measuring.NAME and study.needs
         for part in ("cases", "measure", "judge"):
             assert callable(getattr(study, part))

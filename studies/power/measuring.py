@@ -15,11 +15,11 @@ from discmech.integrators import BadInput
 from discmech.integrators import rules as discretisations
 
 from .. import get
-from ..case import Case
-from ..fingerprint import of_everything
-from ..record import provenance
-from ..running import run_case
-from ..store import Store
+from ..core.case import Case
+from ..core.fingerprint import of_everything
+from ..core.record import provenance
+from ..core.running import run_case
+from ..core.store import Store
 from .catalogue import everything
 from .equivalents import proof
 from .faults import Fault, NoPlace, scene_of

@@ -11,8 +11,8 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..record import record
-from ..store import Store
+from ..core.record import record
+from ..core.store import Store
 from .catalogue import everything
 from .measuring import SCENES, Result, measure
 from .valid import random_rule

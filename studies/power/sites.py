@@ -27,7 +27,7 @@ from discmech.integrators.numbers import first_violation
 from discmech.integrators.rules import Composition, Discretisation
 from discmech.integrators.scene import Scene
 
-from ..case import Case
+from ..core.case import Case
 from .faults import Fault, NoPlace, scene_of
 from .interpreted import InterpretedScheme
 

@@ -16,7 +16,7 @@ from discmech.integrators import Scheme
 from discmech.integrators.rules import Composition, Discretisation, Method, midpoint, trapezoidal
 from discmech.integrators.scene import Scene
 
-from ..case import Case, scheme_of
+from ..core.case import Case, scheme_of
 from .interpreted import InterpretedScheme
 
 Nodes = list[tuple[Fraction, Fraction]]  # (θ, weight)

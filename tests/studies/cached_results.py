@@ -14,8 +14,8 @@ from discmech.integrators import Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
 from discmech.studies import NAMES, get
-from discmech.studies.case import Case, Progress
-from discmech.studies.running import run_case
+from discmech.studies.core.case import Case, Progress
+from discmech.studies.core.running import run_case
 from tests.objects import EXPENSIVE, TURN
 
 BUILT_IN = [
@@ -72,7 +72,9 @@ def measured_once() -> Iterator[None]:
     """Within it each case is measured once in a process, whoever asks for it by its command."""
     with pytest.MonkeyPatch.context() as patch:
         for name in NAMES:
-            patch.setattr(get(name), "measure", partial(_remembered, get(name).measure))
+            patch.setattr(
+                get(name).measuring, "measure", partial(_remembered, get(name).measuring.measure)
+            )
         yield
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from discmech.studies.command import main
+from discmech.studies.command.entry import main
 
 
 @pytest.fixture(autouse=True)
@@ -15,7 +15,7 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Results are kept in the test's folder; compiled kernels stay shared."""
     folder = tmp_path / "cache"
     folder.mkdir()
-    monkeypatch.setattr("discmech.studies.store.cache_folder", lambda: folder)
+    monkeypatch.setattr("discmech.studies.core.store.cache_folder", lambda: folder)
 
 
 @pytest.fixture

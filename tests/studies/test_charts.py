@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from discmech.integrators import scenes
-from discmech.studies import charts, get
-from discmech.studies.case import Choice
-from discmech.studies.rendering.figures import plates
-from discmech.studies.running import run_case
+from discmech.studies import get
+from discmech.studies.charts import measuring as charts
+from discmech.studies.core.case import Choice
+from discmech.studies.core.running import run_case
+from discmech.studies.report.figures import plates
 from tests.studies.cached_results import SMALL, measured_once
 
 

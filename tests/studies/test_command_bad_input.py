@@ -98,7 +98,9 @@ def test_a_failed_write_leaves_the_old_file(ask, tmp_path, monkeypatch):
 
 
 def test_where_the_result_goes_is_looked_at_before_the_study_runs(ask, tmp_path, monkeypatch):
-    monkeypatch.setattr(get("energy"), "measure", lambda *_: pytest.fail("measured in vain"))
+    monkeypatch.setattr(
+        get("energy").measuring, "measure", lambda *_: pytest.fail("measured in vain")
+    )
     assert ask("energy", "--json", str(tmp_path / "missing" / "a.json"))[0] == 2
     (tmp_path / "file").touch()
     code, _, err = ask("energy", "--folder", str(tmp_path / "file"))

@@ -8,9 +8,9 @@ import pytest
 
 from discmech.integrators import scenes
 from discmech.studies import NAMES, get
-from discmech.studies.case import Verdict, plain_cases
-from discmech.studies.command import _parser
-from discmech.studies.options import as_typed, choice_of
+from discmech.studies.command.entry import _parser
+from discmech.studies.command.options import as_typed, choice_of
+from discmech.studies.core.case import Verdict, plain_cases
 from tests.studies.cached_results import SMALL, measured_once
 from tests.studies.commands import strict
 
@@ -94,7 +94,7 @@ def test_no_scene_is_every_scene_and_a_retraction_leaves_pairs_in():
 
 @pytest.mark.parametrize(("verdict", "code"), [("pass", 0), ("fail", 1), ("inconclusive", 3)])
 def test_exit_codes(ask, monkeypatch, verdict, code):
-    module = get("momentum")
+    module = get("momentum").measuring
     monkeypatch.setattr(
         module, "measure", lambda case, progress: {"measured": {"drift": {}}, "rows": []}
     )
@@ -105,7 +105,7 @@ def test_exit_codes(ask, monkeypatch, verdict, code):
 def test_not_a_number_never_reaches_the_json(ask, monkeypatch):
     nothing = {"measured": {"drift": {"J": float("nan")}}, "steps": 1,
                "rows": [{"step": 1, "drift": {"J": float("inf")}}]}  # fmt: skip
-    monkeypatch.setattr(get("momentum"), "measure", lambda case, progress: nothing)
+    monkeypatch.setattr(get("momentum").measuring, "measure", lambda case, progress: nothing)
     code, out, _ = ask("momentum", "kepler", "--json", "-")
     assert code == 1
     case = strict(out)["cases"][0]

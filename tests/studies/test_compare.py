@@ -7,8 +7,8 @@ import os
 
 import pytest
 
-from discmech.studies.command import main
-from discmech.studies.compare import comparison
+from discmech.studies.command.entry import main
+from discmech.studies.user.compare import comparison
 from tests.studies.test_userfile import RULE
 
 

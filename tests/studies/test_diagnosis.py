@@ -29,11 +29,11 @@ from discmech.integrators.compiler import interpreted, kernel_text
 from discmech.integrators.flows import Flow, Start
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
-from discmech.studies.case import Case
-from discmech.studies.diagnosis import _residuals as residuals
-from discmech.studies.diagnosis import _start_gap as start_gap
-from discmech.studies.exact_path import truncation
-from discmech.studies.running import run_case
+from discmech.studies.causes.diagnosis import _residuals as residuals
+from discmech.studies.causes.diagnosis import _start_gap as start_gap
+from discmech.studies.causes.exact_path import truncation
+from discmech.studies.core.case import Case
+from discmech.studies.core.running import run_case
 
 
 @discretisation(order=2)

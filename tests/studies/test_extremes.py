@@ -10,11 +10,11 @@ from sympy import Rational
 
 from discmech.integrators import discretisation, midpoint, scenes, trapezoidal
 from discmech.studies import get
-from discmech.studies.case import Choice, scheme_of
-from discmech.studies.edges import EXTREMES, Extreme
-from discmech.studies.extremes import FINE, WRONG, _size, _told, one_extreme
-from discmech.studies.running import run_study
-from discmech.studies.stiff import FAMILIES
+from discmech.studies.core.case import Choice, scheme_of
+from discmech.studies.core.running import run_study
+from discmech.studies.extremes.edges import EXTREMES, Extreme
+from discmech.studies.extremes.measuring import FINE, WRONG, _size, _told, one_extreme
+from discmech.studies.stability.stiff import FAMILIES
 
 
 def told(error, estimate, energy=1e-9):
@@ -96,14 +96,17 @@ def test_a_rule_for_another_problem_is_silent_and_fails():
 
     scene = scenes.get("pendulum")
     found = run_study(
-        get("extremes"), Choice(scenes=(scene,), rules=(hasty,), extremes=("mass 1e100",))
+        get("extremes"),
+        Choice(scenes=(scene,), rules=(hasty,), own=(("extreme", ("mass 1e100",)),)),
     )
     (case,) = found["cases"]
     assert case["verdict"] == "fail" and "nor the energy tell" in case["reason"]
 
 
 def test_what_stops_says_where_and_why():
-    choice = Choice(scenes=(scenes.get("kepler"),), rules=(midpoint,), extremes=("e = 0.999",))
+    choice = Choice(
+        scenes=(scenes.get("kepler"),), rules=(midpoint,), own=(("extreme", ("e = 0.999",)),)
+    )
     (case,) = run_study(get("extremes"), choice)["cases"]
     fine, coarse = case["rows"]
     assert fine["outcome"] == "right"

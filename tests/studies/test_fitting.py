@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from discmech.studies.fitting import asymptotic_window, fit_line
+from discmech.studies.core.fitting import asymptotic_window, fit_line
 
 STEPS = [0.1 / 2**k for k in range(12)]
 EPS = 2.0**-53

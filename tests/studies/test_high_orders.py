@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from discmech.studies.assertions import assert_order
+from discmech.studies.user.assertions import assert_order
 
 ORDERS = {
     "gauss-1": 2, "gauss-2": 4, "gauss-3": 6, "gauss-4": 8,

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from discmech.studies.rendering import (
+from discmech.studies.report import (
     formulas,
     mathml,
     plot_drift,
@@ -25,11 +25,11 @@ from discmech.studies.rendering import (
     typeset,
     wording,
 )
-from discmech.studies.rendering.alike import Share, shares
-from discmech.studies.rendering.labels import spread
-from discmech.studies.rendering.page import write_report
-from discmech.studies.rendering.palette import Mark
-from discmech.studies.rendering.summary import headline, merged
+from discmech.studies.report.alike import Share, shares
+from discmech.studies.report.labels import spread
+from discmech.studies.report.page import write_report
+from discmech.studies.report.palette import Mark
+from discmech.studies.report.summary import headline, merged
 from tests.studies.fake_results import MATHML, equations, results, scenes, spoiled
 
 
@@ -120,7 +120,7 @@ def test_a_failure_leaves_the_old_report(tmp_path: Path, monkeypatch: pytest.Mon
     page = write_report(few, [], [], tmp_path)
     (tmp_path / "kept.json").write_text("{}")
     before = contents(tmp_path)
-    monkeypatch.setattr("discmech.studies.rendering.page.machine", lambda _: 1 / 0)
+    monkeypatch.setattr("discmech.studies.report.page.machine", lambda _: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         write_report(results((16,))[:1], [], [], tmp_path)
     assert page.exists() and before == contents(tmp_path)
@@ -272,7 +272,7 @@ def test_formulas_are_collected_and_stay_exact() -> None:
 def test_equations_of_a_scheme_are_typeset() -> None:
     from discmech.integrators import Scheme, scenes
     from discmech.integrators import rules as discretisations
-    from discmech.studies.report import equations_of
+    from discmech.studies.command.report import equations_of
 
     for scene, lines in (("kepler", 2), ("rigid-body", 3)):
         found = equations_of(Scheme(scenes.get(scene), discretisations.midpoint))
@@ -299,7 +299,7 @@ def test_picture_of_the_readme(tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 
 def test_import_is_light() -> None:
-    code = "import sys, studies.rendering.page, studies.rendering.tables; print(*sys.modules)"
+    code = "import sys; from discmech.studies.report import page, tables; print(*sys.modules)"
     root = Path(__file__).resolve().parents[2]
     run = subprocess.run(
         [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True

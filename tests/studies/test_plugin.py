@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from discmech.integrators import BadInput, discretisation, scenes
-from discmech.studies import assertions
-from discmech.studies.assertions import (
+from discmech.studies.user import assertions
+from discmech.studies.user.assertions import (
     Missed,
     assert_converges,
     assert_momentum,

@@ -10,7 +10,8 @@ import sympy
 
 from discmech.integrators.compiler.kernel_text import driver_text
 from discmech.integrators.numbers import first_violation
-from discmech.studies.command import main
+from discmech.studies.command.entry import main
+from discmech.studies.core.store import Store
 from discmech.studies.power import measuring
 from discmech.studies.power.catalogue import SOLVER, STAGED, everything
 from discmech.studies.power.equivalents import proof
@@ -20,8 +21,7 @@ from discmech.studies.power.operators import OPERATORS
 from discmech.studies.power.results import RULES, result, sampled
 from discmech.studies.power.sites import faulty_scheme, sound_scheme
 from discmech.studies.power.valid import KINDS, random_rule
-from discmech.studies.rendering.page import lone_page
-from discmech.studies.store import Store
+from discmech.studies.report.page import lone_page
 
 CATALOGUE = everything()
 

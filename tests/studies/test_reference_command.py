@@ -9,8 +9,9 @@ import pytest
 
 from discmech.reference import frozen, solution, store
 from discmech.reference.solution import forget
-from discmech.studies import costs, published
-from discmech.studies.command import main
+from discmech.studies.command.entry import main
+from discmech.studies.references import measuring as costs
+from discmech.studies.references import published
 
 
 @pytest.fixture(autouse=True)

@@ -12,10 +12,12 @@ from types import SimpleNamespace
 import pytest
 
 from discmech.integrators import StepFailure, scenes
-from discmech.studies import NAMES, costs, get, report
-from discmech.studies.case import Verdict
-from discmech.studies.command import main
+from discmech.studies import NAMES, get
+from discmech.studies.command import report
+from discmech.studies.command.entry import main
+from discmech.studies.core.case import Verdict
 from discmech.studies.power import results
+from discmech.studies.references import measuring as costs
 
 WORDS = [
     "report",
@@ -37,13 +39,13 @@ STOPPED = StepFailure("heavy-top", "midpoint", 3, 0.15, {"x": [1.0]}, "Newton di
 
 def replace_measurements(monkeypatch, measure):
     for name in NAMES:
-        monkeypatch.setattr(get(name), "measure", measure)
+        monkeypatch.setattr(get(name).measuring, "measure", measure)
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """A report of two scenes in which one case in the middle fails: Newton gives up."""
-    good = {name: get(name).measure for name in NAMES}
+    good = {name: get(name).measuring.measure for name in NAMES}
 
     def measure(case, progress):
         if (case.study, case.scene.name) == ("energy", "heavy-top"):
@@ -52,7 +54,7 @@ def made(tmp_path_factory):
 
     folder, kept = tmp_path_factory.mktemp("report") / "build", tmp_path_factory.mktemp("kept")
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
-        patch.setattr("discmech.studies.store.cache_folder", lambda: kept)
+        patch.setattr("discmech.studies.core.store.cache_folder", lambda: kept)
         replace_measurements(patch, measure)
         code = main([*WORDS, "--folder", str(folder)])
     page = folder / "index.html"
@@ -121,7 +123,7 @@ def test_an_interrupted_report_leaves_the_old_one(made, monkeypatch, capsys):
 def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
     replace_measurements(monkeypatch, lambda case, progress: {"measured": {}, "rows": []})
     for name in NAMES:
-        monkeypatch.setattr(get(name), "judge", lambda case, measurement: Verdict("pass"))
+        monkeypatch.setattr(get(name).measuring, "judge", lambda case, measurement: Verdict("pass"))
     (tmp_path / "file").write_text("in the way")
     words = ["report", "kepler", "--rule", "midpoint", "--digits", "16"]
     assert main([*words, "--folder", str(tmp_path / "file" / "build")]) == 2

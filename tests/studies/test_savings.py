@@ -6,10 +6,11 @@ import pytest
 
 from discmech.integrators import midpoint, scenes, trapezoidal
 from discmech.integrators.compiler import SAVINGS
-from discmech.studies import get, savings
-from discmech.studies.case import Choice, scheme_of
-from discmech.studies.rendering import tables
-from discmech.studies.running import run_case
+from discmech.studies import get
+from discmech.studies.core.case import Choice, scheme_of
+from discmech.studies.core.running import run_case
+from discmech.studies.report import tables
+from discmech.studies.savings import measuring as savings
 from tests.studies.cached_results import case
 
 
@@ -78,7 +79,7 @@ def test_operations_are_those_of_the_text():
 def test_which_cases_there_are():
     named = {c.scene.name for c in savings.cases(Choice())}
     assert named == set(savings.SHOWN)
-    every = savings.cases(Choice(thorough=True))
+    every = savings.cases(Choice(own=(("thorough", True),)))
     assert {c.scene.name for c in every} > named
     assert savings.cases(Choice(digits=(50,))) == []
 

@@ -12,9 +12,12 @@ import pytest
 
 from discmech.integrators import discretisation, imex, midpoint, scenes, trapezoidal
 from discmech.integrators import rules as discretisations
-from discmech.studies import controls, exchange, get
-from discmech.studies.case import Choice, scheme_of
-from discmech.studies.linear_stability import (
+from discmech.studies import get
+from discmech.studies.core import controls
+from discmech.studies.core.case import Choice, scheme_of
+from discmech.studies.core.running import run_case, run_study
+from discmech.studies.stability import exchange, plot_maps
+from discmech.studies.stability.linear_stability import (
     Oscillator,
     Spectrum,
     TableauOscillator,
@@ -23,7 +26,7 @@ from discmech.studies.linear_stability import (
     spectra,
     unstable_intervals,
 )
-from discmech.studies.nonlinear_stability import (
+from discmech.studies.stability.nonlinear_stability import (
     CLASSES,
     RETURNS,
     limits,
@@ -31,9 +34,7 @@ from discmech.studies.nonlinear_stability import (
     resonant,
     stability_map,
 )
-from discmech.studies.rendering import plot_maps
-from discmech.studies.running import run_case, run_study
-from discmech.studies.stiff import FAMILIES
+from discmech.studies.stability.stiff import FAMILIES
 from tests.studies.cached_results import SMALL, case, measured_once
 
 # -- linear ---------------------------------------------------------------------------------------
@@ -101,7 +102,8 @@ def test_what_is_not_symplectic_leaves_the_circle(name):
 
 def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
     monkeypatch.setattr(
-        "discmech.studies.stability.TableauOscillator", lambda tableau: Oscillator(trapezoidal)
+        "discmech.studies.stability.measuring.TableauOscillator",
+        lambda tableau: Oscillator(trapezoidal),
     )
     found = run_case(
         get("stability"), case("stability", "harmonic", "midpoint", control="explicit Euler")
@@ -111,7 +113,8 @@ def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
 
 def test_an_interval_that_runs_contradict_fails(monkeypatch):
     monkeypatch.setattr(
-        "discmech.studies.linear_stability.unstable_intervals", lambda step: [(1.5, 1000.0)]
+        "discmech.studies.stability.linear_stability.unstable_intervals",
+        lambda step: [(1.5, 1000.0)],
     )
     found = run_case(get("stability"), case("stability", "harmonic", "trapezoidal"))
     assert found["verdict"] == "fail" and "contradict" in found["reason"]
@@ -238,7 +241,7 @@ def test_a_rule_that_is_lost_at_small_steps_fails(monkeypatch):
     def lost(family, derived, *arguments, **more):
         return [{"stiffness": 0.9, "z": 0.3, "class": "drifting"}]
 
-    monkeypatch.setattr("discmech.studies.stability.stability_map", lost)
+    monkeypatch.setattr("discmech.studies.stability.measuring.stability_map", lost)
     found = run_case(get("stability"), case("stability", "kepler", "midpoint"))
     assert found["verdict"] == "fail" and "drifting at hω = 0.3 and e = 0.9" in found["reason"]
 
@@ -252,7 +255,7 @@ def test_an_escape_fails_where_the_energy_forbids_it(monkeypatch, e, near, kind)
     def lost(family, derived, *arguments, **more):
         return [{"stiffness": e, "z": 0.3, "class": kind}]
 
-    monkeypatch.setattr("discmech.studies.stability.stability_map", lost)
+    monkeypatch.setattr("discmech.studies.stability.measuring.stability_map", lost)
     assert run_case(get("stability"), case("stability", "kepler", "midpoint"))["verdict"] == verdict
 
 

@@ -10,11 +10,12 @@ import pytest
 
 from discmech.integrators import scenes
 from discmech.integrators.rules import compose, gauss, midpoint, trapezoidal
-from discmech.studies import fingerprint, get, lookup, running
-from discmech.studies.case import Case, Choice
-from discmech.studies.command import INTERRUPTED, main
-from discmech.studies.running import run_study
-from discmech.studies.store import Store
+from discmech.studies import get
+from discmech.studies.command.entry import INTERRUPTED, main
+from discmech.studies.core import fingerprint, lookup, running
+from discmech.studies.core.case import Case, Choice
+from discmech.studies.core.running import run_study
+from discmech.studies.core.store import Store
 
 CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
                 rules=(midpoint,), digits=(16,), steps=10)  # fmt: skip
@@ -24,7 +25,7 @@ ALL = ["kepler", "rigid-body", "heavy-top"]
 @pytest.fixture
 def study(monkeypatch):
     """The momentum study with a measurement that keeps a list, and can be interrupted."""
-    module = get("momentum")
+    module = get("momentum").measuring
     state = {"measured": [], "stop_at": None}
 
     def measure(case, progress):
@@ -41,7 +42,7 @@ def study(monkeypatch):
         """The scenes measured by this run, and its result (None if it was interrupted)."""
         state.update(measured=[], stop_at=stop_at)
         try:
-            found = run_study(module, choice, store=Store(fresh))
+            found = run_study(get("momentum"), choice, store=Store(fresh))
         except KeyboardInterrupt:
             found = None
         return state["measured"], found
@@ -103,7 +104,7 @@ def test_a_store_that_cannot_be_written_says_so_and_loses_nothing(study, monkeyp
     def full(path, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("discmech.studies.store.write_atomically", full)
+    monkeypatch.setattr("discmech.studies.core.store.write_atomically", full)
     measured, found = study()
     assert measured == ALL and len(found["cases"]) == 3
     assert any("No space left on device" in note for note in found["notes"])
@@ -114,14 +115,14 @@ def test_the_longest_unused_entries_go_first(study, entries, monkeypatch):
     for age, path in enumerate(entries()):
         os.utime(path, (1e9 - age, 1e9 - age))
     newest = entries()[0]
-    monkeypatch.setattr("discmech.studies.store.MOST", 2)
+    monkeypatch.setattr("discmech.studies.core.store.MOST", 2)
     Store().prune()
     assert newest in entries() and len(entries()) < 3
 
 
 def test_from_the_command_line(study, capsys, monkeypatch):
     words = ["momentum", "kepler", "heavy-top", "--rule", "midpoint", "--digits", "16"]
-    module = get("momentum")
+    module = get("momentum").measuring
     good, asked = module.measure, []
 
     def measure(case, progress):
@@ -186,8 +187,8 @@ def checkout(tmp_path, monkeypatch):
     here = Path(fingerprint.ROOT)
     monkeypatch.setattr(fingerprint, "ROOT", tmp_path / "tree")
     for name in ("order", "energy"):
-        moved = tmp_path / "tree" / Path(get(name).__file__).relative_to(here)
-        monkeypatch.setattr(get(name), "__file__", str(moved))
+        moved = tmp_path / "tree" / Path(get(name).measuring.__file__).relative_to(here)
+        monkeypatch.setattr(get(name).measuring, "__file__", str(moved))
 
     def forget():
         for function in (fingerprint.text_of, fingerprint._text_of_scene, fingerprint._text_of_all):
@@ -205,12 +206,14 @@ def append(file):
 TEXT_OF_IT = (
     "integrators/flows/flow.py", "integrators/compiler/driver.py", "integrators/scene.py",
     "integrators/rules/composition.py", "integrators/groupoids/pair.py", "reference/taylor.py",
-    "studies/order.py", "studies/fitting.py", "studies/running.py", "studies/fingerprint.py",
-    "studies/diagnosis.py", "integrators/scenes/kepler.py", "reference/tables/kepler.json",
+    "studies/order/measuring.py", "studies/core/fitting.py", "studies/core/running.py",
+    "studies/core/fingerprint.py", "studies/causes/diagnosis.py",
+    "integrators/scenes/kepler.py", "reference/tables/kepler.json",
 )  # fmt: skip
 OTHER_TEXT = (
-    "integrators/scenes/pendulum.py", "reference/tables/pendulum.json", "studies/energy.py",
-    "studies/rendering/tables.py", "studies/plugin.py",
+    "integrators/scenes/pendulum.py", "reference/tables/pendulum.json",
+    "studies/energy/measuring.py", "studies/report/tables.py", "studies/order/view.py",
+    "studies/order/plot.py", "studies/plugin.py",
 )  # fmt: skip
 
 

@@ -10,9 +10,10 @@ from discmech.integrators import BadInput, LocalGroupoid, Scene, discretisation,
 from discmech.integrators.equations.legendre_maps import LegendreMaps
 from discmech.integrators.rules import midpoint, rectangle, trapezoidal
 from discmech.integrators.scene import Conserved
-from discmech.studies import check, controls, get
-from discmech.studies.running import run_case
-from discmech.studies.symplecticity import CONTROL_SCENES, limit
+from discmech.studies import check, get
+from discmech.studies.core import controls
+from discmech.studies.core.running import run_case
+from discmech.studies.symplecticity.measuring import CONTROL_SCENES, limit
 from tests.studies.cached_results import case, result
 
 CONTROLS = [
@@ -210,8 +211,8 @@ def test_a_slightly_wrong_reference_is_no_pass(monkeypatch, size):
 
 def free_motion(monkeypatch):
     """A motion that every rule gives exactly: the ladder is on the floor from its first rung on."""
-    monkeypatch.setattr("discmech.studies.order.RUNGS", {True: 4, False: 4})
-    monkeypatch.setattr("discmech.studies.order.MOST_RUNGS", {True: 6, False: 6})
+    monkeypatch.setattr("discmech.studies.order.measuring.RUNGS", {True: 4, False: 4})
+    monkeypatch.setattr("discmech.studies.order.measuring.MOST_RUNGS", {True: 6, False: 6})
     easy = copy("harmonic", parameters={"stiffness": 0}, v0=[1])
     return run_case(get("order"), case("order", easy, midpoint, 16, 4))
 
@@ -346,7 +347,7 @@ def test_energy_that_drifts_fails_and_energy_that_oscillates_passes(monkeypatch,
         with np.errstate(all="ignore"):
             return series(np.asarray(run.t, dtype=float))
 
-    monkeypatch.setattr("discmech.studies.energy.energy_errors", errors)
+    monkeypatch.setattr("discmech.studies.energy.measuring.energy_errors", errors)
     with np.errstate(all="ignore"):
         found = run_case(get("energy"), case("energy", "harmonic", midpoint, 16, 1000))
     assert found["verdict"] == verdict, found["reason"]
@@ -371,12 +372,12 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_elsewhere_too(
 
 def test_a_quantity_in_stretches_says_over_how_many_steps_it_was_followed(monkeypatch):
     """On sl2 the spatial momentum: three stretches of 20 steps here, in the rows where they are."""
-    from discmech.studies import momentum
-    from discmech.studies.rendering.tables import _drifts
+    from discmech.studies.momentum import measuring as momentum
+    from discmech.studies.report.tables import _drifts
 
     monkeypatch.setattr(momentum, "MOST_STRETCHES", 3)
     monkeypatch.setattr(momentum, "interval", lambda steps: 5)
-    monkeypatch.setattr("discmech.studies.runs.interval", lambda steps: 5)
+    monkeypatch.setattr("discmech.studies.core.runs.interval", lambda steps: 5)
     found = run_case(get("momentum"), case("momentum", "sl2", midpoint, 16, 100))
     over = found["expected"]["over"]
     assert over.pop("spatial momentum") == 60 and over and set(over.values()) == {100}

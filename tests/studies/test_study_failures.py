@@ -11,9 +11,9 @@ from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.reference import ReferenceFailure
 from discmech.studies import check, get
-from discmech.studies.case import Choice
-from discmech.studies.command import main
-from discmech.studies.running import run_case, run_study
+from discmech.studies.command.entry import main
+from discmech.studies.core.case import Choice
+from discmech.studies.core.running import run_case, run_study
 from tests.studies.cached_results import case
 
 RESULT = {"measured": {"drift": {"J": 0.0}}, "rows": [], "steps": 10}
@@ -27,7 +27,7 @@ def failing_on(monkeypatch, study, scene, error):
             raise error
         return RESULT
 
-    monkeypatch.setattr(get(study), "measure", measure)
+    monkeypatch.setattr(get(study).measuring, "measure", measure)
 
 
 def step_failure(name):
@@ -64,7 +64,7 @@ def test_a_failure_outweighs_an_inconclusive_case(monkeypatch, capsys):
     def measure(case, progress):
         raise (step_failure("k") if case.scene.name == "kepler" else ReferenceFailure("none"))
 
-    monkeypatch.setattr(get("momentum"), "measure", measure)
+    monkeypatch.setattr(get("momentum").measuring, "measure", measure)
     assert main(["momentum", "--digits", "16", "--jobs", "1", "--json", "-"]) == 1
     capsys.readouterr()
 
@@ -134,7 +134,7 @@ def test_progress_goes_from_nothing_to_all(monkeypatch):
         progress(case.scene.name, 1.0)
         return RESULT
 
-    monkeypatch.setattr(get("momentum"), "measure", measure)
+    monkeypatch.setattr(get("momentum").measuring, "measure", measure)
     seen = []
     run_study(get("momentum"), Choice(digits=(16,)), lambda label, f: seen.append((label, f)))
     fractions = [f for _, f in seen]

@@ -11,11 +11,11 @@ import pytest
 
 from discmech.integrators import scenes
 from discmech.studies import NAMES, check, get
-from discmech.studies.assertions import assert_momentum, assert_order, assert_symplectic
-from discmech.studies.case import VERDICTS, Case, Choice, worst
-from discmech.studies.command import _parser
-from discmech.studies.options import choice_of
-from discmech.studies.rendering.tables import plain
+from discmech.studies.command.entry import _parser
+from discmech.studies.command.options import choice_of
+from discmech.studies.core.case import VERDICTS, Case, Choice, worst
+from discmech.studies.report.tables import plain
+from discmech.studies.user.assertions import assert_momentum, assert_order, assert_symplectic
 from tests.objects import named
 from tests.studies.cached_results import BUILT_IN, PAIRWISE, SMALL, measured_once, result
 

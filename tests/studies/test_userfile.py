@@ -6,9 +6,10 @@ import pytest
 
 from discmech.integrators import BadInput, Scheme, scenes
 from discmech.integrators import rules as discretisations
-from discmech.studies import fingerprint, get, lookup
-from discmech.studies.case import Case, Choice, in_chart
-from discmech.studies.userfile import load
+from discmech.studies import get
+from discmech.studies.core import fingerprint, lookup
+from discmech.studies.core.case import Case, Choice, in_chart
+from discmech.studies.core.userfile import load
 
 RULE = '''"""Mine."""
 from discmech.integrators import discretisation, midpoint

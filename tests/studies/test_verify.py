@@ -9,9 +9,9 @@ import sys
 import pytest
 
 from discmech.integrators import BadInput, scenes
-from discmech.studies import verify as verifying
-from discmech.studies.command import main
-from discmech.studies.verify import SCENES, Request, studies, verify
+from discmech.studies.command.entry import main
+from discmech.studies.user import verify as verifying
+from discmech.studies.user.verify import SCENES, Request, studies, verify
 from tests.studies.test_userfile import RULE, SCENE
 
 QUICK = ("--study", "order", "--study", "symplecticity", "--digits", "50", "--jobs", "1")
@@ -142,16 +142,16 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, capsys, monkeypatch
 
     monkeypatch.setenv("DISCMECH_CACHE", str(folder))
     words = ("verify", "good.py", "--scene", "kepler", *QUICK)
-    sound = get("symplecticity").measure
+    sound = get("symplecticity").measuring.measure
 
     def interrupted(case, progress):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(get("symplecticity"), "measure", interrupted)
+    monkeypatch.setattr(get("symplecticity").measuring, "measure", interrupted)
     code, out, err = ask(capsys, *words)
     assert code == 130 and "goes on where it stopped" in err and "✓ order" in out
-    monkeypatch.setattr(get("symplecticity"), "measure", sound)
-    monkeypatch.setattr(get("order"), "measure", interrupted)  # it is not measured again
+    monkeypatch.setattr(get("symplecticity").measuring, "measure", sound)
+    monkeypatch.setattr(get("order").measuring, "measure", interrupted)  # it is not measured again
     code, out, err = ask(capsys, *words)
     assert code == 0 and "✓ order" in out and "✓ symplecticity" in out
 
@@ -185,8 +185,8 @@ def test_verdicts_are_told_while_others_are_measured(folder, monkeypatch):
 
 @pytest.mark.slow
 def test_the_whole_command_in_processes_of_its_own(folder):
-    done = subprocess.run([sys.executable, "-m", "discmech.studies.command", "verify", "both.py"],
-                          capture_output=True, text=True, timeout=600)  # fmt: skip
+    command = [sys.executable, "-m", "discmech.studies.command", "verify", "both.py"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     for scene in ("my-pendulum", *SCENES):
         assert f"✓ order: {scene}, two-thirds" in done.stdout

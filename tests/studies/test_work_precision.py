@@ -11,14 +11,16 @@ import pytest
 from discmech.integrators import BadInput, discretisation, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import BUILT_IN
-from discmech.studies import contest, get, peers, racing, standings
-from discmech.studies.accuracy import METRICS, UNIT, Yardstick
-from discmech.studies.case import Choice, scheme_of
-from discmech.studies.contestants import NoEnd, Problem, RuleContestant
-from discmech.studies.peers.equations import equations_of
-from discmech.studies.rendering import plot_work, tables
-from discmech.studies.running import run_study
-from discmech.studies.work_precision import HIGH_ORDER
+from discmech.studies import get
+from discmech.studies.core.case import Choice, scheme_of
+from discmech.studies.core.running import run_study
+from discmech.studies.report import tables
+from discmech.studies.work_precision import contest, peers, racing, standings
+from discmech.studies.work_precision import plot as plot_work
+from discmech.studies.work_precision.accuracy import METRICS, UNIT, Yardstick
+from discmech.studies.work_precision.contestants import NoEnd, Problem, RuleContestant
+from discmech.studies.work_precision.measuring import HIGH_ORDER
+from discmech.studies.work_precision.peers.equations import equations_of
 
 SCIPY = ("DOP853", "Radau", "LSODA")
 

@@ -18,7 +18,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import first_violation
-from discmech.studies.case import Choice
+from discmech.studies.core.case import Choice
 
 
 def two_springs(x, v, p):

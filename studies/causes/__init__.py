@@ -1,0 +1,1 @@
+"""Causes: why a case did not pass."""

@@ -1,0 +1,231 @@
+"""Why a verdict failed: the cause with its evidence, not only a number.
+
+An order that is too low has its cause in the discrete Lagrangian, in a gauge term, in the chart, or
+none of these: then in the runs that measured it, or in what they were held against. Each cause is
+told by a number that the others leave as it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import BadInput, Scheme, retractions
+from discmech.integrators.flows import Flow
+from discmech.integrators.numbers import arithmetic
+
+from ..core.case import Case, in_chart, scheme_of
+from .exact_path import Truncation, truncation
+
+NEAR = 0.25  # an order this close to another is that one
+ROWS = 16  # steps of a run that are looked at
+#: what checks a reference: it shares no formula with it, and its own error is seen
+WITNESS = "kahan-li-8:trapezoidal"
+
+
+def unit(digits: int) -> float:
+    """Round-off of a precision."""
+    return 2.0**-53 if digits == 16 else 10.0**-digits
+
+
+def of_order(
+    case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any]
+) -> dict[str, Any] | None:
+    """{"cause", "sentence", "evidence"} of an order below the expected one; None if none is found.
+
+    The runs lasted `duration`; `at_50_digits` measures the order anew. Raises what references and
+    runs raise.
+    """
+    scheme = case.scheme.base
+    wanted = scheme.order
+    if wanted is None:
+        return None
+    found = truncation(scheme)
+    evidence: dict[str, Any] = {
+        "steps": found.steps,
+        "lagrangian": found.lagrangian,
+        "legendre": found.legendre,
+        "residual": found.residual,
+        "order_of_legendre": found.order_of_legendre,
+        "order_of_points": found.order_of_points,
+    }
+    if found.order < wanted - NEAR:
+        told = _of_rule(scheme, wanted, found, evidence)
+        if case.scheme.substeps:
+            told["sentence"] = f"in the rule {scheme.rule.name}: {told['sentence']}"
+        return told
+    return _of_runs(case, measurement, duration, at_50_digits, found, evidence)
+
+
+def _of_rule(
+    scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str, Any]
+) -> dict[str, Any]:
+    """Gauge, retraction or discrete Lagrangian: L_d is not of the declared order."""
+    off = f"‖F±/h − μ‖ on exact arrows is {found.legendre[-1]:.1e}"
+    if found.order < found.order_of_legendre:
+        off = f"‖F⁺ − F⁻‖/h where exact arrows meet is {found.residual[-1]:.1e}, relative to ‖μ‖,"
+    off += f" at h = {found.steps[-1]:.2g}"
+    for name in retractions.BUILT_IN:
+        if scheme.scene.groupoid.retraction in (None, name):
+            continue
+        try:
+            other = truncation(scheme_of(in_chart(scheme.scene, name), scheme.rule))
+        except BadInput:  # that retraction does not fit the algebra
+            continue
+        evidence[f"order_of_legendre_{name}"] = other.order_of_legendre
+        if other.order > wanted - NEAR:
+            return named(
+                "retraction",
+                f"in the {scheme.scene.groupoid.retraction} chart L_d is of order "
+                f"{found.order:.2f}, with --retraction {name} of order {_figure(other.order)}: "
+                "the rule takes u for more than this chart makes of it.",
+                evidence,
+            )
+    if found.order_of_points > wanted - NEAR:
+        return named(
+            "gauge",
+            f"L_d differs from one of order {wanted} by what the discrete Euler–Lagrange equations "
+            "do not see, such as a factor or f(b(x, u)) − f(x): points would be of order "
+            f"{_figure(found.order_of_points)}, but momenta are of order {found.order:.2f} "
+            f"({off}); take it out, or declare that order.",
+            evidence,
+        )
+    if found.order < 1 - NEAR:
+        return named(
+            "discrete Lagrangian",
+            f"the rule is not consistent: {off} and does not sink as of a rule of order 1; L_d has "
+            "to be h·L(x, u) + O(h²), so look for a factor, or a part of L, that is missing.",
+            evidence,
+        )
+    return named(
+        "discrete Lagrangian",
+        f"L_d differs from the exact discrete Lagrangian by O(h^{found.order + 1:.2f}), not "
+        f"O(h^{wanted + 1}) ({off}): the method is of order {found.order:.2f} (Marsden, West, "
+        "theorem 2.3.1); mend the rule, or declare that order.",
+        evidence,
+    )
+
+
+def _of_runs(
+    case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any],
+    found: Truncation, evidence: Any,
+) -> dict[str, Any] | None:  # fmt: skip
+    """Start, Newton, reference or round-off: L_d is as declared, so the runs are looked at."""
+    rows = [row for row in measurement["rows"] if row["error"] is not None]
+    best = min(rows, key=lambda row: row["error"])
+    wanted = case.scheme.base.order
+    flow = case.scheme.flow(duration / best["steps"], case.digits)
+    fine = f"L_d is of order {found.order:.2f}, as declared, but "
+    start = _start_gap(case, flow)
+    evidence["start"] = start
+    if start > 1e3 * unit(case.digits):
+        return named(
+            "starting momentum",
+            f"{fine}the runs start with a μ that is off by {start:.1e}, relative to ∂l/∂ξ(x0, v0).",
+            evidence,
+        )
+    residual, noise = _residuals(flow)
+    evidence |= {"residual_of_steps": residual, "noise": noise}
+    if residual > 100 * max(noise, unit(case.digits)):
+        return named(
+            "Newton",
+            f"{fine}the steps are solved to {residual:.1e} only, where F± are right to "
+            f"{max(noise, unit(case.digits)):.1e}: errors stop at {best['error']:.1e}; solve the "
+            "equations of a step to round-off.",
+            evidence,
+        )
+    gap, own = _witness(case, duration)
+    evidence |= {"reference_gap": gap, "witness_error": own}
+    if gap > 1e3 * max(own, unit(30)) and gap > best["error"] / 1e3:
+        return named(
+            "reference",
+            f"{fine}the reference is {gap:.1e} from {WITNESS} at 30 digits, whose own error is "
+            f"{own:.1e}: errors cannot sink below {gap:.1e}; discmech reference --check.",
+            evidence,
+        )
+    if case.digits == 16:
+        more = at_50_digits()
+        evidence["order_at_50_digits"] = more
+        if more is not None and abs(more - wanted) < NEAR:
+            return named(
+                "round-off",
+                f"{fine}errors stop at {best['error']:.1e} in double precision, where F± are right "
+                f"to {evidence.get('noise', 0):.1e} only; with 50 digits the order is {more:.3f}: "
+                "look for differences of nearly equal numbers.",
+                evidence,
+            )
+    return None
+
+
+def _start_gap(case: Case, flow: Flow) -> float:
+    """‖μ₀ of the run − μ₀ of the reference‖ over the largest ‖μ‖ of a few steps."""
+    import mpmath
+
+    from discmech.reference import solution
+
+    run, exact = flow.trajectory(ROWS), solution(case.scene, 0, case.digits + 15)
+    with mpmath.workdps(case.digits + 15):
+        gap = [mpmath.mpf(a) - b for a, b in zip(run.mu[0], exact.mu, strict=True)]
+        return float(mpmath.norm(gap)) / _size(run.mu)
+
+
+def _size(rows: np.ndarray) -> float:
+    """The largest entry, 1 if all vanish."""
+    return max(float(abs(e)) for e in rows.ravel()) or 1.0
+
+
+def _residuals(flow: Flow) -> tuple[float, float]:
+    """How well the steps of a short run are solved, and how well they can be evaluated.
+
+    Both relative to ‖μ‖: the largest ‖F⁻(x, u)/h − μ‖ in the flow's own numbers, and what more
+    digits say of F⁻ and F⁺ at the same points; of a composition those of its first substep.
+    """
+    run, first = flow.trajectory(ROWS), flow.parts[0]
+    more = replace(first, numbers=arithmetic(flow.digits + 34))
+    residual = noise = 0.0
+    size = _size(run.mu)
+    for x, u, mu in zip(run.x, run.u, run.mu, strict=True):
+        maps = []
+        for at in (first, more):
+            with at.numbers.working():
+                here = at.maps_at(*at.vectors(x, u))
+                maps.append({k: at.numbers.public(here[k] / at.h) for k in ("minus", "plus")})
+        residual = max(residual, float(max(abs(maps[0]["minus"] - mu))) / size)
+        off = [max(abs(float(a - b)) for a, b in zip(maps[1][k], maps[0][k], strict=True))
+               for k in ("minus", "plus")]  # fmt: skip
+        noise = max(noise, *(e / size for e in off))
+    return residual, noise
+
+
+def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
+    """(relative gap of the reference to the witness, the witness's own change by halving)."""
+    import mpmath
+
+    from discmech.integrators import rules as discretisations
+    from discmech.reference import solution
+
+    scheme = scheme_of(case.scene, discretisations.get(WITNESS))
+    steps = max(8, round(duration / Fraction(case.scene.step)))
+    ends = []
+    for count in (steps, 2 * steps):
+        run = scheme.flow(duration / count, 30).trajectory(count, every=count)
+        ends.append([*run.x[-1], *run.mu[-1]])
+    exact = solution(case.scene, duration, 30)
+    with mpmath.workdps(45):
+        wanted = mpmath.matrix([*exact.x, *exact.mu])
+        first, second = map(mpmath.matrix, ends)
+        size = mpmath.norm(wanted)
+        return float(mpmath.norm(second - wanted) / size), float(mpmath.norm(second - first) / size)
+
+
+def _figure(order: float) -> str:
+    return "beyond measure" if order == float("inf") else f"{order:.2f}"
+
+
+def named(cause: str, sentence: str, evidence: dict[str, Any]) -> dict[str, Any]:
+    """What a case's `diagnosis` is."""
+    return {"cause": cause, "sentence": sentence, "evidence": evidence}

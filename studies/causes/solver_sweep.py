@@ -1,0 +1,176 @@
+"""Why Ω is not kept: the solver's residual, what a step carries on, or the structure itself.
+
+The equations of a step are solved to round-off here, and then left off by ever less: the defect of
+a sound map sinks with what is left, that of a wrong one stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.flows import Flow, Start, Trajectory, arrow_from, first_u, step_along
+from discmech.integrators.geometry import poisson_defect, pullback_defect
+from discmech.integrators.numbers import newton
+
+from ..core.case import Case
+from .diagnosis import named
+
+TOLERANCES = tuple(10.0**-k for k in range(2, 15, 3))
+BEFORE = 3  # steps before the worst one that are looked at too
+
+
+def of_symplecticity(
+    case: Case, kind: str, step: Fraction, index: int, limit: float
+) -> dict[str, Any] | None:
+    """What breaks Ω in the step of that index: solver, update or structure; None if nothing does.
+
+    kind: "pullback", "poisson" or "residual", the defect that is above its limit. It and the steps
+    before it are solved to round-off here, and then left off by each of `TOLERANCES`. Raises what
+    runs raise.
+    """
+    flow = case.scheme.flow(step, case.digits)
+    run = flow.trajectory(index + 1)
+    places = range(max(0, index - BEFORE), index + 1)
+    with flow.numbers.working():
+        if kind == "residual":
+            return _of_steps(flow, run, places, limit)
+        if case.scheme.substeps:  # of these only the maps themselves are asked, no solver
+            return named("structure", _STRUCTURE.format(kind=kind, said=""), {})
+        return _of_maps(flow, run, places, kind, limit)
+
+
+_STRUCTURE = (
+    "the {kind} defect stays however well the steps are solved{said}: the map does not keep Ω."
+)
+
+
+def _of_maps(
+    flow: Flow, run: Trajectory, places: range, kind: str, limit: float
+) -> dict[str, Any] | None:
+    """Pullback or Poisson form: the defect at solutions that are left off by ever less."""
+    residual = solved = own = 0.0
+    swept = dict.fromkeys(TOLERANCES, 0.0)
+    for k in places:
+        defect, left, given, polished, shift = _at(flow, kind, run.x[k], run.u[k], run.mu[k])
+        residual, own = max(residual, left), max(own, defect(given))
+        solved = max(solved, defect(polished))
+        for tolerance in TOLERANCES:
+            swept[tolerance] = max(swept[tolerance], defect(polished + tolerance * shift))
+    evidence = {"residual": residual, "own": own, "solved": solved,
+                "swept": [[t, d] for t, d in swept.items()]}  # fmt: skip
+    if solved > limit:
+        said = f" ({solved:.1e} at round-off, {_said(swept)})"
+        return named("structure", _STRUCTURE.format(kind=kind, said=said), evidence)
+    if own <= limit:
+        return None
+    return named(
+        "solver residual",
+        f"steps are solved to {residual:.1e} only, which leaves a defect of {own:.1e}; it sinks "
+        f"with what is left ({_said(swept)}), and solved to round-off it is {solved:.1e}.",
+        evidence,
+    )
+
+
+def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[str, Any] | None:
+    """The steps that a run took, against those of its own velocities and of better ones.
+
+    A composition's rows hold the velocity of the first substep, which speaks for the others.
+    """
+    if flow.scheme.element is not None:
+        return None
+    off = own = taken = 0.0
+    swept = dict.fromkeys((*TOLERANCES, 0.0), 0.0)
+    size = max(float(abs(e)) for e in run.mu.ravel()) or 1.0
+    for k in places:
+        (x, u), (_, mu) = (flow.context.vectors(run.x[k], v[k]) for v in (run.u, run.mu))
+
+        def defect(after_x: Any, after_mu: Any, k: int = k) -> float:
+            return float(flow.step_defect(run.x[k], run.mu[k], after_x, after_mu, u0=run.u[k]))
+
+        first = flow.parts[0]
+        here = first.maps_at(x, u)
+        off = max(off, float(max(abs(here["minus"] / first.h - mu))) / size)
+        if len(flow.parts) == 1:
+            own = max(own, defect(here["target"], mu + (here["plus"] - here["minus"]) / first.h))
+        taken = max(taken, defect(run.x[k + 1], run.mu[k + 1]))
+        for tolerance in swept:
+            swept[tolerance] = max(
+                swept[tolerance], defect(*_step(flow, x, mu, u, tolerance * size))
+            )
+    solved = swept.pop(0.0)
+    evidence = {"residual": off, "own": own, "taken": taken, "solved": solved,
+                "swept": [[t, d] for t, d in swept.items()]}  # fmt: skip
+    if taken <= limit or solved > limit:
+        return None
+    if (own if len(flow.parts) == 1 else off) > limit:
+        return named(
+            "solver residual",
+            f"the velocities of the run solve F⁻(x, u) = hμ to {off:.1e} only, and the defect "
+            f"sinks with what is left ({_said(swept)}); solved to round-off it is {solved:.1e}.",
+            evidence,
+        )
+    return named(
+        "update",
+        f"the velocities of the run solve F⁻(x, u) = hμ to {off:.1e}, but what a step hands on is "
+        f"not (b(x, u), μ + (F⁺ − F⁻)/h) of them: it is off by {taken:.1e}, that would be by "
+        f"{own:.1e}. It is the step's update, or its stages.",
+        evidence,
+    )
+
+
+def _said(swept: Mapping[float, float]) -> str:
+    return ", ".join(f"{d:.1e} at {t:.0e}" for t, d in swept.items())
+
+
+def _step(flow: Flow, x: Any, mu: Any, guess: Any, off: float) -> tuple[Any, Any]:
+    """(x′, μ′) by the Legendre maps, each substep left off by that much of μ."""
+    numbers = flow.numbers
+    for part in flow.parts:
+        guess = arrow_from(part, x, mu, guess)
+        here = part.maps_at(x, guess)
+        if off:
+            left = 0 * mu + numbers.number(off) * part.h
+            here = part.maps_at(x, guess + np.asarray(numbers.solve(here["minus_u"], left)))
+        x, mu = here["target"], mu + (here["plus"] - here["minus"]) / part.h
+    return x, mu
+
+
+def _at(
+    flow: Flow, kind: str, x: Any, u: Any, mu: Any
+) -> tuple[Callable[[np.ndarray], float], float, np.ndarray, np.ndarray, np.ndarray]:
+    """At one point: (defect as a function of the velocity that was solved for, its relative
+    residual in the flow, that velocity, the same to round-off, its change for a residual of 1)."""
+    context, geometry, numbers = flow.context, flow.geometry, flow.numbers
+    x, u = context.vectors(x, u)
+    here = context.maps_at(x, u)
+    if kind == "pullback":
+        base, wanted = here["target"], here["plus"]
+        own = flow.next_arrow(here, x, u)[1]
+
+        def defect(v: np.ndarray) -> float:
+            there = context.maps_at(base, v)
+            tangent = geometry.tangent(here, there)
+            return float(pullback_defect(geometry, here, there, tangent))
+    else:
+        mus = np.array([numbers.number(e) for e in mu], dtype=numbers.dtype)
+        base, wanted = x, mus * context.h
+        own = first_u(flow.edge, Start(x, mus, u))
+
+        def defect(v: np.ndarray) -> float:
+            step = step_along(context, context.maps_at(base, v))
+            return float(poisson_defect(geometry, base, mus, step))
+
+    def change(v: np.ndarray) -> np.ndarray:
+        at = context.maps_at(base, v)
+        return np.asarray(numbers.solve(at["minus_u"], wanted - at["minus"]))
+
+    polished = newton(change, own, 0, numbers.eps)
+    polished = own if polished is None else polished
+    size = max(abs(e) for e in wanted) or numbers.number(1)
+    off = float(max(abs(context.maps_at(base, own)["minus"] - wanted)) / size)
+    shift = numbers.solve(context.maps_at(base, polished)["minus_u"], 0 * wanted + size)
+    return defect, off, own, polished, np.asarray(shift)

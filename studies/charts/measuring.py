@@ -1,0 +1,315 @@
+"""Charts: steps of every size on the group, beside the method that is bound to one chart.
+
+An ensemble of first steps g, rotations from 0.01 to 0.99 of a turn about axes spread over a plane:
+the run goes on through the translates of a cover (paper, section 4.3).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Bisection, EvolutionOperator, Scheme, StepFailure
+from discmech.integrators import rules as discretisations
+from discmech.integrators.flows import Flow, Trajectory
+from discmech.integrators.geometry import defects, regularity, residual, singular_sign
+from discmech.integrators.scene import OnGroup, Scene
+
+from ..core.case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
+from ..core.runs import Rows, relative_drifts, with_terms
+
+NAME = "charts"
+NEEDS = "it needs a discrete Lagrangian given on SO(3), as moser-veselov has."
+DIGITS = (16,)
+TURNS = (0.01, *(k / 20 for k in range(1, 10)), 0.49, 0.5, 0.51,
+         *(k / 20 for k in range(11, 20)), 0.99)  # fmt: skip
+AXES = 6
+#: an orthonormal pair, in general position to the body's axes
+PLANE = ((0.8, 0.36, 0.48), (-0.6, 0.48, 0.64))
+STEP = 1  # of time: rotations are given a step
+STEPS, MILLION = 100, 10**6
+LOOKED_AT = 8  # arrows of a run whose defects are taken, beside those at changes of chart
+SIDE = 41  # points across the picture of the ball of rotations
+RESIDUAL, DEFECT = 1e-13, 1e-12
+WELL = 1e-2  # regularity from which g′ itself is compared, to the same bound
+EDGE = 1e-5  # |det(e + g)| below which coordinates in the chart of e are left alone
+SINGULAR = 1e-3  # a run may stop where FL is as near to singular as that
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every scene with a discrete Lagrangian given on SO(3)."""
+    return [c for c in plain_cases(NAME, choice, DIGITS, choice.thorough) if _fits(c.scene)]
+
+
+def _fits(scene: Scene) -> bool:
+    algebra = getattr(scene.groupoid, "algebra", None)
+    given = isinstance(scene.discrete_lagrangian, OnGroup)
+    return given and algebra is not None and algebra.name == "so(3)"
+
+
+def axis_of(number: int) -> np.ndarray:
+    """The unit vectors of the ensemble, over half a circle: turns beyond a half go round it."""
+    angle = math.pi * number / AXES
+    p, q = np.array(PLANE)
+    return np.asarray(math.cos(angle) * p + math.sin(angle) * q)
+
+
+def rotation(vector: Any, digits: int = 16) -> np.ndarray:
+    """exp of the rotation vector (Rodrigues), 3×3; beyond 16 digits in mpmath's numbers."""
+    if digits > 16:
+        import mpmath
+
+        with mpmath.workdps(digits + 10):
+            return _rodrigues([mpmath.mpf(float(e)) for e in vector], mpmath.mp)
+    return _rodrigues([float(e) for e in vector], math)
+
+
+def _rodrigues(vector: list[Any], numbers: Any) -> np.ndarray:
+    angle = numbers.sqrt(sum(e * e for e in vector))
+    e = np.array([[0 * angle + (i == j) for j in range(3)] for i in range(3)])
+    if angle == 0:
+        return e
+    a, b, c = (w / angle for w in vector)
+    K = np.array([[0 * angle, -c, b], [c, 0 * angle, -a], [-b, a, 0 * angle]])
+    return np.asarray(e + numbers.sin(angle) * K + 2 * numbers.sin(angle / 2) ** 2 * (K @ K))
+
+
+def turn_of(g: Any) -> float:
+    """The angle of a rotation in turns, 0 to 1/2."""
+    sine = np.linalg.norm([g[2][1] - g[1][2], g[0][2] - g[2][0], g[1][0] - g[0][1]]) / 2
+    return math.atan2(sine, (float(np.trace(g)) - 1) / 2) / (2 * math.pi)
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """One row a start: {turn, axis, steps, outcome, margin, newton_mean, newton_max, changes,
+    translates, residual, pullback, poisson, momentum, factorisation, operator, regularity,
+    chart_turn, chart_margin, cause}; measured: the worst of each, how many stopped.
+
+    pullback, poisson: the worst at every change of chart and at arrows spread over the run;
+    factorisation: ‖g′ − ĝ′‖ against `reference.moser_veselov`, times the regularity, for round-off
+    of μ is divided by that; distance: ‖g′ − ĝ′‖ as it is, where the regularity is at least WELL;
+    operator: ‖g′ − ĝ′‖ of the first step against the evolution operator through bisections near
+    its arrows, times the regularity; solutions: where it stopped, how many the search through the
+    cover finds at that μ;
+    chart_turn: the rotation that the chart-bound method makes of the same spin.
+    """
+    starts = [(turn, k) for k in range(AXES) for turn in TURNS]
+    steps = case.steps or (-(-MILLION // len(starts)) if case.thorough else STEPS)
+    rows = []
+    for i, (turn, k) in enumerate(starts):
+        progress(f"{case.scene.name}: {turn} of a turn a step", i / len(starts))
+        vector = 2 * math.pi * turn * axis_of(k)
+        row = {"turn": turn, "axis": k, **_run(case, rotation(vector, case.digits), steps)}
+        rows.append({**row, **_chart_bound(case, vector)})
+    return {"rows": rows, "measured": _worst(rows), "slice": _slice(case)}
+
+
+@lru_cache(maxsize=8)
+def _scheme(scene: Scene) -> Scheme:
+    """With the attitude as base where that is a group: the spatial momentum needs it."""
+    whole = scene.with_attitude() if scene.groupoid.kind == "group" else scene
+    return Scheme(whole, discretisations.own)
+
+
+def _run(case: Case, g: np.ndarray, steps: int) -> dict[str, Any]:
+    """What one run shows."""
+    scheme = _scheme(case.scene)
+    flow = scheme.flow(STEP, case.digits, on_edge="bisect")
+    row: dict[str, Any] = dict.fromkeys(
+        ("margin", "newton_mean", "newton_max", "changes", "residual", "pullback", "poisson",
+         "momentum", "factorisation", "distance", "operator", "regularity", "solutions")
+    )  # fmt: skip
+    row |= {"steps": 0, "outcome": "ran", "cause": "", "translates": {}}
+    try:
+        run = flow.trajectory(steps, element0=g)
+    except StepFailure as failure:
+        others = flow.solutions(failure.state["x"], failure.state["mu"])
+        row |= {"outcome": "stopped", "cause": failure.cause, "solutions": len(others)}
+        run = failure.trajectory
+    if run is None or len(run.t) < 2:
+        return row
+    row |= {"steps": len(run.t) - 1, "margin": run.margin, "newton_mean": run.newton_mean,
+            "newton_max": run.newton_max, "changes": int(np.count_nonzero(np.diff(run.translates))),
+            "translates": {str(k): v for k, v in sorted(Counter(run.translates.tolist()).items())},
+            "momentum": _drift(case, scheme, run)}  # fmt: skip
+    last = len(run.t) - 1
+    at = {*range(0, last, max(1, last // LOOKED_AT)), *np.flatnonzero(np.diff(run.translates))}
+    elements = flow.elements(run)
+    worst: dict[str, float] = {}
+    gap = _through_bisections(flow, run, elements)
+    if gap is not None:
+        worst["operator"] = gap
+    for k in sorted(at):
+        here, there = flow.arrow(run, k), flow.arrow(run, k + 1)
+        pullback, poisson = defects(here, there)
+        regular = regularity(there)
+        found = {"residual": residual(here, there), "pullback": pullback, "poisson": poisson}
+        gap = _factorised(case, elements[k], elements[k + 1])
+        if gap is not None:
+            found["factorisation"] = gap * regular
+            if regular >= WELL:
+                found["distance"] = gap
+        for name, value in found.items():
+            worst[name] = max(worst.get(name, 0.0), float(value))
+        worst["regularity"] = min(worst.get("regularity", 1.0), regular)
+    return row | worst
+
+
+def _through_bisections(flow: Flow, run: Trajectory, elements: np.ndarray) -> float | None:
+    """‖g′ − ĝ′‖ × regularity: ĝ′ by the evolution operator through bisections near g and g′.
+
+    Its arrows are written in the chart of e: None where that holds one of them badly. Near the
+    singular set of FL two solutions are as near as the regularity, so the bisections are nearer.
+    """
+    context, chart = flow.context, flow.context.chart
+    regular = regularity(flow.arrow(run, 1))
+    with context.numbers.working():
+        g, after = (chart.array(e) for e in elements[:2])
+        if min(chart.openness(g), chart.openness(after)) < EDGE:
+            return None
+        u, v = (chart.coordinates(e) / context.h for e in (g, after))
+        away = context.numbers.number(regular) / 20
+        sigma, upsilon = (
+            Bisection(context.scene.groupoid, x, near, flow.step, flow.digits)
+            for x, near in zip(run.x[:2], (u + away, v - away), strict=True)
+        )
+        w = EvolutionOperator(context, sigma, upsilon).evolve(run.x[0], u)[1]
+        reached = chart.element(context.h * context.vector(w, len(w)))
+        return float(np.max(abs(reached - after))) * regular
+
+
+@lru_cache(maxsize=8)
+def _kept(scheme: Scheme, digits: int) -> list[Rows]:
+    """What is kept to round-off, as functions of a run."""
+    from ..momentum.measuring import formula_of
+
+    kept = [q for q in scheme.scene.symmetries if q.to_roundoff and q.stretch is None]
+    return [with_terms(scheme, formula_of(scheme, q), digits) for q in kept]
+
+
+def _drift(case: Case, scheme: Scheme, run: Any) -> float | None:
+    """The worst relative drift of what is kept to round-off."""
+    drifts = [relative_drifts(rows(run), case.digits) for rows in _kept(scheme, case.digits)]
+    return max((float(d.max()) for d in drifts), default=None)
+
+
+def _factorised(case: Case, g: Any, after: Any) -> float | None:
+    """The distance of a step from the factorisation's; None for other scenes, or on its edge."""
+    if case.scene.name != "moser-veselov":
+        return None
+    import mpmath
+
+    from discmech.reference.failures import ReferenceFailure
+    from discmech.reference.moser_veselov import step
+
+    with mpmath.workdps(case.digits + 15):
+        number = float if case.digits == 16 else _multiple
+        inertia = [number(e) for e in case.scene.parameters["inertia"]]
+        try:
+            wanted = step(g, [sum(inertia) / 2 - e for e in inertia], case.digits)
+        except ReferenceFailure:
+            return None
+        return float(np.max(abs(np.array(wanted.tolist()) - np.asarray(after))))
+
+
+def _multiple(value: Any) -> Any:
+    import mpmath
+
+    return mpmath.mpf(value.numerator) / value.denominator
+
+
+def _chart_bound(case: Case, vector: np.ndarray) -> dict[str, Any]:
+    """The rotation that h·l(τ⁻¹(g)/h) makes of the spin Ω with hΩ = vector, in turns."""
+    nothing = {"chart_turn": None, "chart_margin": None}
+    if case.scene.lagrangian is None:
+        return nothing
+    plain = _in_chart(case.scene)
+    scheme = scheme_of(plain, discretisations.rectangle)
+    flow = scheme.flow(STEP, case.digits)
+    at = plain.with_values(v0=[float(e) for e in vector])
+    try:
+        run = scheme.at(v0=at.v0).flow(STEP, case.digits).trajectory(0)
+    except StepFailure:
+        return nothing
+    return {"chart_turn": turn_of(np.asarray(flow.elements(run)[0], float)),
+            "chart_margin": run.margin}  # fmt: skip
+
+
+@lru_cache(maxsize=8)
+def _in_chart(scene: Scene) -> Scene:
+    return scene.with_values(discrete_lagrangian=None)
+
+
+def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    def of(name: str, choose: Any = max) -> Any:
+        return choose((r[name] for r in rows if r[name] is not None), default=None)
+
+    names = (
+        "residual",
+        "pullback",
+        "poisson",
+        "momentum",
+        "factorisation",
+        "distance",
+        "operator",
+        "newton_max",
+    )
+    measured = {name: of(name) for name in (*names, "chart_turn")}
+    translates: Counter[str] = Counter()
+    for row in rows:
+        translates.update(row["translates"])
+    return {**measured, "margin": of("margin", min), "starts": len(rows),
+            "steps": sum(r["steps"] for r in rows), "changes": sum(r["changes"] or 0 for r in rows),
+            "translates": dict(sorted(translates.items())),
+            "stopped": sum(r["outcome"] == "stopped" for r in rows)}  # fmt: skip
+
+
+def _slice(case: Case) -> dict[str, Any]:
+    """The disc of rotation vectors in PLANE, in turns: det FL and the best translate on a grid."""
+    flow = _scheme(case.scene).flow(STEP, 16, on_edge="bisect")
+    across = np.linspace(-0.5, 0.5, SIDE)
+    p, q = np.array(PLANE)
+    x0 = flow.scheme.scene.x0
+    det: list[list[float | None]] = []
+    best: list[list[int | None]] = []
+    for b in across:
+        found = [_sign(flow, rotation(2 * math.pi * (a * p + b * q)), x0)
+                 if math.hypot(a, b) <= 0.51 else (None, None) for a in across]  # fmt: skip
+        det.append([None if d is None else round(d, 6) for d, _ in found])
+        best.append([k for _, k in found])
+    return {"across": across.tolist(), "det": det, "best": best}
+
+
+def _sign(flow: Flow, g: np.ndarray, x: Any) -> tuple[float, int]:
+    """(`singular_sign` at an element g, the translate that holds it best)."""
+    translate, u = flow.edge.place(g)
+    return singular_sign(flow.context.arrow(x, 0 * u, u, translate)), translate
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Right, or stopped beside the singular set of FL or where no solution is; never silent."""
+    unit = 10.0 ** (16 - case.digits)
+    limits = {"residual": RESIDUAL, "pullback": DEFECT, "poisson": DEFECT,
+              "factorisation": RESIDUAL, "distance": RESIDUAL, "operator": RESIDUAL}  # fmt: skip
+    limits = {name: limit * unit for name, limit in limits.items()}
+    expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
+    for row in measurement["rows"]:
+        where = f"at {row['turn']:g} of a turn about axis {row['axis']}"
+        allowed = {**limits, "momentum": max(1e-12, row["steps"] * 2.0**-53) * unit}
+        for name, limit in allowed.items():
+            if row[name] is not None and not row[name] <= limit:
+                return Verdict(
+                    "fail", f"{name} {row[name]:.2g} {where}, more than {limit:.0e}.", expected
+                )
+        near = row["regularity"] is not None and row["regularity"] < SINGULAR
+        none_there = row["solutions"] == 0
+        if row["outcome"] == "stopped" and row["steps"] and not near and not none_there:
+            return Verdict("fail", f"it stopped {where}: {row['cause']}.", expected)
+    stopped = measurement["measured"]["stopped"]
+    if stopped > len(measurement["rows"]) // 10:
+        return Verdict("inconclusive", f"{stopped} runs stopped; try another --steps.", expected)
+    return Verdict("pass", "", expected)

@@ -1,0 +1,5 @@
+"""The command `discmech`."""
+
+from .entry import main
+
+__all__ = ["main"]

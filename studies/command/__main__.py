@@ -1,0 +1,8 @@
+"""Lets `python -m discmech.studies.command` be the command."""
+
+import sys
+
+from .entry import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,150 @@
+"""The command `discmech`: list, run, the studies, and the report.
+
+Only what the asked command needs is loaded: `discmech list` imports neither sympy nor numba.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from discmech.integrators import BadInput, StepFailure, scenes
+from discmech.integrators import rules as discretisations
+
+from .. import NAMES
+from ..core.options import THOROUGH
+from ..core.store import Store
+from ..core.study import every_study
+from . import power, single_run, verifying
+from . import reference as references
+from .options import add_choices, add_own, as_typed, choice_of, jobs
+from .output import EXIT, console, progress_shown, writable, writable_folder, write
+
+PASS, FAIL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns 0 pass, 1 fail, 2 bad input, 3 inconclusive."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.action(options))
+    except BadInput as error:
+        print(f"discmech: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except StepFailure as error:
+        print(f"discmech: {error}", file=sys.stderr)
+        return FAIL
+    except BrokenPipeError:
+        sys.stderr.close()
+        return PASS
+    except KeyboardInterrupt:
+        kept = options.action is not single_run.run_scene
+        again = "; the same command goes on where it stopped" if kept else ""
+        print(f"discmech: interrupted{again}.", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="discmech",
+        description="Verification bench for variational integrators on Lie groupoids.",
+        epilog="Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive.",
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    listing = commands.add_parser("list", help="names of scenes, rules, groupoids and studies")
+    listing.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    listing.set_defaults(action=_list)
+
+    single_run.add_to(commands)
+    for study in every_study().values():
+        if study.usual:
+            asked = commands.add_parser(study.name, help=study.summary)
+            add_choices(asked)
+            add_own(asked, study.options)
+            asked.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+            asked.add_argument(
+                "--folder", metavar="DIR",
+                help="write a page there, its figures (SVG, PNG) and its tables (CSV, TeX, JSON)",
+            )  # fmt: skip
+            asked.set_defaults(action=_study, study=study.name)
+
+    verifying.add_to(commands)
+    references.add_to(commands)
+    power.add_to(commands)
+    report = commands.add_parser("report", help="all studies on one page with its figures")
+    add_choices(report)
+    report.add_argument(
+        "--folder", metavar="DIR", default="reports/build", help="default: reports/build"
+    )
+    add_own(report, (THOROUGH,))
+    report.set_defaults(action=_report)
+    return parser
+
+
+# -- actions --------------------------------------------------------------------------------
+
+
+def _list(options: argparse.Namespace) -> int:
+    found = {"scenes": list(scenes.names()), "rules": list(discretisations.names()),
+             "groupoids": list(GROUPOIDS), "studies": list(NAMES)}  # fmt: skip
+    if options.json:
+        write(options.json, json.dumps(found, indent=1))
+        return PASS
+    width = max(map(len, found["scenes"]))
+    for kind, names in found.items():
+        print(f"{kind}:")
+        for name in names:
+            title = scenes.get(name).title if kind == "scenes" else ""
+            print(f"  {name:<{width}}  {title}".rstrip())
+    return PASS
+
+
+def _study(options: argparse.Namespace) -> int:
+    from .. import get
+    from ..core.running import run_study
+    from ..report.tables import plain, print_result
+
+    study = get(options.study)
+    choice = choice_of(options)
+    writable(options.json)
+    writable_folder(options.folder)
+    with progress_shown() as show:
+        result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
+    result["command"] = as_typed(options)
+    if options.folder:
+        from .report import write_study
+
+        page = write_study(result, choice, Path(options.folder))
+    if options.json:
+        write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
+    if options.json != "-":
+        print_result(console(), result)
+        for note in result["notes"]:
+            print(note)
+        if options.folder:
+            print(f"page: {page}")
+    return EXIT[result["verdict"]]
+
+
+def _report(options: argparse.Namespace) -> int:
+    from .report import make_report
+
+    choice = choice_of(options)
+    writable_folder(options.folder)
+    with progress_shown() as show:
+        results, page = make_report(
+            choice, Path(options.folder), show, jobs(options), Store(options.fresh)
+        )
+    from ..core.case import worst
+    from ..report.tables import print_result
+
+    screen = console()
+    for result in results:
+        print_result(screen, result)
+    screen.print(f"report: {page}", highlight=False, soft_wrap=True)
+    return EXIT[worst(r["verdict"] for r in results)]

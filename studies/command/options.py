@@ -1,0 +1,102 @@
+"""What a study is asked on the command line: scenes, rules, precisions, and what is its own."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from discmech.integrators import retractions
+
+from ..core import lookup
+from ..core.options import Option, digits_in, whole
+
+if TYPE_CHECKING:
+    from ..core.case import Choice
+
+RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE.py:NAME"
+
+
+def add_choices(parser: argparse.ArgumentParser) -> None:
+    """Declare what every study is asked."""
+    parser.add_argument(
+        "scenes", nargs="*", metavar="SCENE", help="a name or FILE.py:NAME; default: all that apply"
+    )
+    parser.add_argument(
+        "--rule", action="append", default=[], metavar="R", dest="rules", help=RULE_HELP
+    )
+    parser.add_argument("--retraction", action="append", default=[], metavar="NAME")
+    parser.add_argument(
+        "--digits",
+        action="append",
+        default=[],
+        metavar="D",
+        help="16 is double precision; may be repeated",
+    )
+    parser.add_argument(
+        "--steps", metavar="N", help="of a run; of the coarsest where a study runs several"
+    )
+    parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
+    add_fresh(parser)
+
+
+def add_fresh(parser: argparse.ArgumentParser) -> None:
+    """Declare that what was measured before is measured again."""
+    parser.add_argument(
+        "--fresh", action="store_true", help="measure all anew, also what did not change"
+    )
+
+
+def add_own(parser: argparse.ArgumentParser, options: Sequence[Option]) -> None:
+    """Declare what a study is asked besides; `choice_of` and `as_typed` read it."""
+    parser.set_defaults(own=tuple(options))
+    for option in options:
+        if option.metavar is None:
+            parser.add_argument(option.flag, action="store_true", help=option.help)
+        elif option.repeated:
+            parser.add_argument(
+                option.flag, action="append", default=[], metavar=option.metavar, help=option.help
+            )
+        else:
+            parser.add_argument(option.flag, metavar=option.metavar, help=option.help)
+
+
+def choice_of(options: argparse.Namespace) -> Choice:
+    """The choice in objects; raises `BadInput` for unknown names and numbers out of range."""
+    from ..core.case import Choice
+
+    for name in options.retraction:
+        retractions.get(name)
+    asked = []
+    for option in options.own:
+        given = getattr(options, option.name)
+        if given not in (None, [], False):
+            read = (tuple(map(option.read, given)) if option.repeated
+                    else given if option.metavar is None else option.read(given))  # fmt: skip
+            asked.append((option.name, read))
+    return Choice(
+        own=tuple(asked),
+        scenes=lookup.scenes_of(options.scenes),
+        rules=lookup.rules(options.rules),
+        retractions=tuple(options.retraction),
+        digits=tuple(digits_in(d) for d in options.digits),
+        steps=None if options.steps is None else whole("--steps")(options.steps),
+    )
+
+
+def jobs(options: argparse.Namespace) -> int | None:
+    """Processes side by side, None: one a core."""
+    return None if options.jobs is None else whole("--jobs")(options.jobs)
+
+
+def as_typed(options: argparse.Namespace) -> str:
+    """The words that ask the same again."""
+    parts = ["discmech", options.study, *options.scenes]
+    for flag, values in (("--rule", options.rules), ("--retraction", options.retraction),
+                         ("--digits", options.digits)):  # fmt: skip
+        parts += [word for value in values for word in (flag, value)]
+    parts += [
+        word for option in options.own for word in option.words(getattr(options, option.name))
+    ]
+    return shlex.join([*parts, *(["--steps", options.steps] if options.steps else [])])

@@ -1,0 +1,73 @@
+"""The subcommand `discmech power`: which faults are caught, and whether valid rules are."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from discmech.integrators import BadInput
+
+from ..core.options import whole
+from ..core.store import Store
+from .options import add_fresh
+from .output import EXIT, console, progress_shown, writable, write
+
+
+def add_to(commands: Any) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser(
+        "power",
+        help="seeded faults that must be caught, and random valid rules that must not be",
+        epilog="Exit codes: 0 every fault is caught or proved to be none, 1 one is not, or a valid "
+        "rule was refused, 2 bad input. Interrupted, the same command goes on where it stopped.",
+    )
+    parser.add_argument(
+        "--thorough", action="store_true", help="all faults and 200 rules, not one in 12"
+    )
+    parser.add_argument("--only", metavar="WORDS", help="faults and rules whose name holds these")
+    parser.add_argument("--jobs", metavar="N", default="2", help="processes (default 2)")
+    add_fresh(parser)
+    parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    parser.set_defaults(action=_power)
+
+
+def _power(options: argparse.Namespace) -> int:
+    from ..power.results import power
+
+    writable(options.json)
+    jobs = whole("--jobs")(options.jobs)
+    with progress_shown() as show:
+        found = power(show, jobs, thorough=options.thorough, only=options.only or "",
+                      store=Store(options.fresh))  # fmt: skip
+    if not found["cases"]:
+        raise BadInput(f"the name of no fault and of no rule holds {options.only!r}.")
+    if options.json:
+        write(options.json, json.dumps(found, indent=1, ensure_ascii=False))
+    if options.json != "-":
+        _print(found)
+    return EXIT[found["verdict"]]
+
+
+def _print(found: dict[str, Any]) -> None:
+    from rich.table import Table
+
+    for shown in found["tables"]:
+        table = Table(title=shown["title"])
+        for heading in shown["heads"]:
+            table.add_column(heading, justify="right" if table.columns else "left")
+        for line in shown["lines"]:
+            table.add_row(*line)
+        console().print(table)
+    for case in found["cases"]:
+        name = f"{case['scene']} {case['rule']}: {case['measured']['site']}, "
+        name += str(case["measured"]["what"])
+        if case["measured"]["equivalent"]:
+            print(f"equivalent: {name}: {case['reason']}.")
+        elif case["verdict"] != "pass":
+            print(f"{'SURVIVES' if case['control'] else 'FALSE ALARM'}: {name}: {case['reason']}")
+    print(
+        f"{found['faults']} faults: {found['caught']} caught, {found['equivalent']} proved to "
+        f"be none, {len(found['survivors'])} survive; {found['rules']} valid rules: "
+        f"{len(found['false_alarms'])} false alarms; {found['seconds']:.0f} s of processor time."
+    )

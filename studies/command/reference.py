@@ -1,0 +1,213 @@
+"""The subcommand `discmech reference`: certified digits of a scene, and what keeps them true."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import time
+from pathlib import Path
+from typing import Any
+
+from discmech.integrators import BadInput, scenes
+
+from ..core import lookup
+from ..core.store import Store
+from .options import add_fresh
+from .output import EXIT, console, progress_shown, writable, write
+
+PASS, FAIL, INCONCLUSIVE = 0, 1, 3
+
+
+def add_to(commands: Any) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser(
+        "reference",
+        help="certified digits of a scene; frozen tables, published digits, costs",
+        epilog="Exit codes: 0 as many digits are certain as asked for, 1 --check finds a table "
+        "wrong or damaged, 2 bad input, 3 fewer digits are certain.",
+    )
+    parser.add_argument(
+        "scene", nargs="?", metavar="SCENE", help="the name of a scene (discmech list)"
+    )
+    parser.add_argument("--time", metavar="T", help='exact: "0.1" is 1/10 (default: the duration)')
+    parser.add_argument(
+        "--digits", metavar="D", default="50", help="certain digits, 1 to 10000 (default: 50)"
+    )
+    parser.add_argument("--attitude", action="store_true", help="with the group element A(t)")
+    parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    others = parser.add_mutually_exclusive_group()
+    others.add_argument(
+        "--rebuild", nargs="+", metavar="SCENE", help="make frozen tables anew (all: every one)"
+    )
+    others.add_argument(
+        "--check", nargs="+", metavar="SCENE", help="recompute frozen tables (all: every one)"
+    )
+    others.add_argument(
+        "--published",
+        action="store_true",
+        help="how many digits others published are right; scd, significant correct digits, is "
+        "-log10 of the largest relative error of the numbers",
+    )
+    others.add_argument("--costs", action="store_true", help="cost against digits and against time")
+    add_fresh(parser)
+    parser.add_argument("--folder", help="write a page with the picture of --costs there")
+    parser._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
+    parser.set_defaults(action=_reference)
+
+
+def _reference(options: argparse.Namespace) -> int:
+    from discmech.reference import ReferenceFailure
+    from discmech.reference.failures import Damaged, Uncertain, WrongDigits
+
+    modes = (options.rebuild, options.check, options.published, options.costs)
+    writable(options.json)
+    if bool(options.scene) == any(modes):
+        raise BadInput("name one SCENE, or ask for --rebuild, --check, --published or --costs.")
+    try:
+        if options.rebuild or options.check:
+            return _tables(options)
+        if options.published:
+            return _published(options)
+        return _costs(options) if options.costs else _one(options)
+    except (WrongDigits, Uncertain) as failure:
+        print(f"discmech: {failure}")
+        return FAIL if isinstance(failure, WrongDigits) else INCONCLUSIVE
+    except ReferenceFailure as failure:
+        if options.check and isinstance(failure, Damaged):
+            print(f"discmech: {failure}")
+            return FAIL
+        raise BadInput(str(failure)) from None
+
+
+def _one(options: argparse.Namespace) -> int:
+    """One scene at one time."""
+    from discmech.reference import progress_to, solution
+
+    scene = lookup.scene(options.scene)
+    try:
+        digits = int(options.digits)
+    except ValueError:
+        digits = 0
+    if not 1 <= digits <= 10_000:
+        raise BadInput(f"--digits is {options.digits!r}: give a whole number from 1 to 10000.")
+    begun = time.perf_counter()
+    with progress_shown() as show, progress_to(show):
+        when = scene.duration if options.time is None else options.time
+        found = solution(scene, when, digits, options.attitude)
+    seconds = time.perf_counter() - begun
+    result = _as_data(scene.name, found, digits, seconds)
+    if options.json:
+        write(options.json, json.dumps(result, indent=1, ensure_ascii=False))
+    if options.json != "-":
+        _print(result)
+    return PASS if found.certain_digits >= digits else INCONCLUSIVE
+
+
+def _as_data(name: str, found: Any, digits: int, seconds: float) -> dict[str, Any]:
+    import mpmath
+
+    def numbers(values: Any) -> list[str]:
+        shown = max(1, found.certain_digits)
+        return [
+            mpmath.nstr(value, shown, strip_zeros=False, min_fixed=-3, max_fixed=9)
+            for value in values
+        ]
+
+    turned = found.attitude
+    return {
+        "schema": 1, "scene": name, "time": str(found.t), "digits": digits,
+        "certain_digits": found.certain_digits, "certainty": found.certainty,
+        "bound": None if found.bound is None else mpmath.nstr(found.bound, 3),
+        "method": found.method, "evidence": found.evidence,
+        "x": numbers(found.x), "v": numbers(found.v), "mu": numbers(found.mu),
+        "attitude": None if turned is None else [numbers(row) for row in turned.tolist()],
+        "seconds": round(seconds, 3),
+    }  # fmt: skip
+
+
+def _print(result: dict[str, Any]) -> None:
+    print(f"{result['scene']} at t = {result['time']}: {result['certain_digits']} certain digits "
+          f"by {result['certainty']}, {result['method']}")  # fmt: skip
+    for name in ("x", "v", "mu"):
+        for i, number in enumerate(result[name]):
+            print(f"{name:>4}[{i}]  {number}")
+    for i, row in enumerate(result["attitude"] or ()):
+        for j, number in enumerate(row):
+            print(f"A[{i},{j}]  {number}")
+    print(result["evidence"])
+
+
+def _tables(options: argparse.Namespace) -> int:
+    """Rebuild or check frozen tables."""
+    from discmech.reference import frozen, progress_to
+
+    asked = options.rebuild or options.check
+    names = frozen.names() if "all" in asked else [scenes.get(name).name for name in asked]
+    for i, name in enumerate(names):
+        with progress_shown() as show:
+
+            def share(label: str, fraction: float, i: int = i) -> None:
+                show(label, (i + fraction) / len(names))
+
+            with progress_to(share):
+                if options.rebuild:
+                    table = frozen.build(name)
+                    kinds = ", ".join(sorted({row.certainty for row in table.rows}))
+                    words = f"{len(table.rows)} times, {frozen.DIGITS} digits by {kinds}"
+                else:
+                    words = f"at least {frozen.check(name)} digits agree with a fresh computation"
+        print(f"{name:<20}{words}", flush=True)
+    return PASS
+
+
+def _published(options: argparse.Namespace) -> int:
+    """The table of published digits."""
+    from rich.table import Table
+
+    from ..references import published
+
+    with progress_shown() as show:
+        found = published.measure(show)
+    if options.json:
+        write(options.json, json.dumps(found, indent=1, ensure_ascii=False))
+    if options.json != "-":
+        table = Table(title="Published digits that are right")
+        for heading in ("problem", "numbers", "printed", "scd", "worst", "source"):
+            table.add_column(heading, justify="right" if heading == "scd" else "left")
+        for row in found:
+            table.add_row(
+                row["problem"], str(len(row["values"])), f"{row['printed']} digits",
+                f"{row['scd']:.1f}", row["worst"], row["source"],
+            )  # fmt: skip
+        console().print(table)
+        console().print("scd: significant correct digits, -log10 of the largest relative error")
+    return PASS
+
+
+def _costs(options: argparse.Namespace) -> int:
+    """The growth of the cost: a table, and the page with the picture."""
+    from ..references import measuring as costs
+    from ..report.page import write_report
+    from ..report.tables import print_result
+    from .report import about
+
+    with progress_shown() as show:
+        found = costs.measure(show, store=Store(options.fresh))
+    if options.json:
+        write(options.json, json.dumps(found, indent=1))
+    if options.json != "-":
+        print_result(console(), found)
+        console().print("\n".join(found["notes"]), highlight=False)
+    if not options.folder:
+        return EXIT[found["verdict"]]
+    try:
+        scene = about(scenes.get(costs.SCENE))
+        place = write_report([found], [], [scene], Path(options.folder), costs.COMMAND)
+    except OSError as error:
+        raise BadInput(
+            f"{options.folder} cannot be written ({error.strerror}); name another --folder."
+        ) from None
+    if options.json != "-":
+        console().print(f"page: {place}", highlight=False, soft_wrap=True)
+    return EXIT[found["verdict"]]

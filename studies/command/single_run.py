@@ -1,0 +1,150 @@
+"""`discmech run`: one trajectory of a scene, shown or as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+import time
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from discmech.integrators import StepFailure, retractions
+
+from ..core import lookup
+from ..core.options import digits_in, whole
+from .options import RULE_HELP
+from .output import progress_shown, write
+
+if TYPE_CHECKING:
+    from discmech.integrators.equations import DiscretisedScene
+    from discmech.integrators.flows import Trajectory
+
+RESOLVED = 0.1  # energy error, of the energy's terms, beyond which a run shows another motion
+
+
+def add_to(commands: Any) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser("run", help="one trajectory of a scene")
+    parser.add_argument("scene")
+    parser.add_argument("--rule", default="trapezoidal", metavar="R", help=RULE_HELP)
+    parser.add_argument(
+        "--step", metavar="H", help='exact: "0.01" is 1/100 (default: the scene\'s)'
+    )
+    parser.add_argument("--steps", metavar="N", help="default: the scene's duration")
+    parser.add_argument("--every", metavar="K", default="1", help="keep every K-th row (default 1)")
+    parser.add_argument("--digits", metavar="D", default="16")
+    parser.add_argument("--retraction", metavar="NAME")
+    parser.add_argument(
+        "--on-edge",
+        metavar="WHAT",
+        default="refuse",
+        help="where a step leaves its chart: refuse (default), bisect or shrink",
+    )
+    parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    # "-1/10" and "-1e-3" are numbers too, not flags
+    parser._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
+    parser.set_defaults(action=run_scene)
+
+
+def run_scene(options: argparse.Namespace) -> int:
+    """Exit code 0; a step that fails is raised once its part of the run is written."""
+    from discmech.integrators import Scheme
+    from discmech.integrators.numbers import exact_rational
+
+    scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
+    if options.retraction:
+        scene = scene.with_retraction(retractions.get(options.retraction))
+    step = exact_rational(scene.step if options.step is None else options.step, "--step")
+    digits, every = digits_in(options.digits), whole("--every")(options.every)
+    scheme = Scheme(scene, rule)
+    flow = scheme.flow(step, digits, on_edge=options.on_edge)
+    steps = whole("--steps")(options.steps) if options.steps else scene.steps_for(abs(step))
+    failure = None
+    begun = time.perf_counter()
+    with progress_shown() as show:
+        try:
+            run = flow.trajectory(
+                steps,
+                every,
+                progress=lambda done: show(f"{scene.name}: {done} steps", done / steps),
+            )
+        except StepFailure as error:
+            run, failure = error.trajectory, error
+            if run is None:
+                raise
+    seconds = time.perf_counter() - begun
+
+    def numbers(array: Any) -> Any:
+        return (
+            array.tolist()
+            if digits == 16
+            else [
+                _decimal(e, digits) if array.ndim == 1 else [_decimal(v, digits) for v in e]
+                for e in array
+            ]
+        )
+
+    off = _energy_error(flow.scheme, run, digits)
+    found = {
+        "schema": 1, "scene": scene.name, "rule": rule.name,
+        "retraction": scene.groupoid.retraction, "digits": digits,
+        "step": float(step), "steps": run.steps,
+        "t": numbers(run.t), "x": numbers(run.x), "u": numbers(run.u), "mu": numbers(run.mu),
+        "newton": {"mean": run.newton_mean, "max": run.newton_max},
+        "margin": run.margin, "edges": run.edges,
+        "energy_error": None if off is None or not isfinite(off) else off,
+        "seconds": seconds, "failure": None if failure is None else str(failure),
+    }  # fmt: skip
+    if options.json:
+        write(options.json, json.dumps(found))
+    if options.json != "-":
+        _print_run(found)
+    if failure is not None:
+        raise failure
+    if off is not None and not off <= RESOLVED:
+        told = f"is off by {off:.2g} of its terms" if isfinite(off) else "is no number any more"
+        print(
+            f"discmech: the energy {told}: steps of {float(step):.6g} do not resolve this motion; "
+            "take smaller ones (--step).",
+            file=sys.stderr,
+        )
+    return 0
+
+
+def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> float | None:
+    """The largest error of the energy in the run's rows, over its terms; None if it has none."""
+    import numpy as np
+
+    from ..core.runs import energy_errors
+
+    if scheme.scene.lagrangian is None or not len(run.t):
+        return None
+    with np.errstate(all="ignore"):
+        return float(np.abs(energy_errors(scheme, run, digits)).max())
+
+
+def _decimal(value: Any, digits: int) -> str:
+    import mpmath
+
+    return str(mpmath.nstr(value, digits, min_fixed=-5, max_fixed=15))
+
+
+def _print_run(run: dict[str, Any]) -> None:
+    print(f"{run['scene']} by {run['rule']}: {run['steps']} steps of {run['step']:.6g} "
+          f"in {run['seconds']:.3g} s (with compilation, if it was the first time)")  # fmt: skip
+    print(
+        f"Newton corrections a step: {run['newton']['mean']:.3f} mean, {run['newton']['max']} most"
+    )
+    if run["margin"] < 1:
+        met = f"; its edge was met {run['edges']} times" if run["edges"] else ""
+        print(f"smallest margin to the edge of the chart: {run['margin']:.3g}{met}")
+    if run["energy_error"] is not None:
+        print(f"largest energy error: {run['energy_error']:.2e} of the energy's terms")
+    if not run["t"]:
+        return
+    for name in ("x", "u", "mu"):
+        if run[name][-1]:
+            print(f"{name:>3} at t = {float(run['t'][-1]):.6g}: "
+                  + "  ".join(str(v) for v in run[name][-1]))  # fmt: skip

@@ -1,0 +1,126 @@
+"""The subcommands `verify` and `compare`: rules of the user's in, verdicts and ratios out."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import time
+from collections.abc import Callable
+from typing import Any
+
+from discmech.integrators import BadInput
+
+from .. import NAMES
+from ..core.options import digits_in, whole
+from ..core.store import Store
+from .options import RULE_HELP, add_fresh, jobs
+from .output import EXIT, console, progress_shown, writable, write
+
+EPILOG = "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive."
+
+
+def add_to(commands: Any) -> None:
+    """Declare the subcommands."""
+    verify = commands.add_parser(
+        "verify", help="all verdicts on the rules and scenes of a file of yours", epilog=EPILOG
+    )
+    verify.add_argument(
+        "rules", metavar="FILE.py", nargs=1, help="rules, and scenes if it likes; or FILE.py:NAME"
+    )
+    compare = commands.add_parser("compare", help="methods side by side", epilog=EPILOG)
+    compare.add_argument("rules", metavar="RULE", nargs="+", help=f"FILE.py, {RULE_HELP}")
+    for parser, name in ((verify, "verify"), (compare, "compare")):
+        _add_selection(parser)
+        parser.set_defaults(action=_answer, name=name)
+
+
+def _add_selection(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--scene", action="append", default=[], metavar="S", dest="scenes",
+        help="only this one (a name, or FILE.py:NAME); may be repeated",
+    )  # fmt: skip
+    parser.add_argument("--all", action="store_true", help="every scene, not only six")
+    parser.add_argument(
+        "--study", action="append", default=[], metavar="NAME", dest="studies", choices=NAMES,
+        help=f"only this study, of {', '.join(NAMES)}; may be repeated",
+    )  # fmt: skip
+    parser.add_argument(
+        "--digits", action="append", default=[], metavar="D", help="default: 16 and 50"
+    )
+    parser.add_argument("--steps", metavar="N", help="of every run, as the studies' own --steps")
+    parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
+    parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    add_fresh(parser)
+    parser.add_argument("--html", metavar="FILE", help="write a page with figures")
+
+
+def _answer(options: argparse.Namespace) -> int:
+    from ..report import verdicts
+    from ..report.tables import plain
+    from ..user.compare import compare
+    from ..user.verify import Request, verify
+
+    for file in (options.json, options.html):
+        writable(file)
+    if options.html == "-":
+        raise BadInput("--html needs the name of a file.")
+    request = Request(
+        files=tuple(options.rules),
+        scenes=tuple(options.scenes),
+        studies=tuple(options.studies),
+        digits=tuple(map(digits_in, options.digits)),
+        steps=None if options.steps is None else whole("--steps")(options.steps),
+        every_scene=options.all,
+    )
+    quiet = options.json == "-"
+
+    def told(study: str, case: dict[str, Any]) -> None:
+        if not quiet:
+            print(verdicts.line(study, case), flush=True)
+
+    ask: Callable[..., dict[str, Any]] = {"verify": verify, "compare": compare}[options.name]
+    begun = time.perf_counter()
+    with progress_shown() as show:
+        result = ask(request, show, told, jobs(options), Store(options.fresh))
+    result["command"] = _as_typed(options)
+    if options.json:
+        write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
+    if options.html:
+        write(options.html, _page(request, result))
+    if not quiet:
+        _show(result, request.choice().unheeded(), time.perf_counter() - begun)
+    return EXIT[result["verdict"]]
+
+
+def _show(result: dict[str, Any], notes: list[str], seconds: float) -> None:
+    from ..report import verdicts
+
+    screen = console()
+    screen.print(verdicts.table(result))
+    if "comparison" in result:
+        screen.print(verdicts.side_by_side(result))
+    for paragraph in (*verdicts.adjoints(result), *notes, *verdicts.troubles(result)):
+        screen.print(paragraph, highlight=False, markup=False, soft_wrap=True)
+    print(f"{verdicts.summary(result)} ({seconds:.0f} s)")
+
+
+def _page(request: Any, result: dict[str, Any]) -> str:
+    from ..report import verdicts
+    from ..report.page import lone_page
+    from .report import about
+
+    scenes = {scene.name: scene for scene, _ in request.choice().pairs()}
+    tables = [verdicts.overview(result)]
+    tables += [verdicts.comparison(result)] if "comparison" in result else []
+    studies = verdicts.by_study(result)
+    return lone_page(studies, [about(s) for s in scenes.values()], result["command"], tables)
+
+
+def _as_typed(options: argparse.Namespace) -> str:
+    parts = ["discmech", options.name, *options.rules]
+    for flag, values in (("--scene", options.scenes), ("--study", options.studies),
+                         ("--digits", options.digits)):  # fmt: skip
+        parts += [word for value in values for word in (flag, value)]
+    parts += ["--all"] if options.all else []
+    return shlex.join([*parts, *(["--steps", options.steps] if options.steps else [])])

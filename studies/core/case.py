@@ -1,0 +1,189 @@
+"""One case of a study, the choice of cases, and what is said of a case."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import astuple, dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+from discmech.integrators import BadInput, Scheme, retractions, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import Discretisation
+from discmech.integrators.scene import Scene
+
+from . import lookup
+
+VERDICTS = ("fail", "inconclusive", "pass")  # worst first
+#: what a study may say of a case beside `measured` and `rows`
+DETAILS = (
+    "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
+    "unusable", "diagnosis",
+)  # fmt: skip
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the user asked for: scenes and rules (all if empty), precisions and steps."""
+
+    scenes: tuple[Scene, ...] = ()
+    rules: tuple[Discretisation, ...] = ()
+    retractions: tuple[str, ...] = ()
+    digits: tuple[int, ...] = ()
+    steps: int | None = None
+    own: tuple[tuple[str, Any], ...] = ()  # (name, value) of options of a study's own
+
+    def asked(self, name: str, otherwise: Any = None) -> Any:
+        """The value of an option of a study's own."""
+        return dict(self.own).get(name, otherwise)
+
+    @property
+    def controls(self) -> tuple[str, ...]:
+        """The controls asked for; all that a study has if empty."""
+        return tuple(self.asked("control", ()))
+
+    @property
+    def thorough(self) -> bool:
+        """Whether time is no matter."""
+        return bool(self.asked("thorough", False))
+
+    def pairs(self) -> Iterator[tuple[Scene, Discretisation]]:
+        """Every scene with every rule, of the retractions asked for.
+
+        A scene that gives its discrete Lagrangian itself takes that (`discretisations.own`): always
+        if it was asked for by name, else unless rules were chosen.
+        """
+        rules = self.rules or (*discretisations.BUILT_IN.values(), discretisations.own)
+        for scene in self.scenes or scenes.all_scenes():
+            for chart in self._charts(scene):
+                apply = [rule for rule in rules if rule.applies(chart)]
+                if not apply and self.scenes and scene.discrete_lagrangian is not None:
+                    apply = [discretisations.own]
+                yield from ((chart, rule) for rule in apply)
+
+    def unheeded(self) -> list[str]:
+        """A sentence for each scene named that has no use for the rules that were chosen."""
+        found = []
+        for scene in self.scenes if self.rules else ():
+            rules = [rule.name for rule in self.rules if rule is not discretisations.own]
+            if scene.discrete_lagrangian is not None and rules:
+                have = "has" if len(rules) == 1 else "have"
+                found.append(
+                    f"{scene.name} gives its discrete Lagrangian itself: "
+                    f"{', '.join(rules)} {have} no part in it."
+                )
+        return found
+
+    def _charts(self, scene: Scene) -> list[Scene]:
+        """The scene in each retraction asked for, or as it is; one that uses none comes once."""
+        if scene.groupoid.retraction is None or not self.retractions:
+            return [scene]
+        return [in_chart(scene, name) for name in dict.fromkeys(self.retractions)]
+
+    def by_name(self) -> tuple[Any, ...] | None:
+        """The choice in words, for another process; None if it holds objects of the user's."""
+        try:
+            words = replace(
+                self,
+                scenes=tuple(map(lookup.word_for, self.scenes)),  # type: ignore[arg-type]
+                rules=tuple(map(lookup.word_for, self.rules)),  # type: ignore[arg-type]
+            )
+            again = Choice.of_names(astuple(words))
+        except BadInput:
+            return None
+        return astuple(words) if again == self else None
+
+    @classmethod
+    def of_names(cls, words: tuple[Any, ...]) -> Choice:
+        """The choice that `by_name` said; raises `BadInput` for unknown names."""
+        chosen = cls(*words)
+        return replace(
+            chosen,
+            scenes=lookup.scenes_of(chosen.scenes),  # type: ignore[arg-type]
+            rules=lookup.rules(chosen.rules),  # type: ignore[arg-type]
+        )
+
+
+@lru_cache(maxsize=256)
+def in_chart(scene: Scene, retraction: str) -> Scene:
+    """The scene with the retraction of that name: one object, so that it is derived once."""
+    return scene.with_retraction(retractions.get(retraction))
+
+
+@lru_cache(maxsize=64)
+def scheme_of(scene: Scene, rule: Discretisation) -> Scheme:
+    """One scheme for all studies and precisions: what it derives, it derives once."""
+    return Scheme(scene, rule)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One measurement: a scene by a rule at a precision, or a control that must be caught."""
+
+    study: str
+    scene: Scene
+    rule: Discretisation
+    digits: int
+    steps: int | None = None
+    control: str | None = None
+    thorough: bool = False
+
+    @property
+    def scheme(self) -> Scheme:
+        """The scene discretised by the rule."""
+        return self.scheme_on(self.scene)
+
+    def scheme_on(self, scene: Scene) -> Scheme:
+        """The rule on another form of the scene, such as the one with the attitude as base."""
+        return scheme_of(scene, self.rule)
+
+    @property
+    def label(self) -> str:
+        """The rule's name, or the control's."""
+        return self.control or self.rule.name
+
+    @property
+    def command(self) -> str:
+        """What reproduces this case."""
+        parts = ["discmech", self.study, shlex.quote(lookup.word_for(self.scene))]
+        if self.control is None:
+            parts += ["--rule", shlex.quote(lookup.word_for(self.rule))]
+        else:
+            parts += ["--control", f'"{self.control}"']
+        if self.scene.groupoid.retraction in retractions.BUILT_IN:
+            parts += ["--retraction", self.scene.groupoid.retraction]
+        parts += ["--digits", str(self.digits)]
+        if self.steps is not None:
+            parts += ["--steps", str(self.steps)]
+        return " ".join([*parts, *(["--thorough"] if self.thorough else [])])
+
+
+@dataclass
+class Verdict:
+    """What `judge` says: a verdict, one sentence where it is no pass, what was expected."""
+
+    verdict: str
+    reason: str = ""
+    expected: dict[str, Any] = field(default_factory=dict)
+
+
+def silent(label: str, fraction: float) -> None:
+    """No progress shown."""
+
+
+def worst(verdicts: Iterable[str]) -> str:
+    """The worst of some verdicts; inconclusive if there is none."""
+    return min(verdicts, key=VERDICTS.index, default="inconclusive")
+
+
+def plain_cases(
+    study: str, choice: Choice, default_digits: Sequence[int], thorough: bool = False
+) -> list[Case]:
+    """Every chosen scene by every chosen rule at every precision."""
+    return [
+        Case(study, scene, rule, digits, choice.steps, thorough=thorough)
+        for digits in choice.digits or default_digits
+        for scene, rule in choice.pairs()
+    ]

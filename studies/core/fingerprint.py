@@ -1,0 +1,175 @@
+"""What a result depends on, as one digest: a stored result is used only where all of it agrees."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import inspect
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from discmech.integrators import Scheme, scenes
+from discmech.integrators.compiler import text_key
+from discmech.integrators.equations import step_system
+from discmech.integrators.rules import Composition, Discretisation
+from discmech.integrators.scene import Scene
+
+from .case import Case, scheme_of
+from .record import machine, versions
+from .study import Study
+
+ROOT = Path(__file__).resolve().parents[2]
+#: what is data of single scenes and rules: each has its own text in the fingerprints of its cases
+DATA = (Path("integrators/scenes"), Path("integrators/rules/simple.py"), Path("reference/tables"))
+#: what only shows results, or says what a study is
+VIEWS = tuple(Path("studies") / name for name in ("report", "command", "user", "__init__.py"))
+VIEW_FILES = ("view.py", "plot*.py", "__init__.py")
+
+
+def of_case(study: Study, case: Case, timed: bool) -> str:
+    """Of one case: the study's text, the case's words, its scene and rules, and all versions.
+
+    timed: the result is a time, so the machine counts as well.
+    """
+    rules: Iterable[Discretisation] = getattr(case, "rules", (case.rule,))
+    words = [study.name, case.label, case.command, str(versions()), str(machine()) if timed else ""]
+    words += [text_of(str(study.measuring.__file__)), *of_scene(case.scene)]
+    return _digest(*words, *(part for rule in rules for part in of_rule(case.scene, rule)))
+
+
+def known_by_text(case: Case) -> bool:
+    """Whether the fingerprint needs nothing derived: scene and rules are the bench's own."""
+    rules = getattr(case, "rules", (case.rule,))
+    return is_ours(case.scene) and all(map(is_ours, rules))
+
+
+def of_scene(scene: Scene) -> Iterator[str]:
+    """A scene's numbers, and the text that defines a scene of the bench's own."""
+    yield from (scene.name, scene.groupoid.name, str(scene.groupoid.retraction))
+    yield repr((scene.parameters, scene.x0, scene.v0, scene.duration, scene.step))
+    if is_ours(scene):
+        yield _text_of_scene(scene.name)
+
+
+def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
+    """A rule's facts, and the text of one of the bench's own; else the equations that it makes.
+
+    What a user's file imports or reads is in the equations and the numbers, or has no effect.
+    """
+    base = rule.base if isinstance(rule, Composition) else rule
+    yield repr((rule.name, rule.order, rule.stages, rule.splits, base.name, base.order))
+    if is_ours(base):
+        yield _text_of_rule(base)
+    if not (is_ours(base) and is_ours(scene)):
+        yield _derived(scheme_of(scene, rule))
+
+
+def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation) -> str:
+    """Of what a function says about a scheme."""
+    words = (about.__qualname__, str(versions()), text_of(inspect.getfile(about)))
+    return _digest(*words, *of_scene(scene), *of_rule(scene, rule))
+
+
+def is_ours(thing: Scene | Discretisation) -> bool:
+    """Whether the bench itself defines the scene or rule, values and composition aside."""
+    if isinstance(thing, Scene):
+        own = scenes.get(thing.name) if thing.name in scenes.NAMES else None
+        return own is not None and (own.lagrangian, own.discrete_lagrangian) == (
+            thing.lagrangian, thing.discrete_lagrangian)  # fmt: skip
+    formula = (thing.base if isinstance(thing, Composition) else thing).formula
+    return str(formula.__module__).startswith("discmech.integrators.")
+
+
+def _derived(scheme: Scheme) -> str:
+    """The equations of a step, the Lagrangian and the conserved quantities."""
+    s, scene = scheme.s, scheme.scene
+    groups = scene.with_attitude() if any(q.attitude for q in scene.symmetries) else scene
+    parts: list[Any] = [step_system(scheme.equations)]
+    if scene.lagrangian is not None:
+        parts.append([s.lagrangian])
+    for q in scene.symmetries:
+        x: Any = s.x
+        if q.attitude:
+            whole = scheme_of(groups, scheme.rule).s
+            size = scene.groupoid.algebra.size  # type: ignore[attr-defined]
+            x = whole.x.reshape(size, size)
+        found = q.formula(x, s.mu, s.parameters)
+        parts += [q.name, list(found) if hasattr(found, "shape") else [found]]
+    return text_key(*parts)
+
+
+def of_everything(*words: str) -> str:
+    """Of some words and the whole text of the bench: for what tests the bench itself."""
+    return _digest(*words, str(versions()), _text_of_all())
+
+
+@cache
+def _text_of_all() -> str:
+    folders = (ROOT / name for name in ("integrators", "reference", "studies"))
+    files = (p for folder in folders for p in sorted(folder.rglob("*")))
+    return _digest(*(p.read_text("utf-8") for p in files if p.suffix in (".py", ".json")))
+
+
+@cache
+def text_of(file: str) -> str:
+    """Digest of a module's text and of all of ours that it rests on, scenes and rules excepted."""
+    base = (p for f in ("integrators", "reference") for p in sorted((ROOT / f).rglob("*.py")))
+    files = [p for p in base if not _within(p, DATA)]
+    files += imported_files([Path(file), ROOT / "studies" / "core" / "running.py"])
+    return _digest(*(f"{p.relative_to(ROOT)}\n{p.read_text(encoding='utf-8')}" for p in files))
+
+
+def imported_files(files: Iterable[Path]) -> list[Path]:
+    """These files and those of the same package that they import, also inside functions."""
+    seen, pending = set[Path](), [p.resolve() for p in files]
+    while pending:
+        file = pending.pop()
+        shows = _within(file, VIEWS) or any(map(file.match, VIEW_FILES))
+        if file in seen or (shows and file.parent.parent.name == "studies"):
+            continue
+        seen.add(file)
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                pending += _files(file, node)
+    return sorted(seen)
+
+
+def _files(file: Path, node: ast.ImportFrom) -> Iterator[Path]:
+    words = (node.module or "").split(".") if node.module else []
+    if node.level:
+        folder = file.parents[node.level - 1]
+    elif words[0] == "discmech" and words[1:2] == ["studies"]:
+        folder, words = ROOT, words[1:]
+    else:
+        return
+    target = folder.joinpath(*words)
+    for place in (target, *(target / alias.name for alias in node.names)):
+        for path in (place.with_suffix(".py"), place / "__init__.py"):
+            if path.is_file():
+                yield path.resolve()
+
+
+def _within(file: Path, places: Iterable[Path]) -> bool:
+    return any((ROOT / place) in (file, *file.parents) for place in places)
+
+
+@cache
+def _text_of_scene(name: str) -> str:
+    """Of its file and of the scenes that it builds on, and of its table of reference digits."""
+    file = ROOT / "integrators" / "scenes" / f"{name.replace('-', '_')}.py"
+    files = [p for p in imported_files([file]) if p.parent == file.parent]
+    table = ROOT / "reference" / "tables" / f"{name}.json"
+    return _digest(*(p.read_text(encoding="utf-8") for p in [*files, table] if p.exists()))
+
+
+@cache
+def _text_of_rule(rule: Discretisation) -> str:
+    """Of its function alone, if it is one of several in a file of rules; else nothing more."""
+    file = Path(inspect.getfile(rule.formula))
+    return inspect.getsource(rule.formula) if _within(file, DATA) else ""
+
+
+def _digest(*parts: str) -> str:
+    return hashlib.sha256("\0".join(parts).encode()).hexdigest()

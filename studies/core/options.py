@@ -1,0 +1,96 @@
+"""What a study may be asked beside its cases, and how words of a command become values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of a study.
+
+    metavar: how help calls the value; a switch has none. read: text → value; it raises `BadInput`.
+    repeated: it may be given several times, and its value is the tuple of all.
+    """
+
+    flag: str
+    help: str
+    metavar: str | None = None
+    read: Callable[[str], Any] = str
+    repeated: bool = False
+
+    @property
+    def name(self) -> str:
+        """The key of its value in `Choice.own`."""
+        return self.flag.strip("-")
+
+    def words(self, value: Any) -> list[str]:
+        """The words of a command that give it this value; none for that of who does not ask."""
+        if self.metavar is None:
+            return [self.flag] if value else []
+        values = value if self.repeated else () if value is None else (value,)
+        texts = (f"{v:g}" if isinstance(v, float) else str(v) for v in values or ())
+        return [word for text in texts for word in (self.flag, text)]
+
+
+def refuse(sentence: str) -> NoReturn:
+    """Raise `BadInput`; who only declares an option does not load the mathematics."""
+    from discmech.integrators import BadInput
+
+    raise BadInput(sentence)
+
+
+def whole(what: str, most: int | None = None) -> Callable[[str], int]:
+    """A reader of whole numbers from 1, up to `most`."""
+
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = 0
+        if value < 1 or (most is not None and value > most):
+            end = "" if most is None else f" to {most}"
+            refuse(f"{what} is {text!r}: give a whole number from 1{end}.")
+        return value
+
+    return read
+
+
+def digits_in(text: str) -> int:
+    """A precision."""
+    value = whole("--digits")(text)
+    if not 16 <= value <= 10_000:
+        refuse(f"--digits is {value}: give 16 (double precision) up to 10000.")
+    return value
+
+
+def seconds(what: str) -> Callable[[str], float]:
+    """A reader of times."""
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = 0.0
+        if not 0 < value < math.inf:
+            refuse(f"{what} is {text!r}: give seconds, more than 0.")
+        return value
+
+    return read
+
+
+def _control(text: str) -> str:
+    from .controls import NAMES
+
+    if text not in NAMES:
+        refuse(f'there is no control "{text}": there are {", ".join(NAMES)}.')
+    return text
+
+
+CONTROL = Option(
+    "--control", "only this control (a method that must be caught)", "NAME", _control, repeated=True
+)
+THOROUGH = Option("--thorough", "take minutes to hours, not seconds")

@@ -1,0 +1,383 @@
+"""Running studies: every case measured and judged, on all cores, and never lost.
+
+Cases are done scheme by scheme, whatever the study, so that each scheme is derived and compiled
+once. A case that cannot be measured is marked with the reason; the others go on. What was measured
+before, with all that it depends on unchanged, is taken from the store.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators.errors import CannotMeasure
+
+from . import fingerprint
+from .case import DETAILS, Case, Choice, Progress, Verdict, scheme_of, silent, worst
+from .record import provenance, record
+from .store import Store
+from .study import Study, every_study
+
+SCHEMA = 1
+WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
+Place = tuple[int, int]  # study, case
+Told = Callable[[str, dict[str, Any]], None]
+
+
+def unheard(study: str, result: dict[str, Any]) -> None:
+    """Nobody wants to hear of single cases."""
+
+
+def run_study(
+    study: Study, choice: Choice, progress: Progress = silent, *, store: Store | None = None,
+    jobs: int | None = 1,
+) -> dict[str, Any]:  # fmt: skip
+    """Measure and judge every case of one study: see `run_studies`."""
+    return run_studies([study], choice, progress, store=store, jobs=jobs)[0][0]
+
+
+def run_studies(
+    studies: Sequence[Study],
+    choice: Choice,
+    progress: Progress = silent,
+    *,
+    store: Store | None = None,
+    jobs: int | None = 1,
+    also: Callable[[Scheme], Any] | None = None,
+    told: Told = unheard,
+) -> tuple[list[dict[str, Any]], list[Any]]:
+    """(results of the studies, what `also` says of each scheme in the order of the choice).
+
+    A study's verdict is the worst of its cases'. With a `store`, each finished case is kept at
+    once and none is measured twice, so a run that was interrupted goes on where it stopped. `jobs`
+    processes work side by side (None: one a core) on scenes and rules known by name; studies that
+    take times run by themselves afterwards. `told` hears of each case as it
+    is finished.
+    Raises `BadInput` if a study applies to nothing that was chosen, or can use nothing of it.
+    """
+    plan = Plan(studies, choice)
+    for study, cases in zip(plan.studies, plan.cases, strict=True):
+        if not cases:
+            names = ", ".join(s.name for s in choice.scenes)
+            if names and choice.rules and not plan.pairs:
+                raise BadInput(
+                    f"{', '.join(r.name for r in choice.rules)} can be used on none of the chosen "
+                    f"scenes ({names}): a rule needs a Lagrangian, imex one with a fast part."
+                )
+            raise BadInput(
+                f"the study {study.name} applies to none of the chosen scenes"
+                + (f" ({names})" if names else "")
+                + f": {study.needs}"
+            )
+    found: dict[Place, dict[str, Any]] = {}
+    extras: dict[int, Any] = {}
+    total = sum(map(len, plan.cases)) or 1
+
+    def done(places: Sequence[Place], results: Sequence[dict[str, Any]]) -> None:
+        for place, result in zip(places, results, strict=True):
+            found[place] = result
+            told(studies[place[0]].name, result)
+
+    def within(label: str, fraction: float) -> None:
+        progress(label, min(1.0, (len(found) + fraction) / total))
+
+    if store is not None:
+        for place, result in _stored_results(plan, store):
+            done([place], [result])
+        extras = _stored_answers(plan, also, store) if also else {}
+    remembered = Counter(place[0] for place in found)
+    tasks = plan.tasks(set(found), set(extras) if also else set(range(len(plan.pairs))))
+    for places, results, extra in _done(plan, tasks, jobs, also, within, store):
+        done(places, results)
+        extras |= extra
+        if places:
+            case = plan.case(places[-1])
+            within(f"{case.scene.name} {case.label}", 0.0)
+    for place, case in plan.places():
+        if place not in found:  # a study that wants the machine for itself
+            done([place], [measured(studies[place[0]], case, within, store)])
+    if found and all(result.get("unusable") for result in found.values()):
+        raise BadInput(next(iter(found.values()))["reason"])
+    if store is not None:
+        store.prune()
+    results = []
+    for i, study in enumerate(studies):
+        whole = [found[i, k] for k in range(len(plan.cases[i]))]
+        results.append(
+            {
+                "schema": SCHEMA,
+                "study": study.name,
+                "verdict": worst(c["verdict"] for c in whole),
+                "command": f"discmech {study.name}",
+                "record": record(sum(c["seconds"] for c in whole), {"steps": choice.steps}),
+                "notes": [
+                    *choice.unheeded(),
+                    *study.notes(choice),
+                    *_about_stored(remembered[i], len(whole), store),
+                ],
+                "cases": whole,
+            }
+        )
+    return results, [extras[i] for i in sorted(extras)]
+
+
+def _about_stored(remembered: int, cases: int, store: Store | None) -> list[str]:
+    """How many cases were not measured now, and what was wrong with the store."""
+    said = [] if store is None else list(store.troubles.values())
+    if remembered:
+        said.append(
+            f"{remembered} of {cases} cases were measured by an earlier run, with the same text, "
+            "numbers and versions; --fresh measures all anew."
+        )
+    return said
+
+
+def _stored_results(plan: Plan, store: Store) -> Iterator[tuple[Place, dict[str, Any]]]:
+    """What the store has of the bench's own scenes and rules; others are derived first."""
+    for place, case in plan.places():
+        if fingerprint.known_by_text(case):
+            earlier = store.find(_key(plan.studies[place[0]], case))
+            if earlier is not None:
+                yield place, earlier
+
+
+def _stored_answers(plan: Plan, also: Callable[[Scheme], Any], store: Store) -> dict[int, Any]:
+    """What the store has of what `also` says, by pair."""
+    found = {}
+    for i, pair in enumerate(plan.pairs):
+        if all(fingerprint.is_ours(thing) for thing in pair):
+            earlier = store.find(fingerprint.of_answer(also, *pair))
+            if earlier is not None:
+                found[i] = earlier
+    return found
+
+
+def _key(study: Study, case: Case) -> str:
+    return fingerprint.of_case(study, case, timed=study.alone)
+
+
+def measured(
+    study: Study, case: Case, progress: Progress = silent, store: Store | None = None
+) -> dict[str, Any]:
+    """The case's result from the store, or measured now and kept there."""
+    if store is None:
+        return run_case(study, case, progress)
+    try:
+        key = _key(study, case)
+    except (BadInput, StepFailure, CannotMeasure):  # the result says why
+        return run_case(study, case, progress)
+    earlier = store.find(key)
+    if earlier is None:
+        result = run_case(study, case, progress)
+        earlier = result if result.get("unusable") else store.keep(key, result)
+    return dict(earlier)
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that is to be done with one scheme: its cases, and its place among the chosen pairs."""
+
+    places: tuple[Place, ...]
+    pair: int | None
+
+
+class Plan:
+    """The cases of some studies, and the tasks that they make."""
+
+    def __init__(self, studies: Sequence[Study], choice: Choice) -> None:
+        self.studies, self.choice = studies, choice
+        self.cases = [list(study.cases(choice)) for study in studies]
+        self.pairs = list(choice.pairs())
+
+    def case(self, place: Place) -> Case:
+        """The case at a place."""
+        return self.cases[place[0]][place[1]]
+
+    def places(self) -> Iterator[tuple[Place, Case]]:
+        """Every case with its place."""
+        for i, cases in enumerate(self.cases):
+            for k, case in enumerate(cases):
+                yield (i, k), case
+
+    def tasks(self, done: set[Place], answered: set[int]) -> list[Task]:
+        """What is left of the studies that may run side by side, one task a scheme.
+
+        answered: the pairs of which nothing else is asked.
+        """
+        groups: dict[Any, list[Place]] = {}
+        pairs = {
+            (id(scene), rule.name): i
+            for i, (scene, rule) in enumerate(self.pairs)
+            if i not in answered
+        }  # keys are objects of this plan, so ids are names
+        for key in pairs:
+            groups[key] = []
+        for place, case in self.places():
+            if place not in done and not self.studies[place[0]].alone:
+                groups.setdefault((id(case.scene), case.rule.name), []).append(place)
+        for places in groups.values():  # what needs no compiling first: verdicts come soon
+            places.sort(key=lambda place: self.case(place).digits == 16)
+        return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
+
+
+def _done(
+    plan: Plan,
+    tasks: list[Task],
+    jobs: int | None,
+    also: Callable[[Scheme], Any] | None,
+    progress: Progress,
+    store: Store | None,
+) -> Iterator[tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]]:
+    """Places with their results, as they are finished, and what `also` says, by pair.
+
+    Where others work too, this process does the first task, so that verdicts come soon and one by
+    one; the others' come scheme by scheme.
+    """
+    workers = min(jobs or cores(), len(tasks))
+    spoken = plan.choice.by_name()
+    if workers < 2 or spoken is None or sum(len(t.places) for t in tasks) < WORTH_WORKERS:
+        yield from _in_turn(plan, tasks, also, progress, store)
+        return
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
+
+    names = tuple(study.name for study in plan.studies)
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _ignore_interrupts)
+    try:
+        waiting = {
+            pool.submit(_in_worker, names, spoken, task, also, store): task for task in tasks[1:]
+        }
+        yield from _in_turn(plan, tasks[:1], also, progress, store)
+        for future in as_completed(waiting):
+            yield waiting[future].places, *future.result()
+    except BrokenProcessPool:
+        raise BadInput(
+            "a process that was measuring was killed (too little memory?); the same command goes "
+            "on where it stopped: say --jobs 1."
+        ) from None
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _in_turn(
+    plan: Plan,
+    tasks: list[Task],
+    also: Callable[[Scheme], Any] | None,
+    progress: Progress,
+    store: Store | None,
+) -> Iterator[tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]]:
+    """The same in this process, case by case."""
+    for task in tasks:
+        for i, k in task.places:
+            yield [(i, k)], [measured(plan.studies[i], plan.cases[i][k], progress, store)], {}
+        yield (), [], _said(plan, task, also, store)
+
+
+def _said(
+    plan: Plan, task: Task, also: Callable[[Scheme], Any] | None, store: Store | None
+) -> dict[int, Any]:
+    """What `also` says of the task's scheme, by its place among the pairs."""
+    if also is None or task.pair is None:
+        return {}
+    pair = plan.pairs[task.pair]
+    try:
+        answer = also(scheme_of(*pair))
+        if store is not None:
+            answer = store.keep(fingerprint.of_answer(also, *pair), answer)
+        return {task.pair: answer}
+    except BadInput:  # the cases say so
+        return {}
+
+
+def _in_worker(
+    names: tuple[str, ...],
+    spoken: tuple[Any, ...],
+    task: Task,
+    also: Callable[[Scheme], Any] | None,
+    store: Store | None,
+) -> tuple[list[dict[str, Any]], dict[int, Any]]:
+    plan = _plan(names, spoken)
+    results = [measured(plan.studies[i], plan.cases[i][k], store=store) for i, k in task.places]
+    return results, _said(plan, task, also, store)
+
+
+@lru_cache(maxsize=1)
+def _plan(names: tuple[str, ...], spoken: tuple[Any, ...]) -> Plan:
+    """The same plan again in a worker, from names."""
+    return Plan([every_study()[name] for name in names], Choice.of_names(spoken))
+
+
+def _ignore_interrupts() -> None:
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process stops us
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1
+
+
+def _diagnose(study: Study, case: Case, measurement: dict[str, Any], said: Verdict) -> None:
+    """Add the cause, where one can be told; the verdict stays what it is."""
+    from discmech.reference import ReferenceFailure
+
+    try:
+        found = study.diagnose(case, measurement)
+    except (StepFailure, BadInput, ReferenceFailure):
+        return
+    if found is not None:
+        measurement["diagnosis"] = found
+        said.reason = f"{said.reason} Cause: {found['cause']}: {found['sentence']}"
+
+
+def run_case(
+    study: Study, case: Case, progress: Progress = silent, *, causes: bool = True
+) -> dict[str, Any]:
+    """One case's result; a step that fails marks the case and is not raised.
+
+    So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
+    causes: whether the cause of what did not pass is looked for.
+    """
+    begun = time.perf_counter()
+    measurement: dict[str, Any] = {"measured": {}, "rows": []}
+    from discmech.reference import ReferenceFailure
+
+    try:
+        measurement = study.measure(case, progress)
+        verdict = study.judge(case, measurement)
+        if causes and verdict.verdict != "pass":
+            _diagnose(study, case, measurement, verdict)
+    except StepFailure as failure:
+        verdict = Verdict("fail", str(failure))
+    except (CannotMeasure, ReferenceFailure) as failure:
+        verdict = Verdict("inconclusive", str(failure))
+    except BadInput as error:
+        measurement["unusable"] = True
+        verdict = Verdict("inconclusive", str(error))
+    return {
+        "scene": case.scene.name,
+        "rule": case.label,
+        "retraction": case.scene.groupoid.retraction,
+        "digits": case.digits,
+        "verdict": verdict.verdict,
+        "reason": verdict.reason,
+        "command": case.command,
+        "control": case.control is not None,
+        "expected": verdict.expected,
+        "measured": measurement["measured"],
+        "rows": measurement["rows"],
+        **{key: measurement[key] for key in DETAILS if key in measurement},
+        "seconds": time.perf_counter() - begun,
+        "measured_at": provenance(),
+    }

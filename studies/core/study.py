@@ -1,0 +1,110 @@
+"""A study: one property of a method. All that is said of it, anywhere, comes from this one object.
+
+A study is a folder beside this one. Its `__init__` says what it is (`STUDY`) and loads nothing;
+`measuring` has `NEEDS`, `cases(choice)`, `measure(case, progress)` → numbers and
+`judge(case, measurement)` → verdict, and may have `diagnose(case, measurement)` and
+`notes(choice)`; `view`, where there is one, has `VIEW`: how its numbers are shown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from .options import Option
+
+if TYPE_CHECKING:
+    from .case import Case, Choice, Progress, Verdict
+
+FOLDER = Path(__file__).resolve().parents[1]
+
+
+@dataclass(frozen=True)
+class Study:
+    """What a study is, in words, and what it needs.
+
+    package: its folder's import name. place: where it comes in the report. summary: a line of help;
+    measured, judged: the README's columns; about: a paragraph of the report. alone: it takes times,
+    so it has the machine for itself. usual: it is a command of its own that takes scenes and rules;
+    others have commands with arguments of another kind, and say nothing of single schemes.
+    """
+
+    name: str
+    package: str
+    place: float
+    title: str
+    summary: str
+    measured: str
+    judged: str
+    about: str
+    alone: bool = False
+    usual: bool = True
+    options: tuple[Option, ...] = ()
+
+    @cached_property
+    def measuring(self) -> ModuleType:
+        """The module that measures and judges."""
+        return import_module(f"{self.package}.measuring")
+
+    @property
+    def needs(self) -> str:
+        """Why it may apply to nothing that was chosen."""
+        return str(self.measuring.NEEDS)
+
+    @cached_property
+    def view(self) -> Any:
+        """How its numbers are shown: a `report.view.View`."""
+        if find_spec(f"{self.package}.view") is None:
+            return _plain_view()
+        return import_module(f"{self.package}.view").VIEW
+
+    def cases(self, choice: Choice) -> list[Case]:
+        """The cases of a choice."""
+        return list(self.measuring.cases(choice))
+
+    def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
+        """The numbers of a case: {"measured": {...}, "rows": [...], ...}."""
+        return dict(self.measuring.measure(case, progress))
+
+    def judge(self, case: Case, measurement: dict[str, Any]) -> Verdict:
+        """What the numbers mean; no measuring."""
+        verdict: Verdict = self.measuring.judge(case, measurement)
+        return verdict
+
+    def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+        """The cause of what did not pass, where one can be told."""
+        told = getattr(self.measuring, "diagnose", None)
+        return None if told is None else told(case, measurement)
+
+    def notes(self, choice: Choice) -> list[str]:
+        """What is to be said of the whole study."""
+        said = getattr(self.measuring, "notes", None)
+        return [] if said is None else list(said(choice))
+
+
+@cache
+def every_study() -> dict[str, Study]:
+    """All studies by name, in the order of the report: whatever folder says that it is one."""
+    found = []
+    for file in sorted(FOLDER.glob("*/__init__.py")):
+        if "STUDY" in file.read_text(encoding="utf-8"):
+            found.append(import_module(f"{_PARENT}.{file.parent.name}").STUDY)
+    return {study.name: study for study in sorted(found, key=lambda s: (s.place, s.name))}
+
+
+def view_of(name: str) -> Any:
+    """How the numbers of the study of that name are shown; of an unknown one, plainly."""
+    study = every_study().get(name)
+    return _plain_view() if study is None else study.view
+
+
+_PARENT = __name__.rpartition(".core.")[0]
+
+
+def _plain_view() -> Any:
+    return import_module(f"{_PARENT}.report.view").View()

@@ -1,0 +1,20 @@
+"""Energy band and secular slope over 10⁶ steps."""
+
+from ..core.study import Study
+
+STUDY = Study(
+    name="energy",
+    package=__name__,
+    place=3,
+    title="Energy",
+    summary="energy band and secular slope over 10⁶ steps",
+    measured="band and secular slope over 10⁶ steps",
+    judged="the slope explains at most a tenth of the band",
+    about=(
+        "No variational integrator with a fixed step keeps the energy, but its error stays in a "
+        "band and does not drift. The band is the size of that oscillation, the slope is its "
+        "trend over the whole run with an interval. It can mislead: a bounded energy error says "
+        "nothing about the error in phase, and near a resonance or at too large a step the band "
+        "can be wide without a sign of drift."
+    ),
+)

@@ -1,0 +1,129 @@
+"""Energy over long runs: its band and its secular slope."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..core.fitting import fit_line
+from ..core.runs import bins, energy_errors, long_run
+
+NAME = "energy"
+NEEDS = "it needs a Lagrangian."
+DIGITS = (16,)
+ROWS = 2000
+SHARE = 0.1  # of the band that a slope may explain
+LONGER = (1, 8, 32)  # times the steps, until it is told
+PARTS, STEADY = 8, 0.8  # a drift takes the means of so many parts of the run one way
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every scene with a Lagrangian by every rule, in double precision unless asked otherwise."""
+    return [c for c in plain_cases(NAME, choice, DIGITS) if c.scene.lagrangian is not None]
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {time, error}: (H − H₀) over the largest sum of H's absolute terms, signed.
+
+    Of each stretch of the run the rows keep the smallest and the largest error, in order, so the
+    band of all steps is seen. band: largest minus smallest; slope: per unit of time through all
+    steps, with its 95 % interval.
+
+    edge_slopes: of the lines through the minima and the maxima of the run's parts; None of a run
+    too short to have parts, or without end.
+
+    In a chaotic scene the mean of the band wanders, slowly and to a side that depends on round-off.
+    Where its edges seem to move as well, and not steadily, the case runs eight times as long, and
+    32 times: what wanders shrinks against the band.
+    """
+    steps = case.steps or (10**6 if case.digits == 16 else 1000)
+    for more in LONGER:
+        run = long_run(case, case.scheme, more * steps, progress)
+        errors = energy_errors(case.scheme, run, case.digits)
+        times = np.asarray(run.t, dtype=float)
+        line = fit_line(times, errors)
+        edges = _edge_slopes(times, errors)
+        allowed = _allowed(case, float(np.ptp(errors))) / times[-1]
+        if not abs(line.slope) > allowed or _stand(edges, allowed) or _steadiness(errors) >= STEADY:
+            break  # a drift goes one way, and a longer run would only repeat it
+    rows = []
+    for first, last in bins(len(times), ROWS // 2):
+        part = errors[first:last]
+        ends = sorted({first + int(part.argmin()), first + int(part.argmax())})
+        rows += [{"time": float(times[i]), "error": float(errors[i])} for i in ends]
+    return {
+        "rows": rows,
+        "measured": {
+            "band": float(np.ptp(errors)),
+            "slope": line.slope,
+            "slope_interval": list(line.interval),
+            "edge_slopes": edges,
+        },
+        "steady": _steadiness(errors),
+        "duration": float(times[-1]),
+    }
+
+
+def _allowed(case: Case, band: float) -> float:
+    """What a slope may add up to over the run: a share of the band, or round-off."""
+    return max(band * SHARE, 1e4 * (2.0**-53 if case.digits == 16 else 10.0**-case.digits))
+
+
+def _steadiness(errors: np.ndarray) -> float:
+    """How far the means of the parts go, over the way that they take: 1 if always the same way.
+
+    A drift goes one way, even where it slows down; a band that wanders, as in chaotic motion, goes
+    to and fro.
+    """
+    way = np.diff([errors[a:b].mean() for a, b in bins(len(errors), PARTS)])
+    taken = np.abs(way).sum()
+    return float(abs(way.sum()) / taken) if taken > 0 and np.isfinite(taken) else 1.0
+
+
+def _edge_slopes(times: np.ndarray, errors: np.ndarray) -> list[float] | None:
+    """Slopes of the lines through the minima and the maxima of the parts, per unit of time.
+
+    A secular drift c t moves the extremes of every part along by c t, and the mean in between may
+    wander: edges that stand rule a drift out.
+    """
+    parts = bins(len(errors), PARTS)
+    if len(parts) < PARTS or not np.isfinite(errors).all():
+        return None
+    middles = [times[a:b].mean() for a, b in parts]
+    extremes = [[errors[a:b].min(), errors[a:b].max()] for a, b in parts]
+    return [float(slope) for slope in np.polyfit(middles, extremes, 1)[0]]
+
+
+def _stand(edge_slopes: list[float] | None, allowed: float) -> bool:
+    return edge_slopes is not None and max(map(abs, edge_slopes)) <= allowed
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """No secular drift: over the run the slope accounts for at most a tenth of the band.
+
+    A method that loses or gains energy steadily has a band that is all slope. Where the mean only
+    wanders between two edges that stand by that measure, nothing drifts either.
+    """
+    band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
+    duration = measurement["duration"]
+    expected = {"slope_limit": _allowed(case, band) / duration}
+    if not np.isfinite(band):
+        return Verdict("fail", "the energy is no longer finite.", expected)
+    edges = measurement["measured"].get("edge_slopes")
+    if abs(slope) <= expected["slope_limit"] or _stand(edges, expected["slope_limit"]):
+        return Verdict("pass", "", expected)
+    low, high = measurement["measured"]["slope_interval"]
+    if low <= 0 <= high or measurement.get("steady", 1.0) < STEADY:
+        return Verdict(
+            "inconclusive",
+            "the run is too short to tell a drift from a wandering band: take more --steps.",
+            expected,
+        )
+    return Verdict(
+        "fail",
+        f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
+        f"which is {abs(slope) * duration / band:.0%} of its band.",
+        expected,
+    )

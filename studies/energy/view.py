@@ -1,0 +1,65 @@
+"""How energy errors are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..report import plot_drift
+from ..report.grouping import as_above, by_scene, precisions
+from ..report.palette import Mark
+from ..report.view import Sketch, Titles, View, measured_column
+from ..report.wording import NONE, Case, mapping, number, pairs, plus_minus, scientific
+
+ENERGY = (
+    "Relative energy error against time: one strip a rule, each from its own smallest to its own "
+    "largest error, which stand on its left; dashed: zero. Of a long run the space between the "
+    "smallest and the largest error of each short stretch is filled. A sound variational "
+    "integrator fills a band that neither tilts nor widens; where the energy is kept exactly only "
+    "the drift of round-off is left, and the band is a line."
+)
+
+
+def _wanted(expected: dict[str, Any]) -> str:
+    limit = expected.get("slope_limit")
+    return (
+        pairs(expected) if number(limit) is None else f"slope or both edges ≤ {scientific(limit)}"
+    )
+
+
+def _edges(measured: dict[str, Any]) -> str:
+    return ", ".join(map(scientific, measured.get("edge_slopes") or ())) or NONE
+
+
+def _slope(measured: dict[str, Any]) -> str:
+    return plus_minus(measured.get("slope"), measured.get("slope_interval"))
+
+
+def _got(measured: dict[str, Any]) -> str:
+    band = scientific(measured.get("band"))
+    return f"band {band}, slope {_slope(measured)}, of the edges {_edges(measured)}"
+
+
+def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    found: list[Sketch] = []
+    for digits, same in precisions(cases).items():
+        panels = [
+            plot_drift.energy(titles.get(scene, scene), own, known, digits)
+            for scene, own in by_scene(same).items()
+        ]
+        caption, title = as_above(ENERGY, digits, found), f"Energy error, {digits} digits"
+        sheet = plot_drift.ENERGY_SHEET
+        found.append(Sketch(f"energy-{digits}", title, caption, panels, sheet, digits))
+    return found
+
+
+VIEW = View(
+    columns=[
+        measured_column("band"),
+        ("Slope", lambda case: _slope(mapping(case, "measured"))),
+        ("Slopes of the edges", lambda case: _edges(mapping(case, "measured"))),
+    ],
+    got=_got, wanted=_wanted,
+    short=lambda measured: f"band {scientific(measured.get('band'))}",
+    sketches=_sketches, compared=lambda case: {"band": case["measured"].get("band")},
+)  # fmt: skip

@@ -1,0 +1,193 @@
+"""Extremes: what happens at the edge of each scene, how it is noticed, what the message says."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators.scene import Scene
+
+from ..core.case import Case, Choice, Progress, Verdict, silent
+from ..core.runs import energy_with_terms, relative_drifts
+from .edges import EXTREMES, Extreme
+
+NAME = "extremes"
+NEEDS = f"it needs one of the scenes {', '.join(EXTREMES)}."
+DIGITS = (16,)
+STEPS = 256
+FINE, COARSE = Fraction(1, 10), Fraction(5)  # hω where the step resolves the motion, and where not
+WRONG = 1e-2  # a relative error that has to be noticed
+TRUSTED = 10  # times the difference to smaller steps: as much may the error be
+State = tuple[np.ndarray, np.ndarray]  # (x, μ)
+REFINED = (1, 3, 16)  # an error that aliasing hides from one of these steps shows in another
+
+
+@dataclass(frozen=True)
+class ExtremeCase(Case):
+    """One extreme of a scene by one rule."""
+
+    extreme: Extreme = field(kw_only=True)
+
+    @property
+    def command(self) -> str:
+        """What reproduces this case."""
+        return f"{super().command} --extreme {shlex.quote(self.extreme.name)}"
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every extreme of every scene by every rule."""
+    if choice.digits and 16 not in choice.digits:
+        return []
+    for scene in choice.scenes:
+        names = [extreme.name for extreme in EXTREMES.get(scene.name, ())]
+        for name in choice.asked("extreme", ()) if names else ():
+            if name not in names:
+                shown = ", ".join(f'"{word}"' for word in names)
+                raise BadInput(f'{scene.name} has no extreme "{name}": it has {shown}.')
+    return [
+        ExtremeCase(NAME, scene, rule, 16, choice.steps, extreme=extreme)
+        for scene, rule in choice.pairs()
+        for extreme in EXTREMES.get(scene.name, ())
+        if extreme.name in choice.asked("extreme", (extreme.name,))
+    ]
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Two rows, where the step resolves the motion and where it does not: {z, step, steps, outcome,
+    error, estimate, energy, noticed, message}.
+
+    error: the larger of ‖x − x̂‖ and ‖μ − μ̂‖ at the end, each over the largest it is in any of
+    these runs and the reference, if there is a certified reference;
+    estimate: the largest such difference to a third and a sixteenth of the step; noticed: what
+    tells that a run is not right. measured: the rows by name, fine and coarse.
+    """
+    assert isinstance(case, ExtremeCase)
+    progress(f"{case.scene.name} {case.label}: {case.extreme.name}", 0.0)
+    rows = [one_extreme(case.scheme, case.extreme, z, case.steps or STEPS) for z in (FINE, COARSE)]
+    shown = ("outcome", "error", "estimate", "energy", "noticed", "message")
+    measured = {
+        name: {key: row[key] for key in shown}
+        for name, row in zip(("fine", "coarse"), rows, strict=True)
+    }
+    return {"rows": rows, "measured": measured, "extreme": case.extreme.name}
+
+
+def one_extreme(derived: Scheme, extreme: Extreme, z: Fraction, steps: int) -> dict[str, Any]:
+    """Run it with this step and with smaller ones, and hold it against the truth."""
+    step = Fraction(float(z) / extreme.frequency)
+    row: dict[str, Any] = {"z": float(z), "step": float(step),
+                           "steps": steps, "error": None, "estimate": None, "energy": None,
+                           "noticed": "", "message": ""}  # fmt: skip
+    try:
+        scheme = derived.at(**extreme.values)
+        ends = []
+        for parts in REFINED:
+            run = scheme.flow(step / parts).trajectory(steps * parts, every=parts)
+            ends.append((run.x[-1], run.mu[-1]))
+            if parts == 1:
+                row["energy"] = _energy_error(scheme, run)
+    except (StepFailure, BadInput) as failure:
+        stopped = isinstance(failure, StepFailure)
+        return row | {"outcome": "stopped" if stopped else "refused", "noticed": "message",
+                      "message": str(failure)}  # fmt: skip
+    truth = _truth(scheme.scene, steps * step)
+    known = ends if truth is None else [*ends, truth]
+    sizes = [max(map(_size, block)) or 1.0 for block in zip(*known, strict=True)]
+    row["estimate"] = max(_gap(ends[0], end, sizes) for end in ends[1:])
+    if truth is not None:
+        row["error"] = _gap(ends[0], truth, sizes)
+    return row | _told(row)
+
+
+def _told(row: dict[str, Any]) -> dict[str, Any]:
+    """The outcome of a run that returned: right to what smaller steps say, or noticed, or not.
+
+    Not finite numbers never come this far.
+    """
+    estimate, error, lost = row["estimate"], row["error"], row["energy"]
+    signs = {"smaller steps": estimate > WRONG, "energy": lost is None or lost > WRONG}
+    if error is None:
+        return {"outcome": "no reference",
+                "noticed": ", ".join(sign for sign, shown in signs.items() if shown)}  # fmt: skip
+    if error <= WRONG and error <= max(TRUSTED * estimate, 1e-9):
+        return {"outcome": "right", "noticed": ""}
+    if TRUSTED * estimate >= min(error, 1.0):
+        return {"outcome": "wrong, noticed", "noticed": "smaller steps"}
+    if signs["energy"]:
+        return {"outcome": "wrong, noticed", "noticed": "energy"}
+    return {"outcome": "wrong, silent", "noticed": "nothing"}
+
+
+def _gap(one: State, other: State, sizes: list[float]) -> float:
+    """The larger relative difference of the two blocks."""
+    return max(_size(a - b) / size for a, b, size in zip(one, other, sizes, strict=True))
+
+
+def _size(vector: np.ndarray) -> float:
+    """‖v‖₂ without over- or underflow."""
+    largest = float(np.abs(vector).max(initial=0.0))
+    return largest * float(np.linalg.norm(vector / largest)) if largest else 0.0
+
+
+def _energy_error(scheme: Scheme, run: Any) -> float | None:
+    with np.errstate(all="ignore"):
+        worst = float(relative_drifts(energy_with_terms(scheme, 16)(run), 16).max())
+    return worst if math.isfinite(worst) else None
+
+
+def _truth(scene: Scene, end: Fraction) -> State | None:
+    return _truth_of(scene.name, _Values(scene), end)
+
+
+class _Values:
+    """A scene as the key of a memory: variants of the same name differ in their numbers."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self.numbers = str((scene.parameters, scene.x0, scene.v0))
+
+    def __hash__(self) -> int:
+        return hash(self.numbers)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Values) and self.numbers == other.numbers
+
+
+@lru_cache(maxsize=256)
+def _truth_of(name: str, values: _Values, end: Fraction) -> State | None:
+    """The certified (x, μ) at the end, None where the reference has none."""
+    from discmech.reference import ReferenceFailure, solution
+
+    try:
+        found = solution(values.scene, end, digits=15, proof=False)
+    except ReferenceFailure:
+        return None
+    if found.certain_digits < 12:
+        return None
+    return np.array([*map(float, found.x)]), np.array([*map(float, found.mu)])
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Nothing fails silently; without a reference a run without any sign proves nothing."""
+    expected = {"silent": 0}
+    for row in measurement["rows"]:
+        if row["outcome"] != "wrong, silent":
+            continue
+        return Verdict(
+            "fail",
+            f"at hω = {row['z']:g} is wrong by {row['error']:.2g}, and neither "
+            f"smaller steps ({row['estimate']:.2g}) nor the energy tell.",
+            expected,
+        )
+    for row in measurement["rows"]:
+        if row["outcome"] == "no reference" and not row["noticed"]:
+            reason = f"at hω = {row['z']:g} nothing looks wrong, and no reference says it is right."
+            return Verdict("inconclusive", reason, expected)
+    return Verdict("pass", "", expected)

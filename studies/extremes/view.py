@@ -1,0 +1,38 @@
+"""How runs at the edge of a scene are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..report.view import View
+from ..report.wording import NONE, mapping, number, scientific
+
+
+def outcome(found: Mapping[str, Any]) -> str:
+    """What became of a run at an extreme, and how it was noticed."""
+    said = str(found.get("outcome") or NONE)
+    if number(found.get("error")) is not None:
+        said += f", error {scientific(found['error'])}"
+    if found.get("noticed") and not found.get("message"):
+        said += f" ({found['noticed']})"
+    return f"{said}: {found['message']}" if found.get("message") else said
+
+
+def _outcomes(measured: dict[str, Any]) -> str:
+    return "; ".join(f"{part}: {outcome(measured[part])}" for part in measured)
+
+
+def _short(measured: dict[str, Any]) -> str:
+    return ", then ".join(str(found.get("outcome")) for found in measured.values())
+
+
+VIEW = View(
+    columns=[
+        ("Extreme", lambda case: str(case.get("extreme") or NONE)),
+        ("hω = 1/10", lambda case: outcome(mapping(mapping(case, "measured"), "fine"))),
+        ("hω = 5", lambda case: outcome(mapping(mapping(case, "measured"), "coarse"))),
+    ],
+    got=_outcomes, wanted=lambda expected: "nothing silent", short=_short,
+    line=lambda case: f"{case['extreme']}: {_short(mapping(case, 'measured'))}",
+)  # fmt: skip

@@ -1,0 +1,174 @@
+"""Momentum maps and Casimirs over long runs, against the random walk of round-off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme
+from discmech.integrators.flows import Flow
+from discmech.integrators.scene import Conserved, Scene
+
+from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..core.runs import bins, interval, long_run, relative_drifts, with_terms
+
+NAME = "momentum"
+NEEDS = "it needs a scene that declares symmetries or Casimirs."
+DIGITS = (16, 50)
+ROWS = 400
+MOST_STRETCHES = 2000
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every scene with a quantity that is kept to round-off, by every rule."""
+    return [c for c in plain_cases(NAME, choice, DIGITS) if _kept(c)]
+
+
+def _kept(case: Case) -> list[Conserved]:
+    return [q for q in case.scene.symmetries if q.to_roundoff]
+
+
+@cache
+def _with_attitude(scene: Scene) -> Scene:
+    return scene.with_attitude()
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {step, time, drift: {name: worst so far in its stretch}}; measured: the worst of each.
+
+    A drift is |J_k − J_0| over the sum of the absolute values of J's terms. Quantities of the
+    attitude run on the scene with the attitude as base; the others do without it.
+    """
+    steps = case.steps or (10**6 if case.digits == 16 else 100)
+    kept = _kept(case)
+    series: dict[str, np.ndarray] = {}
+    for attitude in (False, True):
+        whole = [q for q in kept if q.attitude is attitude and q.stretch is None]
+        if whole:
+            scheme = _scheme(case, attitude)
+            run = long_run(case, scheme, steps, progress)
+            for q in whole:
+                rows_of = with_terms(scheme, formula_of(scheme, q), case.digits)
+                series[q.name] = relative_drifts(rows_of(run), case.digits)
+    for q in kept:
+        if q.stretch is not None:
+            series[q.name] = _over_stretches(case, q, steps, progress)
+    rows = []
+    each = {q.name: 1 if q.stretch is None else interval(steps) for q in kept}
+    for first, last in bins(steps // interval(steps) + 1, ROWS):
+        step = min((last - 1) * interval(steps), steps)
+        drift = {
+            name: _worst(values, first * each[name], last * each[name])
+            for name, values in series.items()
+        }
+        rows.append({"step": step, "time": float(step * case.scene.step), "drift": drift})
+    worst = {name: float(drift.max()) for name, drift in series.items()}
+    return {"rows": rows, "measured": {"drift": worst}, "steps": steps}
+
+
+def _steps_of(q: Conserved, steps: int) -> int:
+    """The steps that are made for a quantity: of one in stretches perhaps fewer."""
+    return steps if q.stretch is None else min(steps, MOST_STRETCHES * q.stretch)
+
+
+def _worst(drift: np.ndarray, first: int, last: int) -> float | None:
+    """The largest of a stretch; None where nothing was measured in it."""
+    part = drift[first:last]
+    return float(part.max()) if len(part) else None
+
+
+def _scheme(case: Case, attitude: bool) -> Scheme:
+    return case.scheme_on(_with_attitude(case.scene) if attitude else case.scene)
+
+
+def formula_of(scheme: Scheme, q: Conserved) -> Any:
+    """The quantity in the scheme's symbols; an attitude is handed on as a matrix."""
+    x: Any = scheme.x
+    if q.attitude:
+        size = scheme.scene.groupoid.algebra.size  # type: ignore[attr-defined]
+        x = x.reshape(size, size)
+    return q.formula(x, scheme.s.mu, scheme.s.parameters)
+
+
+def _over_stretches(case: Case, q: Conserved, steps: int, progress: Progress) -> np.ndarray:
+    """Per step: the drift since the stretch began, with x (the attitude) as at the start there."""
+    assert q.stretch is not None
+    scheme = _scheme(case, q.attitude)
+    flow = scheme.flow(case.scene.step, case.digits)
+    rows_of = with_terms(scheme, formula_of(scheme, q), case.digits)
+    total = _steps_of(q, steps)
+    drifts, mu, u = [np.zeros(1)], None, None
+    for done in range(0, total, q.stretch):
+        run = flow.trajectory(min(q.stretch, total - done), x0=scheme.scene.x0, mu0=mu, u0=u)
+        drifts.append(relative_drifts(rows_of(run), case.digits)[1:])
+        mu, u = run.mu[-1], run.u[-1]
+        progress(f"{case.scene.name} {case.label}: {q.name}", done / total)
+    return np.concatenate(drifts)
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Round-off: at most 1e-12 over 10⁶ steps, or 10⁴ units at more digits.
+
+    The walk of round-off, ε√N, stands beside it, N the most steps that a quantity was followed;
+    ``over`` says how many each was.
+    """
+    eps = 2.0**-53 if case.digits == 16 else 10.0 ** (-case.digits)
+    limit = 1e-12 if case.digits == 16 else 1e4 * eps
+    over = {q.name: _steps_of(q, measurement["steps"]) for q in _kept(case)}
+    walk = eps * math.sqrt(max(over.values()))
+    expected = {"limit": limit, "random_walk": walk, "over": over}
+    drifting = {k: v for k, v in measurement["measured"]["drift"].items() if not v <= limit}
+    if not drifting:
+        return Verdict("pass", "", expected)
+    name, value = max(drifting.items(), key=lambda item: item[1])
+    return Verdict("fail", f"{name} drifts by {value:.2g}, more than {limit:.0e}.", expected)
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """Whether L_d is not invariant, or the run is to blame; None for what needs the attitude.
+
+    A step from (x, F⁻/h) leads to (b, F⁺/h), so a quantity that the method keeps has one value at
+    both ends of every arrow (discrete Noether theorem). That is asked with 30 digits, at arrows of
+    a run.
+    """
+    from ..causes.diagnosis import ROWS as COUNT
+    from ..causes.diagnosis import named
+
+    drift = measurement["measured"]["drift"]
+    plain = [q for q in _kept(case) if q.name in drift and not q.attitude and q.stretch is None]
+    if not plain or case.scheme.element is not None:
+        return None
+    worst = max(plain, key=lambda q: drift[q.name])
+    scheme = _scheme(case, False).base
+    flow = Flow(scheme, case.scene.step, 30)
+    run = flow.trajectory(COUNT)
+    rows_of = with_terms(scheme, formula_of(scheme, worst), 30)
+    with flow.numbers.working():
+        at, h = flow.context, flow.context.h
+        arrows = [at.maps_at(*at.vectors(x, u)) for x, u in zip(run.x, run.u, strict=True)]
+        before = np.array([here["minus"] / h for here in arrows])
+        after = np.array([here["plus"] / h for here in arrows])
+        ends = np.array([here["target"] for here in arrows]).reshape(run.x.shape)
+    start, terms = rows_of(replace(run, mu=before))
+    end, later = rows_of(replace(run, x=ends, mu=after))
+    scale = max(float(abs(t)) for part in (terms, later) for t in part.ravel()) or 1.0
+    gap = max(float(abs(e)) for e in (end - start).ravel()) / scale
+    evidence = {"quantity": worst.name, "gap": gap}
+    if gap > 1e-20:
+        return named(
+            "invariance",
+            f"L_d is not invariant under the symmetry of {worst.name}: at the two ends of an "
+            f"arrow, (x, F⁻/h) and (b, F⁺/h), its values differ by {gap:.1e}; write the rule with "
+            "L and G, not with single components.",
+            evidence,
+        )
+    return named(
+        "run",
+        f"L_d keeps {worst.name}: at the two ends of an arrow its values differ by {gap:.1e} only; "
+        "it is the solver or the update, which discmech symplecticity tells apart.",
+        evidence,
+    )

@@ -1,0 +1,60 @@
+"""How drifts of momenta are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..report import plot_drift
+from ..report.grouping import as_above, by_scene, precisions
+from ..report.palette import Mark
+from ..report.view import Sketch, Titles, View
+from ..report.wording import NONE, Case, largest, limit, mapping, pairs, scientific
+
+DRIFT = (
+    "Drift of each momentum map, relative to the sum of the absolute values of its terms, against "
+    "the number of steps (the worst in each of many bins); beside a rule the worst of the whole "
+    "run. Dotted: the random walk that round-off alone makes, ε√N. A line that rises faster than "
+    "it is a systematic drift. Zero is drawn on the lower axis; a line in several colours is "
+    "several curves that coincide."
+)
+
+
+def _drifts(case: Case) -> str:
+    """Each with its number of steps where that is less than of the others."""
+    drift = mapping(case, "measured").get("drift") or {}
+    over = mapping(case, "expected").get("over") or {}
+    most = max(over.values(), default=0)
+    fewer = {name: f" ({steps} steps)" for name, steps in over.items() if steps < most}
+    words = (f"{name} {scientific(value)}{fewer.get(name, '')}" for name, value in drift.items())
+    return ", ".join(words) or NONE
+
+
+def _walk(case: Case) -> str:
+    return scientific(mapping(case, "expected").get("random_walk"))
+
+
+def _compared(case: Case) -> dict[str, Any]:
+    return {"drift": max((case["measured"].get("drift") or {}).values(), default=None)}
+
+
+def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    found: list[Sketch] = []
+    for digits, same in precisions(cases).items():
+        panels = [
+            plot_drift.drift(titles.get(scene, scene), name, own, known, digits)
+            for scene, own in by_scene(same).items()
+            for name in plot_drift.momenta(own)
+        ]
+        caption, title = as_above(DRIFT, digits, found), f"Momentum drift, {digits} digits"
+        sheet = plot_drift.MOMENTUM_SHEET
+        found.append(Sketch(f"momentum-{digits}", title, caption, panels, sheet, digits))
+    return found
+
+
+VIEW = View(
+    columns=[("Worst drift", _drifts), ("Random walk", _walk)],
+    got=lambda measured: pairs(measured.get("drift") or {}), wanted=limit,
+    short=lambda measured: largest(mapping(measured, "drift")),
+    sketches=_sketches, compared=_compared,
+)  # fmt: skip

@@ -1,0 +1,25 @@
+"""Order of accuracy against certified references."""
+
+from ..core.study import Study
+
+STUDY = Study(
+    name="order",
+    package=__name__,
+    place=0,
+    title="Order of accuracy",
+    summary="order of accuracy against certified references",
+    measured=(
+        "error in (x, μ) against a certified reference on a ladder of steps, in double "
+        "precision and at 50 digits"
+    ),
+    judged="slope over the asymptotic window, from both sides: ±0.05, at 50 digits ±0.01",
+    about=(
+        "Each scheme runs to the same time on a ladder of step sizes, and its error in (x, μ) "
+        "is taken against a reference that shares no formula with it. The slope of log error "
+        "over log step is fitted where the error is asymptotic, and has to agree, from above as "
+        "from below, with the order that the rule has on that scene. It can mislead: an "
+        "accident of the scene can lift the order (rectangle is of order 2 where the Lagrangian "
+        "does not depend on x), and with 16 digits few points may remain between the bend at "
+        "large steps and the floor of round-off; the run with 50 digits has no such floor."
+    ),
+)

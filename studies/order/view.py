@@ -1,0 +1,96 @@
+"""How orders are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from ..report.canvas import Sheet
+from ..report.grouping import as_above, by_scene, precisions
+from ..report.palette import Mark
+from ..report.view import Sketch, Titles, View
+from ..report.wording import (
+    NONE,
+    Case,
+    in_unusual_chart,
+    mapping,
+    number,
+    plus_minus,
+    rows,
+)  # fmt: skip
+from . import plot
+
+CONVERGENCE = (
+    "Error in (x, μ) at the end of the run against step size; the number beside a rule is the "
+    "fitted order. Filled marks are in the fit. Hollow marks are left out because the error is "
+    "not yet asymptotic there, crosses because round-off has taken over; a bar on the upper edge "
+    "is a run that failed. The triangles show the slopes that are expected. Where curves coincide "
+    "the line has the colours of all of them in turn and the marks lie within one another."
+)
+
+
+def _got(measured: dict[str, Any]) -> str:
+    return plus_minus(measured.get("order"), measured.get("interval"))
+
+
+def _wanted(expected: dict[str, Any]) -> str:
+    if number(expected.get("order")) is None:
+        return "only measured"
+    tolerance = number(expected.get("tolerance"))
+    said = f"{expected['order']:g}" + (f" ± {tolerance:g}" if tolerance is not None else "")
+    declared = number(expected.get("declared"))
+    lopsided = "" if declared is None else f" (declared {declared:g}; in this chart ι(u) ≠ −u)"
+    return said + lopsided
+
+
+def _short(measured: dict[str, Any]) -> str:
+    found = number(measured.get("order"))
+    return NONE if found is None else f"{found:.4f}"
+
+
+def _points(case: Case) -> str:
+    """Points of the fit, and why others were left out."""
+    used = mapping(case, "measured").get("points")
+    every = rows(case)
+    why: dict[str, int] = {}
+    for row in every:
+        if not row.get("used"):
+            reason = str(row.get("why_not") or "left out")
+            why[reason] = why.get(reason, 0) + 1
+    if used is None:
+        used = len(every) - sum(why.values())
+    said = ", ".join(f"{count} {reason}" for reason, count in why.items())
+    return f"{used} of {len(every)}" + (f" ({said})" if said else "")
+
+
+def _compared(case: Case) -> dict[str, Any]:
+    # below a thousand roundings an error is not the method's any more
+    least = 1e3 * (2.0**-53 if case["digits"] == 16 else 10.0 ** -case["digits"])
+    errors = {r["step"]: r["error"] for r in case["rows"] if r["error"] and r["error"] > least}
+    return {"order": case["measured"].get("order"), "errors": errors}
+
+
+def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
+    """A wider margin where names of rules carry their retraction."""
+    more = 0.24 if any(map(in_unusual_chart, cases)) else 0.0
+    return replace(sheet, width=sheet.width + more, right=sheet.right + more)
+
+
+def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    found: list[Sketch] = []
+    for digits, same in precisions(cases).items():
+        panels = [
+            plot.panel(titles.get(scene, scene), own, known)
+            for scene, own in by_scene(same).items()
+        ]
+        caption, sheet = as_above(CONVERGENCE, digits, found), _room(plot.SHEET, same)
+        title = f"Convergence, {digits} digits"
+        found.append(Sketch(f"order-{digits}", title, caption, panels, sheet, digits))
+    return found
+
+
+VIEW = View(
+    columns=[("Order", lambda case: _got(mapping(case, "measured"))), ("Points", _points)],
+    got=_got, wanted=_wanted, short=_short, sketches=_sketches, compared=_compared,
+)  # fmt: skip

@@ -1,0 +1,22 @@
+"""Processor time of proven digits, against digits and time."""
+
+from ..core.study import Study
+
+STUDY = Study(
+    name="references",
+    package=__name__,
+    place=9,
+    title="What references cost",
+    summary="processor time of proven digits, against digits and time",
+    measured="processor time of proven digits, against digits and against time",
+    judged="all digits asked for are proven",
+    about=(
+        "Errors are taken against Taylor series in as many digits as are asked for, with a "
+        "proven bound. Measured is the processor time of one such integration, pilot run and "
+        "enclosure included, without deriving the equations; a case passes if all its digits "
+        "are proven. A step of order N, which grows like 1.15 digits, costs N²/2 products of "
+        "such numbers for each product in the equations. It can mislead: it is one scene, and a "
+        "scene whose orbits come near a singularity, or separate, takes more."
+    ),
+    usual=False,
+)

@@ -1,0 +1,33 @@
+"""How the cost of certain digits is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..report.palette import Mark
+from ..report.view import Sketch, Titles, View, measured_column
+from ..report.wording import Case
+from . import plot
+
+COSTS = (
+    "Processor seconds of a reference whose digits are proven, against the digits and against the "
+    "time. Dotted: the slope over the upper half of the points."
+)
+
+
+def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    title = "The cost of certain digits"
+    return [Sketch("reference-costs", title, COSTS, plot.panels(cases), plot.SHEET)]
+
+
+VIEW = View(
+    columns=[
+        ("t", lambda case: f"{case['measured']['time']:g}"),
+        measured_column("seconds", "Processor seconds"),
+        ("Steps", lambda case: str(case["measured"]["steps"])),
+        ("Order", lambda case: str(case["measured"]["order"])),
+        ("Certain by", lambda case: str(case["measured"]["certainty"])),
+    ],
+    wanted=lambda expected: f"{expected['digits']} certain digits",
+    sketches=_sketches,
+)

@@ -1,0 +1,1 @@
+"""How results are shown: wording, tables, figures, the page."""

@@ -1,0 +1,72 @@
+"""Curves that coincide, drawn so that each is seen: dashes in turn, marks within marks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from .palette import PAPER, Mark
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Curve = Sequence[tuple[float, float]]
+NEAR = 1.7  # points of type within which curves are one line to the eye
+DASH = 4.5
+
+
+@dataclass(frozen=True)
+class Share:
+    """The place of a curve among those that coincide with it, from the lowest up."""
+
+    place: int = 0
+    of: int = 1
+
+    def line(self, mark: Mark, width: float) -> dict[str, Any]:
+        """Style of the line: its own, or dashes in turn with its fellows' on the lowest one."""
+        if self.of == 1 or self.place == 0:
+            return {"lw": width * (1 if self.of == 1 else 1.25), "ls": mark.dash}
+        on, period = DASH / width, self.of * DASH / width
+        dash = (period - self.place * on, (on, period - on))
+        return {"lw": 1.25 * width, "ls": dash, "dash_capstyle": "butt"}
+
+    def marks(self, usual: float) -> dict[str, Any]:
+        """Size and edge of filled marks: the lowest the largest, a light edge round the others."""
+        if self.of == 1:
+            return {"ms": usual, "mew": 0.8}
+        edge = {"mew": 0.8} if self.place == 0 else {"mew": 0.5, "mec": PAPER}
+        return {"ms": usual + 0.6 + 2.4 * (self.of - 1 - self.place), **edge}
+
+
+def shares(axes: Axes, curves: Sequence[Curve]) -> list[Share]:
+    """The share of each curve; the axes have to have their final limits and scales."""
+    drawn = [_points(axes, curve) for curve in curves]
+    groups: list[list[int]] = []
+    for k, points in enumerate(drawn):
+        near = (g for g in groups if _near(drawn[g[0]], points))
+        group = next(near, None)
+        if group is None:
+            groups.append([k])
+        else:
+            group.append(k)
+    place = {k: Share(i, len(group)) for group in groups for i, k in enumerate(group)}
+    return [place[k] for k in range(len(curves))]
+
+
+def _points(axes: Axes, curve: Curve) -> dict[float, float]:
+    """Height above the page's edge in points of type, by abscissa."""
+    if not curve:
+        return {}
+    scale = 72 / axes.figure.dpi
+    heights = axes.transData.transform(list(curve))[:, 1] * scale
+    return {x: float(y) for (x, _), y in zip(curve, heights, strict=True) if math.isfinite(y)}
+
+
+def _near(one: dict[float, float], other: dict[float, float]) -> bool:
+    """Whether they share most abscissae and are close at nearly all of these."""
+    both = one.keys() & other.keys()
+    if not both or len(both) < 0.8 * min(len(one), len(other)):
+        return False
+    return sum(abs(one[x] - other[x]) < NEAR for x in both) >= 0.95 * len(both)

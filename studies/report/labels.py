@@ -1,0 +1,73 @@
+"""Words beside the ends of lines, instead of a legend in a box."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import accumulate, pairwise
+from typing import TYPE_CHECKING, Any
+
+from .palette import GRID, WORDS
+from .typeset import figure_text
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def end_labels(
+    axes: Axes,
+    labels: Sequence[tuple[float, float, str, str]],
+    gap: float = 8.6,
+    indent: float = 9,
+) -> None:
+    """Words (x, y, text, colour) right of the axes, beside the line ends, pushed apart."""
+    if not labels:
+        return
+    height = axes.bbox.height * 72 / axes.figure.dpi
+    width = axes.bbox.width * 72 / axes.figure.dpi
+    to_axes = axes.transData + axes.transAxes.inverted()
+    ends = [to_axes.transform((x, y)) for x, y, _, _ in labels]
+    order = sorted(range(len(labels)), key=lambda k: (ends[k][1], -k))
+    wished = [min(max(ends[k][1], 0.0), 1.0) * height for k in order]
+    heights = [gap * (1 + labels[k][2].count("\n")) for k in order]
+    for k, spot in zip(order, spread(wished, heights, -4, height + 4), strict=True):
+        _, _, words, colour = labels[k]
+        start = (ends[k][0] * width + 3.5, min(max(ends[k][1], 0.0), 1.0) * height)
+        where = (width + indent, spot)
+        points: dict[str, Any] = {"xycoords": "axes points", "annotation_clip": False}
+        line: dict[str, Any] = {
+            "arrowstyle": "-",
+            "color": GRID,
+            "linewidth": 0.5,
+            "shrinkA": 0,
+            "shrinkB": 0,
+        }
+        if abs(where[1] - start[1]) > 2 or where[0] - start[0] > 12:
+            axes.annotate("", xy=start, xytext=(where[0] - 1.5, spot), arrowprops=line, **points)
+        axes.annotate(
+            figure_text(words),
+            xy=where,
+            fontsize=7.6,
+            va="center_baseline" if "\n" not in words else "center",
+            linespacing=1.05,
+            color=WORDS.get(colour, colour),
+            **points,
+        )
+
+
+def spread(
+    wished: Sequence[float], heights: Sequence[float], low: float, high: float
+) -> list[float]:
+    """Middles nearest to the wished ones (ascending) for words of these heights, none touching.
+
+    Less what must lie below each, the middles only have to ascend: isotonic regression.
+    """
+    below = list(accumulate(((a + b) / 2 for a, b in pairwise(heights)), initial=0.0))
+    groups: list[tuple[float, int]] = []  # sum and number of the wishes that share a place
+    for wish, offset in zip(wished, below, strict=False):
+        groups.append((wish - offset, 1))
+        while len(groups) > 1 and groups[-1][0] / groups[-1][1] < groups[-2][0] / groups[-2][1]:
+            (s0, n0), (s1, n1) = groups[-2:]
+            groups[-2:] = [(s0 + s1, n0 + n1)]
+    level = [total / count for total, count in groups for _ in range(count)]
+    ceiling = high - below[-1] if level else high
+    return [max(low, min(q, ceiling)) + o for q, o in zip(level, below, strict=False)]

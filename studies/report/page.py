@@ -1,0 +1,202 @@
+"""The report: one self-contained page, its figures and tables as files beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.study import every_study
+from .mathml import display
+from .publish import published
+from .summary import headline, machine, merged, runs, tally, trouble, when
+from .tables import columns, file_name, write_tables
+from .wording import VERDICTS, Case, Result, is_control, verdict
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+    from .figures import Plate
+
+LONGEST_FORMULA = 60_000  # characters of MathML; longer ones are linked, not shown
+FORMULAE = 1_000_000  # and of all of them together
+
+
+def write_report(
+    results: Sequence[Result],
+    equations: Sequence[Mapping[str, Any]],
+    scenes: Sequence[Mapping[str, Any]],
+    folder: Path,
+    command: str = "make report",
+) -> Path:
+    """Write index.html, figures/, tables/ (and equations/ for the longest) into a folder.
+
+    An older report in the folder stays whole until this one is, and for good if this one fails.
+    """
+    from .figures import plates
+
+    titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
+    studies = merged(results)
+    library: dict[str, str] = {}
+    with published(Path(folder), last="index.html") as new:
+        for name in ("figures", "tables", "equations"):
+            (new / name).mkdir()
+        drawn = plates(studies, titles, library)
+        for plate in drawn:
+            (new / "figures" / f"{plate.name}.svg").write_bytes(plate.drawing.svg)
+            (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)
+        files = {str(study["study"]): write_tables(study, new / "tables") for study in studies}
+        formulae = _schemes(equations, titles, new / "equations")
+        text = _page(results, studies, drawn, library, scenes, command, files, formulae)
+        (new / "index.html").write_text(text, encoding="utf-8")
+    return Path(folder) / "index.html"
+
+
+def lone_page(
+    results: Sequence[Result],
+    scenes: Sequence[Mapping[str, Any]],
+    command: str,
+    tables: Sequence[Mapping[str, Any]] = (),
+) -> str:
+    """The page of some results by itself: figures within it, no files beside it.
+
+    tables: what stands above the studies, each {"title", "about", "heads", "lines"}, a line a list
+    of cells.
+    """
+    from .figures import plates
+
+    titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
+    studies = merged(results)
+    library: dict[str, str] = {}
+    drawn = plates(studies, titles, library)
+    return _page(results, studies, drawn, library, scenes, command, tables=tables)
+
+
+def _page(
+    results: Sequence[Result],
+    studies: Sequence[Result],
+    drawn: Sequence[Plate],
+    library: Mapping[str, str],
+    scenes: Sequence[Mapping[str, Any]],
+    command: str,
+    files: Mapping[str, Sequence[str]] | None = None,
+    equations: Sequence[Mapping[str, Any]] = (),
+    tables: Sequence[Mapping[str, Any]] = (),
+) -> str:
+    beside = files or {}
+    context = {
+        "command": command,
+        "headline": headline(studies),
+        "studies": [_view(s, drawn, beside.get(str(s["study"]), ())) for s in studies],
+        "absent": [
+            n
+            for n, study in every_study().items()
+            if n not in {s["study"] for s in studies} and (study.usual or command == "make report")
+        ],
+        "trouble": trouble(studies),
+        "library": "".join(library[key] for key in sorted(library)),
+        "tables": tables,
+        "equations": equations,
+        "scenes": [_SCENE | dict(scene) for scene in scenes],
+        "record": machine(results),
+        "runs": runs(results),
+    }
+    return environment().get_template("report.html.j2").render(context)
+
+
+def environment() -> Environment:
+    """Jinja's environment with the templates, which lie in a wheel where a checkout has them."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    folder = Path(__file__).resolve().parents[2] / "reports" / "templates"
+    return Environment(
+        loader=FileSystemLoader(folder),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def _lines(study: str, cases: Sequence[Case]) -> dict[str, Any]:
+    """A table for the templates: headings, and a line a case."""
+    shown = columns(study)
+    if not any(case.get("retraction") for case in cases):
+        shown = [column for column in shown if column[0] != "Retraction"]
+    lines = [
+        {
+            "cells": [text(case) for _, text in shown[:-1]],
+            "verdict": verdict(case),
+            "word": shown[-1][1](case),
+            "reason": str(case.get("reason") or ""),
+            "command": str(case.get("command") or ""),
+            "when": when(case),
+        }
+        for case in cases
+    ]
+    return {"heads": [head for head, _ in shown], "lines": lines}
+
+
+def _view(study: Result, drawn: Sequence[Plate], files: Sequence[str]) -> dict[str, Any]:
+    """What the page says about one study."""
+    name, cases = str(study["study"]), study["cases"]
+    known = every_study().get(name)
+    sound = [case for case in cases if not is_control(case)]
+    parts = {kind: [case for case in sound if verdict(case) == kind] for kind in VERDICTS}
+    return {
+        "name": name,
+        "title": known.title if known else name.capitalize(),
+        "about": known.about if known else "The page knows no more of this study than its numbers.",
+        "anchor": file_name(name),
+        "notes": [str(note) for note in study.get("notes") or []],
+        "tables": study.get("tables") or [],
+        "verdict": verdict(study),
+        "count": tally(cases),
+        "bad": _lines(name, parts["fail"] + parts["inconclusive"]),
+        "good": _lines(name, parts["pass"]),
+        "controls": _lines(name, [case for case in cases if is_control(case)]),
+        "plates": [plate for plate in drawn if plate.study == name],
+        "files": files,
+        "command": str(study.get("command") or f"discmech {name}"),
+    }
+
+
+def _schemes(
+    equations: Sequence[Mapping[str, Any]], titles: Mapping[str, str], folder: Path
+) -> list[dict[str, Any]]:
+    """The equations of each scheme; those too long for the page as files."""
+    spent, found = 0, []
+    for entry in equations:
+        names = [str(entry.get(key) or "") for key in ("scene", "rule", "retraction")]
+        shown = []
+        for head, key in _FORMULAE:
+            given = entry.get(key) or []
+            for index, source in enumerate([given] if isinstance(given, str) else given):
+                formula, link = display(source), ""
+                if len(formula) > LONGEST_FORMULA or spent + len(formula) > FORMULAE:
+                    link = file_name("-".join([*filter(None, names), key, str(index)])) + ".mml"
+                    folder.joinpath(link).write_text(formula, encoding="utf-8")
+                    formula = ""
+                spent += len(formula)
+                shown.append({"head": "" if index else head, "formula": formula, "link": link})
+        scene, rule, retraction = titles.get(names[0], names[0]), names[1], names[2]
+        title = ", ".join(filter(None, [scene, rule, retraction]))
+        facts = ["self-adjoint" if entry.get("self_adjoint") else "not self-adjoint"]
+        facts.append("solved without iteration" if entry.get("affine") else "solved by Newton")
+        source = str(entry.get("source") or "")
+        words = {"title": title, "source": source, "notation": str(entry.get("notation") or "")}
+        found.append({**words, "facts": facts, "formulae": shown})
+    return found
+
+
+_SCENE: dict[str, Any] = dict.fromkeys(
+    ("name", "title", "groupoid", "dim_x", "dim_u", "parameters", "source"), "—"
+) | {"symmetries": []}
+
+_FORMULAE = (
+    ("Lagrangian", "lagrangian_mathml"),
+    ("Discrete Lagrangian", "discrete_lagrangian_mathml"),
+    ("Points of a step", "points_mathml"),
+    ("Momentum, μ = F⁻(x, u)/h", "momentum_mathml"),
+    ("Discrete Euler–Lagrange equations, F⁺(x, u)/h = F⁻(y, v)/h", "residual_mathml"),
+)

@@ -1,0 +1,191 @@
+"""Pictures of long runs: momentum drift against steps, energy error against time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from .alike import shares
+from .canvas import Panel, Sheet, log_axis, log_limits, note, round_off
+from .labels import end_labels
+from .palette import GRID, INK, MUTED, Mark
+from .typeset import figure_text
+from .wording import Case, mapping, number, rows, rule_name, scientific, verdict
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOMENTUM_SHEET = Sheet(width=3.3, right=1.16)
+ENERGY_SHEET = Sheet(width=3.3, left=0.6, right=0.95, height=2.6)
+BINS = 150
+HALF = 0.36  # half the height of a strip, where the next one is 1 below
+
+
+def momenta(cases: Sequence[Case]) -> list[str]:
+    """Names of the momentum maps of a scene, in the order in which they are reported."""
+    found: dict[str, None] = {}
+    for case in cases:
+        found |= dict.fromkeys(mapping(case, "measured").get("drift") or {})
+        for row in rows(case)[:1]:
+            found |= dict.fromkeys(row.get("drift") or {})
+    return list(found)
+
+
+def drift(
+    title: str, name: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int
+) -> Panel:
+    """Drift of one momentum map of one scene, with the random walk of round-off."""
+
+    def draw(axes: Axes) -> None:
+        unit = round_off(digits)
+        curves = [_drifts(case, name) for case in cases]
+        points = [point for curve in curves for point in curve]
+        if not points:
+            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            return
+        last = max(step for step, _ in points)
+        expected = [mapping(case, "expected") for case in cases]
+        walks = [number(e.get("random_walk")) for e in expected]
+        factor = max((walk for walk in walks if walk), default=unit * math.sqrt(last))
+        limits = sorted({x for e in expected if (x := number(e.get("limit")))})
+        floor = min([unit / 4, *(value for _, value in points if value > 0)])
+        log_axis(axes, "x", log_limits((step for step, _ in points), 0.03))
+        values = [max(value, floor) for _, value in points]
+        log_axis(axes, "y", log_limits([floor, factor, *limits, *values], 0.05))
+        floor = axes.get_ylim()[0]  # where zeros are drawn
+        for limit in limits:
+            axes.axhline(limit, color=INK, lw=0.7, ls=(0, (3, 2)))
+        first = axes.get_xlim()[0]
+        ends = [factor * math.sqrt(step / last) for step in (first, last)]
+        axes.plot([first, last], ends, color=MUTED, lw=0.9, ls=(0, (1, 1.6)))
+        labels = [(last, factor, "ε√N", MUTED)]
+        labels += [(last, limit, "limit", MUTED) for limit in limits]
+        drawn = [[(step, max(value, floor)) for step, value in curve] for curve in curves]
+        for case, curve, share in zip(cases, drawn, shares(axes, drawn), strict=True):
+            mark = marks[rule_name(case)]
+            style = {"color": mark.colour, "clip_on": False, **share.line(mark, 0.8)}
+            if curve:
+                axes.plot(*zip(*curve, strict=True), zorder=2.5, **style)
+            # The label stands where the eye sees the end: at the middle of the last few.
+            tail = sorted(value for _, value in curve[-9:]) or [floor]
+            labels.append((last, tail[len(tail) // 2], drifted(case, name), mark.colour))
+        end_labels(axes, labels)
+
+    spoken = f"{title}, {name}: relative drift against steps, {digits} digits. " + "; ".join(
+        f"{rule_name(case)} {scientific((mapping(case, 'measured').get('drift') or {}).get(name))}"
+        for case in cases
+    )
+    return Panel(title, f"drift of {name}", "steps N", spoken, draw)
+
+
+def drifted(case: Case, name: str) -> str:
+    """The rule, the worst drift of this quantity, and whether it is this one that fails."""
+    worst = number((mapping(case, "measured").get("drift") or {}).get(name))
+    limit = number(mapping(case, "expected").get("limit"))
+    if worst is None:
+        return f"{rule_name(case)}\n({verdict(case)})"
+    words = f"{rule_name(case)}  {scientific(worst, 0)}"
+    return words if limit is None or worst <= limit else f"{words}\n(fail)"
+
+
+def _drifts(case: Case, name: str) -> list[tuple[float, float]]:
+    """Steps and drift; of many rows the worst in each of equal logarithmic bins."""
+    worst: dict[int, tuple[float, float]] = {}
+    found = []
+    for row in rows(case):
+        step, value = number(row.get("step")), number((row.get("drift") or {}).get(name))
+        if step and step > 0 and value is not None:
+            found.append((step, abs(value)))
+    if len(found) <= BINS:
+        return sorted(found)
+    low, high = (math.log(edge) for edge in (min(found)[0], max(found)[0]))
+    for step, value in found:
+        key = int(BINS * (math.log(step) - low) / (high - low + 1e-12))
+        if key not in worst or value > worst[key][1]:
+            worst[key] = (step, value)
+    return sorted(worst.values())
+
+
+def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int) -> Panel:
+    """Energy error of one scene: one strip a rule, from its smallest to its largest error."""
+
+    def draw(axes: Axes) -> None:
+        curves = [_envelope(case) for case in cases]
+        if not any(curves):
+            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            return
+        end = max(time for curve in curves for time, _, _ in curve)
+        start = min(time for curve in curves for time, _, _ in curve)
+        start = 0.0 if 0 < start < end / 50 else start
+        end = max(end, float(f"{end:.2g}"))
+        axes.set_xlim(start, end)
+        axes.set_ylim(-len(cases) + 0.45, 0.55)
+        axes.spines["left"].set_visible(False)
+        axes.locator_params(axis="x", nbins=4)
+        labels, ticks = [], []
+        for index, (case, curve) in enumerate(zip(cases, curves, strict=True)):
+            mark = marks[rule_name(case)]
+            low = min([0.0, *(error for _, error, _ in curve)])
+            high = max([0.0, *(error for _, _, error in curve)])
+            scale = 2 * HALF / (high - low) if high > low else 0.0
+            zero = -index - HALF - scale * low if scale else -float(index)
+            axes.axhspan(-index - HALF, -index + HALF, color=GRID, alpha=0.3, lw=0)
+            if curve:
+                times, below, above = zip(*curve, strict=True)
+                lower, upper = ([zero + scale * e for e in errors] for errors in (below, above))
+                style: dict[str, Any] = {"fc": (mark.colour, 0.45), "ec": mark.colour, "lw": 0.55}
+                axes.fill_between(times, lower, upper, **style)
+            axes.plot([start, end], [zero, zero], color=INK, lw=0.7, ls=(0, (2, 1.6)), zorder=3)
+            ticks.append((zero, "0"))
+            ticks += [
+                (zero + scale * error, _signed(error))
+                for error in (low, high)
+                if scale * abs(error) > 0.22
+            ]
+            labels.append((end, -float(index), _band(case), mark.colour))
+        axes.set_yticks([place for place, _ in ticks], [figure_text(words) for _, words in ticks])
+        axes.tick_params(axis="y", labelsize=6.6, length=2, pad=1.5)
+        end_labels(axes, labels, indent=6)
+
+    spoken = f"{title}: relative energy error against time, {digits} digits. " + "; ".join(
+        f"{rule_name(case)} band {scientific(mapping(case, 'measured').get('band'))}"
+        for case in cases
+    )
+    return Panel(title, "relative energy error", "time", spoken, draw)
+
+
+def _band(case: Case) -> str:
+    """The rule, its band, and its verdict unless it passes."""
+    band = number(mapping(case, "measured").get("band"))
+    words = rule_name(case) + (f"\nband {_two(band)}" if band is not None else "")
+    return words if verdict(case) == "pass" else f"{words}\n({verdict(case)})"
+
+
+def _signed(value: float) -> str:
+    return f"+{_two(value)}" if value > 0 else f"−{_two(-value)}"
+
+
+def _two(value: float) -> str:
+    """Two significant digits."""
+    return f"{value:.2g}" if 0.01 <= value < 99 else scientific(value)
+
+
+def _envelope(case: Case) -> list[tuple[float, float, float]]:
+    """Time, smallest and largest error of each stretch; of few rows each is a stretch."""
+    found: list[tuple[float, float]] = []
+    for row in rows(case):
+        time, error = number(row.get("time")), number(row.get("error"))
+        if time is not None and error is not None:
+            found.append((time, error))
+    found.sort()
+    if len(found) <= 2 * BINS:
+        return [(time, error, error) for time, error in found]
+    kept = []
+    for k in range(BINS):
+        part = found[k * len(found) // BINS : (k + 1) * len(found) // BINS]
+        errors = [error for _, error in part]
+        # the first and the last stretch reach the ends of the run
+        time = part[0 if k == 0 else -1 if k == BINS - 1 else len(part) // 2][0]
+        kept.append((time, min(errors), max(errors)))
+    return kept

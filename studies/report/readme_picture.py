@@ -1,0 +1,58 @@
+"""The README's picture, from a finished report.
+
+Run it by python -m discmech.studies.report.readme_picture.
+
+Arguments, both optional: the report's folder (reports/build) and the file (docs/convergence.png).
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+SCENES = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
+DIGITS = 16
+COLOURS = 160
+
+
+def picture(report: Path) -> bytes:
+    """Convergence of all rules on six scenes as PNG, black on white in few colours."""
+    from PIL import Image
+
+    from discmech.integrators import scenes
+
+    from .figures import plates
+
+    result: dict[str, Any] = json.loads((report / "tables" / "order.json").read_text("utf-8"))
+    cases = [c for c in result["cases"] if c["scene"] in SCENES and c["digits"] == DIGITS]
+    if not cases:
+        raise ValueError("it has no case of these scenes in double precision")
+    titles = {name: scenes.get(name).title or name for name in {c["scene"] for c in cases}}
+    (plate,) = plates([{**result, "cases": cases}], titles, {})
+    image = Image.open(BytesIO(plate.drawing.png)).convert("RGB")
+    few = image.quantize(COLOURS, dither=Image.Dither.NONE)
+    stream = BytesIO()
+    few.save(stream, "PNG", optimize=True)
+    return stream.getvalue()
+
+
+def main(arguments: list[str]) -> int:
+    """Write the picture; 2 where there is no report to draw it from."""
+    given = [Path(argument) for argument in arguments[:2]]
+    report, file = [*given, *(Path("reports/build"), Path("docs/convergence.png"))[len(given) :]]
+    try:
+        drawn = picture(report)
+    except (OSError, ValueError, KeyError) as error:
+        print(f"no picture from {report}: {error}; say make report first.", file=sys.stderr)
+        return 2
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(drawn)
+    print(f"{file}: {len(drawn) // 1000} kB")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,149 @@
+"""The results in short: one a study, the headline, what did not pass, where and when they ran."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..core.study import every_study
+from .tables import file_name, got, wanted
+from .wording import (
+    VERDICTS,
+    Case,
+    Result,
+    case_name,
+    caught,
+    is_control,
+    mapping,
+    verdict,
+)
+
+
+def merged(results: Sequence[Result]) -> list[Result]:
+    """One result a study, in the usual order, its verdict the worst that was said within it.
+
+    Each case remembers the command it came from.
+    """
+    found: dict[str, Result] = {}
+    for result in results:
+        name = str(result.get("study") or "unnamed")
+        whole = found.setdefault(name, {**result, "study": name, "cases": []})
+        cases = result.get("cases") or []
+        said = [verdict(thing) for thing in (whole, result, *cases)]
+        whole["verdict"] = min(said, key=VERDICTS.index)
+        whole["cases"] += [{**case, "study_command": result.get("command")} for case in cases]
+    known = [name for name in every_study() if name in found]
+    return [found[name] for name in [*known, *(n for n in found if n not in known)]]
+
+
+def tally(cases: Sequence[Case]) -> dict[str, int]:
+    """How many cases have each verdict, and how many controls were caught."""
+    sound = [verdict(case) for case in cases if not is_control(case)]
+    wrong = [verdict(case) for case in cases if is_control(case) and caught(case) != "equivalent"]
+    counts = {name: sound.count(name) for name in VERDICTS}
+    return counts | {"cases": len(sound), "controls": len(wrong), "caught": wrong.count("pass")}
+
+
+def headline(studies: Sequence[Result]) -> dict[str, str]:
+    """The verdict of the whole report and a sentence that says it."""
+    count = tally([case for study in studies for case in study["cases"]])
+    missed = count["controls"] - count["caught"]
+    worst = min((verdict(study) for study in studies), key=VERDICTS.index, default="inconclusive")
+    if count["fail"] or missed:
+        worst = "fail"
+    elif count["inconclusive"] or not count["cases"]:
+        worst = min(worst, "inconclusive", key=VERDICTS.index)
+    if not count["cases"] and not count["controls"]:
+        return {"verdict": worst, "text": "Nothing was measured."}
+    parts = []
+    if count["fail"]:
+        parts.append(_some(count["fail"], count["cases"], "case", "fails", "fail"))
+    if count["inconclusive"]:
+        verbs = ("is inconclusive", "are inconclusive")
+        few = f"{count['inconclusive']} {verbs[count['inconclusive'] > 1]}"
+        parts.append(few if parts else _some(count["inconclusive"], count["cases"], "case", *verbs))
+    if not parts and count["cases"]:
+        parts.append(_some(count["cases"], count["cases"], "case", "passes", "pass"))
+    if count["controls"]:
+        verbs = ("was caught", "were caught")
+        parts.append(_some(count["caught"], count["controls"], "control", *verbs))
+    text = "; ".join(parts) + "."
+    return {"verdict": worst, "text": text[0].upper() + text[1:]}
+
+
+def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
+    """The only case passes; all 12 controls were caught; 1 of 12 cases fails; none of …"""
+    if number == whole:
+        return f"the only {noun} {one}" if whole == 1 else f"all {whole} {noun}s {more}"
+    verb = one if number == 1 else more
+    return f"{number or 'none'} of {whole} {noun}s {verb}" if whole > 1 else f"no {noun} {one}"
+
+
+def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
+    """Every failed, missed or inconclusive case of all studies, the failures first."""
+    found = [
+        {
+            "study": study["study"],
+            "anchor": file_name(str(study["study"])),
+            "name": case_name(case),
+            "control": is_control(case),
+            "verdict": verdict(case),
+            "word": caught(case) if is_control(case) else verdict(case),
+            "got": got(str(study["study"]), case),
+            "wanted": wanted(str(study["study"]), case),
+            "reason": str(case.get("reason") or ""),
+            "command": str(case.get("command") or ""),
+        }
+        for study in studies
+        for case in study["cases"]
+        if verdict(case) != "pass"
+    ]
+    return sorted(found, key=lambda line: VERDICTS.index(line["verdict"]))
+
+
+def machine(results: Sequence[Result]) -> list[tuple[str, str]]:
+    """What the runs have in common; where they differ, every value."""
+    found: dict[str, list[str]] = {}
+    for result in results:
+        for key, value in (result.get("record") or {}).items():
+            if key in ("settings", "seconds", "date"):
+                continue
+            word = {True: "yes", False: "no", None: "—"}.get(value, str(value))
+            if word not in found.setdefault(str(key).replace("_", " "), []):
+                found[str(key).replace("_", " ")].append(word)
+    return [(key, " · ".join(values)) for key, values in found.items()]
+
+
+def when(case: Case) -> str:
+    """The date and the commit that a case was measured at."""
+    made = mapping(case, "measured_at")
+    date, commit = str(made.get("date") or ""), str(made.get("commit") or "")[:10]
+    changed = "" if made.get("clean") else " with changes"
+    return f"{date} at {commit}{changed}" if commit else date
+
+
+def _dates(cases: Sequence[Case]) -> str:
+    """From the first to the last, with the commits."""
+    dates = sorted({str(mapping(case, "measured_at").get("date") or "") for case in cases} - {""})
+    commits = dict.fromkeys(when(case).partition(" at ")[2] for case in cases)
+    at = ", ".join(filter(None, commits))
+    return " to ".join(dict.fromkeys(dates[:1] + dates[-1:])) + (f" at {at}" if at else "")
+
+
+def runs(results: Sequence[Result]) -> list[dict[str, str]]:
+    """When each study ran, how long it took, and with which settings."""
+    found = []
+    for result in results:
+        record = result.get("record") or {}
+        settings = (record.get("settings") or {}).items()
+        seconds = record.get("seconds")
+        found.append(
+            {
+                "study": str(result.get("study")),
+                "command": str(result.get("command") or ""),
+                "date": _dates(result.get("cases") or []) or str(record.get("date") or "—"),
+                "seconds": f"{seconds:.1f}" if isinstance(seconds, int | float) else "—",
+                "settings": ", ".join(f"{key} = {value}" for key, value in settings) or "—",
+            }
+        )
+    return found

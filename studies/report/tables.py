@@ -1,0 +1,201 @@
+"""Tables of a study: columns for the page, CSV, JSON, booktabs TeX, and the terminal's table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.study import view_of
+from .typeset import tex
+from .view import Column
+from .wording import (
+    NONE,
+    VERDICTS,
+    Case,
+    Result,
+    case_name,
+    caught,
+    is_control,
+    mapping,
+    rows,
+    verdict,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+def columns(study: str) -> list[Column]:
+    """Heading and text of each column of a study's table; any study has one."""
+    view = view_of(study)
+    own = view.columns or [("Got", lambda case: got(study, case))]
+    last: Column = (
+        "Verdict", lambda case: caught(case) if is_control(case) else verdict(case)
+    )  # fmt: skip
+    if view.whole:
+        return [*own, last]
+    return [
+        ("Scene", lambda case: str(case.get("scene") or NONE)),
+        ("Rule", lambda case: str(case.get("rule") or NONE)),
+        ("Retraction", lambda case: str(case.get("retraction") or NONE)),
+        ("Digits", lambda case: str(case.get("digits") or NONE)),
+        *own,
+        ("Wanted", lambda case: wanted(study, case)),
+        last,
+    ]
+
+
+def wanted(study: str, case: Case) -> str:
+    """What was expected of the case."""
+    expected = mapping(case, "expected")
+    return view_of(study).wanted(expected) if expected else NONE
+
+
+def got(study: str, case: Case) -> str:
+    """What was measured, in one line."""
+    measured = mapping(case, "measured")
+    return view_of(study).got(measured) if measured else NONE
+
+
+def short(study: str, case: Case) -> str:
+    """The one figure that a verdict hangs on."""
+    view, measured = view_of(study), mapping(case, "measured")
+    return (view.short or view.got)(measured) if measured else NONE
+
+
+def plain(value: Any) -> Any:
+    """The same data as strict JSON has it: no NaN, no infinities, keys as words."""
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if type(value) is float:
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    try:
+        found = float(value)
+    except (TypeError, ValueError, OverflowError):
+        return str(value)
+    return found if math.isfinite(found) else None
+
+
+def flat(value: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested dicts as one: measured.order, measured.interval.low, measured.drift.NAME."""
+    found: dict[str, Any] = {}
+    for key, entry in value.items():
+        name = f"{prefix}{key}"
+        if isinstance(entry, Mapping):
+            found |= flat(entry, f"{name}.")
+        elif isinstance(entry, list | tuple) and len(entry) == 2:
+            found |= {f"{name}.low": entry[0], f"{name}.high": entry[1]}
+        else:
+            found[name] = entry
+    return found
+
+
+_KEYS = ("scene", "rule", "retraction", "digits")
+_AFTER = (
+    "control", "verdict", "expected", "measured", "seconds", "measured_at", "reason", "command",
+)  # fmt: skip
+
+
+def cases_csv(result: Result) -> str:
+    """One line a case, all digits."""
+    lines = [
+        flat({key: case[key] for key in (*_KEYS, *_AFTER) if key in case})
+        for case in result.get("cases") or []
+    ]
+    return _csv(lines, _KEYS)
+
+
+def rows_csv(result: Result) -> str:
+    """One line a row of each case: what the figures are drawn from."""
+    lines = [
+        {**{key: case.get(key) for key in _KEYS}, **flat(row)}
+        for case in result.get("cases") or []
+        for row in rows(case)
+    ]
+    return _csv(lines, _KEYS)
+
+
+def _csv(lines: Sequence[Mapping[str, Any]], first: Sequence[str]) -> str:
+    names = dict.fromkeys([*first, *(name for line in lines for name in line)])
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, list(names), restval="", lineterminator="\n")
+    writer.writeheader()
+    for line in lines:
+        writer.writerow({key: "" if plain(value) is None else value for key, value in line.items()})
+    return stream.getvalue()
+
+
+def cases_tex(result: Result) -> str:
+    """A booktabs tabular; put `\\usepackage{booktabs}` into the preamble."""
+    shown = columns(str(result.get("study")))
+    cases = result.get("cases") or []
+    lines = [" & ".join(tex(text(case)) for _, text in shown) + r" \\" for case in cases]
+    heads = " & ".join(tex(head) for head, _ in shown) + r" \\"
+    body = [rf"\begin{{tabular}}{{{'l' * len(shown)}}}", r"\toprule", heads, r"\midrule"]
+    return "\n".join([*body, *lines, r"\bottomrule", r"\end{tabular}", ""])
+
+
+def write_tables(result: Result, folder: Path) -> list[str]:
+    """STUDY.csv, STUDY-rows.csv, STUDY.json and STUDY.tex in a folder; returns their names."""
+    study = file_name(str(result.get("study")))
+    written = {
+        f"{study}.csv": cases_csv(result),
+        f"{study}-rows.csv": rows_csv(result),
+        f"{study}.json": json.dumps(plain(result), ensure_ascii=False, allow_nan=False) + "\n",
+        f"{study}.tex": cases_tex(result),
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in written.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return list(written)
+
+
+def file_name(name: str) -> str:
+    """A name that is safe as a file's and in an address."""
+    kept = "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "-" for c in name)
+    return kept.strip("-") or "study"
+
+
+def terminal_table(result: Result) -> Table:
+    """The verdicts of a study for a terminal: failures last, where the eye is when it ends."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    colours = {"pass": "green", "fail": "bold red", "inconclusive": "yellow"}
+    study = str(result.get("study"))
+    shown = columns(study)
+    cases = sorted(result.get("cases") or [], key=lambda c: -VERDICTS.index(verdict(c)))
+    if all(not case.get("retraction") for case in cases):
+        shown = [column for column in shown if column[0] != "Retraction"]
+    table = Table(title=f"{study}: {verdict(result)}", title_style=colours[verdict(result)])
+    for head, _ in shown:
+        table.add_column(head, overflow="fold")
+    for case in cases:
+        texts = [escape(text(case)).replace(" | ", "\n") for _, text in shown]
+        colour = colours[verdict(case)]
+        if is_control(case):
+            texts[1] += " [dim](control)[/dim]"
+        texts[-1] = f"[{colour}]{texts[-1]}[/{colour}]"
+        table.add_row(*texts)
+    return table
+
+
+def print_result(screen: Console, result: Result) -> None:
+    """The table, then a paragraph for each case that did not pass: a column has no room for it."""
+    screen.print(terminal_table(result))
+    cases = [case for case in result.get("cases") or [] if verdict(case) != "pass"]
+    for case in sorted(cases, key=lambda case: -VERDICTS.index(verdict(case))):
+        if case.get("reason"):
+            said = caught(case) if is_control(case) else verdict(case)
+            words = f"{said}: {case_name(case)}: {case['reason']}"
+            screen.print(words, highlight=False, markup=False, soft_wrap=True)

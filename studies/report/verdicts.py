@@ -1,0 +1,214 @@
+"""The verdicts of `discmech verify`: a line a case as they come, a table, and what did not pass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..core.study import view_of
+from .tables import got, short, wanted
+from .wording import (
+    NONE,
+    VERDICTS,
+    Case,
+    Result,
+    case_name,
+    duration,
+    number,
+    rule_name,
+    scientific,
+    verdict,
+)
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+MARKS = {"pass": "✓", "fail": "✗", "inconclusive": "?"}
+COLOURS = {"pass": "green", "fail": "bold red", "inconclusive": "yellow"}
+Cell = list[tuple[str, str, int]]
+#: what `compare` holds side by side: heading and how a value is written
+COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
+    "order": ("Order", "{:.4f}".format),
+    "error": ("Error", scientific),
+    "defect": ("Ω defect", scientific),
+    "drift": ("Momentum drift", scientific),
+    "band": ("Energy band", scientific),
+    "stable": ("Stable hω", "{:.3g}".format),
+    "seconds": ("Time to an error", duration),
+}
+
+
+def line(study: str, case: Case) -> str:
+    """✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ± 0.05)."""
+    written = view_of(study).line
+    figure = written(case) if written and case.get("measured") else got(study, case)
+    said = f"{MARKS[verdict(case)]} {study}: {case_name(case)}: {figure}"
+    expected = wanted(study, case)
+    return said if expected == NONE else f"{said} (wanted {expected})"
+
+
+def table(result: Result) -> Table:
+    """A row a scene and rule, a column a study, a line in it for each precision."""
+    from rich.markup import escape
+
+    def shown(cell: Cell) -> str:
+        return "\n".join(
+            f"[{COLOURS[said]}]{MARKS[said]}[/] {escape(words)} [dim]({digits})[/dim]"
+            for said, words, digits in cell
+        )
+
+    heads, rows = _grid(result)
+    said = verdict(result)
+    lines = [[*names, *(shown(cell) or f"[dim]{NONE}[/dim]" for cell in cells)]
+             for names, cells in rows]  # fmt: skip
+    return _terminal(f"{result['study']}: {said}", heads, lines, COLOURS[said])
+
+
+def overview(result: Result) -> dict[str, Any]:
+    """The same as plain cells for the page."""
+    heads, rows = _grid(result)
+    lines = [
+        [*names, *(", ".join(f"{MARKS[v]} {words} ({digits})" for v, words, digits in cell) or NONE
+                   for cell in cells)]
+        for names, cells in rows
+    ]  # fmt: skip
+    about = "What each study says, with the number of digits in brackets. "
+    about += " ".join(adjoints(result))
+    return {"title": "Overview", "about": about, "heads": heads, "lines": lines}
+
+
+def _grid(result: Result) -> tuple[list[str], list[tuple[list[str], list[Cell]]]]:
+    """Headings, and per scene and rule their names and a cell a study."""
+    cases = result["cases"]
+    names = list(dict.fromkeys(str(case["study"]) for case in cases))
+    lines: dict[tuple[str, str], list[Case]] = {}
+    for case in cases:
+        lines.setdefault((str(case.get("scene")), rule_name(case)), []).append(case)
+    rows = [
+        ([*key], [_cell([case for case in own if case["study"] == name]) for name in names])
+        for key, own in lines.items()
+    ]
+    return ["Scene", "Rule", *names], rows
+
+
+def _cell(cases: Sequence[Case]) -> Cell:
+    """Verdict, figure and digits of each precision; many cases of one precision are counted."""
+    shown = []
+    for digits in sorted({int(case.get("digits") or 16) for case in cases}):
+        same = [case for case in cases if int(case.get("digits") or 16) == digits]
+        worst = min((verdict(case) for case in same), key=VERDICTS.index)
+        if len(same) == 1:
+            words = short(str(same[0]["study"]), same[0])
+        else:
+            words = f"{sum(verdict(case) == 'pass' for case in same)} of {len(same)}"
+        shown.append((worst, words, digits))
+    return shown
+
+
+def adjoints(result: Result) -> list[str]:
+    """Of each rule, where it is self-adjoint and where it is not."""
+    found: dict[str, dict[bool, list[str]]] = {}
+    known = [s for s in result.get("schemes") or [] if s["self_adjoint"] is not None]
+    for scheme in known:
+        places = found.setdefault(rule_name(scheme), {True: [], False: []})
+        places[bool(scheme["self_adjoint"])].append(str(scheme["scene"]))
+    lines = []
+    for name, places in found.items():
+        kinds = ((True, "self-adjoint (a step back undoes a step)"), (False, "not self-adjoint"))
+        said = [f"{words} on {', '.join(dict.fromkeys(places[is_so]))}"
+                for is_so, words in kinds if places[is_so]]  # fmt: skip
+        lines.append(f"{name}: {'; '.join(said)}.")
+    return lines
+
+
+def comparison(result: Result) -> dict[str, Any]:
+    """A line a scene, precision and method; in brackets how many times the best one's."""
+    names = [n for n in COMPARED if any(line.get(n) is not None for line in result["comparison"])]
+
+    def shown(line: Mapping[str, Any], name: str) -> str:
+        value = number(line.get(name))
+        if value is None:
+            return NONE
+        words = COMPARED[name][1](value)
+        words += f" to {scientific(line['accuracy'])}" if name == "seconds" else ""
+        words += f" at h = {line['step']:.3g}" if name == "error" else ""
+        ratio = number(line["ratios"].get(name))
+        return words if ratio is None else f"{words} ({ratio:.3g}×)"
+
+    lines = sorted(result["comparison"], key=lambda line: str(line["digits"]))
+    scenes = list(dict.fromkeys(line["scene"] for line in lines))
+    lines.sort(key=lambda line: (scenes.index(line["scene"]), line["digits"]))
+    return {
+        "title": "Side by side",
+        "about": "Errors in (x, μ) at the smallest step that all methods ran and that round-off "
+        "does not touch; run time to the smallest error that all of them reach; in brackets, times "
+        "the best of the scene and precision.",
+        "heads": ["Scene", "Digits", "Rule", *(COMPARED[n][0] for n in names)],
+        "lines": [
+            [str(line["scene"]), str(line["digits"]), rule_name(line),
+             *(shown(line, n) for n in names)]
+            for line in lines
+        ],
+    }  # fmt: skip
+
+
+def side_by_side(result: Result) -> Table:
+    """The comparison for a terminal."""
+    from rich.markup import escape
+
+    found = comparison(result)
+    lines = [[escape(cell) for cell in line] for line in found["lines"]]
+    return _terminal(found["title"], found["heads"], lines)
+
+
+def _terminal(
+    title: str, heads: Sequence[str], lines: Sequence[Sequence[str]], style: str = ""
+) -> Table:
+    from rich.table import Table
+
+    found = Table(title=title, title_style=style)
+    for head in heads:
+        found.add_column(head, overflow="fold")
+    for line in lines:
+        found.add_row(*line)
+    return found
+
+
+def by_study(result: Result) -> list[Result]:
+    """The cases of each study as its result, for the page and its figures."""
+    found: dict[str, list[Case]] = {}
+    for case in result["cases"]:
+        found.setdefault(str(case["study"]), []).append(case)
+    return [
+        {**result, "study": study, "cases": cases, "notes": [],
+         "verdict": min(map(verdict, cases), key=VERDICTS.index)}
+        for study, cases in found.items()
+    ]  # fmt: skip
+
+
+def troubles(result: Result) -> list[str]:
+    """One paragraph for each case that did not pass, failures first: what, why, how to see it.
+
+    Cases of one scene and rule that have one reason, as a rule that cannot be used, share one.
+    """
+    cases = [case for case in result["cases"] if verdict(case) != "pass"]
+    alike: dict[tuple[Any, ...], list[Case]] = {}
+    for case in sorted(cases, key=lambda case: VERDICTS.index(verdict(case))):
+        place = (case.get(part) for part in ("scene", "rule", "retraction", "reason"))
+        alike.setdefault((verdict(case), *place), []).append(case)
+    found = []
+    for (said, *_), (first, *more) in alike.items():
+        others = ", ".join(dict.fromkeys(str(case["study"]) for case in more))
+        found.append(
+            f"{MARKS[said]} {first['study']}: {case_name(first)}: {first.get('reason')}"
+            + (f"\n  and so {len(more)} more of {others}" if more else "")
+            + f"\n  again: {first.get('command')}"
+        )
+    return found
+
+
+def summary(result: Result) -> str:
+    """All 34 cases pass."""
+    from .summary import headline
+
+    return headline([result])["text"]

@@ -1,0 +1,178 @@
+"""Numbers, verdicts and cases in words: what tables, figures and the page have in common."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+Case = dict[str, Any]
+Result = dict[str, Any]
+
+VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
+NONE = "—"
+#: the retraction of groupoids that are given none, which names leave out
+USUAL_RETRACTION = "cayley"
+
+_SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+def number(value: Any) -> float | None:
+    """A finite float, or None for whatever is not one (None, NaN, infinities, words)."""
+    if value is None or isinstance(value, bool):
+        return None
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return result if math.isfinite(result) else None
+
+
+def power_of_ten(value: float, places: int = 1) -> tuple[str, int]:
+    """Mantissa and exponent, the mantissa empty where it is exactly one: 1e-13 -> ("", -13)."""
+    mantissa, exponent = f"{value:.{places}e}".split("e")
+    if value > 0 and abs(value / 10.0 ** int(exponent) - 1) < 1e-9:
+        mantissa = ""
+    return mantissa, int(exponent)
+
+
+def scientific(value: Any, places: int = 1) -> str:
+    """3.1×10⁻¹⁶; plain digits where they are as short; a dash for what is not a number."""
+    found = number(value)
+    if found is None:
+        return NONE
+    if found == 0:
+        return "0"
+    if 0.01 <= abs(found) < 1000:
+        return f"{found:.{places + 2}g}"
+    mantissa, exponent = power_of_ten(found, places)
+    tens = "10" + str(exponent).translate(_SUPERSCRIPTS)
+    return f"{mantissa}×{tens}" if mantissa else tens
+
+
+def duration(seconds: float) -> str:
+    """12 µs, 3.4 ms, 1.2 s."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= size or unit == "µs":
+            return f"{seconds / size:.3g} {unit}"
+    raise AssertionError
+
+
+def plus_minus(value: Any, interval: Any) -> str:
+    """2.000 ± 0.003: as many decimals as the interval allows, three to six; never ± 0.
+
+    What is smaller than 0.001 has a common power of ten: (−0.1 ± 2.3)×10⁻⁹.
+    """
+    found = number(value)
+    if found is None:
+        return NONE
+    low, high = _ends(interval)
+    if low is None or high is None:
+        return f"{found:.3f}"
+    half = max(high - found, found - low, 0.0)
+    if abs(found) < 1e-3 and half < 1e-3:
+        return _small(found, half)
+    decimals = 6 if half == 0 else min(6, max(3, -math.floor(math.log10(half))))
+    unit = 10.0**-decimals
+    half = max(math.ceil(half / unit - 1e-9), 1) * unit
+    return f"{found:.{decimals}f} ± {half:.{decimals}f}"
+
+
+def _small(value: float, half: float) -> str:
+    """A small number with the half width of its interval, both times one power of ten."""
+    if half == 0:
+        return scientific(value)
+    exponent = math.floor(math.log10(max(abs(value), half)))
+    a, b = value / 10.0**exponent, half / 10.0**exponent
+    decimals = min(4, max(1, -math.floor(math.log10(b)))) if b < 1 else 1
+    b = max(math.ceil(b * 10**decimals - 1e-9), 1) / 10**decimals
+    shown = f"{a:.{decimals}f}".replace("-", "−")
+    if not shown.strip("−0."):
+        shown = shown.strip("−")
+    return f"({shown} ± {b:.{decimals}f})×10{str(exponent).translate(_SUPERSCRIPTS)}"
+
+
+def _ends(interval: Any) -> tuple[float | None, float | None]:
+    if isinstance(interval, Sequence) and not isinstance(interval, str) and len(interval) == 2:
+        return number(interval[0]), number(interval[1])
+    return None, None
+
+
+def verdict(thing: Mapping[str, Any]) -> str:
+    """The verdict of a case or a study; an unknown word counts as inconclusive."""
+    said = thing.get("verdict")
+    return said if said in VERDICTS else "inconclusive"
+
+
+def is_control(case: Mapping[str, Any]) -> bool:
+    """Whether the case is a control: something wrong on purpose, which has to be caught."""
+    return bool(case.get("control"))
+
+
+def caught(case: Mapping[str, Any]) -> str:
+    """A control's verdict in its own words: its test passes when the fault was caught.
+
+    One that is proved to be no fault has nothing to be caught.
+    """
+    if mapping(case, "measured").get("equivalent"):
+        return "equivalent"
+    return {"pass": "caught", "fail": "missed"}.get(verdict(case), "inconclusive")
+
+
+def mapping(case: Mapping[str, Any], key: str) -> dict[str, Any]:
+    """A dict inside a case (`measured`, `expected`), empty where it is absent."""
+    value = case.get(key)
+    return dict(value) if isinstance(value, Mapping) else {}
+
+
+def rows(case: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The rows of a case, none where the run failed."""
+    return [dict(row) for row in case.get("rows") or [] if isinstance(row, Mapping)]
+
+
+def rule_name(case: Mapping[str, Any]) -> str:
+    """The rule, with the retraction where it is not the usual one."""
+    rule = str(case.get("rule") or NONE)
+    return f"{rule}, {case['retraction'][:3]}" if in_unusual_chart(case) else rule
+
+
+def in_unusual_chart(case: Mapping[str, Any]) -> bool:
+    """Whether the case runs in another retraction's chart than groupoids have by themselves."""
+    return case.get("retraction") not in (None, USUAL_RETRACTION)
+
+
+def case_name(case: Mapping[str, Any]) -> str:
+    """heavy-top, midpoint, cayley, 16 digits."""
+    parts = [case.get("scene"), case.get("rule"), case.get("retraction")]
+    named = ", ".join(str(part) for part in parts if part)
+    digits = case.get("digits")
+    return f"{named}, {digits} digits" if digits else named
+
+
+def limit(expected: dict[str, Any]) -> str:
+    """A bound, from above or from below."""
+    if number(expected.get("at_least")) is not None:
+        return f"≥ {scientific(expected['at_least'])}"
+    if number(expected.get("limit")) is not None:
+        return f"≤ {scientific(expected['limit'])}"
+    return pairs(expected)
+
+
+def largest(values: Mapping[str, Any]) -> str:
+    """The largest of some numbers."""
+    return scientific(max((v for v in map(number, values.values()) if v is not None), default=None))
+
+
+def pairs(values: Mapping[str, Any]) -> str:
+    """Any dict in one line."""
+    return ", ".join(f"{key} {_any(value)}" for key, value in values.items()) or NONE
+
+
+def _any(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"({pairs(value)})"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return "[" + ", ".join(_any(entry) for entry in value) + "]"
+    if value is None or isinstance(value, float):
+        return scientific(value, 2)
+    return str(value)

@@ -1,0 +1,20 @@
+"""A step back after a step forth, for methods that say they are self-adjoint."""
+
+from ..core.study import Study
+
+STUDY = Study(
+    name="reversibility",
+    package=__name__,
+    place=11,
+    title="Reversibility",
+    summary="a step back after a step forth, for methods that say they are self-adjoint",
+    measured="Φ₋ₕ after Φₕ at many points of a run; for `assert_reversible`",
+    judged="as symplecticity: round-off",
+    about=(
+        "A self-adjoint method undoes its step by a step of −h. How far Φ₋ₕ misses the point "
+        "that Φₕ has left is measured along a run, relative to the size of the state. It can "
+        "mislead: a method that is not self-adjoint is not wrong, so this is only asked of "
+        "rules that say they are."
+    ),
+    usual=False,
+)

@@ -1,0 +1,58 @@
+"""Picture of reversibility: how far a step back misses the point that the step forth left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
+from ..report.labels import end_labels
+from ..report.palette import INK, MUTED, Mark
+from ..report.wording import Case, mapping, number, rows, rule_name, scientific, verdict
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SHEET = Sheet(width=3.3, right=1.16)
+
+
+def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int) -> Panel:
+    """The defect of Φ₋ₕ ∘ Φₕ along a run, with the limit and the unit of round-off."""
+
+    def draw(axes: Axes) -> None:
+        curves = [_points(case) for case in cases]
+        points = [point for curve in curves for point in curve]
+        if not points:
+            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            return
+        unit, last = round_off(digits), max(time for time, _ in points)
+        limits = sorted({x for c in cases if (x := number(mapping(c, "expected").get("limit")))})
+        floor = min([unit, *(value for _, value in points if value > 0)])
+        values = [max(value, floor) for _, value in points]
+        log_axis(axes, "y", log_limits([floor, unit, *limits, *values], 0.05))
+        labels = [(last, unit, "round-off", MUTED)]
+        axes.axhline(unit, color=MUTED, lw=0.6, ls=(0, (1, 1.6)))
+        for limit in limits:
+            axes.axhline(limit, color=INK, lw=0.7, ls=(0, (3, 2)))
+            labels.append((last, limit, "limit", MUTED))
+        for case, curve in zip(cases, curves, strict=True):
+            mark = marks[rule_name(case)]
+            times, defects = zip(*((t, max(v, floor)) for t, v in curve), strict=True)
+            axes.plot(times, defects, "o-", color=mark.colour, lw=0.9, ms=3.2, clip_on=False)
+            worst = number(mapping(case, "measured").get("defect"))
+            words = f"{rule_name(case)}  {scientific(worst, 0)}"
+            words += "" if verdict(case) == "pass" else f"\n({verdict(case)})"
+            labels.append((last, defects[-1], words, mark.colour))
+        end_labels(axes, labels)
+
+    spoken = f"{title}: defect of a step forth and back against time, {digits} digits."
+    return Panel(title, "defect of Φ₋ₕ ∘ Φₕ", "time t", spoken, draw)
+
+
+def _points(case: Case) -> list[tuple[float, float]]:
+    found = []
+    for row in rows(case):
+        time, value = number(row.get("time")), number(row.get("defect"))
+        if time is not None and value is not None:
+            found.append((time, value))
+    return found

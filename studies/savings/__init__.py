@@ -1,0 +1,25 @@
+"""What leaving out work that a scene does not need is worth."""
+
+from ..core.options import THOROUGH
+from ..core.study import Study
+
+STUDY = Study(
+    name="savings",
+    package=__name__,
+    place=8,
+    title="What is left out",
+    summary="what leaving out work that a scene does not need is worth",
+    measured="operations, bytes and time of a step with and without each saving",
+    judged="not judged on time",
+    about=(
+        "A kernel leaves out what its scene does not need: the Newton iteration where a step's "
+        "equations are affine in u, what depends on the step and the parameters alone (computed "
+        "once a flow), functions of x that the last step has computed, and on a group the base. "
+        "Each saving is taken back by itself, and all variants run in one race; operations are "
+        "counted in the generated text. In each column the kernel as it is comes first. A "
+        "variant must give the same results up to round-off. It can mislead: a processor hides "
+        "some of the work that is saved, so fewer operations are not as much less time."
+    ),
+    alone=True,
+    options=(THOROUGH,),
+)

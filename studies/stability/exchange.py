@@ -1,0 +1,107 @@
+"""Energy exchange between the stiff springs of fpu, and its adiabatic invariant over long times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme, StepFailure, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.scenes.fpu import HALF
+
+from ..core.case import scheme_of
+from .stiff import FAMILIES
+
+OMEGA = Fraction(50)  # Hairer, Lubich, Wanner, I.5.1
+TURNS = 2  # up to T = 2ω the first spring hands most of its energy on
+SAMPLES = 500
+MEAN = 25  # samples: over 5 units of time at ω = 50, 40 periods of a spring
+STEPS_OF_Z = tuple(map(Fraction, ("0.1", "0.3", "1", "2.5", "5")))  # hω of the comparison
+COARSE = Fraction(5)  # hω at which stiffer springs are compared
+STIFFER = tuple(map(Fraction, (50, 100, 200, 500)))
+THOROUGH = (*STIFFER, Fraction(1000), Fraction(10_000))
+RESOLVED = Fraction("0.1")  # hω at which a rule must be right
+RIGHT = 0.1  # of all the springs' energy: an exchange nearer than that is the right one
+LONG_Z, LONG_TIME = Fraction(10), 10**5
+LONG_OMEGAS = tuple(Fraction(w) for w in (50, 100, 200, 500, 1000))
+
+
+def spring_energies(run: Any, omega: float) -> np.ndarray:
+    """½(μ² + ω²x²) of each stiff spring, (r, HALF)."""
+    return np.asarray((run.mu[:, HALF:] ** 2 + omega**2 * run.x[:, HALF:] ** 2) / 2)
+
+
+def slow_energies(scheme: Scheme, omega: Fraction, z: Fraction) -> tuple[np.ndarray, Fraction]:
+    """(their running means over MEAN samples up to T = 2ω, in which the slow exchange is seen; the
+    step, hω ≤ z, by which samples lie on steps)."""
+    duration = TURNS * omega
+    inside = int(-(-duration * omega // (SAMPLES * z)))  # steps from one sample to the next
+    step = duration / (SAMPLES * inside)
+    run = scheme.flow(step).trajectory(SAMPLES * inside, every=inside)
+    energies = spring_energies(run, float(omega))
+    means = np.lib.stride_tricks.sliding_window_view(energies, MEAN, axis=0).mean(axis=-1)
+    return means, step
+
+
+@lru_cache(maxsize=8)
+def reference(omega: Fraction = OMEGA) -> tuple[np.ndarray, float]:
+    """The springs' slow energies, and how far they are certain.
+
+    By a composition of order 8 at hω = 1/4; it is certain to its difference from hω = 1/2. At
+    ω = 50 that is 10⁻⁷; stiffer springs take longer, and the soft ones are chaotic meanwhile.
+    """
+    rule = discretisations.get("kahan-li-8:trapezoidal")
+    scheme = FAMILIES["fpu"].scheme(scheme_of(scenes.get("fpu"), rule), omega)
+    fine, coarse = (slow_energies(scheme, omega, Fraction(1, k))[0] for k in (4, 2))
+    return fine, float(np.abs(fine - coarse).max())
+
+
+def exchange_errors(
+    derived: Scheme, omega: Fraction = OMEGA, several: Sequence[Fraction] = STEPS_OF_Z
+) -> list[dict[str, Any]]:
+    """Rows {omega, z, step, error, certain, cause}: the largest error of a spring's slow energy up
+    to T = 2ω, relative to all their energy at the start; certain: the same of the reference."""
+    wanted, certain = reference(omega)
+    whole = float(wanted[0].sum())
+    scheme = FAMILIES["fpu"].scheme(derived, omega)
+    rows = []
+    for z in several:
+        row: dict[str, Any] = {"omega": float(omega), "z": float(z), "certain": certain / whole,
+                               "error": None, "cause": ""}  # fmt: skip
+        try:
+            found, step = slow_energies(scheme, omega, z)
+            row |= {"z": float(step * omega), "step": float(step),
+                    "error": float(np.abs(found - wanted).max() / whole)}  # fmt: skip
+        except StepFailure as failure:
+            row["cause"] = failure.cause
+        rows.append(row)
+    return rows
+
+
+def exchange_when_stiffer(derived: Scheme, thorough: bool) -> dict[str, float | None]:
+    """{ω: error at hω = COARSE}, to T = 2ω."""
+    omegas = THOROUGH if thorough else STIFFER
+    return {f"{float(w):g}": exchange_errors(derived, w, [COARSE])[0]["error"] for w in omegas}
+
+
+def adiabatic(derived: Scheme) -> list[dict[str, Any]]:
+    """Rows {omega, z, time, change, cause}: the largest relative change of the springs' energy over
+    LONG_TIME at hω = LONG_Z, ω by ω."""
+    rows = []
+    for omega in LONG_OMEGAS:
+        scheme, step = FAMILIES["fpu"].scheme(derived, omega), LONG_Z / omega
+        steps = int(LONG_TIME / step)
+        row: dict[str, Any] = {"omega": float(omega), "z": float(LONG_Z), "cause": ""}
+        try:
+            run = scheme.flow(step).trajectory(steps, every=max(1, steps // 100_000))
+            energies = spring_energies(run, float(omega)).sum(axis=1)
+            row |= {"time": float(run.t[-1]),
+                    "change": float(np.abs(energies / energies[0] - 1).max())}  # fmt: skip
+        except StepFailure as failure:
+            row |= {"time": failure.time, "change": None, "cause": failure.cause}
+        rows.append(row)
+    return rows

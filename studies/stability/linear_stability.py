@@ -1,0 +1,176 @@
+"""Linear stability: the exact step of a rule on ẍ = −ω²x, as a function of z = hω."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from discmech.integrators import Scheme, StepFailure, scenes
+from discmech.integrators.rules import Discretisation, midpoint
+
+from ..core.case import scheme_of
+from ..core.controls import RungeKutta, Tableau
+
+FARTHEST = 1000.0  # as far as z = hω is looked at
+GRID = np.concatenate([np.arange(0.02, 8.0, 0.02), np.geomspace(8.0, FARTHEST, 120)])
+ON_CIRCLE = 1e-9  # eigenvalues this near to the unit circle are on it, off an interval's ends
+Step = Callable[[float], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Eigenvalues of a step matrix at z: spectral radius, phase, Krein signature.
+
+    krein: the sign of v̄ᵀJv/i for the eigenvalue e^{iφ} with 0 < φ < π (Krein, Gelfand, Lidskii;
+    Hairer, Lubich, Wanner, XV.2); 0 where the eigenvalues are real.
+    """
+
+    z: float
+    radius: float
+    phase: float
+    krein: int
+    determinant: float
+
+    @classmethod
+    def of(cls, z: float, matrix: np.ndarray) -> Spectrum:
+        """From a 2×2 matrix in (x, μ)."""
+        values, vectors = np.linalg.eig(matrix)
+        k = int(np.argmax(values.imag))
+        v, krein = vectors[:, k], 0
+        if values[k].imag > 0:
+            turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
+            krein = int(np.sign((v.conj() @ turn @ v / 1j).real))
+        radius = float(np.abs(values).max())
+        return cls(z, radius, float(np.angle(values[k])), krein, float(np.linalg.det(matrix)))
+
+
+class Oscillator:
+    """A rule on the oscillator with ω = 1: its step matrix at any z, and runs that really go.
+
+    The columns of the matrix are two runs of one step, exact as the step is linear. A rule that
+    splits has the whole spring as its fast part.
+    """
+
+    def __init__(self, rule: Discretisation) -> None:
+        scene = scenes.get("harmonic")
+        if rule.splits:
+            scene = replace(scene, fast=lambda x, p: p.stiffness * x[0] ** 2 / 2)
+        self.scheme: Scheme = scheme_of(scene, rule)
+
+    def matrix(self, z: float) -> np.ndarray:
+        """M(z) in (x, μ), 2×2."""
+        return np.array([self._end(z, 1, x0, mu0) for x0, mu0 in ((1.0, 0.0), (0.0, 1.0))]).T
+
+    def grows(self, z: float, steps: int = 10**5) -> bool:
+        """Whether that many steps make more than 10³ of a start of size 1."""
+        try:
+            return not max(map(abs, self._end(z, steps, 0.6, 0.8))) < 1e3
+        except StepFailure:
+            return True
+
+    def _end(self, z: float, steps: int, x0: float, mu0: float) -> list[float]:
+        run = self.scheme.flow(z).trajectory(steps, every=steps, x0=[x0], mu0=[mu0])
+        return [float(run.x[-1, 0]), float(run.mu[-1, 0])]
+
+
+class TableauOscillator:
+    """A Runge–Kutta method in the same place: what has to be told from a symplectic one."""
+
+    def __init__(self, tableau: Tableau) -> None:
+        scheme = scheme_of(scenes.get("harmonic"), midpoint)
+        self.method = RungeKutta(scheme, tableau, 16)
+
+    def matrix(self, z: float) -> np.ndarray:
+        """M(z) in (x, μ), 2×2."""
+        return np.asarray(self.method.step(np.zeros(2), z)[1], dtype=float)
+
+    def grows(self, z: float, steps: int = 10**4) -> bool:
+        """Whether that many steps make more than 10³ of a start of size 1."""
+        with np.errstate(all="ignore"):
+            power = np.linalg.matrix_power(self.matrix(z), steps)
+        return not np.abs(power @ [0.6, 0.8]).max() < 1e3
+
+
+def spectra(step: Step) -> list[Spectrum]:
+    """Along the grid."""
+    return [Spectrum.of(float(z), step(float(z))) for z in GRID]
+
+
+def off_circle(found: list[Spectrum], end: float) -> float | None:
+    """The first z below `end` with an eigenvalue off the unit circle: no symplectic step."""
+    off = (s.z for s in found if s.z < end and abs(s.radius - 1) > ON_CIRCLE)
+    return next(off, None)
+
+
+def unstable_intervals(step: Step) -> list[tuple[float, float]]:
+    """Open intervals of z up to FARTHEST where |tr M| > 2, each end found by bisection.
+
+    A map with det M = 1 is stable where |tr M| < 2. Between grid points the largest |tr M| is
+    looked for as well, so that narrow intervals are found; the last end may be FARTHEST.
+    """
+
+    def excess(z: float) -> float:
+        return abs(float(np.trace(step(z)))) / 2 - 1
+
+    points = sorted({*map(float, GRID), *_peaks(excess)})
+    values = [excess(z) for z in points]
+    ends, inside = [], values[0] > 0
+    if inside:
+        ends.append(0.0)
+    for (a, before), (b, after) in pairwise(zip(points, values, strict=True)):
+        if (before > 0) is not (after > 0):
+            ends.append(_bisect(excess, a, b))
+    if len(ends) % 2:
+        ends.append(FARTHEST)
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def _peaks(excess: Callable[[float], float]) -> Iterator[float]:
+    """Where |tr M| is largest beside grid points at which it is large."""
+    values = [excess(float(z)) for z in GRID]
+    for i in range(1, len(GRID) - 1):
+        if -0.02 < values[i] < 0 and values[i] >= max(values[i - 1], values[i + 1]):
+            a, b = float(GRID[i - 1]), float(GRID[i + 1])
+            for _ in range(60):  # golden section
+                c, d = b - (b - a) / 1.618033988749895, a + (b - a) / 1.618033988749895
+                a, b = (a, d) if excess(c) > excess(d) else (c, b)
+            # at a double root |tr M| = 2 is only touched, and round-off decides the sign
+            if excess((a + b) / 2) > 1e-12:
+                yield (a + b) / 2
+
+
+def _bisect(excess: Callable[[float], float], a: float, b: float) -> float:
+    """The sign change of `excess` between a and b, to the last bits."""
+    if excess(b) == 0:
+        return b
+    positive = excess(b) > 0
+    for _ in range(80):
+        middle = (a + b) / 2
+        if not a < middle < b:
+            break
+        a, b = (a, middle) if (excess(middle) > 0) is positive else (middle, b)
+    return (a + b) / 2
+
+
+def resonances(step: Step) -> dict[str, float | None]:
+    """The first z at which the phase of a step is 2π/3 and 2π/4 (tr M = −1 and 0); None if never.
+
+    There nonlinear terms of the second and third degree add up from step to step.
+    """
+    found: dict[str, float | None] = {}
+    traces = [float(np.trace(step(float(z)))) for z in GRID]
+    for name, trace in (("1:3", -1.0), ("1:4", 0.0)):
+        found[name] = None
+        for i in range(len(GRID) - 1):
+            if traces[i] > trace >= traces[i + 1]:
+                a, b = float(GRID[i]), float(GRID[i + 1])
+                found[name] = _bisect(_below(step, trace), a, b)
+                break
+    return found
+
+
+def _below(step: Step, trace: float) -> Callable[[float], float]:
+    return lambda z: trace - float(np.trace(step(z)))

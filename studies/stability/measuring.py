@@ -1,0 +1,225 @@
+"""Stability: linear intervals of hω, and maps of stiff scenes over step and stiffness."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from fractions import Fraction
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme, midpoint, scenes
+from discmech.integrators import rules as discretisations
+
+from ..core import controls
+from ..core.case import Case, Choice, Progress, Verdict, silent
+from ..work_precision.peers.equations import equations_of
+from . import exchange, linear_stability
+from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
+from .linear_stability import FARTHEST, Oscillator, TableauOscillator
+from .nonlinear_stability import limits, stability_map
+from .stiff import FAMILIES
+
+NAME = "stability"
+LINEAR = "harmonic"  # the scene of the linear part
+DIGITS = (16,)
+CONTROLS = {
+    LINEAR: ("explicit Euler", "classical Runge-Kutta"),
+    "spring-pendulum": ("explicit Euler",),
+}
+NEEDS = (
+    f"it needs one of the scenes {LINEAR} (linear), {', '.join(FAMILIES)}; controls run on "
+    f"{' and '.join(CONTROLS)}."
+)
+CONTROL_STEPS = 2000
+RESOLVED = 0.5  # hω up to which a rule must be bounded on every stiff scene
+LOOSE = ("escaped", "resonant")  # what an error as large as the energy itself makes of an orbit
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every rule on the oscillator and on each stiff family, and methods that must be caught."""
+    if choice.digits and 16 not in choice.digits:
+        return []
+    rules = choice.rules or tuple(discretisations.BUILT_IN.values())
+    found = []
+    for scene in choice.scenes or scenes.all_scenes():
+        for rule in rules if not choice.controls else ():
+            # the oscillator of a rule that splits is all fast
+            if scene.name == LINEAR or (scene.name in FAMILIES and rule.applies(scene)):
+                found.append(Case(NAME, scene, rule, 16, choice.steps, None, choice.thorough))
+        for control in CONTROLS.get(scene.name, ()):
+            if control in choice.controls or not (choice.controls or choice.rules):
+                found.append(
+                    Case(NAME, scene, midpoint, 16, choice.steps, control, choice.thorough)
+                )
+    return found
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """The linear part on the oscillator, a map on a stiff family; see below for the rows."""
+    part = measure_linear if case.scene.name == LINEAR else measure_map
+    return part(case, progress)
+
+
+def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {z, radius, phase, krein, determinant}, z = hω.
+
+    measured: stable_to (where the first unstable interval begins, None if there is none up to
+    z = 1000), intervals (unstable ones), resonances, off_circle (a z below stable_to at which the
+    step is not symplectic), runs (whether 10⁵ steps on both sides of the ends say the same).
+    """
+    problem: Any = (
+        TableauOscillator(controls.RUNGE_KUTTA[case.control]) if case.control
+        else Oscillator(case.rule)
+    )  # fmt: skip
+    progress(f"{case.label}: linear stability", 0.0)
+    rows = linear_stability.spectra(problem.matrix)
+    intervals = linear_stability.unstable_intervals(problem.matrix)
+    progress(f"{case.label}: runs on both sides", 0.5)
+    first = intervals[0][0] if intervals else None
+    stable = [0.999 * first] if first else [10.0, 100.0, FARTHEST] if first is None else []
+    unstable = [1.001 * first] if first else []
+    agree = not any(map(problem.grows, stable)) and all(map(problem.grows, unstable))
+    return {
+        "kind": "linear",
+        "rows": [vars(row) for row in rows],
+        "measured": {
+            "stable_to": first,
+            "intervals": {str(i + 1): [a, b] for i, (a, b) in enumerate(intervals)},
+            "resonances": linear_stability.resonances(problem.matrix),
+            "off_circle": linear_stability.off_circle(rows, first or FARTHEST),
+            "runs": agree,
+        },
+    }
+
+
+def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows of `nonlinear_stability.stability_map`.
+
+    measured: classes (how many cells of each), limits {stiffness: the largest hω up to which all
+    is bounded}; on fpu also exchange {hω: error at ω = 50}, stiffer {ω: error at hω = 5} and, for
+    a rule that splits, adiabatic {ω: change over T = 10⁵ at hω = 10}.
+    """
+    family = FAMILIES[case.scene.name]
+    label = f"{case.scene.name} {case.label}"
+
+    def show(fraction: float) -> None:
+        progress(f"{label}: stability map", fraction)
+
+    if case.control:  # in Python, step by step: a part of the map will do
+        rows = stability_map(
+            replace(family, stiffness=family.stiffness[:2]),
+            case.scheme,
+            run=_tableau_run(case),
+            steps=CONTROL_STEPS,
+            progress=show,
+        )
+    else:
+        rows = stability_map(family, case.scheme, case.thorough, steps=case.steps, progress=show)
+    measured: dict[str, Any] = {
+        "classes": dict(Counter(row["class"] for row in rows)),
+        "limits": limits(rows),
+    }
+    if family.adiabatic and not case.control:
+        progress(f"{label}: exchange of energy", 0.9)
+        measured["exchange"] = {f"{r['z']:.3g}": r["error"] for r in exchange_errors(case.scheme)}
+        measured["stiffer"] = exchange_when_stiffer(case.scheme, case.thorough)
+        if case.rule.splits or case.thorough:  # the others are far slower, or cannot
+            found = adiabatic(case.scheme)
+            measured["adiabatic"] = {f"{r['omega']:g}": r["change"] for r in found}
+    return {
+        "kind": "map",
+        "label": family.label,
+        "title": family.title,
+        "rows": rows,
+        "measured": measured,
+    }
+
+
+def _tableau_run(case: Case) -> Any:
+    """Runs of a Runge–Kutta method on the compiled equations of motion, states as they come."""
+    tableau = controls.RUNGE_KUTTA[str(case.control)]
+    a = [[float(Fraction(e)) for e in row] for row in tableau.a]
+    b = [float(Fraction(e)) for e in tableau.b]
+
+    def run(scheme: Scheme, step: Fraction, steps: int) -> Any:
+        start = scheme.flow(step).trajectory(0)
+        f, h, n = equations_of(scheme).f, float(step), len(scheme.x)
+        states = [np.concatenate([start.x[0], start.mu[0]])]
+        with np.errstate(all="ignore"):
+            for _ in range(steps):
+                slopes: list[np.ndarray] = []
+                for row in a:
+                    at = states[-1] + h * sum(
+                        (e * k for e, k in zip(row, slopes, strict=True)), 0.0
+                    )
+                    slopes.append(f(0.0, at))
+                states.append(states[-1] + h * sum(e * k for e, k in zip(b, slopes, strict=True)))
+        path = np.array(states)
+        t = h * np.arange(steps + 1)
+        return SimpleNamespace(t=t, x=path[:, :n], mu=path[:, n:], steps=steps)
+
+    return run
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Linear: the interval is what runs on both sides of its ends say, and the step symplectic.
+
+    Maps: bounded wherever hω ≤ 1/2; an escape, or an energy that wanders as far at one step alone,
+    counts where the family says that the energy's error cannot make it; on fpu the exchange of
+    energy at hω = 1/10 is right to a tenth.
+    Controls: no interval at all, no bounded cell at all.
+    """
+    measured = measurement["measured"]
+    if measurement["kind"] == "linear":
+        return _judge_linear(case, measured)
+    held = FAMILIES[case.scene.name].held
+    expected = {"bounded_up_to": RESOLVED, "escapes": held is not None}
+    if case.control:
+        caught = "bounded" not in measured["classes"]
+        reason = "" if caught else "the control was not caught: some of its runs are bounded."
+        return Verdict("pass" if caught else "fail", reason, {"bounded": 0})
+    bad = [
+        row for row in measurement["rows"] if row["z"] <= RESOLVED and row["class"] != "bounded"
+        and not (held and row["class"] in LOOSE and row["z"] > held(Fraction(row["stiffness"])))
+    ]  # fmt: skip
+    if not bad:
+        return _judge_exchange(measured, expected)
+    row = bad[0]
+    return Verdict(
+        "fail",
+        f"{row['class']} at hω = {row['z']:.3g} and {measurement['label']} = "
+        f"{row['stiffness']:g}, where the step resolves the motion.",
+        expected,
+    )
+
+
+def _judge_exchange(measured: dict[str, Any], expected: dict[str, Any]) -> Verdict:
+    """Bounded is not right: springs that the step resolves hand their energy on as they should."""
+    key = f"{float(exchange.RESOLVED):.3g}"
+    if key not in measured.get("exchange", {}):
+        return Verdict("pass", "", expected)
+    error = measured["exchange"][key]
+    expected = {**expected, "exchange": exchange.RIGHT}
+    if error is not None and error <= exchange.RIGHT:
+        return Verdict("pass", "", expected)
+    how = "was not followed to its end" if error is None else f"is wrong by {100 * error:.2g} %"
+    reason = f"the exchange of energy at hω = {key} {how}, where the step resolves the springs."
+    return Verdict("fail", reason, expected)
+
+
+def _judge_linear(case: Case, measured: dict[str, Any]) -> Verdict:
+    off, first = measured["off_circle"], measured["stable_to"]
+    if case.control:
+        caught = off is not None or first == 0
+        reason = "" if caught else "the control was not caught: it passes for symplectic."
+        return Verdict("pass" if caught else "fail", reason, {"off_circle": True})
+    expected = {"runs": True, "off_circle": None}
+    if off is not None:
+        return Verdict("fail", f"an eigenvalue leaves the unit circle at hω = {off:.3g}.", expected)
+    if not measured["runs"]:
+        where = f"near hω = {first:.6f}" if first else "up to hω = 1000"
+        return Verdict("fail", f"runs {where} contradict the interval that was found.", expected)
+    return Verdict("pass", "", expected)

@@ -1,0 +1,154 @@
+"""Nonlinear stability: what becomes of a run at each step size and each stiffness, in classes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme, StepFailure
+
+from ..core.runs import energy_with_terms, relative_drifts, with_terms
+from .stiff import Family
+
+#: best first; each with its criterion, as the report says it
+CLASSES = {
+    "bounded": "none of the others",
+    "resonant": "bounded, but the energy band is over four times that at both neighbouring steps",
+    "drifting": "the energy's means over the first and the last tenth of the run differ by more "
+    "than half its band and a hundredth of its terms, and still so in a run eight times as long",
+    "escaped": "x leaves the region of the true motion, where that is bounded, by ten times its "
+    "size",
+    "Newton failed": "the equations of a step were not solved",
+    "blown up": "the energy error exceeds the sum of the energy's terms at the start, or the "
+    "numbers are no longer finite",
+}
+STEPS, THOROUGH = 60_000, 1_000_000
+ROWS = 1000  # states kept of a run
+PER_DECADE = {False: 10, True: 40}  # steps hω tried, thorough or not
+LOWEST, HIGHEST = -1.0, 1.4  # decades of hω
+LONGER = 8
+FAR = 10  # times the size of the true motion's region
+RETURNS = 3  # of the slow motion, where a family names its period
+DRIFT = 0.01  # of the energy's terms: a smaller shift is an exchange between fast and slow
+NOISE = 1e-10  # a band that is round-off does not resonate
+Runner = Callable[[Scheme, Fraction, int], Any]
+
+
+def trajectory(scheme: Scheme, step: Fraction, steps: int) -> Any:
+    """A run of the scheme's own flow with ROWS rows."""
+    return scheme.flow(step).trajectory(steps, every=max(1, steps // ROWS))
+
+
+def stability_map(
+    family: Family, derived: Scheme, thorough: bool = False, run: Runner = trajectory,
+    steps: int | None = None, progress: Callable[[float], None] = lambda fraction: None,
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Rows {stiffness, z, step, steps, time, class, band, adiabatic, cause}: z = hω, coarse to fine
+    in stiffness, ascending in z. adiabatic: the largest relative change of the family's adiabatic
+    invariant, None where there is none.
+    """
+    rows = []
+    count = steps or (THOROUGH if thorough else STEPS)
+    for i, stiffness in enumerate(family.stiffness):
+        scheme = family.scheme(derived, stiffness)
+        measures = _measures(family, scheme)
+        far = FAR * family.region(stiffness) if family.region else math.inf
+        column = []
+        for z in grid(thorough):
+            step = Fraction(float(z) / family.frequency(stiffness))
+            told = {"stiffness": float(stiffness), "z": float(z), "step": float(step)}
+            cover = math.ceil(RETURNS * family.period / step)
+            inside = count if steps or cover > family.most else max(count, cover)
+            column.append(told | one_run(scheme, step, inside, measures, run, far))
+        resonant(column)
+        rows += column
+        progress((i + 1) / len(family.stiffness))
+    return rows
+
+
+def grid(thorough: bool) -> np.ndarray:
+    """Values of hω, equal parts of decades, 1 and 10 among them."""
+    per = PER_DECADE[thorough]
+    return np.asarray(10.0 ** (np.arange(round(LOWEST * per), round(HIGHEST * per) + 1) / per))
+
+
+def _measures(family: Family, scheme: Scheme) -> dict[str, Any]:
+    """Functions of a run: the energy, and the adiabatic invariant if there is one."""
+    s = scheme.s
+    found = {"energy": energy_with_terms(scheme, 16)}
+    for quantity in scheme.scene.symmetries:
+        if quantity.name == family.adiabatic:
+            expression = quantity.formula(s.x, s.mu, s.parameters)
+            found["adiabatic"] = with_terms(scheme, expression, 16)
+    return found
+
+
+def one_run(
+    scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], run: Runner,
+    far: float = math.inf,
+) -> dict[str, Any]:  # fmt: skip
+    """What becomes of one run; `resonant` is decided later, beside its neighbours. far: ‖x‖ that
+    is too far.
+
+    A shift of the energy may be a slow motion seen in part: it is looked at in a longer run.
+    """
+    told = _one_run(scheme, step, steps, measures, run, far)
+    if told["class"] == "drifting":
+        told = _one_run(scheme, step, LONGER * steps, measures, run, far)
+    return told
+
+
+def _one_run(
+    scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], run: Runner, far: float
+) -> dict[str, Any]:
+    cause = ""
+    try:
+        found = run(scheme, step, steps)
+    except StepFailure as failure:
+        found, cause = failure.trajectory, failure.cause
+    done = found.steps
+    told: dict[str, Any] = {"steps": done, "time": float(step * done), "band": None,
+                            "adiabatic": None, "cause": cause}  # fmt: skip
+    if not len(found.t):  # not even the start has a velocity
+        return told | {"class": "Newton failed" if "Newton" in cause else "blown up"}
+    with np.errstate(all="ignore"):
+        values, terms = measures["energy"](found)
+        errors = (values[:, 0] - values[0, 0]) / terms[0, 0]
+        if "adiabatic" in measures and not cause:
+            told["adiabatic"] = float(relative_drifts(measures["adiabatic"](found), 16).max())
+    if "Newton" in cause:
+        return told | {"class": "Newton failed"}
+    if cause or not np.abs(errors).max() <= 1:
+        return told | {"class": "blown up"}
+    if math.isfinite(far) and np.linalg.norm(found.x, axis=1).max() > far:
+        return told | {"class": "escaped"}
+    band, tenth = float(np.ptp(errors)), max(1, len(errors) // 10)
+    shift = abs(float(errors[-tenth:].mean() - errors[:tenth].mean()))
+    drifting = shift > max(band / 2, DRIFT)
+    return told | {"band": band, "class": "drifting" if drifting else "bounded"}
+
+
+def resonant(column: list[dict[str, Any]]) -> None:
+    """Mark what is bounded with a far wider band than its neighbours in step have."""
+    for before, here, after in zip(column, column[1:], column[2:], strict=False):
+        bands = [row["band"] for row in (before, here, after)]
+        if here["class"] != "bounded" or None in bands:
+            continue
+        if bands[1] > max(NOISE, 4 * bands[0], 4 * bands[2]):
+            here["class"] = "resonant"
+
+
+def limits(rows: list[dict[str, Any]]) -> dict[str, float]:
+    """Per stiffness the largest z below which everything is bounded; 0 if nothing is."""
+    found: dict[str, float] = {}
+    for row in rows:
+        key = f"{row['stiffness']:g}"
+        found.setdefault(key, 0.0)
+        column = [r for r in rows if r["stiffness"] == row["stiffness"] and r["z"] <= row["z"]]
+        if all(r["class"] == "bounded" for r in column):
+            found[key] = row["z"]
+    return found

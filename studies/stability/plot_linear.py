@@ -1,0 +1,175 @@
+"""Pictures of stability: the linear step over hω, and what becomes of fpu's stiff springs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..report.alike import shares
+from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
+from ..report.labels import end_labels
+from ..report.palette import GRID, INK, MUTED, VERMILLION, Mark
+from ..report.typeset import figure_text
+from ..report.wording import Case, mapping, number, rows, rule_name
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LINEAR_SHEET = Sheet(width=3.5, right=1.16)
+EXCHANGE_SHEET = Sheet(width=3.5, right=1.0)
+KEPT = 0.15  # of an adiabatic invariant: as much may it change
+FAR = 4.0  # of hω in the linear pictures
+
+
+def radius(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
+    """Spectral radius of every rule."""
+
+    def value(row: dict[str, Any]) -> float | None:
+        return number(row.get("radius"))
+
+    def words(case: Case) -> str:
+        end = number(mapping(case, "measured").get("stable_to"))
+        if case.get("control"):
+            return f"{rule_name(case)}\n(control)"
+        return f"{rule_name(case)}\n" + (f"to {end:.6f}" if end is not None else "no end")
+
+    def draw(axes: Axes) -> None:
+        axes.set_ylim(0.6, 3.0)
+        _linear(axes, cases, marks, value, words)
+
+    return Panel("Spectral radius", "of one step", "hω", _spoken("Spectral radius", cases), draw)
+
+
+def phase(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
+    """Phase of a step beside the exact one, hω."""
+
+    def value(row: dict[str, Any]) -> float | None:
+        angle = number(row.get("phase"))
+        return None if angle is None or not row.get("krein") else angle / math.pi
+
+    def draw(axes: Axes) -> None:
+        axes.set_ylim(0, 1.02)
+        axes.plot([0, math.pi], [0, 1], color=MUTED, lw=0.8, ls=(0, (1, 1.6)))
+        for name, height in (("1:3", 2 / 3), ("1:4", 1 / 2)):
+            axes.axhline(height, color=GRID, lw=0.7)
+            axes.text(0.06, height + 0.012, name, fontsize=6.4, color=MUTED)
+        sound = [case for case in cases if not case.get("control")]
+        _linear(axes, sound, marks, value, rule_name)
+
+    title = "Phase of a step"
+    return Panel(title, "φ/π; dotted: exact", "hω", _spoken(title, cases), draw)
+
+
+def _spoken(what: str, cases: Sequence[Case]) -> str:
+    return f"{what} against step times frequency. " + "; ".join(map(rule_name, cases))
+
+
+def _linear(axes: Axes, cases: Sequence[Case], marks: Any, value: Any, words: Any) -> None:
+    """A curve a rule over 0 < hω ≤ FAR on linear axes, labelled at its end."""
+    axes.set_xlim(0, FAR)
+    low, high = axes.get_ylim()
+    curves = []
+    for case in cases:
+        points = [(number(row.get("z")), value(row)) for row in rows(case)]
+        curves.append([(z, y) for z, y in points if z and z <= FAR and y is not None])
+    axes.grid(visible=True, color=GRID, linewidth=0.4)
+    labels = []
+    for case, curve, share in zip(cases, curves, shares(axes, curves), strict=True):
+        if not curve:
+            continue
+        mark = marks[rule_name(case)]
+        axes.plot(*zip(*curve, strict=True), color=mark.colour, **share.line(mark, 1.0))
+        inside = [(z, y) for z, y in curve if low <= y <= high]
+        labels.append((*(inside or curve)[-1], words(case), mark.colour))
+    end_labels(axes, labels)
+
+
+def stiffer(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
+    """Error of the energy exchange on fpu against ω, at one hω."""
+
+    def draw(axes: Axes) -> None:
+        curves = {rule_name(case): _pairs(case, "stiffer") for case in cases}
+        everything = [point for curve in curves.values() for point in curve]
+        if not everything:
+            note(axes, "No run came to its end.")
+            return
+        log_axis(axes, "x", log_limits((w for w, _ in everything), 0.05), 4)
+        log_axis(axes, "y", log_limits([*(e for _, e in everything), 1.0], 0.05), 4)
+        _marked(axes, curves, marks)
+
+    spoken = "Error of the exchange of energy between ever stiffer springs. " + "; ".join(
+        map(rule_name, cases)
+    )
+    title, subtitle = "Energy exchange, hω = 5", "largest error up to T = 2ω"
+    return Panel(title, subtitle, "ω", spoken, draw)
+
+
+def exchange(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
+    """Error of the energy exchange on fpu against hω."""
+
+    def draw(axes: Axes) -> None:
+        curves = {rule_name(case): _pairs(case, "exchange") for case in cases}
+        everything = [point for curve in curves.values() for point in curve]
+        if not everything:
+            note(axes, "No runs.")
+            return
+        log_axis(axes, "x", log_limits((z for z, _ in everything), 0.05), 4)
+        log_axis(axes, "y", log_limits((e for _, e in everything), 0.05), 5)
+        _marked(axes, curves, marks)
+
+    spoken = "Error of the exchange of energy between stiff springs. " + "; ".join(
+        map(rule_name, cases)
+    )
+    return Panel("Energy exchange, ω = 50", "largest error up to T = 100", "hω", spoken, draw)
+
+
+def adiabatic(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
+    """Change of fpu's adiabatic invariant over a long time against ω."""
+
+    def draw(axes: Axes) -> None:
+        curves = {rule_name(case): _pairs(case, "adiabatic") for case in cases}
+        everything = [point for curve in curves.values() for point in curve]
+        if not everything:
+            note(axes, "No run came to its end.")
+            return
+        failed = [
+            float(key)
+            for case in cases
+            for key, value in mapping(mapping(case, "measured"), "adiabatic").items()
+            if value is None
+        ]
+        log_axis(axes, "x", log_limits([*(w for w, _ in everything), *failed], 0.05), 4)
+        log_axis(axes, "y", log_limits([*(e for _, e in everything), 3 * KEPT], 0.1), 4)
+        axes.axhline(KEPT, color=INK, lw=0.7, ls=(0, (3, 2)))
+        _marked(axes, curves, marks)
+        for omega in failed:
+            axes.plot([omega], [1.0], ls="", marker="|", ms=7, mew=1.4, color=VERMILLION,
+                      transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
+            words = figure_text(f"ω = {omega:g}: blown up")
+            axes.annotate(words, (omega, 1.0), (4, -7), fontsize=6.6, color=MUTED,
+                          xycoords=axes.get_xaxis_transform(),
+                          textcoords="offset points")  # fmt: skip
+
+    spoken = "Change of the adiabatic invariant over a long time. " + "; ".join(
+        map(rule_name, cases)
+    )
+    title, subtitle = "Oscillatory energy", "largest change up to T = 10⁵ at hω = 10"
+    return Panel(title, subtitle, "ω", spoken, draw)
+
+
+def _pairs(case: Case, key: str) -> list[tuple[float, float]]:
+    found = mapping(mapping(case, "measured"), key)
+    points = [(float(x), number(y)) for x, y in found.items()]
+    return sorted((x, y) for x, y in points if y is not None and y > 0)
+
+
+def _marked(axes: Axes, curves: dict[str, list[tuple[float, float]]], marks: Any) -> None:
+    labels = []
+    for name, curve in curves.items():
+        if curve:
+            mark = marks[name]
+            axes.plot(*zip(*curve, strict=True), color=mark.colour, ls=mark.dash, lw=0.9,
+                      marker=mark.marker, ms=3.4)  # fmt: skip
+            labels.append((*curve[-1], name, mark.colour))
+    end_labels(axes, labels)

@@ -1,0 +1,123 @@
+"""Maps of stability over step and stiffness: what becomes of runs, in classes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
+
+from ..report.canvas import Panel, Sheet, log_axis, note, tick_text
+from ..report.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
+from ..report.typeset import figure_text
+from ..report.wording import Case, mapping, number, rows, rule_name
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SHEET = Sheet(width=2.3, height=1.8, left=0.52, right=0.16)
+MOST_COLUMNS = 4  # of maps; with more rules they simply follow each other
+#: class → (colour, opacity, hatching): told apart without colours as well
+LOOKS: dict[str, tuple[str, float, str]] = {
+    "bounded": (BLUE, 0.18, ""),
+    "resonant": (ORANGE, 0.75, ""),
+    "drifting": (PURPLE, 0.75, "///"),
+    "escaped": (GREEN, 0.55, "xxx"),
+    "Newton failed": (SKY, 0.9, "..."),
+    "blown up": (VERMILLION, 0.9, ""),
+}
+#: hatching → (marker, size)
+STROKES: dict[str, tuple[Any, float]] = {
+    "///": ((2, 0, -35), 6),
+    "xxx": ("x", 3),
+    "...": (".", 2.2),
+}
+EMPTY = Panel("", "", "", "", lambda axes: axes.set_axis_off())
+
+
+def map_table(cases: Sequence[Case], titles: Mapping[str, str]) -> tuple[list[Panel], Sheet]:
+    """Maps of every case: a line a scene, a column a rule, controls last."""
+    ours = [case for case in cases if not case.get("control")]
+    rules = list(dict.fromkeys(map(rule_name, ours)))
+    places: Sequence[Case | None] = cases
+    if len(rules) <= MOST_COLUMNS:
+        at = {(case["scene"], rule_name(case)): case for case in ours}
+        lines = dict.fromkeys(scene for scene, _ in at)
+        places = [at.get((scene, rule)) for scene in lines for rule in rules]
+        places = [*places, *(case for case in cases if case.get("control"))]
+    panels = [stability_map(_title(case, titles), case) if case else EMPTY for case in places]
+    return panels, replace(SHEET, columns=min(len(rules) or 1, MOST_COLUMNS))
+
+
+def _title(case: Case, titles: Mapping[str, str]) -> str:
+    """The family's; the scene's has the number that varies here."""
+    scene = str(case["scene"])
+    return str(case.get("title") or titles.get(scene, scene))
+
+
+def stability_map(title: str, case: Case) -> Panel:
+    """What becomes of the runs of one rule, cell by cell."""
+
+    def draw(axes: Axes) -> None:
+        cells = [row for row in rows(case) if number(row.get("z"))]
+        if not cells:
+            note(axes, f"No cells. {case.get('reason') or ''}")
+            return
+        from matplotlib.patches import Rectangle
+
+        places = sorted({float(row["z"]) for row in cells})
+        half = math.sqrt(places[1] / places[0]) if len(places) > 1 else 1.1
+        stiff = sorted({float(row["stiffness"]) for row in cells})
+        log_axis(axes, "x", (places[0] / half, places[-1] * half), 4)
+        axes.grid(visible=False)
+        axes.set_ylim(-0.5, len(stiff) - 0.5)
+        for line, value in enumerate(stiff):
+            row = sorted((r for r in cells if r["stiffness"] == value), key=lambda r: r["z"])
+            for kind, run in groupby(row, key=lambda r: str(r["class"])):
+                zs = [float(r["z"]) for r in run]
+                colour, alpha, hatch = LOOKS[kind]
+                left, right = zs[0] / half, zs[-1] * half
+                axes.add_patch(Rectangle((left, line - 0.5), right - left, 1, lw=0, fc=colour,
+                                         alpha=alpha))  # fmt: skip
+                if hatch:
+                    _hatch(axes, left, right, line, hatch)
+        for line in range(1, len(stiff)):
+            axes.axhline(line - 0.5, color="#ffffff", lw=0.6)
+        shown = [k for k in range(len(stiff)) if len(stiff) < 7 or k % 2 == 0]
+        texts = [f"{v:g}" if 0.001 <= v < 10000 else tick_text(v) for v in stiff]
+        axes.set_yticks(shown, [texts[k] for k in shown])
+        axes.tick_params(axis="y", length=0)
+
+    found = mapping(mapping(case, "measured"), "classes")
+    spoken = f"{title}, {rule_name(case)}: " + ", ".join(f"{n} cells {k}" for k, n in found.items())
+    subtitle = f"{rule_name(case)}; upwards: {case.get('label') or 'stiffness'}"
+    return Panel(title, subtitle, "hω", spoken, draw)
+
+
+def _hatch(axes: Axes, left: float, right: float, line: int, hatch: str) -> None:
+    """Strokes or dots within a cell, drawn as marks: they keep the page's colours."""
+    steps = max(1, round(math.log10(right / left) * 10))
+    xs = [left * (right / left) ** ((k + 0.5) / steps) for k in range(steps)]
+    marker, size = STROKES[hatch]
+    axes.plot(xs, [line] * steps, ls="", marker=marker, ms=size, mew=0.6, color=INK)
+
+
+def legend() -> Panel:
+    """What the colours of the maps mean."""
+
+    def draw(axes: Axes) -> None:
+        from matplotlib.patches import Rectangle
+
+        axes.axis("off")
+        axes.set_xlim(0, 10)
+        axes.set_ylim(len(LOOKS) - 0.4, -0.6)
+        for line, (kind, (colour, alpha, hatch)) in enumerate(LOOKS.items()):
+            axes.add_patch(Rectangle((0.2, line - 0.34), 1.4, 0.68, lw=0, fc=colour, alpha=alpha))
+            if hatch:
+                marker, size = STROKES[hatch]
+                axes.plot([0.6, 1.2], [line, line], ls="", marker=marker, ms=size, mew=0.6,
+                          color=INK)  # fmt: skip
+            axes.text(2.0, line, figure_text(kind), va="center", fontsize=8)
+
+    return Panel("Classes", "", "", "Classes: " + ", ".join(LOOKS), draw)

@@ -1,0 +1,116 @@
+"""How intervals and maps of stability are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..report.palette import Mark
+from ..report.view import Sketch, Titles, View
+from ..report.wording import NONE, Case, mapping, number
+from . import plot_linear, plot_maps
+
+LINEAR = (
+    "The exact step of each rule on the harmonic oscillator. Left: its spectral radius; a "
+    "symplectic step is stable while it is one, to the number beside the rule (by root "
+    "finding), and controls leave the circle at once. Right: the phase of a step while it is "
+    "stable, beside the exact one (dotted); where it is a third or a quarter of a turn, "
+    "nonlinear terms may resonate."
+)
+MAPS = (
+    "What becomes of runs at each step size (across, times the fastest frequency) and each "
+    "stiffness (upwards). Bounded: none of the others. Resonant: the energy band is over four "
+    "times that at both neighbouring steps. Drifting: the energy's mean moves by more than half "
+    "its band and a hundredth of its terms, also in a run eight times as long. Escaped: x leaves "
+    "the region of the true motion by ten times its size. Newton failed: the equations of a step "
+    "were not solved. Blown up: the energy error exceeds the energy's terms at the start, or the "
+    "numbers are no longer finite."
+)
+SPRINGS = (
+    "Fermi–Pasta–Ulam chain. Left: how far the energies of the three stiff springs, as running "
+    "means, are from their true exchange; a run may be stable and still hand the energy on at "
+    "the wrong pace. Middle: the same for stiffer springs, which take longer. Right: how far the "
+    "springs' whole energy, an adiabatic invariant, moves over long times at a step of ten fast "
+    "radians; dashed: 15 %. imex keeps it from ω = 100 on."
+)
+
+
+def _wanted(expected: dict[str, Any]) -> str:
+    if "bounded_up_to" in expected:
+        but = (
+            "; escapes and resonances only where the energy is that near to one"
+            if expected.get("escapes")
+            else ""
+        )
+        return f"bounded up to hω = {expected['bounded_up_to']:g}{but}"
+    if "bounded" in expected:
+        return "no bounded run"
+    return "off the unit circle" if expected.get("off_circle") else "as runs say, and symplectic"
+
+
+def _got(measured: dict[str, Any]) -> str:
+    if "classes" not in measured:
+        off, end = number(measured.get("off_circle")), number(measured.get("stable_to"))
+        if off is not None:
+            return f"leaves the unit circle at hω = {off:g}"
+        return "stable at every hω up to 1000" if end is None else f"stable to hω = {end:.6f}"
+    said = [", ".join(f"{count} {name}" for name, count in measured["classes"].items())]
+    ends = [e for e in map(number, (measured.get("limits") or {}).values()) if e is not None]
+    if ends:
+        low, high = min(ends), max(ends)
+        span = f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
+        said.append(f"bounded up to hω = {span}")
+    for name, words in (("exchange", "exchange wrong by"), ("stiffer", "at hω = 5 wrong by"),
+                        ("adiabatic", "invariant moves by")):  # fmt: skip
+        pairs = (measured.get(name) or {}).items()
+        if pairs:
+            at = "hω" if name == "exchange" else "ω"
+            said.append(f"{words} " + ", ".join(f"{_share(v)} ({at} = {k})" for k, v in pairs))
+    return "; ".join(said)
+
+
+def _share(value: Any) -> str:
+    found = number(value)
+    return "failed" if found is None else f"{100 * found:.2g} %"
+
+
+def _short(measured: dict[str, Any]) -> str:
+    ends = list(map(number, mapping(measured, "limits").values())) or [measured.get("stable_to")]
+    found = [end for end in ends if end is not None]
+    return f"to hω = {min(found):.3g}" if found else "at no hω"
+
+
+def _compared(case: Case) -> dict[str, Any]:
+    limits = [v for v in (case["measured"].get("limits") or {}).values() if v is not None]
+    return {"stable": min(limits)} if limits else {}
+
+
+def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    linear = [case for case in cases if case.get("kind") == "linear"]
+    maps = [case for case in cases if case.get("kind") == "map"]
+    stiff = [case for case in maps if mapping(case, "measured").get("exchange")]
+    panels, sheet = plot_maps.map_table(maps, titles)
+    return [
+        Sketch(
+            "stability-linear", "Linear stability", LINEAR,
+            [plot_linear.radius(linear, known), plot_linear.phase(linear, known)]
+            if linear else [], plot_linear.LINEAR_SHEET,
+        ),
+        Sketch("stability-maps", "Stability maps", MAPS,
+               [*panels, plot_maps.legend()] if panels else [], sheet),
+        Sketch(
+            "stability-fpu", "The stiff springs of fpu", SPRINGS,
+            [plot_linear.exchange(stiff, known), plot_linear.stiffer(stiff, known),
+             plot_linear.adiabatic(stiff, known)]
+            if stiff else [], plot_linear.EXCHANGE_SHEET,
+        ),
+    ]  # fmt: skip
+
+
+VIEW = View(
+    columns=[
+        ("Part", lambda case: str(case.get("kind") or NONE)),
+        ("Got", lambda case: _got(mapping(case, "measured")) if case.get("measured") else NONE),
+    ],
+    got=_got, wanted=_wanted, short=_short, sketches=_sketches, compared=_compared,
+)  # fmt: skip

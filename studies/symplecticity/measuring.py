@@ -1,0 +1,190 @@
+"""Symplecticity: the pullback of Ω under the prolongation of Ψ, and the Poisson form on the dual.
+
+Both are exact statements about one step, so they are tested at many points of trajectories, at the
+scene's step and at the largest stable one: at small steps even Runge–Kutta methods pass. They are
+statements about the maps that L_d defines, so a third one belongs to them: the steps of the run are
+steps of these maps (the residual).
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+from discmech.integrators import StepFailure, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.errors import CannotMeasure
+
+from ..core import controls
+from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..core.runs import largest_stable_step
+
+NAME = "symplecticity"
+NEEDS = "every scene and rule can be tested; check the names."
+DIGITS = (16, 50)
+POINTS = {True: 24, False: 8}  # points a step size, in double precision or not
+#: scenes of the controls: one without a group, one without a base, two with both
+CONTROL_SCENES = ("pendulum", "rigid-body", "heavy-top", "rotor-body")
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every scene by every rule, and the controls on four scenes unless rules were chosen.
+
+    With controls chosen, only these.
+    """
+    found = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
+    if choice.rules:
+        return found
+    chosen = {s.name for s in choice.scenes} or set(CONTROL_SCENES)
+    rule = discretisations.trapezoidal
+    for digits in choice.digits or DIGITS:
+        for name in CONTROL_SCENES:
+            if name not in chosen:
+                continue
+            scene = scenes.get(name)
+            for control in choice.controls or controls.NAMES:
+                # the sign of a bracket is seen only beside an anchor
+                if control == controls.FLIPPED and scene.groupoid.kind not in ("action", "product"):
+                    continue
+                found.append(Case(NAME, scene, rule, digits, choice.steps, control))
+    return found
+
+
+def limit(digits: int) -> float:
+    """What round-off may leave: 1e-13 in double precision, five digits less than asked above."""
+    return 1e-13 if digits == 16 else 10.0 ** (5 - digits)
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {step, index, time, pullback, poisson, residual}; measured: the worst of each."""
+    label = f"{case.scene.name} {case.label}"
+    progress(f"{label}: largest stable step", 0.0)
+    largest = _largest_stable_step(case)
+    rows = _control_rows(case, largest) if case.control else _rows(case, largest)
+    return {
+        "rows": rows,
+        "measured": {kind: _worst(rows, kind) for kind in ("pullback", "poisson", "residual")},
+    }
+
+
+def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
+    own = Fraction(case.scene.step)
+    rows = _rows_at(case, own)
+    while largest > own:
+        try:
+            return rows + _rows_at(case, largest)
+        except StepFailure:
+            if not len(case.scheme.s.stages):
+                raise
+            largest /= 2  # so long a step has several solutions in the stages: maps and run differ
+    return rows if largest == own else rows + _rows_at(case, largest)
+
+
+def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
+    count = POINTS[case.digits == 16]
+    steps = case.steps or 8 * count
+    composed = bool(case.scheme.substeps)  # it has no Ψ on arrows, only the step on (x, μ)
+    # at a long step substeps and stages have several solutions, and a run does not keep which
+    # ones it took; u it keeps
+    followed = step <= case.scene.step or not (composed or len(case.scheme.s.stages))
+    flow = case.scheme.flow(step, case.digits)
+    run = flow.trajectory(steps)
+    rows = []
+    for i, k in enumerate(range(0, steps, max(1, steps // count))):
+        x, u, mu = run.x[k], run.u[k], run.mu[k]
+        taken = run.x[k + 1], run.mu[k + 1]
+        rows.append({
+            "step": float(step), "index": i, "time": float(run.t[k]),
+            "pullback": None if composed else float(flow.pullback_defect(x, u)),
+            "poisson": float(flow.poisson_defect(x, mu, u0=u)),
+            "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
+        })  # fmt: skip
+    return rows
+
+
+def _control_rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
+    """At the largest stable step and, for the Runge–Kutta methods, at ever smaller ones."""
+    rows = []
+    smaller = 24 if case.control in controls.RUNGE_KUTTA and case.digits == 16 else 1
+    for k in range(smaller):
+        flow = case.scheme.flow(largest / 2**k, case.digits)
+        for i, (pullback, poisson) in enumerate(_control_defects(case, flow)):
+            rows.append({"step": float(flow.step), "index": i, "time": float(flow.step * i),
+                         "pullback": pullback, "poisson": poisson, "residual": None})  # fmt: skip
+    return rows
+
+
+def _control_defects(case: Case, flow: Any) -> list[tuple[float | None, float | None]]:
+    name, points = str(case.control), 4
+    if name in controls.RUNGE_KUTTA:
+        return [(None, d) for d in controls.runge_kutta_defects(flow, name, points)]
+    run = flow.trajectory(points)
+    if name == controls.DAMPED:
+        return [(controls.damped_defect(flow, x, u), None)
+                for x, u in zip(run.x, run.u, strict=True)]  # fmt: skip
+    return [(None, float(flow.poisson_defect(x, mu, u0=u, bracket_sign=-1)))
+            for x, u, mu in zip(run.x, run.u, run.mu, strict=True)]  # fmt: skip
+
+
+def _largest_stable_step(case: Case) -> Fraction:
+    try:
+        return largest_stable_step(case.scheme)
+    except CannotMeasure:  # no energy to tell stability by: the scene's own step must do
+        return Fraction(case.scene.step)
+
+
+def _worst(rows: list[dict[str, Any]], kind: str) -> float | None:
+    """The largest defect; what is not a number is worse than any."""
+    values = [row[kind] for row in rows if row[kind] is not None]
+    return max(values, key=_badness, default=None)
+
+
+def _badness(value: float) -> float:
+    return math.inf if math.isnan(value) else value
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Schemes: every defect within round-off. Controls: caught a thousandfold (10²⁰-fold at 50)."""
+    found = {k: v for k, v in measurement["measured"].items() if v is not None}
+    if case.control:
+        wanted = limit(case.digits) * (1e3 if case.digits == 16 else 1e20)
+        caught = any(v >= wanted for v in found.values())
+        reason = (
+            ""
+            if caught
+            else f"the control was not caught: its defect is {max(found.values()):.2g}."
+        )
+        return Verdict("pass" if caught else "fail", reason, {"at_least": wanted})
+    expected = {"limit": limit(case.digits)}
+    broken = {k: v for k, v in found.items() if not v <= expected["limit"]}
+    if not broken:
+        return Verdict("pass", "", expected)
+    kind, value = max(broken.items(), key=lambda item: _badness(item[1]))
+    seen = [r for r in measurement["rows"] if r[kind] is not None]
+    row = max(seen, key=lambda r: _badness(r[kind]))
+    return Verdict(
+        "fail",
+        f"the {kind} defect is {value:.2g} at step {row['step']:.3g}, t = {row['time']:.3g}; "
+        f"round-off would leave at most {expected['limit']:.0e}.",
+        expected,
+    )
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """Whether the solver's residual, the update or the structure is to blame for a defect."""
+    if case.control is not None:
+        return None
+    broken = {k: v for k, v in measurement["measured"].items()
+              if v is not None and not v <= limit(case.digits)}  # fmt: skip
+    # where a form is broken, the maps are; the residual alone speaks of the run
+    forms = {k: v for k, v in broken.items() if k != "residual"} or broken
+    kind = max(forms, key=lambda k: _badness(forms[k]))
+    seen = [r for r in measurement["rows"] if r[kind] is not None]
+    row = max(seen, key=lambda r: _badness(r[kind]))
+    from ..causes.solver_sweep import of_symplecticity
+
+    step = Fraction(case.scene.step)
+    if row["step"] != float(step):
+        step = Fraction(row["step"])
+    return of_symplecticity(case, kind, step, round(row["time"] / float(step)), limit(case.digits))

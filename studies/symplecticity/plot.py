@@ -1,0 +1,198 @@
+"""Pictures of symplecticity: the defects of every scheme, and controls against the step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
+from ..report.labels import end_labels
+from ..report.palette import BLUE, GRID, INK, MUTED, PAPER, VERMILLION, WORDS, Mark
+from ..report.typeset import figure_text
+from ..report.wording import Case, mapping, number, rows, rule_name, scientific, verdict
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+KINDS = (("pullback", BLUE, "o", 0.14, BLUE), ("poisson", VERMILLION, "D", -0.14, PAPER))
+LEFT = 0.98
+CONTROL_SHEET = Sheet(right=1.2, width=3.3, height=2.75)
+
+
+def sheet(cases: Sequence[Case]) -> Sheet:
+    """As tall as there are cases and scenes, two precisions side by side."""
+    lines = _places(cases)[-1] + 1 if cases else 0
+    margins: dict[str, Any] = {"left": LEFT, "right": 0.22, "top": 0.44, "bottom": 0.42}
+    return Sheet(width=4.1, height=0.95 + 0.158 * max(lines, 3), columns=2, **margins)
+
+
+def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: int) -> Panel:
+    """Median to worst of both defects for each scene and rule, with the limit."""
+
+    def draw(axes: Axes) -> None:
+        limits = [x for case in cases if (x := number(mapping(case, "expected").get("limit")))]
+        unit = round_off(digits)
+        spots = _places(cases)
+        ends = [_ends(case, kind[0]) for case in cases for kind in KINDS]
+        values = [value for pair in ends for value in pair if value > 0]
+        high = max([*values, *(3 * limit for limit in limits), unit * 10])
+        low = min([*values, unit])
+        log_axis(axes, "x", log_limits([low, high], 0.03))
+        axes.set_ylim(-max(spots) - 0.8, 0.6)
+        axes.set_yticks([])
+        axes.spines["left"].set_visible(False)
+        floor = axes.get_xlim()[0]
+        for case, spot in zip(cases, spots, strict=True):
+            for kind, colour, marker, shift, fill in KINDS:
+                if not _values(case, kind):
+                    continue
+                middle, worst = (max(value, floor) for value in _ends(case, kind))
+                y = -spot + shift
+                axes.plot([middle, worst], [y, y], color=colour, lw=0.9, solid_capstyle="butt")
+                style: dict[str, Any] = {
+                    "ms": 3.6 if kind == "pullback" else 3.2,
+                    "mew": 0.8,
+                    "mfc": fill,
+                }
+                axes.plot([worst], [y], marker, color=colour, clip_on=False, **style)
+        _names(axes, cases, spots, titles)
+        for limit in sorted(set(limits)):
+            axes.axvline(limit, color=INK, lw=0.8, ls=(0, (3, 2)))
+            _above(axes, limit, f"limit {scientific(limit)}")
+        axes.axvline(unit, color=MUTED, lw=0.6, ls=(0, (1, 1.6)))
+        _above(axes, unit, "unit round-off", "right")
+
+    spoken = f"{title}: worst pullback and Poisson defects of {len(cases)} schemes on a log axis."
+    worst = max((v for c in cases for k in KINDS for v in _values(c, k[0])), default=None)
+    spoken += f" The worst of all is {scientific(worst)}."
+    return Panel(title, "● pullback   ◇ Poisson", "defect", spoken, draw)
+
+
+def _places(cases: Sequence[Case]) -> list[float]:
+    """The line of each case, with one above it for the name of a new scene."""
+    found: list[float] = []
+    for index, case in enumerate(cases):
+        new = index == 0 or case.get("scene") != cases[index - 1].get("scene")
+        found.append((found[-1] if found else -1.25) + (2.25 if new else 1.0))
+    return found
+
+
+def _names(
+    axes: Axes, cases: Sequence[Case], spots: Sequence[float], titles: dict[str, str]
+) -> None:
+    """Rule names beside their lines, the scene's name above its first one."""
+    across = axes.get_yaxis_transform()
+    before = None
+    for case, spot in zip(cases, spots, strict=True):
+        axes.axhline(-spot, color=GRID, lw=0.4, zorder=0)
+        state = verdict(case)
+        colour = INK if state == "pass" else WORDS[VERMILLION]
+        name = rule_name(case) + ("" if state == "pass" else f" ({state})")
+        style: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "transform": across}
+        axes.text(-0.02, -spot, figure_text(name), ha="right", color=colour, **style)
+        if case.get("scene") != before:
+            before = case.get("scene")
+            scene = figure_text(titles.get(str(before), str(before)))
+            left: dict[str, Any] = {
+                "xy": (0, 1.0 - spot),
+                "xycoords": across,
+                "xytext": (-0.75 * 72 * LEFT, 0),
+            }
+            bold: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "fontweight": "bold"}
+            axes.annotate(scene, textcoords="offset points", **left, **bold)
+
+
+def _above(axes: Axes, x: float, words: str, side: str = "center") -> None:
+    if axes.get_xlim()[0] <= x <= axes.get_xlim()[1]:
+        where: dict[str, Any] = {
+            "xy": (x, 1),
+            "xycoords": axes.get_xaxis_transform(),
+            "ha": side,
+        }
+        text = figure_text(words)
+        axes.annotate(
+            text, xytext=(0, 2), textcoords="offset points", fontsize=7, color=MUTED, **where
+        )
+
+
+def _values(case: Case, kind: str) -> list[float]:
+    """All defects of a kind, the measured worst among them."""
+    found = [number(row.get(kind)) for row in rows(case)]
+    found.append(number(mapping(case, "measured").get(kind)))
+    return [abs(value) for value in found if value is not None]
+
+
+def _ends(case: Case, kind: str) -> tuple[float, float]:
+    """The median and the worst defect of a kind; zeros where there is none."""
+    found = sorted(_values(case, kind)) or [0.0]
+    return found[len(found) // 2], found[-1]
+
+
+def against_step(case: Case) -> list[tuple[float, float]]:
+    """The worst defect of either kind at each step size."""
+    worst: dict[float, float] = {}
+    for row in rows(case):
+        step = number(row.get("step"))
+        values = [number(row.get(kind[0])) for kind in KINDS]
+        found = [abs(value) for value in values if value is not None]
+        if step and found:
+            worst[abs(step)] = max([worst.get(abs(step), 0.0), *found])
+    return sorted(worst.items())
+
+
+def controls(
+    title: str, cases: Sequence[Case], sound: Sequence[Case], marks: dict[str, Mark], digits: int
+) -> Panel:
+    """Controls of one scene at one precision; the sound schemes of that scene in grey."""
+
+    def draw(axes: Axes) -> None:
+        curves = [against_step(case) for case in cases]
+        if not any(curves):
+            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            return
+        grey = [point for case in sound for point in against_step(case)]
+        limits = [number(mapping(case, "expected").get("limit")) for case in sound]
+        wanted = [number(mapping(case, "expected").get("at_least")) for case in cases]
+        unit = round_off(digits)
+        points = [point for curve in curves for point in curve] + grey
+        known = [x for x in (*limits, *wanted) if x]
+        log_axis(axes, "x", log_limits([step for step, _ in points], 0.08, 1.0), 4)
+        floor = min([unit / 10, *(defect for _, defect in grey if defect > 0)])
+        values = [max(defect, floor) for _, defect in points]
+        log_axis(axes, "y", log_limits([floor, *known, *values], 0.04))
+        axes.axhspan(axes.get_ylim()[0], 10 * unit, color=GRID, alpha=0.55, lw=0)
+        edge, labels = axes.get_xlim()[1], []
+        lines = [(min((x for x in limits if x), default=None), "limit")]
+        lines.append((max((x for x in wanted if x), default=None), "caught above"))
+        for value, words in lines:
+            if value:
+                axes.axhline(value, color=INK, lw=0.7, ls=(0, (3, 2)))
+                labels.append((edge, value, f"{words} {scientific(value)}", MUTED))
+        for step, defect in grey:
+            axes.plot([step], [max(defect, floor)], ".", color=MUTED, ms=4)
+        if grey:
+            step, defect = max(grey)
+            labels.append((step, max(defect, floor), "sound schemes", MUTED))
+        for case, curve in zip(cases, curves, strict=True):
+            mark = marks[rule_name(case)]
+            drawn = [(step, max(defect, floor)) for step, defect in curve]
+            if drawn:
+                style: dict[str, Any] = {"color": mark.colour, "lw": 0.9, "ms": 3.6}
+                axes.plot(*zip(*drawn, strict=True), marker=mark.marker, **style)
+                labels.append((*max(drawn), _short(case), mark.colour))
+        end_labels(axes, labels)
+
+    spoken = f"{title}, controls, {digits} digits: defect against step size. "
+    spoken += "; ".join(f"{_short(case)}, worst {scientific(_worst(case))}" for case in cases)
+    return Panel(title, f"symplecticity defect, {digits} digits", "step h", spoken, draw)
+
+
+def _short(case: Case) -> str:
+    name = str(case.get("rule")).replace("classical Runge-Kutta", "Runge–Kutta 4")
+    return name if verdict(case) == "pass" else f"{name} (missed)"
+
+
+def _worst(case: Case) -> float | None:
+    found = [v for kind in KINDS for v in _values(case, kind[0])]
+    return max(found, default=math.nan)

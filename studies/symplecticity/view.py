@@ -1,0 +1,60 @@
+"""How defects of the symplectic form are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..report.grouping import by_scene, precisions
+from ..report.palette import Mark
+from ..report.view import Sketch, Titles, View, measured_column
+from ..report.wording import NONE, Case, is_control, largest, limit, scientific
+from . import plot
+
+DEFECTS = (
+    "Defect of the symplectic form under the pullback by the step (filled), and of the Poisson "
+    "bracket under the map on the dual (hollow). A mark is the worst point of the trajectory, the "
+    "line beside it goes to the median; zero is drawn at the left edge. Dashed: the limit that the "
+    "verdict uses. Dotted: one unit of round-off."
+)
+CONTROLS = (
+    "Controls: maps that are not symplectic, or are tested against a wrong bracket, and have to "
+    "be caught above the upper dashed line. Where a Runge–Kutta method is followed to small steps "
+    "its defect sinks below the limit of a sound scheme and into round-off (grey band): there it "
+    "cannot be told from a symplectic one, so a verdict at small steps alone would prove nothing. "
+    "Grey dots: the sound schemes of the scene."
+)
+
+
+def _got(measured: dict[str, Any]) -> str:
+    names = {"pullback": "pullback", "poisson": "Poisson", "residual": "residual"}
+    said = [f"{names[k]} {scientific(measured[k])}" for k in names if measured.get(k) is not None]
+    return ", ".join(said) or NONE
+
+
+def _compared(case: Case) -> dict[str, Any]:
+    values = [v for v in case["measured"].values() if v is not None]
+    return {"defect": max(values, default=None)}
+
+
+def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    sound = precisions([case for case in cases if not is_control(case)])
+    panels = [
+        plot.defects(f"{digits} digits", same, dict(titles), digits)
+        for digits, same in sound.items()
+    ]
+    sheet = plot.sheet(max(sound.values(), key=len, default=[]))
+    found = [Sketch("symplecticity", "Defects of every scheme", DEFECTS, panels, sheet)]
+    panels = [
+        plot.controls(titles.get(scene, scene), own, beside.get(scene, []), known, digits)
+        for digits, same in precisions([case for case in cases if is_control(case)]).items()
+        for beside in [by_scene(sound.get(digits, []))]
+        for scene, own in by_scene(same).items()
+    ]
+    return [*found, Sketch("controls", "Controls", CONTROLS, panels, plot.CONTROL_SHEET)]
+
+
+VIEW = View(
+    columns=[measured_column(key) for key in ("pullback", "poisson", "residual")],
+    got=_got, wanted=limit, short=largest, sketches=_sketches, compared=_compared,
+)  # fmt: skip

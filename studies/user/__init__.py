@@ -1,0 +1,1 @@
+"""What a user's rule is asked: verify, compare, assertions for pytest."""

@@ -1,0 +1,163 @@
+"""Assertions on a rule for tests; a failure says the table, the cause and where the picture is.
+
+Each takes a rule and a scene, objects or words such as midpoint and my_rule.py:two_thirds, and
+raises `Missed` if the study does not pass. The pytest plugin hands them out as fixtures, which put
+their pictures into the test's own folder.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from discmech.integrators import BadInput, Discretisation, Scene
+
+from .. import get
+from ..core import lookup
+from ..core.case import Case, in_chart
+from ..core.running import run_case
+from ..core.study import Study, every_study
+
+Rule = Discretisation | str
+Where = Scene | str
+
+
+class Missed(AssertionError):
+    """What a method was asserted to have, and has not; `result` is the case, `picture` its file."""
+
+    def __init__(self, message: str, result: dict[str, Any], picture: Path | None) -> None:
+        self.result, self.picture = result, picture
+        super().__init__(message)
+
+
+def assert_order(
+    rule: Rule, scene: Where, order: int | None = None, *, digits: int = 50, **more: Any
+) -> dict[str, Any]:
+    """The measured order in (x, μ) is `order` (or the one that the rule has on the scene).
+
+    From both sides, within 0.05 in double precision and 0.01 with more digits. Returns the result.
+    """
+    __tracebackhide__ = True
+    return _assert(get("order"), rule, scene, digits, order=order, **more)
+
+
+def assert_converges(rule: Rule, scene: Where, *, digits: int = 50, **more: Any) -> dict[str, Any]:
+    """Errors against the certified reference sink with the step, at order 1 or more."""
+    __tracebackhide__ = True
+    return _assert(get("order"), rule, scene, digits, at_least=1, **more)
+
+
+def assert_symplectic(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
+    """Ω and the Poisson bracket are kept to round-off, also at the largest stable step."""
+    __tracebackhide__ = True
+    return _assert(get("symplecticity"), rule, scene, digits, **more)
+
+
+def assert_momentum(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
+    """Every momentum map and Casimir that the scene declares is kept over a long run."""
+    __tracebackhide__ = True
+    return _assert(get("momentum"), rule, scene, digits, **more)
+
+
+def assert_reversible(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
+    """The method is self-adjoint: a step back leads to the start, to round-off."""
+    __tracebackhide__ = True
+    return _assert(every_study()["reversibility"], rule, scene, digits, **more)
+
+
+def _assert(
+    study: Study,
+    rule: Rule,
+    scene: Where,
+    digits: int,
+    *,
+    order: int | None = None,
+    at_least: int | None = None,
+    steps: int | None = None,
+    retraction: str | None = None,
+    pictures: Path | None = None,
+) -> dict[str, Any]:
+    """Run one case and raise `Missed` unless it passes, or has the order asked for.
+
+    Raises `BadInput` for unknown names, and for a rule that the scene cannot use.
+    """
+    __tracebackhide__ = True
+    if order is not None and (type(order) is not int or order < 1):
+        raise BadInput(f"the order asked for is {order!r}: give a whole number from 1.")
+    try:
+        where = lookup.scene(scene) if isinstance(scene, str) else scene
+        where = where if retraction is None else in_chart(where, retraction)
+        asked = lookup.rule(rule) if isinstance(rule, str) else rule
+    except BadInput as error:
+        raise BadInput(str(error)) from None  # the traceback is the test's own
+    if order is not None or at_least is not None:
+        asked = replace(asked, order=order)  # so that it is what the cause is looked for
+    case = Case(study.name, where, asked, digits, steps)
+    result = run_case(study, case)
+    if result.get("unusable"):
+        raise BadInput(result["reason"])
+    if at_least is not None and not _at_least(result, at_least):
+        result = run_case(study, replace(case, rule=replace(asked, order=at_least)))  # the cause
+    if order is not None or at_least is not None:
+        _judge_order(result, order, at_least)
+    if result["verdict"] == "pass":
+        return result
+    picture = _picture(study.name, result, pictures)
+    shown = [f"{study.name}: {result['verdict']}: {result['reason']}", _table(study.name, result)]
+    shown += [f"picture: {picture}"] if picture else []
+    raise Missed("\n".join(shown), result, picture)
+
+
+def _at_least(result: dict[str, Any], order: int) -> bool:
+    found = result["measured"].get("order")
+    return found is not None and found >= order - result["expected"]["tolerance"]
+
+
+def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None) -> None:
+    """The verdict on an order that was asked for, whatever the rule has by derivation."""
+    found = result["measured"].get("order")
+    if found is None:
+        return  # failed or inconclusive: the study says why
+    tolerance = result["expected"]["tolerance"]
+    result["expected"] = {"order": order or at_least, "tolerance": tolerance}
+    if (abs(found - order) <= tolerance) if order else _at_least(result, at_least or 0):
+        result |= {"verdict": "pass", "reason": ""}
+    elif at_least or result["verdict"] == "pass":
+        wanted = f"{order}" if order else f"at least {at_least}"
+        cause = result.get("diagnosis")
+        more = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""
+        reason = f"the order is {found:.3f}, asked was {wanted}.{more}"
+        result |= {"verdict": "fail", "reason": reason}
+
+
+def _table(study: str, result: dict[str, Any]) -> str:
+    """The verdict table as text."""
+    from rich.console import Console
+
+    from ..report.tables import terminal_table
+
+    screen = Console(width=120, no_color=True, force_terminal=False)
+    with screen.capture() as captured:
+        shown = {**result, "reason": ""}
+        screen.print(
+            terminal_table({"study": study, "verdict": result["verdict"], "cases": [shown]})
+        )
+    return captured.get().rstrip()
+
+
+def _picture(study: str, result: dict[str, Any], folder: Path | None) -> Path | None:
+    """The study's figure of this case as a PNG file; None if it has none."""
+    from ..report.figures import plates
+
+    if not result["rows"]:
+        return None
+    drawn = plates([{"study": study, "cases": [result]}], {}, {})
+    if not drawn:
+        return None
+    folder = folder or Path(tempfile.mkdtemp(prefix="discmech-"))
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{study}-{result['scene']}-{result['rule'].replace(':', '-')}.png"
+    path.write_bytes(drawn[0].drawing.png)
+    return path

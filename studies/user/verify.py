@@ -1,0 +1,129 @@
+"""`discmech verify FILE.py`: every study that judges a rule, on scenes of every kind of groupoid.
+
+A rule's own file says what is to be verified; a scene that it defines joins in. Verdicts are told
+as they come.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
+
+from .. import NAMES, get
+from ..core import lookup
+from ..core.case import Choice, Progress, silent, worst
+from ..core.record import record
+from ..core.running import SCHEMA, Told, run_studies, unheard
+from ..core.store import Store
+
+#: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
+#: the quickest first, so that verdicts come soon, then those that take longest
+SCENES = ("kepler", "kirchhoff", "heavy-top", "wong", "rigid-body", "rotor-body")
+#: what a file with scenes and no rule is run with
+RULES = ("midpoint", "trapezoidal")
+
+
+def studies() -> tuple[str, ...]:
+    """The studies that judge a rule; those that take times are asked for by name."""
+    return tuple(name for name in NAMES if not get(name).alone)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is verified: files, and what may be chosen; empty means the usual."""
+
+    files: tuple[str, ...]
+    scenes: tuple[str, ...] = ()
+    studies: tuple[str, ...] = ()
+    digits: tuple[int, ...] = ()
+    steps: int | None = None
+    every_scene: bool = False
+    peers: tuple[str, ...] = ("none",)  # of work-precision
+
+    def rules(self) -> tuple[Discretisation, ...]:
+        """The rules of the files, or of the words; for scenes alone two well-known ones."""
+        from ..core.userfile import load
+
+        held = [w for w in self.files if not w.endswith(".py") or load(w).rules]
+        return lookup.rules(held or RULES)
+
+    def own_scenes(self) -> tuple[Scene, ...]:
+        """The scenes that the files define."""
+        from ..core.userfile import load
+
+        held = [w for w in self.files if w.endswith(".py") and load(w).scenes]
+        return lookup.scenes_of(held)
+
+    def choice(self) -> Choice:
+        """In objects; raises `BadInput` for unknown names, with the line for wrong files."""
+        rules, own = self.rules(), self.own_scenes()
+        if self.scenes:
+            chosen = lookup.scenes_of(self.scenes)
+        elif self.every_scene:
+            chosen = (*own, *scenes.all_scenes())
+        else:  # a file with scenes alone asks about these
+            alone = own and rules == lookup.rules(RULES)
+            chosen = own if alone else (*own, *map(scenes.get, SCENES))
+        return Choice(
+            scenes=chosen,
+            rules=rules,
+            digits=self.digits,
+            steps=self.steps,
+            own=(("peer", self.peers),),
+        )
+
+
+def verify(
+    request: Request,
+    progress: Progress = silent,
+    told: Told = unheard,
+    jobs: int | None = None,
+    store: Store | None = None,
+) -> dict[str, Any]:
+    """Run the studies; one result {"study": "verify", "verdict", "cases"}: cases name theirs.
+
+    "schemes" says of each scene and rule whether the method is self-adjoint, which is derived and
+    not judged: no rule declares it.
+
+    Raises `BadInput` for wrong files and names, and for rules that no chosen scene can use.
+    """
+    choice = request.choice()
+    asked = [get(name) for name in request.studies or studies()]
+    held = [study for study in asked if list(study.cases(choice))]
+    if not held:
+        needs = "; ".join(f"{study.name}: {study.needs}" for study in asked)
+        raise BadInput(f"no study applies to what was chosen ({needs}).")
+    results, schemes = run_studies(
+        held, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
+    )
+    return {**joined("verify", results), "schemes": schemes}
+
+
+def about_scheme(scheme: Scheme) -> dict[str, Any]:
+    """{"scene", "rule", "retraction", "self_adjoint"}; None where stages are not found."""
+    from discmech.integrators.geometry import StagesNotFound
+
+    try:
+        self_adjoint: bool | None = scheme.self_adjoint
+    except StagesNotFound:
+        self_adjoint = None
+    return {
+        "scene": scheme.scene.name,
+        "rule": scheme.rule.name,
+        "retraction": scheme.scene.groupoid.retraction,
+        "self_adjoint": self_adjoint,
+    }
+
+
+def joined(name: str, results: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The results of several studies as one, each case with its study."""
+    return {
+        "schema": SCHEMA,
+        "study": name,
+        "verdict": worst(r["verdict"] for r in results),
+        "record": record(sum(r["record"]["seconds"] for r in results), {}),
+        "cases": [{"study": r["study"], **case} for r in results for case in r["cases"]],
+    }

@@ -1,0 +1,123 @@
+"""Errors of a run in all that can be asked of it, and the floor that rounding puts under them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.errors import CannotMeasure
+
+from ..core.runs import energy_with_terms, relative_drifts, with_terms
+from .contestants import Problem, States
+
+#: what can be on the vertical axis of a work-precision diagram: key → words
+METRICS = {
+    "error": "error in (x, μ) at the end",
+    "error-x": "error in x at the end",
+    "error-mu": "error in μ at the end",
+    "error-max": "largest error in (x, μ)",
+    "error-x-max": "largest error in x",
+    "error-mu-max": "largest error in μ",
+    "energy": "relative energy error at the end",
+    "energy-max": "largest relative energy error",
+    "momentum": "relative drift of the momenta at the end",
+    "momentum-max": "largest relative drift of the momenta",
+}
+UNIT = 2.0**-53
+
+
+@dataclass(frozen=True)
+class _Path:
+    """States of a run as the functions of `runs` take them."""
+
+    t: np.ndarray
+    x: np.ndarray
+    mu: np.ndarray
+
+
+class Yardstick:
+    """What the states of a run are held against: reference, energy, momenta.
+
+    Errors in (x, μ), x and μ are ‖got − wanted‖₂ over ‖(x̂, μ̂)‖₂ at the same time; energy and
+    momenta are relative to the sum of the absolute values of their terms. `floors` holds, metric
+    by metric, the error that is left when nothing but the start is rounded to double precision.
+    """
+
+    def __init__(self, problem: Problem, equations: Any) -> None:
+        self.problem, self.n = problem, len(problem.scheme.x)
+        s = problem.scheme.s
+        self.reference: np.ndarray | None = None
+        self.floors: dict[str, float] = {}
+        if problem.checkpoints:
+            self.reference = _reference(problem)
+            self.floors |= self._rounded_start(equations)
+        self.energy = energy_with_terms(problem.scheme, 16)
+        kept = [q for q in problem.scene.symmetries if q.to_roundoff and not q.attitude]
+        self.momenta = [
+            with_terms(problem.scheme, q.formula(s.x, s.mu, s.parameters), 16) for q in kept
+        ]
+        for name in ("energy", "momentum") if kept else ("energy",):
+            self.floors |= {name: UNIT, f"{name}-max": UNIT}
+
+    def errors(self, states: States) -> dict[str, float]:
+        """Every metric that exists here; not finite where the run is not."""
+        found: dict[str, float] = {}
+        if self.reference is not None and len(states.checkpoints):
+            found |= self._against_reference(states.checkpoints - self.reference)
+        path = _Path(states.path[:, 0], states.path[:, : self.n], states.path[:, self.n :])
+        with np.errstate(all="ignore"):
+            drifts = [("energy", relative_drifts(self.energy(path), 16))]  # type: ignore[arg-type]
+            if self.momenta:
+                each = [relative_drifts(q(path), 16) for q in self.momenta]  # type: ignore[arg-type]
+                drifts.append(("momentum", np.max(each, axis=0)))
+        for name, drift in drifts:
+            found |= {name: float(drift[-1]), f"{name}-max": float(drift.max())}
+        return found
+
+    def _against_reference(self, gap: np.ndarray) -> dict[str, float]:
+        """Metrics of (k, n+m) differences at the checkpoints."""
+        assert self.reference is not None
+        size = np.linalg.norm(self.reference, axis=1)
+        parts = {"": gap, "-mu": gap[:, self.n :]} | ({"-x": gap[:, : self.n]} if self.n else {})
+        found: dict[str, float] = {}
+        for name, part in parts.items():
+            errors = np.linalg.norm(part, axis=1) / size
+            found |= {f"error{name}": float(errors[-1]), f"error{name}-max": float(errors.max())}
+        return found
+
+    def _rounded_start(self, equations: Any) -> dict[str, float]:
+        """The variational equation Ż = Df(z) Z tells what half a unit in each z₀ grows to."""
+        from scipy.integrate import solve_ivp
+
+        start = self.problem.start
+        size = len(start)
+
+        def field(t: float, y: np.ndarray) -> np.ndarray:
+            z, tangent = y[:size], y[size:].reshape(size, size)
+            return np.concatenate([equations.f(t, z), (equations.df(t, z) @ tangent).ravel()])
+
+        times = [float(t) for t in self.problem.times]
+        whole = np.concatenate([start, np.eye(size).ravel()])
+        found = solve_ivp(
+            field, (0.0, times[-1]), whole, method="DOP853", rtol=1e-6, atol=1e-9, t_eval=times
+        )
+        if not found.success:
+            raise CannotMeasure(f"the variational equation was not solved: {found.message}")
+        tangents = found.y[size:].T.reshape(-1, size, size)
+        rounding = UNIT * np.abs(start)
+        floors = self._against_reference(np.linalg.norm(tangents * rounding, axis=2))
+        # the result is rounded too
+        return {name: max(value, UNIT) for name, value in floors.items()}
+
+
+def _reference(problem: Problem) -> np.ndarray:
+    """Certified (x, μ) at the checkpoints, rounded once, (k, n+m)."""
+    from discmech.reference import solutions
+
+    found = solutions(problem.scene, problem.times, digits=20, proof=False)
+    worst = min(s.certain_digits for s in found)
+    if worst < 17:
+        raise CannotMeasure(f"the reference has {worst} certain digits where 17 are needed.")
+    return np.array([[float(v) for v in (*s.x, *s.mu)] for s in found])

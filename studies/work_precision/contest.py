@@ -1,0 +1,149 @@
+"""One race: every method climbs its ladder within a budget, then all runs are timed together."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import BadInput, StepFailure
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.rules import Discretisation
+from discmech.integrators.scene import Scene
+
+from ..core.case import Progress, scheme_of
+from .accuracy import METRICS, Yardstick
+from .contestants import Contestant, NoEnd, Problem, RuleContestant
+from .peers import peer
+from .peers.equations import Equations, equations_of
+from .racing import LEAST, race
+from .standings import Climb, crossovers, summary
+
+#: what can be on the horizontal axis: key → words
+WORK = {
+    "seconds": "run time",
+    "steps": "steps",
+    "evaluations": "evaluations of the right-hand side or of a kernel",
+    "iterations": "Newton iterations",
+}
+
+#: times the budget that the timing may take: the least rounds of all runs use up one (a ladder ends
+#: there), the rest is for runs whose median they leave unknown, if there are any
+REPEATING = 3
+GIVEN_UP = 4  # runs without an end within the budget: after as many no other is tried
+
+
+def hold_race(
+    scene: Scene,
+    rules: Sequence[Discretisation],
+    peers: Sequence[str],
+    *,
+    axes: tuple[str, str],
+    budget: float,
+    periods: int | None,
+    first: int | None,
+    progress: Progress,
+) -> dict[str, dict[str, Any]]:
+    """Per method {rows, measured, floor, ...}; see `studies.work_precision.measure`.
+
+    `budget`: seconds of the least timing for all methods together, of which they may take
+    `REPEATING` times as many until their medians are known. `first`: steps of the rules' first run.
+    """
+    scheme = scheme_of(scene, rules[0])
+    equations = equations_of(scheme)
+    problem = Problem(scene, scheme, scene.duration)
+    if periods is not None:
+        duration = Fraction(periods * characteristic_period(problem, equations))
+        problem = Problem(scene, scheme, duration.limit_denominator(64), checkpoints=0)
+    each = budget / (len(rules) + len(peers))
+    problem = replace(problem, patience=each)
+    yardstick = Yardstick(problem, equations)
+    if axes[1] not in yardstick.floors:
+        where = scene.name if periods is None else f"a race of {scene.name} over many periods"
+        known = ", ".join(m for m in METRICS if m in yardstick.floors)
+        raise BadInput(f"--y {axes[1]} does not exist in {where}: choose {known}.")
+    entrants: list[Contestant] = [RuleContestant(problem, rule, first) for rule in rules]
+    entrants += [peer(name, problem, equations) for name in peers]
+    climbs = []
+    for i, contestant in enumerate(entrants):
+        progress(f"{scene.name}: {contestant.name}", i / len(entrants) / 2)
+        climbs.append(climb(contestant, yardstick, axes[1], each))
+    progress(f"{scene.name}: timing", 0.5)
+    timed = [pair for each in climbs for pair in each.runs]
+    timings = race([run for _, run in timed], REPEATING * budget)
+    for (row, _), timing in zip(timed, timings, strict=True):
+        row |= {"seconds": timing.median, "seconds_low": timing.low, "seconds_high": timing.high,
+                "samples": timing.samples, "outliers": timing.outliers}  # fmt: skip
+    whole = {"floor": yardstick.floors, "duration": float(problem.duration), "periods": periods,
+             "crossovers": crossovers(climbs, axes)}  # fmt: skip
+    return {each.contestant.name: {**whole, **summary(each, climbs, axes)} for each in climbs}
+
+
+def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: float) -> Climb:
+    """Run the ladder until the error no longer sinks near its floor or the budget is used up.
+
+    The budget covers `LEAST` timed rounds of every run; a setting that would exceed it is cut, and
+    the row says so. What fails at one setting may go well at the next; but after `GIVEN_UP` runs
+    that came to no end within the budget no other is tried.
+    """
+    found = Climb(contestant)
+    left, before, growth = budget, 0.0, 2.0
+    best, since, endless = math.inf, 0, 0
+    for setting in contestant.ladder():
+        told = contestant.told(setting)
+        if endless == GIVEN_UP:
+            found.cut = f"{told['setting']}, since {endless} settings came to no end"
+            break
+        if before * growth * LEAST > left:
+            needed = before * growth
+            found.cut = f"{told['setting']}, about {needed:.2g} s"
+            break
+        row: dict[str, Any] = {**told, **dict.fromkeys((*METRICS, *WORK)), "cause": ""}
+        found.rows.append(row)
+        try:
+            run = contestant.prepare(setting)
+            states = run.states()
+        except (StepFailure, CannotMeasure, BadInput) as failure:
+            row["cause"] = getattr(failure, "cause", "") or str(failure)
+            endless += isinstance(failure, NoEnd)
+            continue
+        errors = {k: v for k, v in yardstick.errors(states).items() if math.isfinite(v)}
+        if metric not in errors:
+            row["cause"] = "the numbers are no longer finite"
+            continue
+        begun = time.process_time()
+        run()
+        seconds = time.process_time() - begun
+        growth = min(max(seconds / before, 1.2), 4.0) if before else 2.0
+        before, left = seconds, left - LEAST * seconds
+        row |= errors
+        row |= {"steps": states.steps, "evaluations": states.evaluations,
+                "iterations": states.iterations, "seconds": seconds}  # fmt: skip
+        found.runs.append((row, run))
+        since = 0 if errors[metric] < 0.7 * best else since + 1
+        best = min(best, errors[metric])
+        if since >= 3 and best < 1e4 * yardstick.floors[metric]:
+            break
+    return found
+
+
+def characteristic_period(problem: Problem, equations: Equations) -> float:
+    """2π/ω, with ω² the mean over the components of z = (x, μ) of ⟨żᵢ²⟩ / ⟨(zᵢ − z̄ᵢ)²⟩.
+
+    On the harmonic oscillator over whole periods this is its period. Components that stay
+    constant do not count.
+    """
+    scene = problem.scene
+    run = problem.scheme.flow(scene.step / 4).trajectory(4 * scene.steps_for(scene.step))
+    states = np.hstack([run.x, run.mu])
+    rates = np.array([equations.f(0.0, z) for z in states])
+    spread, speed = states.var(axis=0), (rates**2).mean(axis=0)
+    moving = spread > 1e-12 * (states**2).mean(axis=0)
+    if not moving.any():
+        raise CannotMeasure(f"{scene.name} is at rest: it has no period.")
+    return 2 * math.pi / math.sqrt(float((speed[moving] / spread[moving]).mean()))

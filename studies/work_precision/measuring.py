@@ -1,0 +1,175 @@
+"""Error against run time, steps and evaluations: every rule and its peers in one race a scene."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+from discmech.integrators import retractions
+from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import Discretisation
+from discmech.integrators.scene import Scene
+
+from ..core.case import Case, Choice, Progress, Verdict, silent
+from ..core.lookup import word_for
+from . import STUDY
+
+NAME = "work-precision"
+NEEDS = "it needs a Lagrangian that is quadratic in the velocity, and double precision."
+DIGITS = (16,)
+BUDGET, LONG_BUDGET, THOROUGH = 0.12, 0.5, 50  # seconds of timing a method; times as much
+LONG = ("pendulum", "kepler", "heavy-top")  # scenes of the long race that the report has
+PERIODS = 1000
+#: beside the built-in rules: of fourth and of eighth order, on every groupoid
+HIGH_ORDER = ("suzuki:trapezoidal", "kahan-li-8:trapezoidal")
+STALLED = 2.0**-26  # √ε: a method that ends above that, and above its floor, solves something else
+
+
+class Race:
+    """All methods on one scene, measured together when the first of them is asked for."""
+
+    def __init__(
+        self, scene: Scene, rules: list[Discretisation], choice: Choice, periods: int | None
+    ) -> None:
+        from .peers import chosen, on
+
+        self.scene, self.rules, self.choice, self.periods = scene, rules, choice, periods
+        self.peers = on(scene, chosen(choice.asked("peer", ()))[0])
+        self.progress: Progress = silent
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """What is drawn against what; over long times it is the energy that counts."""
+        x, y = self.choice.asked("x"), self.choice.asked("y")
+        return x or "seconds", y or ("error" if self.periods is None else "energy-max")
+
+    @property
+    def command(self) -> str:
+        """The words that make this race alone."""
+        choice = self.choice
+        words = ["discmech", NAME, shlex.quote(word_for(self.scene))]
+        words += [w for r in choice.rules for w in ("--rule", shlex.quote(word_for(r)))]
+        chart = self.scene.groupoid.retraction
+        words += ["--retraction", chart] if chart in retractions.BUILT_IN else []
+        words += [] if choice.steps is None else ["--steps", str(choice.steps)]
+        asked = dict(choice.own) | {"periods": self.periods}
+        return " ".join(words + [w for o in STUDY.options for w in o.words(asked.get(o.name))])
+
+    @cached_property
+    def results(self) -> dict[str, dict[str, Any]]:
+        """Per method what `measure` returns."""
+        from .contest import hold_race
+
+        usual = BUDGET if self.periods is None else LONG_BUDGET
+        each = self.choice.asked("budget") or usual * (THOROUGH if self.choice.thorough else 1)
+        return hold_race(
+            self.scene, self.rules, self.peers,
+            axes=self.axes, budget=each * (len(self.rules) + len(self.peers)),
+            periods=self.periods, first=self.choice.steps, progress=self.progress,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Entry(Case):
+    """One method of a race; its command is that of the race, within which alone it is timed."""
+
+    race: Race = field(kw_only=True)
+    method: str = field(kw_only=True)
+
+    @property
+    def label(self) -> str:
+        """The rule's name, or the peer's."""
+        return self.method
+
+    @property
+    def rules(self) -> list[Discretisation]:
+        """All that take part: times are those of one race."""
+        return self.race.rules
+
+    @property
+    def command(self) -> str:
+        """What runs the race again."""
+        return self.race.command
+
+
+def cases(choice: Choice) -> list[Case]:
+    """The methods of every scene's race: over its duration, or over `--periods` of its motion.
+
+    Where no scene is chosen, a few scenes run over a thousand periods as well.
+    """
+    if choice.digits and 16 not in choice.digits:
+        return []
+    found: dict[tuple[str, str | None], tuple[Scene, list[Discretisation]]] = {}
+    rules = choice.rules or (
+        *discretisations.BUILT_IN.values(), *map(discretisations.get, HIGH_ORDER)
+    )  # fmt: skip
+    for scene, rule in replace(choice, rules=rules).pairs():
+        if scene.lagrangian is not None:
+            found.setdefault(chart_of(scene), (scene, []))[1].append(rule)
+    races = [
+        Race(*scene_and_rules, choice, choice.asked("periods"))
+        for scene_and_rules in found.values()
+    ]
+    if choice.asked("periods") is None and not choice.scenes:
+        races += [Race(*found[key], choice, PERIODS) for key in found if key[0] in LONG]
+    return [
+        Entry(NAME, one.scene, one.rules[0], 16, choice.steps, race=one, method=method)
+        for one in races
+        for method in [*(rule.name for rule in one.rules), *one.peers]
+    ]
+
+
+def chart_of(scene: Scene) -> tuple[str, str | None]:
+    """A scene and the chart it is in: a race each."""
+    return scene.name, scene.groupoid.retraction
+
+
+def notes(choice: Choice) -> list[str]:
+    """What is to be said of the whole study: which peers are absent, and where."""
+    from .peers import SPLIT, chosen
+
+    present, absent = chosen(choice.asked("peer", ()))
+    return absent + [
+        f"{name} takes part where L = T(v) − V(x)." for name in present if name in SPLIT
+    ]
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows, one a setting: {setting, step or tolerance, `accuracy.METRICS`, `contest.WORK`,
+    seconds_low, seconds_high (quartiles), samples, outliers, cause (of a failure)}.
+
+    measured: {x, y, best, cost: {accuracy: work or None}, ratio: {accuracy: to the best peer},
+    cut: what was left out, setup: seconds to derive and compile}; floor: {metric: error};
+    kind: rule or peer; duration; periods.
+    """
+    assert isinstance(case, Entry)
+    case.race.progress = progress
+    return case.race.results[case.method]
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """A method must come to the truth: its errors sink until rounding or the budget ends them.
+
+    Errors that stop above √ε, and a thousand times above the floor, belong to another problem.
+    Time is never judged: where the budget left few runs, nothing speaks against the method.
+    """
+    metric = "error" if measurement["periods"] is None else "energy-max"
+    limit = max(STALLED, 1000 * measurement["floor"].get(metric, 0.0))
+    expected = {"limit": limit}
+    errors = [row[metric] for row in measurement["rows"] if row[metric] is not None]
+    if not errors:
+        causes = [row["cause"] for row in measurement["rows"] if row["cause"]]
+        why = causes[-1] if causes else measurement["measured"]["cut"]
+        reason = f"no run came to its end: {why}."
+        told = "pass" if measurement["kind"] == "peer" else "inconclusive"  # a peer may be too slow
+        return Verdict(told, reason, expected)
+    stalled = len(errors) >= 4 and min(errors[-2:]) > 0.7 * min(errors[:-2])
+    if min(errors) <= limit or not stalled:
+        return Verdict("pass", "", expected)
+    return Verdict(
+        "fail",
+        f"the errors stop sinking at {min(errors):.2g}: it solves another problem.",
+        expected,
+    )

@@ -1,0 +1,100 @@
+"""The work-precision diagram: error against work, one panel a race, all methods in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
+from ..report.labels import end_labels
+from ..report.palette import INK, MUTED, PAPER, Mark
+from ..report.typeset import figure_text
+from ..report.wording import Case, mapping, number, rows, rule_name, verdict
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+SHEET = Sheet(width=3.5, height=2.75, right=1.0)
+WORK = {
+    "seconds": "run time in seconds",
+    "steps": "steps",
+    "evaluations": "evaluations of the right-hand side or the kernel",
+    "iterations": "Newton iterations",
+}
+ERRORS = {
+    "error": "error in (x, μ) at the end",
+    "error-x": "error in x at the end",
+    "error-mu": "error in μ at the end",
+    "error-max": "largest error in (x, μ)",
+    "error-x-max": "largest error in x",
+    "error-mu-max": "largest error in μ",
+    "energy": "energy error at the end",
+    "energy-max": "largest energy error",
+    "momentum": "drift of the momenta at the end",
+    "momentum-max": "largest drift of the momenta",
+}
+Point = tuple[float, float, dict[str, Any]]
+
+
+def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
+    """One race; the axes are those that the race was held for."""
+    measured = mapping(cases[0], "measured")
+    x, y = str(measured.get("x") or "seconds"), str(measured.get("y") or "error")
+
+    def draw(axes: Axes) -> None:
+        curves = {rule_name(case): _points(case, x, y) for case in cases}
+        everything = [point for curve in curves.values() for point in curve]
+        if not everything:
+            note(axes, f"No points. {cases[0].get('reason') or ''}")
+            return
+        floor = number(mapping(cases[0], "floor").get(y))
+        log_axis(axes, "x", log_limits((work for work, _, _ in everything), 0.05), 5)
+        log_axis(axes, "y", log_limits([e for _, e, _ in everything] + [floor or 1.0], 0.05), 6)
+        labels = []
+        if floor:
+            axes.axhline(floor, color=INK, lw=0.7, ls=(0, (3, 2)))
+            axes.annotate(
+                figure_text("rounding of the start"), (0, floor), (2, 2), fontsize=6.4,
+                xycoords=axes.get_yaxis_transform(), textcoords="offset points",
+                ha="left", va="bottom", color=MUTED,
+            )  # fmt: skip
+        for crossing in cases[0].get("crossovers") or [] if x == "seconds" else []:
+            place = (crossing["work"], crossing["error"])
+            axes.plot(*place, ls="", marker="o", ms=8, mfc="none", mec=INK, mew=0.8, zorder=4)
+        for case in cases:
+            curve, mark = curves[rule_name(case)], marks[rule_name(case)]
+            if not curve:
+                continue
+            _curve(axes, curve, mark, x)
+            words = rule_name(case).replace(":", ":\n") + (
+                "" if verdict(case) == "pass" else f"\n({verdict(case)})"
+            )
+            labels.append((*curve[-1][:2], words, mark.colour))
+        end_labels(axes, labels)
+
+    spoken = f"{title}: {ERRORS.get(y, y)} against {WORK.get(x, x)} on logarithmic axes. "
+    spoken += "; ".join(rule_name(case) for case in cases)
+    return Panel(title, ERRORS.get(y, y), WORK.get(x, x), spoken, draw)
+
+
+def _points(case: Case, x: str, y: str) -> list[Point]:
+    """(work, error, row) in the order of the ladder; an error of zero cannot be drawn."""
+    found = [(number(row.get(x)), number(row.get(y)), row) for row in rows(case)]
+    return [(work, error, row) for work, error, row in found if work and error and error > 0]
+
+
+def _curve(axes: Axes, curve: list[Point], mark: Mark, x: str) -> None:
+    """The line, the quartiles of the times, hollow marks where outliers were seen."""
+    style: dict[str, Any] = {"color": mark.colour, "zorder": 2.5}
+    axes.plot(*zip(*(point[:2] for point in curve), strict=True), lw=0.9, ls=mark.dash, **style)
+    if x == "seconds":
+        for _, error, row in curve:
+            low, high = number(row.get("seconds_low")), number(row.get("seconds_high"))
+            if low and high:
+                axes.plot([low, high], [error, error], lw=2.2, alpha=0.4, **style)
+    for odd in (False, True):
+        chosen = [p[:2] for p in curve if bool(x == "seconds" and p[2].get("outliers")) is odd]
+        if chosen:
+            face: dict[str, Any] = {"mfc": PAPER} if odd else {}
+            axes.plot(*zip(*chosen, strict=True), ls="", marker=mark.marker, ms=3.2, mew=0.7,
+                      mec=mark.colour, **face, **style)  # fmt: skip

@@ -1,0 +1,100 @@
+"""How races are shown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ..report.palette import Mark
+from ..report.view import Sketch, Titles, View
+from ..report.wording import NONE, Case, duration, mapping, number, rows, scientific
+from . import plot
+
+WORK = (
+    "Error against run time: the median of interleaved rounds, with its quartiles as a bar; hollow "
+    "marks had outliers among their samples, which are kept. Rules of this bench have full lines, "
+    "other people's integrators dashed ones. A line ends where the error no longer sinks or where "
+    "the next run would exceed the budget. Dashed across: the error that rounding the start to "
+    "double precision alone makes, the floor for everybody."
+)
+LONG_WORK = (
+    "The same over many characteristic periods, where the energy is what counts: a method that "
+    "is not symplectic pays for time as well as for accuracy."
+)
+
+
+def _span(case: Case) -> str:
+    """The time that a race runs over."""
+    periods, end = case.get("periods"), number(case.get("duration"))
+    return f"{periods} periods" if periods else f"T = {end:g}" if end else NONE
+
+
+def _cost(accuracy: str) -> Callable[[Case], str]:
+    """What an accuracy costs, and how many times the best peer's cost that is."""
+
+    def text(case: Case) -> str:
+        measured = mapping(case, "measured")
+        value = number(mapping(measured, "cost").get(accuracy))
+        if value is None:
+            return NONE
+        timed = measured.get("x") == "seconds"
+        ratio = number(mapping(measured, "ratio").get(accuracy))
+        words = duration(value) if timed else f"{value:.3g}"
+        return words if ratio is None else f"{words} ({ratio:.2g}×)"
+
+    return text
+
+
+def _best(case: Case) -> str:
+    """The smallest error that was reached, how many settings failed and why, what was cut."""
+    measured = mapping(case, "measured")
+    causes = [str(row["cause"]) for row in rows(case) if row.get("cause")]
+    told = [f"{len(causes)} of {len(rows(case))} settings failed: {causes[-1]}"] if causes else []
+    told += [f"cut: {measured['cut']}"] if measured.get("cut") else []
+    words = scientific(measured.get("best"))
+    return f"{words} ({'; '.join(told)})" if told else words
+
+
+def _setup(case: Case) -> str:
+    """Seconds to derive and compile, apart from every run."""
+    seconds = number(mapping(case, "measured").get("setup"))
+    return NONE if seconds is None else duration(seconds)
+
+
+def _compared(case: Case) -> dict[str, Any]:
+    costs = case["measured"].get("cost") or {}
+    return {"costs": {float(a): seconds for a, seconds in costs.items() if seconds is not None}}
+
+
+def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
+    found = []
+    titled = (("work", "Work and precision"), ("work-long", "Work and precision, long runs"))
+    for long, (name, title) in enumerate(titled):
+        races: dict[tuple[str, object], list[Case]] = {}
+        for case in cases:
+            if (case.get("periods") is not None) == long:
+                races.setdefault((str(case.get("scene")), case.get("periods")), []).append(case)
+        panels = [
+            plot.panel(
+                titles.get(scene, scene) + (f", {periods} periods" if long else ""), own, known
+            )
+            for (scene, periods), own in races.items()
+        ]
+        found.append(Sketch(name, title, LONG_WORK if long else WORK, panels, plot.SHEET))
+    return found
+
+
+def _got(measured: dict[str, Any]) -> str:
+    return f"best {scientific(measured.get('best'))}"
+
+
+VIEW = View(
+    columns=[
+        ("Over", _span),
+        *((f"to {scientific(a)} (× best peer)", _cost(f"{a:.0e}")) for a in (1e-4, 1e-8, 1e-12)),
+        ("Best", _best),
+        ("Compiling", _setup),
+    ],
+    got=_got, wanted=lambda expected: f"sinks, or ≤ {scientific(expected.get('limit'))}",
+    sketches=_sketches, compared=_compared,
+)  # fmt: skip

@@ -1,0 +1,117 @@
+"""A new study is one new folder: its name, help, JSON, table and section of the report follow."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from discmech.studies.core.study import every_study
+
+ROOT = Path(__file__).resolve().parents[2]
+
+DECLARED = '''"""How far the start of each scene is from the origin."""
+
+from ..core.options import Option, whole
+from ..core.study import Study
+
+STUDY = Study(
+    name="distance",
+    package=__name__,
+    place=3.5,
+    title="Distance of the start",
+    summary="how far the start is from the origin",
+    measured="the length of x at the start",
+    judged="it is finite",
+    about="Nothing moves here. It can mislead: a start says nothing of the way.",
+    options=(Option("--power", "of the length", "P", whole("--power", 9)),),
+)
+'''
+
+MEASURING = '''"""The length of the start."""
+
+from ..core.case import Verdict, plain_cases
+
+NAME = "distance"
+NEEDS = "it needs a base."
+DIGITS = (16,)
+
+
+def cases(choice):
+    assert choice.asked("power", 2) in range(1, 10)
+    return [c for c in plain_cases(NAME, choice, DIGITS) if c.scene.x0]
+
+
+def measure(case, progress):
+    length = sum(float(e) ** 2 for e in case.scene.x0) ** 0.5
+    return {"measured": {"length": length}, "rows": [{"length": length}]}
+
+
+def judge(case, measurement):
+    return Verdict("pass", "", {"limit": 1e9})
+'''
+
+VIEW = '''"""How lengths are shown."""
+
+from ..report.view import View, measured_column
+from ..report.wording import limit
+
+VIEW = View(columns=[measured_column("length", "Length at the start")], wanted=limit)
+'''
+
+
+@pytest.fixture(scope="module")
+def discmech(tmp_path_factory):
+    """The command of a copy of the bench with one more folder in it."""
+    tree = tmp_path_factory.mktemp("tree")
+    for name in ("integrators", "reference", "studies", "reports/templates"):
+        shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "discmech.py", tree)
+    folder = tree / "studies" / "distance"
+    folder.mkdir()
+    for name, text in (("__init__", DECLARED), ("measuring", MEASURING), ("view", VIEW)):
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+
+    def run(*words):
+        command = [sys.executable, "-m", "discmech.studies.command", *words]
+        environment = os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+        done = subprocess.run(
+            command, cwd=tree, env=environment, capture_output=True, text=True, timeout=600
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    return run, tree
+
+
+def test_it_is_in_the_list_and_in_help(discmech):
+    run, _ = discmech
+    names = json.loads(run("list", "--json", "-"))["studies"]
+    assert names.index("distance") == names.index("energy") + 1
+    assert "how far the start is from the origin" in run("--help")
+    assert "--power P" in run("distance", "--help")
+
+
+def test_it_is_measured_and_is_in_the_report(discmech):
+    run, tree = discmech
+    asked = ("--rule", "midpoint", "--digits", "16", "--steps", "10")
+    found = json.loads(run("distance", "kepler", *asked, "--power", "3", "--json", "-"))
+    (case,) = found["cases"]
+    assert case["measured"]["length"] > 0 and found["command"].endswith("--power 3 --steps 10")
+    shown = run("report", "harmonic", *asked, "--folder", str(tree / "build"))
+    page = (tree / "build" / "index.html").read_text(encoding="utf-8")
+    for words in ("Distance of the start", "Length at the start", "a start says nothing"):
+        assert words in page
+    assert "distance: pass" in shown and (tree / "build/tables/distance.csv").exists()
+
+
+def test_the_readme_has_a_line_for_each_study():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for study in every_study().values():
+        if study.name != "reversibility":  # measured for `assert_reversible` alone
+            assert f"| {study.name} | {study.measured} | {study.judged} |" in readme
