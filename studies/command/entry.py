@@ -20,6 +20,7 @@ from ..core.store import Store
 from ..core.study import every_study
 from . import power, single_run, verifying
 from . import reference as references
+from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import add_choices, add_own, as_typed, choice_of, jobs
 from .output import EXIT, console, progress_shown, writable, writable_folder, write
 
@@ -71,6 +72,7 @@ def _parser() -> argparse.ArgumentParser:
                 "--folder", metavar="DIR",
                 help="write a page there, its figures (SVG, PNG) and its tables (CSV, TeX, JSON)",
             )  # fmt: skip
+            add_baselines(asked)
             asked.set_defaults(action=_study, study=study.name)
 
     verifying.add_to(commands)
@@ -111,11 +113,13 @@ def _study(options: argparse.Namespace) -> int:
 
     study = get(options.study)
     choice = choice_of(options)
+    before = earlier(options)
     writable(options.json)
     writable_folder(options.folder)
     with progress_shown() as show:
         result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
     result["command"] = as_typed(options)
+    notes = beside_baseline(options, result, before)
     if options.folder:
         from .report import write_study
 
@@ -124,11 +128,11 @@ def _study(options: argparse.Namespace) -> int:
         write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
     if options.json != "-":
         print_result(console(), result)
-        for note in result["notes"]:
+        for note in (*result["notes"], *notes):
             print(note)
         if options.folder:
             print(f"page: {page}")
-    return EXIT[result["verdict"]]
+    return FAIL if is_worse(result) else EXIT[result["verdict"]]
 
 
 def _report(options: argparse.Namespace) -> int:

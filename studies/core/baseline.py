@@ -1,0 +1,150 @@
+"""A result beside an earlier one that was saved under a name: worse, equal, better, or not to tell.
+
+Verdicts are compared, and figures that are measured with a spread: an order with the tolerance
+of its verdict, a time with its quartiles. Two figures differ where their spreads do not meet; times
+are compared only on one machine with equal versions.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from discmech.integrators import BadInput
+from discmech.integrators.compiler import cache_folder, write_atomically
+
+from .case import VERDICTS
+
+ANSWERS = ("worse", "cannot tell", "better", "equal")  # the order in which they are shown
+Result = dict[str, Any]
+
+
+def checked_name(name: str) -> str:
+    """A name that a baseline may have; raises `BadInput` for any other."""
+    if not re.fullmatch(r"[A-Za-z0-9][\w.-]{0,80}", name):
+        raise BadInput(f"a baseline's name is {name!r}: use letters, digits, dots and dashes.")
+    return name
+
+
+def path_of(name: str, study: str) -> Path:
+    """Where the result of a study is saved under a name."""
+    return cache_folder() / "baselines" / name / f"{study}.json"
+
+
+def save(name: str, result: Result) -> Path:
+    """Save a result under a name; an older one of that name and study is replaced."""
+    path = path_of(name, result["study"])
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, json.dumps(result))
+    except OSError as error:
+        raise BadInput(f"the baseline {name} cannot be saved ({path}: {error.strerror}).") from None
+    return path
+
+
+def load(name: str, study: str) -> Result | None:
+    """The result of a study that was saved under a name, or None if there is none.
+
+    Raises `BadInput` for a file that holds something else.
+    """
+    path = path_of(name, study)
+    if not path.exists():
+        return None
+    try:
+        found: Result = json.loads(path.read_text(encoding="utf-8"))
+        if found["study"] == study and found["cases"] and found["record"]:
+            return found
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    raise BadInput(
+        f"the baseline {name} of {study} is damaged ({path}): save it anew with --save-baseline."
+    )
+
+
+def compared(name: str, result: Result, before: Result) -> dict[str, Any]:
+    """{"name", "date", "commit", "environment", "lines"}: what became of each case.
+
+    A line has {"case", "command", "answer", "why"}, the worse ones first; `environment` names what
+    else is different, as (what, then, now). Raises `BadInput` if there is no common case.
+    """
+    then, now = _cases(before), _cases(result)
+    if not then.keys() & now.keys():
+        raise BadInput(f"the baseline {name} of {result['study']} has none of these cases.")
+    environment = list(_differences(before["record"], result["record"]))
+    lines = [_line(key, then.get(key), now.get(key), bool(environment)) for key in now | then]
+    return {
+        "name": name,
+        "date": before["record"].get("date"),
+        "commit": before["record"].get("commit"),
+        "environment": environment,
+        "lines": sorted(lines, key=lambda line: ANSWERS.index(line["answer"])),
+    }
+
+
+def _cases(result: Result) -> dict[tuple[str, str], Result]:
+    return {(str(case["rule"]), str(case["command"])): case for case in result["cases"]}
+
+
+def _differences(then: Result, now: Result) -> Iterator[tuple[str, str, str]]:
+    """Versions and machines that are not the same."""
+    told = ("date", "seconds", "settings", "commit", "clean", "discmech")
+    for what in dict.fromkeys([*then, *now]):
+        if what not in told and then.get(what) != now.get(what):
+            yield what, str(then.get(what)), str(now.get(what))
+
+
+def _line(
+    key: tuple[str, str], then: Result | None, now: Result | None, elsewhere: bool
+) -> dict[str, Any]:
+    case = now or then or {}
+    words = ", ".join(str(case[k]) for k in ("scene", "rule", "retraction", "digits") if case[k])
+    answer, why = _answer(then, now, elsewhere)
+    return {"case": words, "command": key[1], "answer": answer, "why": why}
+
+
+def _answer(then: Result | None, now: Result | None, elsewhere: bool) -> tuple[str, str]:
+    if then is None or now is None:
+        return "cannot tell", "it is not in the baseline" if then is None else "it is not here now"
+    was, is_ = then["verdict"], now["verdict"]
+    if was != is_:
+        worse = VERDICTS.index(is_) < VERDICTS.index(was)
+        return "worse" if worse else "better", f"{was}, now {is_}"
+    found = [(_side(a, _spreads(now)[what]), what, a, _spreads(now)[what])
+             for what, a in _spreads(then).items() if what in _spreads(now)]  # fmt: skip
+    timed = [line for line in found if line[1].startswith("time")]
+    for side in ("worse", "better"):
+        for one, what, a, b in found:
+            if one == side and not (elsewhere and what.startswith("time")):
+                return side, f"{what}: {_shown(a)}, now {_shown(b)}"
+    if elsewhere and timed:
+        return "cannot tell", "times of another machine or of other versions"
+    return "equal", ""
+
+
+#: least and largest of a figure, as distances from what is best
+Spread = tuple[float, float]
+
+
+def _spreads(case: Result) -> dict[str, Spread]:
+    """The figures of a case that have a spread; smaller is better."""
+    found: dict[str, Spread] = {}
+    order, wanted = case["measured"].get("order"), case["expected"].get("order")
+    if order is not None and wanted is not None:
+        gap, room = abs(order - wanted), case["expected"]["tolerance"]
+        found["distance from the expected order"] = max(gap - room, 0.0), gap + room
+    for row in case["rows"]:
+        if row.get("seconds_low") is not None:
+            what = row.get("setting", row.get("variant"))
+            found[f"time at {what}"] = row["seconds_low"], row["seconds_high"]
+    return found
+
+
+def _side(then: Spread, now: Spread) -> str:
+    return "worse" if now[0] > then[1] else "better" if now[1] < then[0] else "equal"
+
+
+def _shown(spread: Spread) -> str:
+    return f"{spread[0]:.3g} to {spread[1]:.3g}"

@@ -1,0 +1,122 @@
+"""A baseline says what became worse, better, or cannot be told, and never calls noise a change."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+
+import pytest
+
+from discmech.integrators import BadInput
+from discmech.studies.core import baseline
+
+
+def case(rule="midpoint", verdict="pass", order=2.001, rows=(), **more):
+    return {"scene": "kepler", "rule": rule, "retraction": None, "digits": 16, "verdict": verdict,
+            "command": f"discmech order kepler --rule {rule}", "rows": list(rows),
+            "expected": {"order": 2, "tolerance": 0.05}, "measured": {"order": order},
+            **more}  # fmt: skip
+
+
+def result(*cases, **record):
+    record = {"cpu": "one", "sympy": "1", "date": "d", "commit": "c", "seconds": 1.0} | record
+    return {"study": "order", "cases": list(cases), "record": record}
+
+
+def timed(low, high):
+    return case(rows=[{"setting": "h = 0.1", "seconds_low": low, "seconds_high": high}])
+
+
+def answers(then, now):
+    return [line["answer"] for line in baseline.compared("b", now, then)["lines"]]
+
+
+@pytest.mark.parametrize(("then", "now", "answer"), [
+    (case(), case(), "equal"),
+    (case(), case(verdict="fail"), "worse"),
+    (case(), case(verdict="inconclusive"), "worse"),
+    (case(verdict="inconclusive"), case(verdict="fail"), "worse"),
+    (case(verdict="fail"), case(), "better"),
+    (case(order=2.001), case(order=2.04), "equal"),  # within what the verdict allows
+    (case(order=2.0), case(order=1.8), "worse"),
+    (case(order=1.8), case(order=2.0), "better"),
+    (case(order=None), case(order=2.0), "equal"),
+    (timed(1.0, 1.2), timed(1.1, 1.3), "equal"),
+    (timed(1.0, 1.2), timed(1.3, 1.4), "worse"),
+    (timed(1.0, 1.2), timed(0.7, 0.9), "better"),
+])  # fmt: skip
+def test_the_answer(then, now, answer):
+    assert answers(result(then), result(now)) == [answer]
+
+
+def test_times_of_another_machine_cannot_be_told_and_the_difference_is_named():
+    then, now = result(timed(1.0, 1.2)), result(timed(9.0, 9.1), cpu="two")
+    found = baseline.compared("b", now, then)
+    assert [line["answer"] for line in found["lines"]] == ["cannot tell"]
+    assert found["environment"] == [("cpu", "one", "two")]
+    worse = result(case(verdict="fail"), cpu="two")  # a verdict depends on no machine
+    assert answers(then, worse) == ["worse"]
+
+
+def test_the_worse_come_first_and_cases_of_one_side_cannot_be_told():
+    then = result(case("a"), case("b"), case("c"), case("d", verdict="fail"))
+    now = result(case("a"), case("e"), case("c", verdict="fail"), case("d"))
+    assert answers(then, now) == ["worse", "cannot tell", "cannot tell", "better", "equal"]
+
+
+def test_a_baseline_of_other_cases_is_refused():
+    with pytest.raises(BadInput, match="none of these cases"):
+        baseline.compared("b", result(case("a")), result(case("b")))
+
+
+@pytest.mark.parametrize("name", ["", "../x", "a/b", "a b", ".hidden", "x" * 99])
+def test_a_name_is_a_name(name):
+    with pytest.raises(BadInput, match="a baseline's name is"):
+        baseline.checked_name(name)
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(baseline, "cache_folder", lambda: tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("damage", ["", "{}", "[1]", '{"study": "order"}', "half of"])
+def test_a_damaged_one_is_refused_and_an_absent_one_is_none(kept, damage):
+    assert baseline.load("b", "order") is None
+    path = baseline.save("b", result(case()))
+    assert baseline.load("b", "order") == result(case())
+    path.write_text(damage)
+    with pytest.raises(BadInput, match="damaged"):
+        baseline.load("b", "order")
+
+
+def test_a_full_disk_is_a_sentence(kept, monkeypatch):
+    def full(path, text):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(baseline, "write_atomically", full)
+    with pytest.raises(BadInput, match="No space left on device"):
+        baseline.save("b", result(case()))
+
+
+def test_from_the_command_line(kept, ask):
+    words = ("order", "harmonic", "--rule", "rectangle", "--digits", "16", "--baseline", "main")
+    code, out, _ = ask(*words)
+    assert code == 0 and "saved as the baseline main (there was none)" in out
+    code, out, _ = ask(*words)
+    assert code == 0 and "beside main" in out and "1 equal" in out
+    saved = baseline.load("main", "order")
+    better = deepcopy(saved)
+    better["cases"][0]["measured"]["order"] = saved["cases"][0]["expected"]["order"] + 0.2
+    baseline.save("main", better)
+    assert "better" in ask(*words)[1]
+    saved["cases"][0]["verdict"], saved["cases"][0]["measured"]["order"] = "inconclusive", None
+    baseline.save("main", saved)
+    assert ask(*words)[0] == 0
+    code, out, _ = ask(*words, "--save-baseline", "main")
+    assert "saved as the baseline main:" in out
+    worse = deepcopy(baseline.load("main", "order"))
+    worse["cases"][0]["command"] += " and more"
+    baseline.save("main", worse)
+    assert ask(*words)[0] == 2  # of other cases
+    assert ask(*words[:-1], "../x")[0] == 2
