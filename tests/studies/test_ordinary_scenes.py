@@ -10,8 +10,8 @@ from discmech.integrators import Scene, Scheme, midpoint, pair, trapezoidal
 from discmech.integrators.equations import absolute_terms
 from discmech.integrators.scene import Conserved
 from discmech.studies import get
-from discmech.studies.case import Case
-from discmech.studies.runs import energy_errors, energy_with_terms
+from discmech.studies.core.case import Case
+from discmech.studies.core.runs import energy_errors, energy_with_terms
 
 
 def chain_of_pendulums(links: int) -> Scene:
