@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Sequence
 from functools import partial
+from types import FunctionType
 from typing import Any
 
 from .llvm_values import Value, chosen, combined, mapped, negated, register
@@ -19,18 +20,15 @@ STATEMENTS = (ast.Assign, ast.AugAssign, ast.Return, ast.Expr, ast.If, ast.Break
 CONDITIONS = {"_chosen": chosen, "_combined": combined, "_negated": negated}
 
 
-def runnable(module: Any, node: ast.FunctionDef) -> Callable[..., Any]:
-    """What a function of a module's text does: Python's own function if its path is known."""
+def runnable(module: Any, node: ast.FunctionDef, function: FunctionType) -> Callable[..., Any]:
+    """What a function of a module's text does: Python's own `function` if its path is known."""
+    if not any(_steers(n) for n in ast.walk(node) if n not in (node, node.body[-1])):
+        return FunctionType(function.__code__, module.names)
     node.decorator_list = []
     _Language().generic_visit(node)
     ast.fix_missing_locations(node)
-    if any(_branches(n) for n in ast.walk(node) if n is not node.body[-1]):
-        often = _assigned_often(node)
-        return lambda *arguments: Scope(module, node, often).call(arguments)
-    outer = module.names[node.name]
-    exec(compile(ast.Module([node], []), "<kernels>", "exec"), module.names)
-    function, module.names[node.name] = module.names[node.name], outer
-    return function
+    often = _assigned_often(node)
+    return lambda *arguments: Scope(module, node, often).call(arguments)
 
 
 class Scope:
@@ -210,9 +208,14 @@ def _counts(node: Any) -> bool:
     return isinstance(call, ast.Call) and getattr(call.func, "id", "") == "range"
 
 
-def _branches(node: Any) -> bool:
+def _steers(node: Any) -> bool:
     """Whether the path through a function may depend on numbers there."""
-    return _counts(node) or isinstance(node, (ast.If, ast.While, ast.Return))
+    if isinstance(node, ast.Assign):
+        return len(node.targets) > 1
+    if isinstance(node, ast.comprehension):
+        return bool(node.ifs)
+    steering = isinstance(node, (ast.stmt, ast.IfExp, ast.BoolOp, ast.Not))
+    return steering and not isinstance(node, ast.Expr)
 
 
 def _assigned_often(node: ast.FunctionDef) -> set[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from typing import Any
@@ -39,21 +39,21 @@ class Module:
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
         self.names = {**names, **functions, **CONDITIONS, "int": whole,
                       "workspace": self._workspace}  # fmt: skip
-        self.arguments: dict[str, list[str]] = {}
         for node in ast.parse(text).body:
             if isinstance(node, ast.FunctionDef):
-                self.arguments[node.name] = [a.arg for a in node.args.args]
-                self.names[node.name] = self._function(node)
+                self.names[node.name] = self._function(node, names[node.name])
             else:
                 exec(compile(ast.Module([node], []), "<kernels>", "exec"), self.names)
 
-    def _function(self, node: ast.FunctionDef) -> Callable[..., Any]:
+    def _function(self, node: ast.FunctionDef, function: Any) -> Callable[..., Any]:
         """What a function's name stands for while instructions are written."""
         if node.name in self.foreign:
             return partial(self._foreign, node.name)
         words = decorators(node)
         fast, shared = next((kind for word, kind in KINDS.items() if word in words), ("", False))
-        run = cache(partial(runnable, self, node))  # a text has more functions than are called
+        run = cache(
+            partial(runnable, self, node, function)
+        )  # a text has more functions than are called
 
         def inline(*arguments: Any) -> Any:
             before, self.routine.fast = self.routine.fast, fast
@@ -67,14 +67,14 @@ class Module:
         """All that was written."""
         return "\n".join([*self.declared.values(), *self.written])
 
-    def export(self, name: str, arrays: Mapping[str, Array]) -> None:
+    def export(self, name: str, parameters: Sequence[str], arrays: Mapping[str, Array]) -> None:
         """Write a function for callers outside: `arrays` by their names, else whole numbers.
 
         What it returns, whole numbers, is stored through one more pointer.
         """
         routine = self.routine
         given = [replace(arrays.get(a, Value("i")), name=f"%{a}", routine=routine)
-                 for a in self.arguments[name]]  # fmt: skip
+                 for a in parameters]  # fmt: skip
         out = Array("i", "%.out", routine=routine)
         for i, value in enumerate(self.names[name](*given)):
             out[i] = value

@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ..numbers import evaluate_at, needed, random_point
+import numpy as np
+
+from ..numbers import evaluate_at, needed, random_point, symbols_of
 from .system import System
 
 #: what a kernel leaves out where it can
@@ -25,7 +27,7 @@ def is_affine(system: System) -> bool:
     Decided by comparing the slope at two random w, with x, h and parameters unchanged.
     """
     letters = {*system.w, *(z for d in system.definitions for z in d.letters)}
-    if not set().union(*(e.free_symbols for e in system.slope)) & letters:
+    if not symbols_of(system.slope) & letters:
         return True
     symbols, small = [*system.x, *system.w, *system.q], (*system.w, system.q[0])
     first, other = (random_point(symbols, small=small, seed=i) for i in (0, 1))
@@ -45,17 +47,18 @@ def pivot_rows(system: System) -> list[int]:
     So a step looks for none; where it is a poor choice Newton only takes more corrections.
     """
     m = len(system.w)
+    rows = list(range(m))
     if m <= 3:
-        return list(range(m))
-    from scipy.linalg import lu_factor
-
+        return rows
     small = (*system.w, system.q[0])
     point = random_point([*system.x, *system.w, *system.q], small)
-    numbers = list(map(float, _at(system, point, 17)))
-    _, swaps = lu_factor([numbers[m * i : m * i + m] for i in range(m)])
-    rows = list(range(m))
-    for i, j in enumerate(swaps):
-        rows[i], rows[j] = rows[j], rows[i]
+    left = np.array(_at(system, point, 17), dtype=float).reshape(m, m)
+    for p in range(m):
+        best = p + int(np.argmax(abs(left[p:, p])))
+        rows[p], rows[best] = rows[best], rows[p]
+        left[[p, best]] = left[[best, p]]
+        if left[p, p]:
+            left[p + 1 :] -= np.outer(left[p + 1 :, p] / left[p, p], left[p])
     return rows
 
 

@@ -6,7 +6,16 @@ Importing this package loads neither sympy nor gmpy2.
 from __future__ import annotations
 
 from .arithmetic import Arithmetic, Double, Multiple, arithmetic
-from .definitions import Definition, Function, inlined, needed, replaced, symbols_of, written_out
+from .definitions import (
+    Definition,
+    Function,
+    inlined,
+    needed,
+    parts_of,
+    replaced,
+    symbols_of,
+    written_out,
+)
 from .differentiation import jacobian
 from .evaluation import evaluate, evaluate_at, evaluate_matrix, number
 from .exact import (
@@ -42,7 +51,7 @@ __all__ = [
     "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
     "exact_rational", "exact_vector", "first_violation", "flatten", "floats_exact",
     "function_text", "inlined", "is_zero", "jacobian", "listed", "needed", "newton",
-    "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque",
+    "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
     "random_columns", "random_point", "register", "registered_function", "replaced", "run_text",
     "shown", "symbols_of", "sympy", "to_sympy", "with_tables", "written_out",
 ]  # fmt: skip

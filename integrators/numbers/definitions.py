@@ -49,15 +49,20 @@ class Definition:
         return (inner - own - set(self.function.arguments)) | symbols_of(self.arguments)
 
 
-def symbols_of(expressions: Iterable[Expression]) -> set[Letter]:
-    """All free symbols of the expressions; each subexpression is looked at once."""
+def parts_of(expressions: Iterable[Expression]) -> set[Expression]:
+    """All subexpressions, each looked at once: sympy's `atoms` visits shared ones again."""
     seen, pending = set[Any](), list(expressions)
     while pending:
         e = pending.pop()
         if e not in seen:
             seen.add(e)
             pending += e.args
-    return {e for e in seen if e.is_Symbol}
+    return seen
+
+
+def symbols_of(expressions: Iterable[Expression]) -> set[Letter]:
+    """All symbols of the expressions."""
+    return {e for e in parts_of(expressions) if e.is_Symbol}
 
 
 def replaced(expressions: Iterable[Expression], swap: Replacement) -> list[Expression]:

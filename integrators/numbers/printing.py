@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
 from .arithmetic import FUNCTIONS, refused
@@ -74,7 +75,7 @@ class Coefficients:
                 contents, rest = map(list, zip(*map(_primitive, rest), strict=True))
                 constant = [c for c in (*constant, *contents) if c != 1]
             if not constant:
-                return e.func(*rest)
+                return e.func(*rest) if rest != list(e.args) else e
             part = e.func(*constant)
             return e.func(part if part.is_Integer else self.symbol(part), *rest)
         if isinstance(e, sympy.Pow) and isinstance(2 * e.exp, sympy.Integer):
@@ -84,6 +85,7 @@ class Coefficients:
         return e.func(*[self.hoist(a) for a in e.args])
 
 
+@lru_cache(maxsize=4096)  # few sums are factors of many terms
 def _primitive(factor: Expression) -> tuple[Expression, Expression]:
     """(c, f) with factor = c·f: 3a − 3b and b − a become the a − b that is computed anyway."""
     base, exponent = factor.as_base_exp()

@@ -10,7 +10,16 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from ..numbers import Arithmetic, InArithmetic, collect, entry, register, registered_function, sympy
+from ..numbers import (
+    Arithmetic,
+    InArithmetic,
+    collect,
+    entry,
+    parts_of,
+    register,
+    registered_function,
+    sympy,
+)
 from ..numbers.types import Column, Expression, Letter, Number, Numbers
 
 
@@ -57,7 +66,7 @@ def _registered(most: int) -> str:
 @collect
 def together(expressions: list[Expression]) -> list[Expression]:
     """The expressions with each c_k(z) as an entry of one call (c_0, …, c_K)(z), K = 3, 7, 11 …"""
-    values = set().union(*(e.atoms(_class()) for e in expressions))
+    values = {e for e in parts_of(expressions) if isinstance(e, _class())}
     if not values:
         return expressions
     table = sympy.Function(_registered(max(int(c.args[0]) for c in values) | 3), real=True)

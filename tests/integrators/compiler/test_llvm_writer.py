@@ -134,4 +134,4 @@ def test_division_by_zero_is_a_number():
 def test_what_is_not_of_the_language_is_refused(line):
     text = f"def advance(a):\n    {line}\n    return 0, 0\n"
     with pytest.raises(AssertionError, match="not of the language"):
-        compiled("test", text, {}, ARRAYS)
+        compiled("test", text, run_text(text, {}), ARRAYS)
