@@ -65,7 +65,7 @@ class MatrixAlgebra:
 
     def hat(self, xi: Expressions) -> SymbolicMatrix:
         """The N×N sympy matrix ξ^γ e_γ of the coordinates ξ (length m)."""
-        return sum((c * e for c, e in zip(xi, self._matrices, strict=True)), sympy.zeros(self.size))
+        return sum((c * e for c, e in zip(xi, self.matrices, strict=True)), sympy.zeros(self.size))
 
     def coordinates(self, matrix: SymbolicMatrix) -> Column:
         """The m×1 coordinates of an N×N sympy matrix that lies in the algebra."""
@@ -87,14 +87,14 @@ class MatrixAlgebra:
         return all(entry == 0 or sympy.simplify(entry) == 0 for entry in rest)
 
     @cached_property
-    def _matrices(self) -> list[SymbolicMatrix]:
+    def matrices(self) -> list[SymbolicMatrix]:
         """The basis with sympy's numbers; floats and complex ones are their exact values."""
         return [sympy.Matrix(e).applyfunc(floats_exact) for e in self.basis]
 
     @cached_property
     def dual(self) -> SymbolicMatrix:
         """The m×N² matrix that reads coordinates off a matrix (least squares, exact)."""
-        columns = sympy.Matrix([list(e) for e in self._matrices]).T
+        columns = sympy.Matrix([list(e) for e in self.matrices]).T
         gram = columns.H * columns
         if gram.det() == 0:
             raise BadInput(
@@ -111,7 +111,7 @@ class MatrixAlgebra:
         """
         constants = [sympy.zeros(self.dim) for _ in range(self.dim)]
         for m, n in combinations(range(self.dim), 2):
-            a, b = self._matrices[m], self._matrices[n]
+            a, b = self.matrices[m], self.matrices[n]
             bracket = a * b - b * a
             if not self.contains(bracket):
                 raise BadInput(
@@ -177,7 +177,7 @@ class MatrixAlgebra:
 
         Tested by polarisation on e_a e_c e_b + e_b e_c e_a.
         """
-        es = self._matrices
+        es = self.matrices
         pairs = combinations_with_replacement(es, 2)
         return all(self.contains(a * e * b + b * e * a) for a, b in pairs for e in es)
 

@@ -198,7 +198,7 @@ def groupoid_maps(
 
 @lru_cache(maxsize=64)
 def _maps(groupoid: Groupoid, numbers: Arithmetic) -> Callable[..., Any]:
-    s = groupoid._symbols
+    s = groupoid.symbols
     x, u, v, h = s["x"], s["u"], s["v"], s["h"]
     b, p = groupoid.target(x, u, h), groupoid.product(x, u, v, h)
     slopes = [jacobian(b, w) for w in (x, u)] + [jacobian(p, w) for w in (x, u, v)]

@@ -58,7 +58,7 @@ class Element:
     @cached_property
     def fields(self) -> tuple[SymbolicMatrix, SymbolicMatrix]:
         """(h e_γ g, h g e_γ) as columns, N²×m each: e→ and e← on the letters."""
-        h, basis = self.s.h, self.groupoid.algebra._matrices
+        h, basis = self.s.h, self.groupoid.algebra.matrices
         right = [(h * e * self.g).reshape(self.size**2, 1) for e in basis]
         left = [(h * self.g * e).reshape(self.size**2, 1) for e in basis]
         return sympy.Matrix.hstack(*right), sympy.Matrix.hstack(*left)
@@ -73,7 +73,7 @@ class Element:
     def left(self) -> SymbolicMatrix:
         """Columns: the left-invariant fields at g = τ(hu) B in the chart's u, L(u) Ad_B, m×m."""
         algebra, (B, inverse) = self.groupoid.algebra, self.s.translate
-        adjoint = [algebra.coordinates(B * e * inverse) for e in algebra._matrices]
+        adjoint = [algebra.coordinates(B * e * inverse) for e in algebra.matrices]
         return self.groupoid.L(self.s.x, self.s.u, self.s.h) * sympy.Matrix.hstack(*adjoint)
 
     def discrete_lagrangian(self, rule: Discretisation) -> Expression:
@@ -94,7 +94,7 @@ class Element:
     def inversion(self, x: Column, g: SymbolicMatrix, h: Expression) -> SymbolicMatrix:
         """−g⁻¹: what a rule takes for the u of the inverse arrow is −ι."""
         adjugate = g.adjugate()
-        if all(e.trace() == 0 for e in self.groupoid.algebra._matrices):
+        if all(e.trace() == 0 for e in self.groupoid.algebra.matrices):
             return -adjugate  # det g = 1
         return -adjugate / g.det()
 

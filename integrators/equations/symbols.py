@@ -43,7 +43,7 @@ class SceneSymbols:
         #: the discrete Lagrangian that the scene gives itself, or None
         self.given = scene.discrete_lagrangian
         self._lagrangian, self._fast = scene.lagrangian, scene.fast
-        own = scene.groupoid._symbols
+        own = scene.groupoid.symbols
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
         self.y = vector("y", scene.groupoid.dim_x)
         self.mu = vector("mu", scene.groupoid.dim_u)

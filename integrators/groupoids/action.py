@@ -34,8 +34,8 @@ class ActionGroupoid(RetractionGroupoid):
 
     @cached_property
     def _increment(self) -> Column:
-        """The increment in `_symbols`: x·(e + d) − x is cancelled while d is still symbols."""
-        s, size = self._symbols, self.algebra.size
+        """The increment in `symbols`: x·(e + d) − x is cancelled while d is still symbols."""
+        s, size = self.symbols, self.algebra.size
         d = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"d_{i}_{j}"))
         increment = (self.moved(s["x"], sympy.eye(size) + d) - s["x"]).applyfunc(sympy.cancel)
         values = dict(zip(d, self.displacement(s["u"], s["h"]), strict=True))
@@ -47,12 +47,12 @@ class ActionGroupoid(RetractionGroupoid):
 
     @cached_property
     def _anchor(self) -> SymbolicMatrix:
-        """ρ̂(x) in `_symbols`."""
+        """ρ̂(x) in `symbols`."""
         size = self.algebra.size
         g = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"g_{i}_{j}"))
-        slopes = self.moved(self._symbols["x"], g).jacobian(g.reshape(size**2, 1))
+        slopes = self.moved(self.symbols["x"], g).jacobian(g.reshape(size**2, 1))
         slopes = slopes.subs(dict(zip(g, sympy.eye(size), strict=True)))
-        columns = [slopes * e.reshape(size**2, 1) for e in self.algebra._matrices]
+        columns = [slopes * e.reshape(size**2, 1) for e in self.algebra.matrices]
         return sympy.Matrix.hstack(*columns).applyfunc(sympy.cancel)
 
     def point_slope(
@@ -72,8 +72,8 @@ class ActionGroupoid(RetractionGroupoid):
 
     @lru_cache(maxsize=32)  # noqa: B019 - a handful of groupoids live as long as the program
     def _partial(self, theta: Expression) -> FieldPair:
-        """The retraction's lag and lead at θ, in `_symbols`."""
-        arguments = self.algebra, self._symbols["h"] * self._symbols["u"], theta
+        """The retraction's lag and lead at θ, in `symbols`."""
+        arguments = self.algebra, self.symbols["h"] * self.symbols["u"], theta
         return self.tau.lag(*arguments), self.tau.lead(*arguments)
 
 

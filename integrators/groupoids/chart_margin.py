@@ -30,7 +30,7 @@ def chart_extents(groupoid: Any, x: Column, u: Column, h: Expression) -> Extents
 
 def chart_reach(groupoid: Any) -> float:
     """The size (`chart_extents`) at which a run leaves its chart (`Retraction.reach`)."""
-    s = groupoid._symbols
+    s = groupoid.symbols
     groups = (group for group, _ in groupoid.group_parts(s["x"], s["u"], s["h"]))
     return min((group.tau.reach(group.algebra) for group in groups), default=math.inf)
 

@@ -99,7 +99,7 @@ class ConnectionGroupoid(ProductGroupoid):
 
     @cached_property
     def _inversion(self) -> Column:
-        return -self._symbols["u"]
+        return -self.symbols["u"]
 
     # -- the connection -------------------------------------------------------------------------
 
@@ -113,7 +113,7 @@ class ConnectionGroupoid(ProductGroupoid):
 
     @cached_property
     def _matrix(self) -> SymbolicMatrix:
-        """A(x) in `_symbols`, k×n."""
+        """A(x) in `symbols`, k×n."""
         n, k = (g.dim_u for g in self.parts)
 
         def entries(x: Column) -> list[Expression]:
@@ -123,12 +123,12 @@ class ConnectionGroupoid(ProductGroupoid):
             return list(given)
 
         label = f"{self.name}: A(x)"
-        return column_of(entries, k * n, label, self._symbols["x"]).reshape(k, n)
+        return column_of(entries, k * n, label, self.symbols["x"]).reshape(k, n)
 
     @cached_property
     def _slopes(self) -> SymbolicMatrix:
         """∂A^a_i/∂x^j in row a + k·i, column j."""
-        return self._matrix.vec().jacobian(self._symbols["x"])
+        return self._matrix.vec().jacobian(self.symbols["x"])
 
     def _along(self, x: Column, w: Column) -> SymbolicMatrix:
         """∂(A(x) w)/∂x at fixed w, k×n."""

@@ -71,7 +71,7 @@ class Groupoid(ABC):
 
     @cached_property
     def _inverse_left(self) -> SymbolicMatrix:
-        s = self._symbols
+        s = self.symbols
         return self.L(s["x"], s["u"], s["h"]).inv(method="ADJ").applyfunc(sympy.cancel)
 
     def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
@@ -144,7 +144,8 @@ class Groupoid(ABC):
     # -- derivation -------------------------------------------------------------------------
 
     @cached_property
-    def _symbols(self) -> dict[str, Any]:
+    def symbols(self) -> dict[str, Any]:
+        """The letters of derived expressions: columns x (n×1), u and v (m×1), and the step h."""
         lengths = {"x": self.dim_x, "u": self.dim_u, "v": self.dim_u}
         vectors = {
             letter: sympy.Matrix(n, 1, [sympy.Symbol(f"{letter}_{i}", real=True) for i in range(n)])
@@ -154,8 +155,8 @@ class Groupoid(ABC):
 
     @cached_property
     def derived(self) -> dict[str, Any]:
-        """ρ, L, R and C by differentiating b and p, in `_symbols`; closed forms must equal them."""
-        x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
+        """ρ, L, R and C by differentiating b and p, in `symbols`; closed forms must equal them."""
+        x, u, v, h = (self.symbols[k] for k in ("x", "u", "v", "h"))
         at_u0, at_v0 = dict.fromkeys(u, 0), dict.fromkeys(v, 0)
         b, p = self.target(x, u, h), self.product(x, u, v, h)
         rho = b.jacobian(u).subs(at_u0) if self.dim_x else sympy.zeros(0, self.dim_u)
@@ -171,7 +172,7 @@ class Groupoid(ABC):
     @cached_property
     def left_is_identity(self) -> bool:
         """Whether L = 1 everywhere, so that velocities are dw/dθ itself."""
-        s = self._symbols
+        s = self.symbols
         return bool(self.L(s["x"], s["u"], s["h"]) == sympy.eye(self.dim_u))
 
     @cached_property
@@ -190,7 +191,7 @@ class Groupoid(ABC):
     @cached_property
     def _inversion(self) -> Column:
         """Closed form of ι: −u if that solves p = 0, else the solution if p is affine in v."""
-        x, u, v, h = (self._symbols[k] for k in ("x", "u", "v", "h"))
+        x, u, v, h = (self.symbols[k] for k in ("x", "u", "v", "h"))
         if all(sympy.simplify(entry) == 0 for entry in self.product(x, u, -u, h)):
             return -u
         numerators = self.product(x, u, v, h).applyfunc(lambda e: e.together().as_numer_denom()[0])
@@ -200,9 +201,9 @@ class Groupoid(ABC):
         return slope.LUsolve(-numerators.subs(dict.fromkeys(v, 0))).applyfunc(sympy.cancel)
 
     def _at(self, expression: SymbolicMatrix, **values: Any) -> SymbolicMatrix:
-        """Put values (vectors or numbers, by the names of `_symbols`) into a derived matrix."""
+        """Put values (vectors or numbers, by the names of `symbols`) into a derived matrix."""
         pairs: Replacement = {}
         for name, value in values.items():
-            symbol = self._symbols[name]
+            symbol = self.symbols[name]
             pairs |= {symbol: value} if name == "h" else dict(zip(symbol, value, strict=True))
         return expression.xreplace(pairs) if len(expression) else expression

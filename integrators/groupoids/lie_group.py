@@ -75,7 +75,7 @@ class RetractionGroupoid(Groupoid):
 
     @cached_property
     def _inverse_left(self) -> SymbolicMatrix:
-        s = self._symbols
+        s = self.symbols
         return self._fitting.inverse_left_field(self.algebra, s["h"] * s["u"])
 
     def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
@@ -84,12 +84,12 @@ class RetractionGroupoid(Groupoid):
 
     @cached_property
     def _fields(self) -> FieldPair:
-        s = self._symbols
+        s = self.symbols
         return self._fitting.invariant_fields(self.algebra, s["h"] * s["u"])
 
     @cached_property
     def _inversion(self) -> Column:
-        s = self._symbols
+        s = self.symbols
         return self.tau.inverse(self.algebra, s["h"] * s["u"]) / s["h"]
 
 

@@ -55,7 +55,7 @@ class LocalGroupoid(Groupoid):
     def _inversion(self) -> Column:
         if self._inverse is None:
             return super()._inversion
-        x, u, h = (self._symbols[k] for k in ("x", "u", "h"))
+        x, u, h = (self.symbols[k] for k in ("x", "u", "h"))
         return column_of(self._inverse, self.dim_u, f"{self.name}: inverse", x, u, h)
 
 

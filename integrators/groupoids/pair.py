@@ -61,7 +61,7 @@ class PairGroupoid(Groupoid):
 
     @cached_property
     def _inversion(self) -> Column:
-        return -self._symbols["u"]
+        return -self.symbols["u"]
 
 
 def pair(n: int) -> PairGroupoid:

@@ -125,7 +125,7 @@ class ProductGroupoid(Groupoid):
 
     @cached_property
     def _inversion(self) -> Column:
-        s = self._symbols
+        s = self.symbols
         if any(g._inversion is None for g in self.parts):
             return None
         return sympy.Matrix.vstack(*self._both("inversion", s["x"], s["u"], s["h"]))

@@ -123,7 +123,7 @@ def _factors(algebra: MatrixAlgebra, xi: Column) -> tuple[Polynomials, Polynomia
 def _between(algebra: MatrixAlgebra, left: Polynomials, right: Polynomials) -> Polynomials:
     """The m×m matrix of η ↦ left·η·right in coordinates, over the ring of the factors."""
     real = algebra.real
-    read, *basis = (_over_ring(matrix) for matrix in (real.dual, *real._matrices))
+    read, *basis = (_over_ring(matrix) for matrix in (real.dual, *real.matrices))
     left, right, read, *basis = left.unify(right, read, *basis, fmt="dense")
     columns = [(left * e * right).to_list_flat() for e in basis]
     flat = left.from_list(list(map(list, zip(*columns, strict=True))), left.domain)

@@ -198,7 +198,7 @@ RETRACTION_MAPS = {"displacement": 1, "invariant_fields": 1, "inverse_left_field
 def _in_groupoid(fault: Fault, given: Any, name: str) -> Any:
     """A copy of the groupoid with a slip in one of its maps."""
     groupoid = _fresh(given)
-    letters = given._symbols
+    letters = given.symbols
     arguments = [letters[a] for a in MAPS[name]]
     changed = _changed(fault, getattr(given, name)(*arguments), letters["h"])
 
@@ -221,7 +221,7 @@ def _in_retraction(fault: Fault, given: Any, name: str) -> Any:
         Matrix(symbols(f"{letter}_:{algebra.dim}", real=True))
         for letter in ("u", "v")[: RETRACTION_MAPS[name]]
     ]
-    changed = _changed(fault, getattr(tau, name)(algebra, *letters), given._symbols["h"])
+    changed = _changed(fault, getattr(tau, name)(algebra, *letters), given.symbols["h"])
 
     def map_(_: Any, *values: Any) -> Any:
         pairs = [(s, e) for z, w in zip(letters, values, strict=True) for s, e in zip(z, w)]  # noqa: B905

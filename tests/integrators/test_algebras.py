@@ -134,7 +134,7 @@ def test_su2_is_so3():
 def test_complex_matrices_have_real_coordinates():
     """Cayley on su(2): fields, product and ι are real expressions, elements unitary."""
     g = lie_group(su(2))
-    s = g._symbols
+    s = g.symbols
     none = sympy.zeros(0, 1)
     for matrix in (g.L(none, s["u"], s["h"]), g.R(none, s["u"], s["h"])):
         assert all(entry.is_real and not entry.has(sympy.I) for entry in matrix)

@@ -119,7 +119,7 @@ def test_closed_forms_are_the_derivatives(g, stratum, h):
 def test_closed_forms_are_the_derived_ones_identically(name):
     """Of those that state them and are small; a groupoid given by b and p has none to compare."""
     g = GROUPOIDS[name]
-    s = g._symbols
+    s = g.symbols
     x, u, h = s["x"], s["u"], s["h"]
     derived = g.derived
     assert vanishes(g.rho(x, h) - derived["rho"])
@@ -148,7 +148,7 @@ def along(field, function, x):
 def test_the_algebroid(g):
     """C antisymmetric, Jacobi with the anchor, and the anchor a morphism: [ρe_a, ρe_b] = C ρ."""
     h, m = Rational(2, 5), g.dim_u
-    x = g._symbols["x"]
+    x = g.symbols["x"]
     at = dict(zip(x, arrows(g, "generic", h, seed=3)["x"], strict=True))
     rho = g.rho(x, h)
     C = g.structure_functions(x, h)
@@ -171,7 +171,7 @@ def test_the_algebroid(g):
 def test_a_bracket_that_depends_on_the_point_and_one_with_a_trace_are_among_them():
     """The list is not too tame: C(x) not constant, and C not unimodular, both occur."""
     framed, h = GROUPOIDS["framed plane"], Rational(1)
-    x = framed._symbols["x"]
+    x = framed.symbols["x"]
     assert set().union(*(c.free_symbols for c in framed.structure_functions(x, h)))
     affine = GROUPOIDS["affine group"].structure_functions(zeros(0, 1), h)
     assert [sum(affine[c][a, c] for c in range(2)) for a in range(2)] != [0, 0]
@@ -219,7 +219,7 @@ class Fields:
 
     def __init__(self, g, h):
         self.g, self.h = g, h
-        self.x, self.u = g._symbols["x"], g._symbols["u"]
+        self.x, self.u = g.symbols["x"], g.symbols["u"]
         self.z = Matrix([*self.x, *self.u])
         L, R, rho = g.L(self.x, self.u, h), g.R(self.x, self.u, h), g.rho(self.x, h)
         self.left = [zeros(g.dim_x, 1).col_join(L[:, a]) for a in range(g.dim_u)]
@@ -300,7 +300,7 @@ def test_fields_on_the_points_of_a_step(name, stratum, theta):
     m = g.dim_u
     point = arrows(g, stratum, h)
     x, u = point["x"], point["u"]
-    s = g._symbols
+    s = g.symbols
     z = Matrix(g.dim_x, 1, [Symbol(f"z_{i}") for i in range(g.dim_x)])
     values = {
         **dict(zip(z, g.target(x, u, theta * h), strict=True)),

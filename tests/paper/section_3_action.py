@@ -144,7 +144,7 @@ def product_of_both() -> Iterator[Claim]:
         product=lambda x, u, v, h: [u[0] + v[0], *compose(u[1:, :], v[1:, :], h)],
         name="pair × so(3)",
     )
-    s = G._symbols
+    s = G.symbols
     x, u, h = s["x"], s["u"], s["h"]
     yield same("ρ", G.rho(x, h), Matrix([[h, 0, 0, 0]]))
     w = h * Rational(1, 2) * point(u)[1]

@@ -87,7 +87,7 @@ def local_maps() -> Iterator[Claim]:
 def fields() -> Iterator[Claim]:
     one = Matrix.eye(2)
     yield same("left", G.derived["L"], one)
-    yield same("right, along x", -G.derived["rho"].subs(G._symbols["h"], h), -h * one)
+    yield same("right, along x", -G.derived["rho"].subs(G.symbols["h"], h), -h * one)
     yield same("right, along u", G.derived["R"], one)
 
 
@@ -191,7 +191,7 @@ def own(L_d: Any) -> Any:
     found = at_target(by_fields(L_d)).replace(Function("V"), lambda *at: quartic(at)).doit()
     # the bench's mass matrix need not be symmetric: its symmetric part acts
     mass = (own_mass + own_mass.T) / 2
-    return found.subs([*zip(M, mass, strict=True), (h, G._symbols["h"])]).doit()
+    return found.subs([*zip(M, mass, strict=True), (h, G.symbols["h"])]).doit()
 
 
 def quartic(at: Any) -> Any:

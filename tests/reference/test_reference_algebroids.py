@@ -23,7 +23,7 @@ def scene_on(groupoid, **changes):
 def test_anchor_and_structure_functions(name):
     """Two derivations, from matrices and maps here, from b and p or closed forms there."""
     g = GROUPOIDS[name]
-    x = g._symbols["x"]
+    x = g.symbols["x"]
     at = {symbol: Rational(2 * i + 3, 7 + i) for i, symbol in enumerate(x)}
     found = algebroid_of(scene_on(g), x)
     h = Rational(3, 4)

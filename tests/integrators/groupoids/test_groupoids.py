@@ -109,7 +109,7 @@ def test_an_inverse_that_cannot_be_found_is_asked_for():
         return [Symbol("unused") * 0 + u[0] + v[0] + h * (u[0] ** 2 * v[0] + u[0] * v[0] ** 2)]
 
     g = LocalGroupoid(0, 1, target=lambda x, u, h: [], product=cubic, name="cubic")
-    s = g._symbols
+    s = g.symbols
     assert g.inversion(s["x"], s["u"], s["h"]) == -s["u"]  # odd charts need no solving
 
     def skew(x, u, v, h):
@@ -117,7 +117,7 @@ def test_an_inverse_that_cannot_be_found_is_asked_for():
 
     g = LocalGroupoid(0, 1, target=lambda x, u, h: [], product=skew, name="skew")
     with pytest.raises(BadInput, match=r"skew: no closed form of the inversion .*inverse=lambda"):
-        g.inversion(g._symbols["x"], g._symbols["u"], g._symbols["h"])
+        g.inversion(g.symbols["x"], g.symbols["u"], g.symbols["h"])
 
 
 # -- shapes and names -----------------------------------------------------------------------------

@@ -107,7 +107,7 @@ def test_the_exponential_ends_at_a_whole_turn_of_ad(name):
 def test_what_a_run_watches_is_never_farther_from_the_edge_than_it_is(name):
     """Exactly as far, where the exponential has closed forms."""
     group = lie_group(ALGEBRAS[name], exponential)
-    s, generator = group._symbols, np.random.default_rng(2)
+    s, generator = group.symbols, np.random.default_rng(2)
     extents = chart_extents(group, s["x"], s["u"], s["h"])
     for _ in range(5):
         u = generator.normal(size=group.dim_u)
