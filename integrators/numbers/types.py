@@ -24,6 +24,8 @@ Replacement: TypeAlias = dict[Letter, Expression]
 Exact: TypeAlias = Any
 #: a number of an arithmetic: float or gmpy2's mpfr
 Number: TypeAlias = Any
+#: a number of mpmath
+Mpf: TypeAlias = Any
 #: numbers of an arithmetic in an array, of one and of two dimensions
 Vector: TypeAlias = np.ndarray
 Numbers: TypeAlias = Sequence[Number] | np.ndarray

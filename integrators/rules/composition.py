@@ -19,6 +19,7 @@ from typing import Any
 
 from ..errors import BadInput, unknown
 from ..numbers import LazyModule, sympy
+from ..numbers.types import Column, Expression, Letter, Mpf
 from .discretisation import Discretisation
 
 mpmath: Any = LazyModule("mpmath")
@@ -28,7 +29,7 @@ mpmath: Any = LazyModule("mpmath")
 class Substep:
     """A step of size coefficient(digits)·h by the rule, or by its adjoint."""
 
-    coefficient: Callable[[int], Any]
+    coefficient: Callable[[int], Mpf]
     adjoint: bool = False
 
 
@@ -42,16 +43,16 @@ class Method:
 
     name: str
     order: int
-    halves: Callable[[int], list[Any]]
+    halves: Callable[[int], list[Mpf]]
     source: str
     in_turn: bool = False
 
-    def coefficients(self, digits: int) -> list[Any]:
+    def coefficients(self, digits: int) -> list[Mpf]:
         """All coefficients in the order in which they are applied, as mpf."""
         half = self.halves(digits)
         return [*half, *reversed(half if self.in_turn else half[:-1])]
 
-    def defect(self, digits: int) -> Any:
+    def defect(self, digits: int) -> Mpf:
         """The largest violation of Σ (α^i + (−1)^{i+1} β^i) = δ_{i1}, i ≤ order, as mpf.
 
         Necessary for Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … to be of that order, whatever Φ of order 1 is
@@ -79,7 +80,7 @@ class Method:
         sizes = (partial(self._size, i, len(both)) for i in indices)
         return tuple(Substep(size, adjoint) for size in sizes for adjoint in both)
 
-    def _size(self, index: int, divisor: int, digits: int) -> Any:
+    def _size(self, index: int, divisor: int, digits: int) -> Mpf:
         with mpmath.workdps(digits + 10):
             return self.coefficients(digits)[index] / divisor
 
@@ -95,11 +96,11 @@ class Composition(Discretisation):
     method: Method = field(kw_only=True)
 
 
-def _halves(formula: Callable[..., list[Any]]) -> Callable[..., Callable[[int], list[Any]]]:
+def _halves(formula: Callable[..., list[Mpf]]) -> Callable[..., Callable[[int], list[Mpf]]]:
     """Decorator: `Method.halves` from a formula, which is evaluated with ten guard digits."""
 
-    def with_arguments(*arguments: Any) -> Callable[[int], list[Any]]:
-        def halves(digits: int) -> list[Any]:
+    def with_arguments(*arguments: Any) -> Callable[[int], list[Mpf]]:
+        def halves(digits: int) -> list[Mpf]:
             with mpmath.workdps(max(digits, 64) + 10):
                 return formula(*arguments)
 
@@ -109,21 +110,21 @@ def _halves(formula: Callable[..., list[Any]]) -> Callable[..., Callable[[int], 
 
 
 @_halves
-def _jump(count: int) -> list[Any]:
+def _jump(count: int) -> list[Mpf]:
     """γ₁ = 1/(c − c^{1/3}) c times and 1 − cγ₁ in their middle: order 4 from order 2."""
     first = 1 / (count - mpmath.root(count, 3))
     return [*[first] * (count // 2), 1 - count * first]
 
 
 @_halves
-def _table(numbers: str) -> list[Any]:
+def _table(numbers: str) -> list[Mpf]:
     """The numbers and what is missing to 1 in the middle of the palindrome."""
     first = [mpmath.mpf(n) for n in numbers.split()]
     return [*first, 1 - 2 * sum(first)]
 
 
 @_halves
-def _splitting(a: str, b: str) -> list[Any]:
+def _splitting(a: str, b: str) -> list[Mpf]:
     """β₁ = a₁, α₁ = b₁ − a₁, β₂ = a₂ − α₁, …: the half of a palindromic splitting ABA."""
     flow_a, flow_b = ([mpmath.mpf(n) for n in part.split()] for part in (a, b))
     flow_b.append(mpmath.mpf(1) / 2 - sum(flow_b))
@@ -222,7 +223,7 @@ def adjoint(rule: Discretisation) -> Discretisation:
     """The rule of the adjoint, L_d*(x, u; h) = −L_d(b(x, u), −ι(x, u); −h): Φ* = (Φ₋ₕ)⁻¹."""
 
     @wraps(rule.formula)
-    def formula(L: Any, G: Any, x: Any, u: Any, h: Any, *s: Any) -> Any:
+    def formula(L: Any, G: Any, x: Column, u: Column, h: Letter, *s: list[Column]) -> Expression:
         # put into what the rule made of letters: given expressions, it may read other coefficients
         value = sympy.sympify(rule.formula(L, G, x, u, h, *s)).doit()
         end, back = G.target(x, u, h), -G.inversion(x, u, h)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import BadInput
+from ..numbers.types import Column, Expression, Letter
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,9 @@ class Discretisation:
             return False
         return scene.fast is not None or not self.splits
 
-    def __call__(self, L: Any, G: Any, x: Any, u: Any, h: Any, *s: Any) -> Any:
+    def __call__(
+        self, L: Any, G: Any, x: Column, u: Column, h: Letter, *s: list[Column]
+    ) -> Expression:
         return self.formula(L, G, x, u, h, *s)
 
 
@@ -81,7 +84,7 @@ def discretisation(
     return make
 
 
-def _given(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
+def _given(L: Any, G: Any, x: Column, u: Column, h: Letter) -> Expression:
     return L.discrete(x, u, h)
 
 

@@ -12,12 +12,13 @@ In the basis of Legendre polynomials s_j is of size h^j and a constant mass matr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
 from ..errors import BadInput
 from ..numbers import sympy
+from ..numbers.types import Column, Expression, Letter
 from .discretisation import Discretisation
 from .quadrature import NodeValue
 
@@ -56,7 +57,9 @@ def _galerkin(family: str, nodes: int, degree: int, order: int) -> Discretisatio
             f"{family} with {nodes!r} nodes: give a whole number from {least} to {MOST_NODES}."
         )
 
-    def formula(L: Any, G: Any, x: Any, u: Any, h: Any, s: Any = ()) -> Any:
+    def formula(
+        L: Any, G: Any, x: Column, u: Column, h: Letter, s: Sequence[Column] = ()
+    ) -> Expression:
         total = 0
         for i in range(nodes):
             w, dw = _value(G, family, nodes, i, "c") * u, u
@@ -77,7 +80,7 @@ def _galerkin(family: str, nodes: int, degree: int, order: int) -> Discretisatio
     )
 
 
-def _value(G: Any, family: str, nodes: int, i: int, what: str, degree: int = 0) -> Any:
+def _value(G: Any, family: str, nodes: int, i: int, what: str, degree: int = 0) -> Expression:
     """A number at node i: exact at the ends and the middle, mirrored in the right half."""
     mirror = nodes - 1 - i
     middle, end = i == mirror, family == "lobatto" and i == 0

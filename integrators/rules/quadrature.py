@@ -7,11 +7,13 @@ symmetrically, so that P_j(1 − θ) = (−1)^j P_j(θ) and Q_j(1 − θ) = −(
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 from ..numbers import LazyModule
+from ..numbers.types import Mpf
 
 mpmath: Any = LazyModule("mpmath")
 
@@ -29,7 +31,7 @@ class NodeValue:
     what: str
     degree: int = 0
 
-    def __call__(self, digits: int) -> Any:
+    def __call__(self, digits: int) -> Mpf:
         """The number as mpf with that many certain digits."""
         with mpmath.workdps(digits + 15):
             c, b = rule(self.family, self.count, digits + 15)[self.node]
@@ -42,7 +44,7 @@ class NodeValue:
 
 
 @lru_cache(maxsize=64)
-def rule(family: str, count: int, digits: int) -> tuple[tuple[Any, Any], ...]:
+def rule(family: str, count: int, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
     """(node, weight) in order, of "gauss" (count ≥ 1) or "lobatto" (count ≥ 2)."""
     with mpmath.workdps(digits + 10):
         if family == "gauss":
@@ -61,7 +63,7 @@ def rule(family: str, count: int, digits: int) -> tuple[tuple[Any, Any], ...]:
         return tuple(((1 + x) / 2, b) for x, b in zip(roots, weights, strict=True))
 
 
-def _legendre(n: int, x: Any) -> tuple[Any, Any]:
+def _legendre(n: int, x: Mpf) -> tuple[Mpf, Mpf]:
     """P_n and P_n′ at x; at ±1 only P_n."""
     before, here = 0 * x, 1 + 0 * x
     for k in range(n):
@@ -69,13 +71,13 @@ def _legendre(n: int, x: Any) -> tuple[Any, Any]:
     return here, (n * (before - x * here) / (1 - x**2) if abs(x) != 1 else None)
 
 
-def _slope_of_legendre(n: int, x: Any) -> tuple[Any, Any]:
+def _slope_of_legendre(n: int, x: Mpf) -> tuple[Mpf, Mpf]:
     """P_n′ and P_n″ at x, by Legendre's equation."""
     value, slope = _legendre(n, x)
     return slope, (2 * x * slope - n * (n + 1) * value) / (1 - x**2)
 
 
-def _root(function: Any, n: int, x: Any) -> Any:
+def _root(function: Callable[..., tuple[Mpf, Mpf]], n: int, x: Mpf) -> Mpf:
     """The root of function(n, ·) nearest to x, by Newton."""
     for _ in range(60):
         value, slope = function(n, x)
