@@ -1,166 +1,200 @@
-"""Jacobians over boxes: ball arithmetic on arrays of doubles, differentiated forward on the tape.
+"""Balls: centre and radius, by arb, which rounds outwards whatever it computes.
 
-A ball is a centre c and a radius r >= |true - c|, elementwise. Roundings of c are added to r; the
-machine's elementary functions are taken to be right to four units in the last place. A ball that
-proves nothing has r = inf or nan.
+Nothing else is trusted where a bound is called proven. What comes from elsewhere enters exactly
+(mpfr numbers, doubles, fractions) or is enclosed (other constants); what leaves is a ball's end.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import lru_cache, reduce
 from typing import TYPE_CHECKING, Any
 
-from .tape import INTEGRALS, Linear
+import flint
+from flint import arb, arb_mat, fmpq
+
+from .agreement import EXACT
+from .failures import Unproven
 
 if TYPE_CHECKING:
-    from .series import SeriesProgram
-
-ULPS = 2.0**-50
-UP = 1 + 2.0**-48
-TINY = 2.0**-1000
-
-
-@dataclass(frozen=True)
-class Ball:
-    """Centre and radius, arrays of one shape."""
-
-    c: Any
-    r: Any
-
-    def __add__(self, other: Ball) -> Ball:
-        return ball(self.c + other.c, self.r + other.r)
-
-    def __mul__(self, other: Ball) -> Ball:
-        spread = abs(self.c) * other.r + self.r * (abs(other.c) + other.r)
-        return ball(self.c * other.c, spread)
-
-    def scaled(self, factor: Ball) -> Ball:
-        """Each row (last axis) times its own factor."""
-        return self * Ball(factor.c[..., None], factor.r[..., None])
-
-    def low(self) -> Any:
-        """A lower bound of |true|: nan if zero is not excluded."""
-        import numpy as np
-
-        least = (abs(self.c) - self.r) / UP
-        return np.where(least > 0, least, np.nan)
-
-
-def ball(c: Any, r: Any) -> Ball:
-    """With room for the rounding of c and of r."""
-    return Ball(c, r * UP + abs(c) * ULPS + TINY)
-
-
-def constant(value: Any) -> Ball:
-    """An exact number."""
-    import numpy as np
     import sympy
 
-    c = np.float64(float(sympy.sympify(value).evalf(30)))
-    return ball(c, abs(c) * ULPS)
+    from .series import SeriesProgram
+    from .tape import Linear
+
+BITS = 64  # of the arithmetic of bounds
 
 
-def jacobian(program: SeriesProgram, centre: Any, radius: Any) -> tuple[Any, Any]:
-    """The partial derivatives of the rates over boxes: centres and radii, (lanes, rates, n).
+def working(bits: int = BITS) -> Any:
+    """While this lasts, centres have so many bits."""
+    return flint.ctx.workprec(bits)
 
-    ``centre`` and ``radius`` are (lanes, n): row k is the box |z - centre| <= radius.
+
+def exact(value: Any) -> Any:
+    """An int, mpf or mpfr number, exactly; what is not finite is nan, which bounds nothing."""
+    import gmpy2
+
+    if isinstance(value, int):
+        return arb(value)
+    if hasattr(value, "man_exp"):
+        mantissa, exponent = value.man_exp
+    elif gmpy2.is_finite(value):
+        mantissa, exponent = value.as_mantissa_exp()
+    else:
+        return arb.nan()
+    return arb((int(mantissa), int(exponent)))
+
+
+def rounded(number: Any) -> Any:
+    """The end of a ball as an mpfr number, rounded as the current context says."""
+    import gmpy2
+
+    if not number.is_finite():
+        return gmpy2.mpfr("nan")
+    mantissa, exponent = map(int, number.man_exp())
+    return gmpy2.mpfr(gmpy2.mpq(mantissa) * gmpy2.mpq(2) ** exponent)
+
+
+def enclosed(number: sympy.Expr) -> Any:
+    """A ball around an exact sympy number; raises `Unproven` for functions that arb lacks."""
+    return _enclosed(number, flint.ctx.prec)
+
+
+@lru_cache(maxsize=4096)
+def _enclosed(number: Any, bits: int) -> Any:
+    import sympy
+
+    number = sympy.sympify(number)
+    if number.is_Rational:
+        return arb(fmpq(int(number.p), int(number.q)))
+    named = {sympy.pi: arb.pi, sympy.E: arb.const_e, sympy.EulerGamma: arb.const_euler}
+    if number in named:
+        return named[number]()
+    parts = [_enclosed(part, bits) for part in number.args]
+    if number.is_Add:
+        return sum(parts, arb(0))
+    if number.is_Mul:
+        return reduce(arb.__mul__, parts)
+    if number.is_Pow:
+        return parts[0].sqrt() if number.exp == sympy.Rational(1, 2) else parts[0] ** parts[1]
+    name = type(number).__name__.lower()
+    if len(parts) != 1 or not hasattr(arb, name):
+        raise Unproven(f"the constant {number} cannot be enclosed")
+    return getattr(arb, name)(parts[0])
+
+
+def around_zero(size: Any) -> Any:
+    """The ball of all numbers no larger than some number of a ball."""
+    return arb(0, 1) * size
+
+
+def largest(balls: Any) -> Any:
+    """The largest |number| in some balls, exactly; nan if any of them is."""
+    return reduce(arb.max, (ball.abs_upper() for ball in balls), arb(0))
+
+
+def upper(ball: Any) -> Any:
+    """No number of the ball is larger in size: an mpf, perhaps infinite."""
+    import mpmath
+    from mpmath.libmp import from_man_exp
+
+    end = ball.abs_upper()
+    if not end.is_finite():
+        return mpmath.inf
+    return mpmath.mp.make_mpf(from_man_exp(*map(int, end.man_exp())))
+
+
+def whole_digits(error: Any) -> int:
+    """The largest D for which |error| <= 10^-D is certain, or 0; `EXACT` without error."""
+    end = error.abs_upper()
+    if end == 0:
+        return EXACT
+    if not end < 1:
+        return 0
+    return int((-end.log_base(10)).lower().floor().unique_fmpz())
+
+
+# Value and derivative of each function of one node; a sign that is not certain has no derivative.
+FUNCTIONS: dict[str, Any] = {
+    "square": lambda a: (a * a, 2 * a),
+    "inverse": lambda a: (1 / a, -(1 / a) * (1 / a)),
+    "sqrt": lambda a: (a.sqrt(), 1 / (2 * a.sqrt())),
+    "exp": lambda a: (a.exp(), a.exp()),
+    "sin": lambda a: (a.sin(), a.cos()),
+    "cos": lambda a: (a.cos(), -a.sin()),
+    "sinh": lambda a: (a.sinh(), a.cosh()),
+    "cosh": lambda a: (a.cosh(), a.sinh()),
+    "Abs": lambda a: (abs(a), a.sgn()),
+    "sign": lambda a: (a.sgn(), 0 / a),
+}
+
+
+class BallRates:
+    """The rates of a tape over boxes of states, differentiated forward.
+
+    The derivatives are S^-1 (d rates / d states) S for S = diag(scale), exact numbers or 1.
     """
-    import numpy as np
 
-    lanes, n = centre.shape
-    values: list[Ball] = []
-    slopes: list[Ball] = []
+    def __init__(self, program: SeriesProgram, scale: list[Any] | None = None) -> None:
+        n = program.size
+        self.scale = scale or [arb(1)] * n
+        self.units = [
+            arb_mat(1, n, [size if i == j else 0 for j in range(n)])
+            for i, size in enumerate(self.scale)
+        ]
+        self.operations = [
+            ("linear", self._prepared(dict(operation[1])))
+            if operation[0] == "linear"
+            else (*operation[:2], enclosed(operation[2]))
+            if operation[0] == "power"
+            else operation
+            for operation in program.operations[n:]
+        ]
+        self.rates = [self._prepared(form) for form in program.rates]
 
-    def combined(form: Linear) -> tuple[Ball, Ball]:
-        value = Ball(np.zeros(lanes), np.zeros(lanes))
-        slope = Ball(np.zeros((lanes, n)), np.zeros((lanes, n)))
-        for node, factor in form.items():
-            by = constant(factor)
-            value = value + (by if node is None else values[node] * by)
-            if node is not None:
-                slope = slope + slopes[node] * by
-        return value, slope
+    def _prepared(self, form: Linear) -> list[tuple[int | None, Any]]:
+        """Enclosed factors, None for 1."""
+        return [(n, None if c == 1 and n is not None else enclosed(c)) for n, c in form.items()]
 
-    with np.errstate(all="ignore"):
-        for place, operation in enumerate(program.operations):
-            kind = operation[0]
-            if kind == "state":
-                unit = np.zeros((lanes, n))
-                unit[:, place] = 1.0
-                value, slope = Ball(centre[:, place], radius[:, place]), Ball(unit, 0 * unit)
-            elif kind == "linear":
-                value, slope = combined(dict(operation[1]))
-            elif kind in ("times", "over"):
-                a, b = operation[1:]
-                other, change = values[b], slopes[b]
-                if kind == "over":
-                    other, rate = _inverse(values[b])
-                    change = slopes[b].scaled(rate)
-                value = values[a] * other
-                slope = slopes[a].scaled(other) + change.scaled(values[a])
+    def __call__(self, box: list[Any]) -> tuple[list[Any], Any]:
+        """The rates and their derivatives, rates x states: balls around all values over the box."""
+        values, slopes = list(box), list(self.units)
+        nothing = 0 * self.units[0]
+
+        def of_form(form: list[tuple[int | None, Any]]) -> tuple[Any, Any]:
+            value, slope = arb(0), nothing
+            for node, factor in form:
+                if node is None:
+                    value = value + factor
+                elif factor is None:
+                    value, slope = value + values[node], slope + slopes[node]
+                else:
+                    value, slope = value + values[node] * factor, slope + slopes[node] * factor
+            return value, slope
+
+        for kind, *places in self.operations:
+            if kind == "linear":
+                value, slope = of_form(places[0])
+            elif kind == "times":
+                a, b = places
+                value = values[a] * values[b]
+                slope = slopes[a] * values[b] + slopes[b] * values[a]
+            elif kind == "over":
+                a, b = places
+                value = values[a] / values[b]
+                slope = (slopes[a] - slopes[b] * value) * (1 / values[b])
+            elif kind == "integral":
+                name, a, rate = places
+                value, slope = getattr(arb, name)(values[a]), slopes[a] * values[rate]
+            elif kind == "power":
+                a, exponent = places
+                value = values[a] ** exponent
+                slope = slopes[a] * (exponent * value / values[a])
             else:
-                a = operation[2] if kind == "integral" else operation[1]
-                value, rate = _function(operation, values)
-                slope = slopes[a].scaled(rate)
+                value, rate = FUNCTIONS[kind](values[places[0]])
+                slope = slopes[places[0]] * rate
             values.append(value)
             slopes.append(slope)
-        rows = [combined(form)[1] for form in program.rates]
-        return np.stack([row.c for row in rows], 1), np.stack([row.r for row in rows], 1)
-
-
-def _inverse(a: Ball) -> tuple[Ball, Ball]:
-    value = ball(1 / a.c, a.r / (abs(a.c) * a.low()))
-    square = value * value
-    return value, Ball(-square.c, square.r)
-
-
-def _function(operation: tuple[Any, ...], values: list[Ball]) -> tuple[Ball, Ball]:
-    """Value and derivative of a function of one node."""
-    import numpy as np
-
-    kind = operation[0]
-    if kind == "integral":
-        name, place, slope = operation[1:]
-        assert name in INTEGRALS
-        a, rate = values[place], values[slope]
-        arc = {"atan": "arctan", "asin": "arcsin", "acos": "arccos", "asinh": "arcsinh",
-               "acosh": "arccosh", "atanh": "arctanh"}  # fmt: skip
-        return ball(getattr(np, arc.get(name, name))(a.c), (abs(rate.c) + rate.r) * a.r), rate
-    a = values[operation[1]]
-    if kind == "square":
-        return a * a, a * constant(2)
-    if kind == "inverse":
-        return _inverse(a)
-    if kind == "sqrt":
-        low = np.where(a.c > 0, a.low(), np.nan)
-        root = ball(np.sqrt(a.c), a.r / (np.sqrt(a.c) + np.sqrt(low)))
-        return root, _inverse(root)[0] * constant("1/2")
-    if kind == "power":
-        r = constant(operation[2])
-        low = np.where(a.c > 0, a.low(), np.nan)
-        top = (abs(a.c) + a.r) * UP
-        power = abs(r.c) + r.r
-        rate = _monotone(lambda z: r.c * z ** (r.c - 1), a, low, top)
-        value = ball(a.c**r.c, (abs(rate.c) + rate.r) * a.r + abs(a.c**r.c) * power * ULPS * 1e3)
-        return value, rate
-    if kind == "exp":
-        value = ball(np.exp(a.c), np.exp(a.c) * np.expm1(a.r))
-        return value, value
-    if kind in ("sin", "cos"):
-        sin, cos = (ball(f(a.c), np.minimum(a.r, 2.0)) for f in (np.sin, np.cos))
-        return (sin, cos) if kind == "sin" else (cos, Ball(-sin.c, sin.r))
-    if kind in ("sinh", "cosh"):
-        spread = a.r * np.cosh(abs(a.c) + a.r)
-        sinh, cosh = (ball(f(a.c), spread) for f in (np.sinh, np.cosh))
-        return (sinh, cosh) if kind == "sinh" else (cosh, sinh)
-    sign = Ball(np.sign(a.c) + 0 * a.low(), np.zeros_like(a.r))
-    return (sign, Ball(0 * a.c, 0 * a.r)) if kind == "sign" else (ball(abs(a.c), a.r), sign)
-
-
-def _monotone(function: Any, a: Ball, low: Any, top: Any) -> Ball:
-    """A ball around the values of a monotone function between low and top."""
-    import numpy as np
-
-    here, ends = function(a.c), (function(low), function(top))
-    spread = np.maximum(abs(ends[0] - here), abs(ends[1] - here))
-    return ball(here, spread + abs(here) * ULPS * 1e3)
+        found = [of_form(form) for form in self.rates]
+        rows = [slope * (1 / size) for (_, slope), size in zip(found, self.scale, strict=False)]
+        entries = [entry for row in rows for entry in row.entries()]
+        return [value for value, _ in found], arb_mat(len(rows), len(box), entries)

@@ -7,8 +7,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from .agreement import Blocks
+from .balls import exact, largest, upper, whole_digits, working
 from .enclosure import Enclosed, enclose
-from .majorants import Unproven
+from .failures import Unproven
 from .result import Certainty, Finding
 from .states import BlockBounds, all_blocks
 from .taylor import Sweep, TaylorSettings
@@ -28,18 +29,22 @@ def bounded_integration(
 ) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
     """Findings at the times and at 0, from one sweep; raises `Unproven` if that is too dear."""
     bounds = BlockBounds(equations)
+
+    def run(settings: TaylorSettings, proving: bool) -> tuple[dict[Fraction, Finding], Enclosed]:
+        found = enclose(equations, program, times, settings, proving)
+        return _findings(equations, bounds, found, settings), found
+
     pilot = TaylorSettings(PILOT)
-    first = enclose(equations, program, times, pilot)
-    lost = _lost(first.bounds, pilot)
-    guess = _lost(first.estimates, pilot)
-    proving = lost <= guess + PRICE
-    lost = lost if proving else guess
+    lost, proving = _lost(run(pilot, True)[0], pilot), True
+    if lost > PRICE:
+        guess = _lost(run(pilot, False)[0], pilot)
+        if not lost <= guess + PRICE:
+            lost, proving = guess, False
     if not lost <= MOST_LOST:
         raise Unproven(f"it would cost {lost:.0f} digits")
     settings = TaylorSettings(digits + math.ceil(lost) + 1)
     for _ in range(ATTEMPTS):
-        found = enclose(equations, program, times, settings)
-        findings = _findings(equations, bounds, found, settings, proving)
+        findings, found = run(settings, proving)
         worst = min(finding.certain for finding in findings.values())
         held = not proving or len(found.held) == len(findings)
         if worst >= digits and held:
@@ -49,34 +54,28 @@ def bounded_integration(
     return findings, found.sweep, settings
 
 
-def _lost(bounds: dict[Fraction, list[Any]], settings: TaylorSettings) -> float:
+def _lost(findings: dict[Fraction, Finding], settings: TaylorSettings) -> float:
     """Digits between the tolerance and the largest bound."""
     import mpmath
 
-    worst = max(max(errors) for errors in bounds.values())
-    if not mpmath.isfinite(worst):
-        return math.inf
-    return max(0.0, float(mpmath.log10(worst or 1)) + settings.digits)
+    worst = max(finding.bound for finding in findings.values())
+    return max(0.0, float(mpmath.log10(worst)) + settings.digits) if worst else 0.0
 
 
 def _findings(
-    equations: Equations,
-    bounds: BlockBounds,
-    found: Enclosed,
-    settings: TaylorSettings,
-    proving: bool,
+    equations: Equations, bounds: BlockBounds, found: Enclosed, settings: TaylorSettings
 ) -> dict[Fraction, Finding]:
     """What the bounds say at each time."""
     import mpmath
 
     blocks = all_blocks(equations, found.sweep, settings.digits + settings.guard)
     findings = {}
-    for t, state in found.sweep.states.items():
-        proven = proving and t in found.held
-        errors = (found.bounds if proving else found.estimates)[t]
-        each = bounds.of(state, errors, blocks[t], settings.precision)
-        bound = _relative(each, blocks[t], blocks[Fraction(0)])
-        certain = math.floor(-mpmath.log10(bound)) if 0 < bound < 1 else 0
+    for t, errors in found.bounds.items():
+        with working(settings.precision + 32):
+            each = bounds.of(errors, blocks[t])
+            worst = _relative(each, blocks[t], blocks[Fraction(0)])
+            bound, certain = upper(worst), whole_digits(worst)
+        proven = t in found.held
         how = (
             "their error is enclosed" if proven
             else "their defect is bounded, its growth estimated to first order"
@@ -91,12 +90,10 @@ def _findings(
     return findings
 
 
-def _relative(bounds: Blocks, here: Blocks, start: Blocks) -> Any:
+def _relative(bounds: dict[str, Any], here: Blocks, start: Blocks) -> Any:
     """The worst block's bound over its largest component at the start or here."""
-    import mpmath
-
-    with mpmath.workdps(15):
-        return max(
-            bound[0] / (max((abs(b) for b in (*here[name], *start.get(name, ()))), default=0) or 1)
-            for name, bound in bounds.items()
-        )
+    parts = []
+    for name, bound in bounds.items():
+        scale = largest(exact(b) for b in (*here[name], *start.get(name, ())))
+        parts.append(bound / (scale if scale > 0 else 1))
+    return largest(parts)

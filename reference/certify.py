@@ -19,9 +19,8 @@ from .agreement import Blocks, agreement, said
 from .bounded import bounded_integration
 from .equations import Equations, equations_of
 from .exact import parameter_values
-from .failures import ReferenceFailure
+from .failures import ReferenceFailure, Unproven
 from .invariants import Invariants, invariants_of
-from .majorants import Unproven
 from .result import Finding, Solution
 from .series import SeriesProgram, compile_series
 from .states import all_blocks, blocks_of

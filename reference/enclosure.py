@@ -1,23 +1,26 @@
-"""The Taylor integration with a bound of its error, rounded up throughout.
+"""The Taylor integration with a bound of its error.
 
 Each step leaves polynomials p with a known defect sup |p' - f(p)| (`remainders`) and a known
-rounding error at its end; `propagation` carries both to every later time, by the nonlinear
-variation of constants (Alekseev, Groebner; Hairer, Norsett, Wanner I.14). If the bounds so found
-stay inside the tube over which the Jacobian was enclosed, the solution exists and lies within them.
-It is assumed that mpfr rounds correctly, that the elementary functions of doubles err by at most
-four units in the last place, and that this program does what it says.
+rounding error at its end; `propagation` carries both to every later time, by the Jacobian over a
+tube around the polynomials. As long as the bounds so found stay inside the tube, the solution
+exists and lies within them. It is assumed that mpfr and arb do what they say, and that this
+program does. How steps are cut and frames chosen is no part of the proof.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from flint import arb, arb_poly, fmpq
+
+from .balls import BallRates, around_zero, enclosed, exact, largest, working
+from .failures import Unproven
 from .majorants import upward
-from .propagation import ROOM, Carried, growth
+from .propagation import STRETCH, Carried, row_norm
 from .remainders import SLACK, Remainders
 from .taylor import Step, Sweep, TaylorSettings, integrate
 
@@ -25,60 +28,90 @@ if TYPE_CHECKING:
     from .equations import Equations
     from .series import SeriesProgram
 
+ROOM = 1e-9  # half-width of the tube, relative to the largest component of a block
+NEGLIGIBLE = 2.0**-40  # terms of a polynomial that only widen the tube
+MOST_STRETCHES = 1024  # of a step
+
 
 @dataclass(frozen=True)
 class Enclosed:
-    """A sweep and, for each time, bounds of |error| of the states: mpf numbers, perhaps inf.
+    """A sweep and, for each time, bounds of |error| of the states: arb numbers, perhaps not finite.
 
-    ``bounds`` are proven at the times in ``held``, up to which they stayed inside the tube;
-    ``estimates`` carry the same rigorous defects to first order only.
+    ``bounds`` are proven at the times in ``held``, up to which they stayed inside the tube; without
+    ``proving`` they carry the same rigorous defects to first order only.
     """
 
     sweep: Sweep
     bounds: dict[Fraction, list[Any]]
-    estimates: dict[Fraction, list[Any]]
     held: set[Fraction]
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A step as the tube needs it."""
+
+    size: Any
+    paths: list[Any]  # polynomials in the offset, cut off
+    slopes: list[Any]
+    tails: list[Any]  # what was cut off
+    defect: list[Any]
+    jump: list[Any]
+    times: list[tuple[Fraction, Fraction]]  # with their shares of the step
+
+    def box(self, share: Fraction, width: Fraction, room: list[Any]) -> list[Any]:
+        """Balls around the states from ``share - width/2`` to ``share + width/2`` of the step."""
+        middle = self.size * fmpq(share.numerator, share.denominator)
+        sway = around_zero(self.size * fmpq(width.numerator, 2 * width.denominator))
+        whole = middle + sway
+        return [
+            path(middle) + slope(whole) * sway + around_zero(tail + wide)
+            for path, slope, tail, wide in zip(
+                self.paths, self.slopes, self.tails, room, strict=True
+            )
+        ]
 
 
 @dataclass
 class _Witness:
-    """What is kept of each step: in doubles, errors in units of the tolerance."""
+    """What is kept of each step."""
 
     program: SeriesProgram
     settings: TaylorSettings
-    series: list[Any] = field(default_factory=list)
-    sizes: list[float] = field(default_factory=list)
-    defects: list[Any] = field(default_factory=list)
-    jumps: list[Any] = field(default_factory=list)
-    times: list[list[tuple[Fraction, float]]] = field(default_factory=list)
+    pieces: list[_Piece] = field(default_factory=list)
 
     def __call__(self, step: Step) -> None:
         import gmpy2
-        import numpy as np
 
         order, n = self.settings.order, self.program.size
-        with upward():
+        with upward(), working():
             found = Remainders(self.program, step, order, self.settings.precision)
+            states = found.known[:n]
+            rounding = (2 * order + SLACK) * found.unit
             size = gmpy2.mpfr(abs(step.size))
-            in_units = gmpy2.mpfr(10) ** self.settings.digits
-            self.defects.append(
-                [up(found.form(form) * size * in_units) for form in self.program.rates]
+            least = [a.norm * NEGLIGIBLE for a in states]
+            low = [
+                next((k for k in range(2, order) if a.tails[k] <= e), order)
+                for a, e in zip(states, least, strict=True)
+            ]
+            paths = [
+                arb_poly([exact(c) for c in nodes[:k]])
+                for nodes, k in zip(step.nodes[:n], low, strict=True)
+            ]
+            self.pieces.append(
+                _Piece(
+                    exact(step.size),
+                    paths,
+                    [path.derivative() for path in paths],
+                    [exact(a.tails[k]) for a, k in zip(states, low, strict=True)],
+                    [exact(found.form(form) * size) for form in self.program.rates],
+                    [exact((a.norm + a.slopes().norm) * rounding) for a in states],
+                    [(t, _fraction(o) / _fraction(step.size)) for t, o in step.times],
+                )
             )
-            rounding = (2 * order + SLACK) * found.unit * in_units
-            self.jumps.append([up((a.norm + a.slopes().norm) * rounding) for a in found.known[:n]])
-            signed, power = gmpy2.mpfr(step.size), gmpy2.mpfr(1)
-            rows = []
-            for k in range(order + 1):
-                rows.append([float(a[k] * power) for a in step.nodes[:n]])
-                power *= signed
-        self.series.append(np.array(rows))
-        self.sizes.append(float(step.size))
-        self.times.append([(t, min(1.0, float(o / step.size))) for t, o in step.times])
 
 
-def up(value: Any) -> float:
-    """As a double, no smaller."""
-    return float(value) * (1 + 2.0**-50)
+def _fraction(value: Any) -> Fraction:
+    return Fraction(*map(int, value.as_integer_ratio()))
 
 
 def enclose(
@@ -86,82 +119,84 @@ def enclose(
     program: SeriesProgram,
     times: Sequence[Fraction],
     settings: TaylorSettings,
+    proving: bool = True,
 ) -> Enclosed:
     """Integrate and bound, forward and backward; raises `Unproven` where a step admits no bound."""
-    import gmpy2
-    import mpmath
-    import numpy as np
-
     witness = _Witness(program, settings)
     sweep = integrate(equations, program, [*times, Fraction(0)], settings, watch=witness)
-    scale = _scales(equations, witness, sweep)
-    with upward():
-        rounding = gmpy2.mpfr(2) ** (1 - settings.precision) * gmpy2.mpfr(10) ** settings.digits
-        start = np.array([up(abs(z) * rounding) for z in sweep.states[Fraction(0)]]) / scale
-    found = {Fraction(0): (start, start)}
+    with working(settings.precision + 32):
+        start = [
+            (exact(z) - enclosed(wanted)).abs_upper()
+            for z, wanted in zip(sweep.states[Fraction(0)], equations.start, strict=True)
+        ]
+        _check_constants(program, settings)
     held = {Fraction(0)}
-    signs = np.sign(witness.sizes)
-    for direction in (1, -1):
-        chosen = np.flatnonzero(signs == direction)
-        if len(chosen):
-            held |= _carry(witness, chosen, start, scale, found)
+    with working():
+        scale = _scales(equations, witness, sweep)
+        bounds = {t: [arb.pos_inf()] * len(start) for t in times} | {Fraction(0): start}
+        for forward in (True, False):
+            pieces = [piece for piece in witness.pieces if (piece.size > 0) == forward]
+            for t, errors, safe in _carry(program, pieces, start, scale, proving):
+                bounds[t] = errors
+                if safe:
+                    held.add(t)
+    return Enclosed(sweep, bounds, held)
 
-    def bounds(which: int) -> dict[Fraction, list[Any]]:
-        with mpmath.workdps(15):
-            unit = mpmath.mpf(10) ** -settings.digits
-            return {
-                t: [mpmath.mpf(float(e)) * unit for e in _no_nan(found[t][which] * scale)]
-                for t in (*times, Fraction(0))
-            }
 
-    return Enclosed(sweep, bounds(0), bounds(1), held)
+def _check_constants(program: SeriesProgram, settings: TaylorSettings) -> None:
+    """Each constant of the series is as near to its number as `remainders` takes it to be."""
+    import gmpy2
+
+    with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
+        constants = program.constants_at(settings.digits + settings.guard)
+    unit = arb(2) ** (1 - settings.precision)
+    for used, number in zip(constants, map(enclosed, program.constants), strict=True):
+        if not abs(exact(used) - number) <= unit * abs(number):
+            raise Unproven(f"the constant {number} is not known well enough")
 
 
 def _carry(
-    witness: _Witness, chosen: Any, start: Any, scale: Any, found: dict[Fraction, Any]
-) -> set[Fraction]:
-    """Fill in the (proven, estimated) bounds of the chosen steps, scaled; the times that hold."""
-    import numpy as np
-
-    series, sizes = np.array(witness.series)[chosen], np.array(witness.sizes)[chosen]
-    flow = growth(witness.program, series, sizes, scale)
-    proven, estimated = Carried(start), Carried(start)
-    limit = ROOM * 10.0 ** min(witness.settings.digits, 300)
-    safe = True
-    held: set[Fraction] = set()
-    for i, place in enumerate(flow.step):
-        step = chosen[place]
-        first, last = flow.share[i]
-        defect = np.array(witness.defects[step]) / scale * (last - first) * (1 + 1e-9)
-        jump = np.array(witness.jumps[step]) / scale
-        inside = [flow.within[i] @ (carried.now() + defect) for carried in (proven, estimated)]
-        safe = safe and bool((inside[0] <= limit).all())
-        for t, share in witness.times[step]:
-            if first <= share <= last:  # at the seam of two parts the later one counts
-                found[t] = tuple(part + 2 * jump for part in inside)
-                (held.add if safe else held.discard)(t)
-        grown = flow.within[i] @ defect + (jump if last > 1 - 1e-9 else 0)
-        proven.move(flow.phi[i], flow.slop[i], grown)
-        estimated.move(flow.phi[i], 0 * flow.slop[i], grown)
-    return held
+    program: SeriesProgram, pieces: list[_Piece], start: list[Any], scale: list[Any], proving: bool
+) -> Iterator[tuple[Fraction, list[Any], bool]]:
+    """The times in the pieces, bounds of the error there, and whether these are proven."""
+    rates = BallRates(program, scale)
+    carried = Carried([e / s for e, s in zip(start, scale, strict=True)])
+    room = [ROOM * s for s in scale]
+    safe = proving
+    for piece in pieces:
+        count = _stretches(rates, piece)
+        source = [d / (s * count) for d, s in zip(piece.defect, scale, strict=True)]
+        for i in range(count):
+            box = piece.box(Fraction(2 * i + 1, 2 * count), Fraction(1, count), room)
+            jacobian = rates(box)[1] * (piece.size / count)
+            inside = carried.move(jacobian if proving else jacobian.mid(), source).entries()
+            safe = safe and all(e.abs_upper() < ROOM for e in inside)
+            for t, share in piece.times:
+                if i < share * count <= i + 1:
+                    errors = zip(inside, scale, piece.jump, strict=True)
+                    yield t, [(e * s).abs_upper() + jump for e, s, jump in errors], safe
+        carried.add([jump / s for jump, s in zip(piece.jump, scale, strict=True)])
 
 
-def _no_nan(bounds: Any) -> Any:
-    """What is not a number bounds nothing."""
-    import numpy as np
+def _stretches(rates: BallRates, piece: _Piece) -> int:
+    """How many make each of them short; no part of the proof."""
+    norms = []
+    for share in (Fraction(0), Fraction(1, 2), Fraction(1)):
+        box = piece.box(share, Fraction(0), [0] * len(piece.paths))
+        norms.append(float(row_norm(rates(box)[1] * piece.size)))
+    most = max(norms)
+    return min(MOST_STRETCHES, max(1, math.ceil(most / STRETCH))) if most < math.inf else 1
 
-    return np.nan_to_num(bounds, nan=np.inf, posinf=np.inf)
 
-
-def _scales(equations: Equations, witness: _Witness, sweep: Sweep) -> Any:
-    """A power of two for each state: the largest component that its block ever has."""
-    import numpy as np
-
+def _scales(equations: Equations, witness: _Witness, sweep: Sweep) -> list[Any]:
+    """A power of two for each state, near the largest component that its block has at a step."""
     n, m = equations.dim_x, equations.dim_u
-    sizes = [abs(rows[0]) for rows in witness.series]
-    sizes += [np.array([abs(float(z)) for z in sweep.states[Fraction(0)]])]
-    most = np.max(sizes, axis=0)
+    tops = [[path(0) for path in piece.paths] for piece in witness.pieces]
+    tops.append([exact(z) for z in sweep.states[Fraction(0)]])
+    scale = []
     for block in (slice(0, n), slice(n, n + m), slice(n + m, None)):
-        if most[block].size:
-            most[block] = 2.0 ** math.ceil(math.log2(most[block].max() or 1.0))
-    return most
+        parts = [top[block] for top in tops]
+        most = largest(z for part in parts for z in part)
+        power = math.frexp(float(most))[1] if most > 0 else 0
+        scale += [arb(2) ** power] * len(parts[0])
+    return scale

@@ -17,3 +17,7 @@ class WrongDigits(ReferenceFailure):
 
 class Uncertain(ReferenceFailure):
     """Fewer digits are certain than a frozen table needs."""
+
+
+class Unproven(ArithmeticError):
+    """No rigorous bound is found for these equations, or for steps of this size."""

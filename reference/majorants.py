@@ -7,12 +7,14 @@ whole disc, and an error r, its distance to the true value there.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from itertools import accumulate
 from typing import Any
 
+from flint import arb, arb_poly
 
-class Unproven(ArithmeticError):
-    """No rigorous bound is found for these equations, or for steps of this size."""
+from .balls import around_zero, exact, rounded, working
+from .failures import Unproven
 
 
 def upward() -> Any:
@@ -29,8 +31,8 @@ class Majorant:
     series: list[Any]  # a_k itself, unrounded
     terms: list[Any]
     tails: list[Any]
+    size: Any = 0  # t at the step's end, with its sign
     error: Any = 0
-    backward: bool = False
 
     @property
     def norm(self) -> Any:
@@ -50,21 +52,15 @@ class Majorant:
         return bound
 
     def _least_on_parts(self) -> Any:
-        """The polynomial's least size for 0 <= t/size <= 1, from the middles of 64 parts."""
-        import gmpy2
-        import numpy as np
-
-        parts = 64
-        sizes = np.array([float(term) for term in self.terms])
-        signs = [1 if a > 0 else -1 for a in self.series]
-        if self.backward:
-            signs[1::2] = [-sign for sign in signs[1::2]]
-        signed = sizes[: len(signs)] * signs
-        middle = (np.arange(parts) + 0.5) / parts
-        values = np.polynomial.polynomial.polyval(middle, signed)
-        sway = (sizes @ range(len(sizes))) / (2 * parts)
-        least = abs(values).min() if abs(np.sign(values).sum()) == parts else -1.0
-        return gmpy2.mpfr(float(least - (sway + 1e-12 * sizes.sum()) * (1 + 1e-9)))
+        """The polynomial's least size for 0 <= t/size <= 1, by the mean value on 64 parts."""
+        parts, bounds = 64, []
+        with working():
+            size, path = exact(self.size), arb_poly([exact(a) for a in self.series])
+            slope, sway = path.derivative(), around_zero(size / (2 * parts))
+            for i in range(parts):
+                middle = size * (2 * i + 1) / (2 * parts)
+                bounds.append(-(path(middle) + slope(middle + sway) * sway).abs_lower())
+            return -rounded(reduce(arb.max, bounds))
 
     def slopes(self) -> Majorant:
         """k |a_k| H^k: the derivative, times H."""
@@ -78,10 +74,10 @@ def abs_exact(value: Any) -> Any:
     return -value if value < 0 else value
 
 
-def majorant(series: list[Any], terms: list[Any], backward: bool = False) -> Majorant:
+def majorant(series: list[Any], terms: list[Any], size: Any = 0) -> Majorant:
     """With the tails summed."""
     tails = list(accumulate(reversed(terms)))[::-1]
-    return Majorant(series, terms, tails, backward=backward)
+    return Majorant(series, terms, tails, size)
 
 
 def high(a: Majorant, b: Majorant) -> Any:

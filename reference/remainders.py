@@ -19,7 +19,9 @@ from functools import lru_cache
 from itertools import accumulate, chain, repeat
 from typing import TYPE_CHECKING, Any
 
-from .majorants import Majorant, Unproven, abs_exact, high, majorant
+from .balls import enclosed, rounded, working
+from .failures import Unproven
+from .majorants import Majorant, abs_exact, high, majorant
 from .tape import Linear
 
 if TYPE_CHECKING:
@@ -32,13 +34,8 @@ SLACK = 8  # roundings of one coefficient, counted generously
 @lru_cache(maxsize=4096)
 def size_of(factor: Any) -> Any:
     """|factor| of an exact number, rounded up."""
-    import gmpy2
-    import sympy
-
-    number = abs(sympy.sympify(factor))
-    if number.is_Rational:
-        return gmpy2.mpfr(gmpy2.mpq(int(number.p), int(number.q)))
-    return gmpy2.mpfr(str(number.evalf(30))) * gmpy2.mpfr("1.000000001")
+    with working():
+        return rounded(enclosed(factor).abs_upper())
 
 
 class Remainders:
@@ -56,7 +53,7 @@ class Remainders:
         for series in step.nodes:
             sizes = chain(map(abs, series), repeat(zero, order + 1 - len(series)))
             terms = list(map(gmpy2.mul, sizes, powers))
-            self.known.append(majorant(series, terms, step.size < 0))
+            self.known.append(majorant(series, terms, step.size))
         for place, operation in enumerate(program.operations):
             n = self.known[place]
             error = self._error(operation, place)

@@ -54,46 +54,18 @@ class BlockBounds:
         self.equations = equations
         self.program = compile_series(replace(equations, assignments=(), rates=equations.momentum))
 
-    def of(self, state: list[Any], errors: list[Any], blocks: Blocks, precision: int) -> Blocks:
-        """One mpf a block; ``state`` in mpfr numbers of ``precision`` bits."""
-        import mpmath
+    def of(self, errors: list[Any], blocks: Blocks) -> dict[str, Any]:
+        """One arb number a block, from one a state; the momentum's over the box that they make.
+
+        ``blocks`` are the state as it was computed, with its momentum.
+        """
+        from .balls import BallRates, around_zero, exact, largest
 
         n, m = self.equations.dim_x, self.equations.dim_u
-        with mpmath.workdps(15):
-            parts = {"x": errors[:n], "v": errors[n : n + m], "attitude": errors[n + m :]}
-            found = {name: [max(part)] for name, part in parts.items() if part}
-            found["mu"] = [max(self._momentum(state, errors, blocks["mu"], precision))]
-        return found
-
-    def _momentum(
-        self, state: list[Any], errors: list[Any], mu: list[Any], precision: int
-    ) -> list[Any]:
-        """|d mu/dz| over the box times the errors, and the rounding of mu itself."""
-        import gmpy2
-        import mpmath
-        import numpy as np
-
-        from .balls import jacobian
-        from .majorants import upward
-        from .remainders import Remainders
-        from .taylor import Step
-
-        centre = np.array([[float(z) for z in state]])
-        radius = np.array([[float(e) for e in errors]]) + 1e-15 * abs(centre)
-        slope, spread = jacobian(self.program, centre, radius)
-        most = (abs(slope) + spread)[0]
-        with gmpy2.context(gmpy2.get_context(), precision=precision):
-            constants = self.program.constants_at(precision)
-            nodes = self.program.nodes(1, state, constants)
-        with upward():
-            step = Step(nodes, gmpy2.mpfr(0), [])
-            known = Remainders(self.program, step, 1, precision)
-            rounding = [to_mpf(known.form(form) + 0) for form in self.program.rates]
-        return [
-            sum(
-                (mpmath.mpf(float(a)) * e for a, e in zip(most[i], errors, strict=True)),
-                rounding[i],
-            )
-            + abs(mpmath.fsub(to_mpf(nodes[i][1]), mu[i], exact=True))
-            for i in range(len(mu))
-        ]
+        parts = {"x": errors[:n], "v": errors[n : n + m], "attitude": errors[n + m :]}
+        found = {name: largest(part) for name, part in parts.items() if part}
+        state = [*blocks["x"], *blocks["v"], *blocks.get("attitude", ())]
+        box = [exact(z) + around_zero(e) for z, e in zip(state, errors, strict=True)]
+        momentum, _ = BallRates(self.program)(box)
+        wrong = (ball - exact(mu) for ball, mu in zip(momentum, blocks["mu"], strict=True))
+        return found | {"mu": largest(wrong)}

@@ -55,7 +55,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Step:
-    """One step as it was made: all nodes' series, its signed size, the times in it with offsets."""
+    """One step as it was made: all nodes' series, its signed size, the times with exact offsets."""
 
     nodes: list[list[Any]]
     size: Any
@@ -98,12 +98,14 @@ def _one_way(
     import gmpy2
 
     order = settings.order
+    away = gmpy2.context(gmpy2.get_context(), round=gmpy2.RoundAwayZero)
     tolerance = gmpy2.mpfr(10) ** -settings.digits
     now, steps, pending = gmpy2.mpq(0), 0, list(wanted)  # the time is exact
     while pending:
         nodes = program.nodes(order, state, constants)
         series = nodes[: program.size]
-        last = gmpy2.mpfr(gmpy2.mpq(pending[-1].numerator, pending[-1].denominator) - now)
+        with away:  # so that no time lies beyond the last step
+            last = gmpy2.mpfr(gmpy2.mpq(pending[-1]) - now)
         size = safe_step(series, order, tolerance)
         if size is None or not size > abs(last) * tolerance or steps >= max_steps:
             raise ReferenceFailure(
@@ -116,11 +118,12 @@ def _one_way(
         reached = []
         while pending:
             t = pending[0]
-            offset = gmpy2.mpfr(gmpy2.mpq(t.numerator, t.denominator) - now)
+            exact = gmpy2.mpq(t) - now
+            offset = gmpy2.mpfr(exact)
             if abs(offset) > abs(step):
                 break
             found[t] = [polynomial(coefficients, offset) for coefficients in series]
-            reached.append((pending.pop(0), offset))
+            reached.append((pending.pop(0), exact))
         if watch is not None:
             watch(Step(nodes, step, reached))
         state = [polynomial(coefficients, step) for coefficients in series]
