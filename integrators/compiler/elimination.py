@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..numbers import Coefficients, Together, sympy
+from ..numbers.types import Expression, Letter
 
 #: multiplications up to which a system is unrolled: a dense one of 12 unknowns
 UNROLLED = 600
@@ -24,6 +25,7 @@ def solve(
     order of `rows`, or by the loop; what depends on parameters alone is done once per flow.
     """
     steps = Steps(coefficients)
+    matrix = matrix.applyfunc(lambda e: _multiplied_out(e, steps.q))
     solution: dict[int, Any] = {}
     for equations, unknowns in blocks(matrix, rows):
         block, right = matrix.extract(equations, unknowns), rhs.extract(equations, [0])
@@ -34,6 +36,26 @@ def solve(
             solved = (_by_adjugate if len(unknowns) <= 3 else _by_elimination)(J, b, steps)
         solution |= zip(unknowns, solved, strict=True)
     return sympy.Matrix([solution[j] for j in range(matrix.cols)]), steps.done
+
+
+def _multiplied_out(e: Expression, q: set[Letter]) -> Expression:
+    """`e` with the parameters in front of sums multiplied into the terms that have some as well.
+
+    In the equations themselves this would let energy drift (`Coefficients`). In their derivatives
+    it does no harm, and shortens the longest path of a correction (Kepler, midpoint: by 7 %).
+    """
+
+    def constants(term: Expression) -> list[Expression]:
+        return [f for f in sympy.Mul.make_args(term) if not f.free_symbols - q]
+
+    terms = []
+    for term in sympy.Add.make_args(e):
+        own = constants(term)
+        rest = [f for f in sympy.Mul.make_args(term) if f not in own]
+        inner = rest[0].args if len(rest) == 1 and rest[0].is_Add else ()
+        spread = own and inner and sum(not constants(i) for i in inner) <= 1
+        terms += [sympy.Mul(*own, i) for i in inner] if spread else [term]
+    return sympy.Add(*terms)
 
 
 class Equations(Together):
