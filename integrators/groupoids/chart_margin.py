@@ -16,6 +16,7 @@ from ..errors import BadInput
 from ..numbers import evaluate_matrix, exact, exact_vector, sympy, to_sympy
 from ..numbers.types import Column, Expression, Number, SymbolicMatrix
 from ..retractions import Extents
+from .axioms import check_axioms
 
 
 def chart_extents(groupoid: Any, x: Column, u: Column, h: Expression) -> Extents:
@@ -63,16 +64,16 @@ def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
     """Where the arrow (x, u) lies in its chart, at the step h.
 
     x: n numbers, u: m numbers; a float is its binary value. Raises `BadInput` for other shapes,
-    what is no number, a step of 0, and a retraction that does not fit.
+    what is no number, a step of 0, and what is no groupoid (`check_axioms`).
     """
-    groupoid.check()
+    check_axioms(groupoid)
     step = to_sympy(exact(h, "the step"))
     if step == 0:
         raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
 
     def column(values: Any, length: int, name: str) -> Column:
-        exact_values = exact_vector(values, length, f"{groupoid.name}: {name}")
-        return sympy.Matrix(length, 1, [to_sympy(e) for e in exact_values])
+        given = exact_vector(values, length, f"{groupoid.name}: {name}")
+        return sympy.Matrix(length, 1, list(map(to_sympy, given)))
 
     def numbers(matrix: SymbolicMatrix) -> np.ndarray:
         return np.array(evaluate_matrix(matrix, 20).tolist(), dtype=float).reshape(matrix.shape)
@@ -86,7 +87,7 @@ def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
             group.tau.distance_and_margin(group.algebra, numbers(xi)[:, 0])
             for group, xi in groupoid.group_parts(*at, step)
         ]
-    except (ArithmeticError, ValueError, np.linalg.LinAlgError):  # the maps have no value there
+    except (ArithmeticError, TypeError, ValueError):  # the maps have no real value there
         return Position(False, 0.0, 0.0, math.inf, math.inf)
     worst = max(conditions)
     unknown = 1 / worst if worst < 2.0**53 else 0.0  # beyond, u has no digits left

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import sympy
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
@@ -277,6 +278,23 @@ def test_a_step_of_nothing_has_no_position():
 def test_a_retraction_that_does_not_fit_is_refused_before_it_is_asked():
     with pytest.raises(BadInput, match=r"does not map sl\(3\) into its group"):
         lie_group(sl(3)).position([], [0.1] * 8, 1)
+
+
+def test_where_a_local_chart_has_no_real_value_it_has_ended():
+    """The pair groupoid of x > 0 by u = (y − x)/(h√x): from 1 on, hu = −2 leads below 0."""
+    g = LocalGroupoid(
+        1,
+        1,
+        target=lambda x, u, h: [x[0] + h * u[0] * sympy.sqrt(x[0])],
+        product=lambda x, u, v, h: [u[0] + v[0] * sympy.sqrt(1 + h * u[0] / sympy.sqrt(x[0]))],
+        name="root",
+    )
+    assert g.position([1], [0.5], 1).inside
+    assert not g.position([1], [-2], 1).inside
+    with pytest.raises(BadInput, match="short: target returned 2 entries, but 1 are needed"):
+        LocalGroupoid(
+            1, 1, target=lambda x, u, h: [1, 2], product=lambda x, u, v, h: [u[0]], name="short"
+        ).position([1], [1], 1)
 
 
 def test_a_product_of_pairs_has_no_edge_and_a_local_part_an_unknown_one():
