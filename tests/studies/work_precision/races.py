@@ -1,0 +1,33 @@
+"""Races for the tests: of the scipy methods, and what a race is made of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from discmech.integrators import Scene, scenes
+from discmech.integrators.rules import BUILT_IN
+from discmech.studies import get
+from discmech.studies.core.case import Choice, scheme_of
+from discmech.studies.core.running import run_study
+from discmech.studies.work_precision.contestants import Problem
+from discmech.studies.work_precision.peers.equations import equations_of
+
+SCIPY = ("DOP853", "Radau", "LSODA")
+
+
+def choice(name: str, peers: tuple[str, ...] = SCIPY, **more: Any) -> Choice:
+    """A scene with these peers; periods is an option of the study's own."""
+    own = [("peer", peers), *((k, more.pop(k)) for k in ("periods",) if k in more)]
+    return Choice(scenes=(scenes.get(name),), own=tuple(own), **more)
+
+
+def race(name: str, **more: Any) -> dict[str, dict[str, Any]]:
+    """The cases of a race by the names of the methods."""
+    found = run_study(get("work-precision"), choice(name, **more))
+    return {case["rule"]: case for case in found["cases"]}
+
+
+def race_on(scene: Scene, times: int = 1, **more: Any) -> tuple[Problem, Any]:
+    """(problem, equations) of a scene over so many times its duration."""
+    problem = Problem(scene, scheme_of(scene, BUILT_IN["midpoint"]), times * scene.duration, **more)
+    return problem, equations_of(problem.scheme)

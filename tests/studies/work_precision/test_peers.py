@@ -1,0 +1,126 @@
+"""Other people's integrators: the same equations, given up in time, absent in a sentence."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from discmech.integrators import BadInput, scenes
+from discmech.studies import get
+from discmech.studies.work_precision import contest, peers
+from discmech.studies.work_precision.accuracy import UNIT, Yardstick
+from discmech.studies.work_precision.contestants import NoEnd
+from tests.studies.work_precision.races import SCIPY, race_on
+
+OTHERS = ("harmonic", "charged-particle", "lagrange-top", "fpu")
+EVERY = ["rigid-body", *(pytest.param(n, marks=pytest.mark.slow) for n in OTHERS)]
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_peers_solve_the_same_equations(name):
+    """Each of scipy's methods comes to the reference; LSODA on fpu collects 5000 tolerances."""
+    problem, equations = race_on(scenes.get(name))
+    yardstick = Yardstick(problem, equations)
+    for peer in SCIPY:
+        run = peers.peer(peer, problem, equations).prepare(1e-11)
+        errors = yardstick.errors(run.states())
+        assert all(errors[m] < 1e-6 for m in errors if "max" in m), (peer, errors)
+
+
+def test_a_peer_that_comes_to_no_end_is_given_up():
+    """Its next setting has its chance; and that a peer is too slow speaks against nobody."""
+    problem, equations = race_on(scenes.get("pendulum"), patience=0.0)
+    yardstick = Yardstick(problem, equations)
+    peer = peers.peer("Radau", problem, equations)
+    climb = contest.climb(peer, yardstick, "error", 1.0)
+    assert len(climb.rows) == contest.GIVEN_UP < len(list(peer.ladder())) and not climb.runs
+    assert climb.cut == "rtol 1e-06, since 4 settings came to no end"
+    assert {row["cause"] for row in climb.rows} == {"Radau came to no end within the budget"}
+    told = {"periods": None, "floor": {}, "rows": climb.rows, "kind": "peer"}
+    verdict = get("work-precision").judge(None, told)
+    assert verdict.verdict == "pass" and "no end within the budget" in verdict.reason
+    verdict = get("work-precision").judge(None, told | {"kind": "rule"})
+    assert verdict.verdict == "inconclusive"
+
+
+def test_an_absent_peer_is_one_sentence(monkeypatch):
+    monkeypatch.setattr(peers, "find_spec", lambda name: None if name == "heyoka" else object())
+    present, absent = peers.chosen([])
+    assert "heyoka" not in present and "DOP853" in present
+    assert peers.on(scenes.get("kepler"), present) == present
+    for name in ("rigid-body", "charged-particle", "double-pendulum"):
+        assert peers.on(scenes.get(name), present) == [p for p in present if p not in peers.SPLIT]
+    assert absent == ["heyoka did not take part: it is not installed "
+                      "(pip install 'discmech[peers]')."]  # fmt: skip
+    with pytest.raises(BadInput, match="heyoka is not installed"):
+        peers.chosen(["heyoka"])
+    with pytest.raises(BadInput, match='no peer "rk4"'):
+        peers.chosen(["rk4"])
+    assert peers.chosen(["none"]) == ([], [])
+
+
+@pytest.mark.parametrize("name", ["heyoka", "diffrax", "diffrax-tsit5"])
+def test_an_extra_peer_solves_the_same_equations(name):
+    pytest.importorskip(name.partition("-")[0])
+    problem, equations = race_on(scenes.get("rigid-body"))
+    yardstick = Yardstick(problem, equations)
+    run = peers.peer(name, problem, equations).prepare(1e-9)
+    assert yardstick.errors(run.states())["error"] < 1e-7
+
+
+@pytest.mark.parametrize("name", ["heyoka", "diffrax", "diffrax-tsit5"])
+def test_an_extra_peer_is_given_up_as_well(name):
+    pytest.importorskip(name.partition("-")[0])
+    long = {"times": 10_000, "checkpoints": 0, "patience": 1e-5}
+    problem, equations = race_on(scenes.get("pendulum"), **long)
+    run = peers.peer(name, problem, equations).prepare(1e-9)
+    with pytest.raises(NoEnd, match=f"{name} came to no end within the budget"):
+        run.states()
+
+
+def test_over_long_times_heyoka_runs_as_its_documentation_advises():
+    """Below round-off, with compensated sums; what is looked at is the run that is timed."""
+    pytest.importorskip("heyoka")
+    short, equations = race_on(scenes.get("kepler"))
+    long, _ = race_on(scenes.get("kepler"), times=100, checkpoints=0)
+    assert list(peers.peer("heyoka", short, equations).ladder())[-1] == 2.0**-52
+    heyoka = peers.peer("heyoka", long, equations)
+    finest = list(heyoka.ladder())[-1]
+    run = heyoka.prepare(finest)
+    assert finest == 1e-18 and run.integrator.high_accuracy
+    assert heyoka.told(finest)["setting"] == "tol 1e-18, compensated"
+    states = run.states()
+    run()
+    assert np.array_equal(run.integrator.state, states.path[-1])
+    assert Yardstick(long, equations).errors(states)["energy-max"] < 100 * UNIT
+
+
+@pytest.mark.parametrize("checkpoints", [0, 16])
+def test_diffrax_shows_its_own_steps(checkpoints):
+    """Dense output has other errors than the steps: Dopri8's are ten to forty times as large."""
+    pytest.importorskip("diffrax")
+    problem, equations = race_on(scenes.get("kepler"), checkpoints=checkpoints)
+    states = peers.peer("diffrax", problem, equations).prepare(1e-6).states()
+    assert states.path.shape[0] <= states.steps + 2 and np.isfinite(states.path).all()
+    assert np.array_equal(states.path[0], problem.start)
+    assert states.checkpoints.shape == (checkpoints, 4)
+    if checkpoints:
+        assert np.array_equal(states.checkpoints[-1], states.path[-1])
+
+
+def test_the_symplectic_extra_peer_is_symplectic_euler():
+    """Order 1, and an energy that does not drift: over 50 times the time it is off by no more."""
+    pytest.importorskip("diffrax")
+    ends = []
+    for times in (1, 50):
+        problem, equations = race_on(scenes.get("kepler"), times=times, checkpoints=0)
+        yardstick = Yardstick(problem, equations)
+        euler = peers.peer("diffrax-symplectic", problem, equations)
+        first = next(euler.ladder())
+        ends.append([yardstick.errors(euler.prepare(n * first).states())["energy-max"]
+                     for n in (4, 8)])  # fmt: skip
+    for coarse, fine in ends:
+        assert math.log2(coarse / fine) == pytest.approx(1, abs=0.15)
+    assert ends[1][0] < 1.5 * ends[0][0]

@@ -1,0 +1,167 @@
+"""Whole races: true errors, the order of each rule, failures told, wrong methods found out."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from discmech.integrators import discretisation, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import BUILT_IN
+from discmech.studies import get
+from discmech.studies.core.case import scheme_of
+from discmech.studies.work_precision import contest, peers, racing
+from discmech.studies.work_precision.accuracy import METRICS, UNIT, Yardstick
+from discmech.studies.work_precision.contestants import RuleContestant
+from discmech.studies.work_precision.measuring import HIGH_ORDER
+from discmech.studies.work_precision.peers.equations import equations_of
+from tests.studies.work_precision.races import SCIPY, choice, race, race_on
+
+
+@pytest.fixture(scope="module")
+def pendulum():
+    return race("pendulum")
+
+
+def test_everybody_takes_part_and_comes_to_the_truth(pendulum):
+    ours = {"rectangle", "midpoint", "trapezoidal", *HIGH_ORDER}
+    assert set(pendulum) == {*ours, *SCIPY}
+    for name, case in pendulum.items():
+        assert case["verdict"] == "pass", (name, case["reason"])
+        assert case["kind"] == ("peer" if name in SCIPY else "rule")
+        assert case["command"].startswith("discmech work-precision pendulum --peer DOP853")
+
+
+def test_rows_hold_every_metric_and_every_count(pendulum):
+    for name, case in pendulum.items():
+        for row in case["rows"]:
+            assert set(row) >= {*METRICS, *contest.WORK, "setting", "samples", "outliers"}
+            assert row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
+            assert row["samples"] >= racing.LEAST
+            assert row["error"] <= row["error-max"] and row["energy"] <= row["energy-max"]
+            parts = math.hypot(row["error-x"], row["error-mu"])
+            assert row["error"] == pytest.approx(parts, rel=1e-9)
+            assert row["evaluations"] > row["steps"]
+            assert (row["iterations"] is None) is (name in SCIPY)
+
+
+def test_errors_sink_with_the_order_of_the_rule(pendulum):
+    for name, order in (("rectangle", 1), ("midpoint", 2), ("trapezoidal", 2), (HIGH_ORDER[0], 4)):
+        rows = pendulum[name]["rows"]
+        good = [(r["step"], r["error"]) for r in rows if 1e-10 < (r["error"] or 0) < 1e-4]
+        (h0, e0), (h1, e1) = good[0], good[-1]
+        assert math.log(e1 / e0) / math.log(h1 / h0) == pytest.approx(order, abs=0.1)
+
+
+def test_the_ratio_is_to_the_best_peer(pendulum):
+    for accuracy in ("1e-04", "1e-08"):
+        costs = {n: c["measured"]["cost"][accuracy] for n, c in pendulum.items()}
+        best = min(costs[p] for p in SCIPY if costs[p])
+        for name, case in pendulum.items():
+            wanted = costs[name] and costs[name] / best
+            assert case["measured"]["ratio"][accuracy] == pytest.approx(wanted)
+
+
+def test_a_method_that_solves_other_equations_is_found_out(monkeypatch):
+    """Gravity a thousandth stronger: the peer converges, to something else."""
+    scene = scenes.get("pendulum").with_values(parameters={"gravity": "1.001"})
+    wrong = equations_of(scheme_of(scene, BUILT_IN["midpoint"]))
+    right = peers.peer
+
+    def swapped(name, problem, equations):
+        return right(name, problem, wrong if name == "DOP853" else equations)
+
+    monkeypatch.setattr(contest, "peer", swapped)
+    found = race("pendulum", rules=(BUILT_IN["midpoint"],), peers=("DOP853", "LSODA"))
+    assert found["DOP853"]["verdict"] == "fail"
+    assert "stop sinking" in found["DOP853"]["reason"]
+    assert found["LSODA"]["verdict"] == found["midpoint"]["verdict"] == "pass"
+
+
+def test_a_rule_of_one_s_own_joins_by_being_named():
+    @discretisation()
+    def third(L, G, x, u, h):
+        return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
+
+    found = race("harmonic", rules=(third,), peers=("LSODA",))
+    assert set(found) == {"third", "LSODA"}
+    assert {case["verdict"] for case in found.values()} == {"pass"}
+
+
+def test_the_floor_is_what_rounding_the_start_makes():
+    """On the harmonic oscillator from (1, 0) half a unit stays half a unit."""
+    floors = Yardstick(*race_on(scenes.get("harmonic"))).floors
+    assert floors["error"] == pytest.approx(UNIT, rel=1e-3)
+    assert floors["energy-max"] == UNIT and "momentum" not in floors
+
+
+def test_the_characteristic_period_of_the_oscillator_is_its_period():
+    scene = scenes.get("harmonic").with_values(duration="6.2831853", step="0.01")
+    problem, equations = race_on(scene)
+    found = contest.characteristic_period(problem, equations)
+    assert found == pytest.approx(2 * math.pi, rel=1e-3)
+
+
+def test_rules_of_high_order_begin_at_their_loose_end():
+    """Else a race says nothing of what they cost at 10⁻⁴, where peers are slowest to beat."""
+    problem, equations = race_on(scenes.get("kepler"))
+    yardstick = Yardstick(problem, equations)
+    for name in ("midpoint", "suzuki:trapezoidal", "kahan-li-8:trapezoidal", "gauss-2"):
+        contestant = RuleContestant(problem, discretisations.get(name))
+        first = contestant.prepare(next(contestant.ladder())).states()
+        assert yardstick.errors(first)["error"] > 1e-4, name
+
+
+def test_a_setting_that_fails_is_told_and_the_next_is_tried():
+    """It must not end the race of all methods."""
+    scene = scenes.get("rigid-body").with_values(duration=100)
+    problem, equations = race_on(scene)
+    yardstick = Yardstick(problem, equations)
+    contestant = RuleContestant(problem, discretisations.get("gauss-2"), first=16)
+    rows = contest.climb(contestant, yardstick, "error", 0.5).rows
+    assert "did not converge" in rows[0]["cause"] and rows[0]["error"] is None
+    assert any(row["error"] is not None for row in rows)
+
+
+def test_checkpoints_lie_on_steps():
+    problem, _ = race_on(scenes.get("kepler"))
+    contestant = RuleContestant(problem, BUILT_IN["midpoint"])
+    for setting in itertools.islice(contestant.ladder(), 3):
+        states = contestant.prepare(setting).states()
+        assert states.checkpoints.shape == (problem.checkpoints, 4)
+        assert np.array_equal(states.checkpoints[-1], states.path[-1])
+        assert states.steps == setting
+
+
+def test_a_long_race_is_about_invariants():
+    found = race("kepler", rules=(BUILT_IN["midpoint"],), peers=("LSODA",), periods=20)
+    for case in found.values():
+        assert case["verdict"] == "pass" and case["periods"] == 20
+        assert case["measured"]["y"] == "energy-max"
+        assert case["command"].endswith("--periods 20")
+        assert all(row["error"] is None for row in case["rows"])
+        assert all((row["energy-max"] is None) is bool(row["cause"]) for row in case["rows"])
+
+
+def test_what_the_budget_cut_is_said():
+    scene = scenes.get("pendulum")
+    found = contest.hold_race(
+        scene, [BUILT_IN["midpoint"]], ["Radau"], axes=("seconds", "error"), budget=0.02,
+        periods=None, first=None, progress=lambda *_: None,
+    )  # fmt: skip
+    for result in found.values():
+        assert result["measured"]["cut"], result["measured"]
+
+
+def test_a_run_that_fails_is_a_row_with_its_cause():
+    """Steps of 2.5: Newton gives up on the midpoint rule, and the smaller ones go on."""
+    found = race("pendulum", rules=(BUILT_IN["midpoint"],), steps=1, peers=("none",))
+    causes = [row["cause"] for row in found["midpoint"]["rows"]]
+    assert found["midpoint"]["verdict"] == "pass" and causes[-1] == ""
+
+
+def test_the_study_needs_double_precision():
+    assert get("work-precision").cases(choice("pendulum", digits=(50,))) == []
