@@ -138,7 +138,7 @@ class Shrink(EdgePolicy):
         run.changes += 1
         start, past = run.state.copy(), machine.history(run.state)
         # what Newton found beyond the edge is no start: the solution before it is
-        last = past[status in (EDGE, STRAYED)] if past else None
+        last = past[status in (EDGE, STRAYED)] if past else ()
         for level in range(1, MOST_HALVINGS + 1):
             run.c = machine.coefficients(halvings=level)
             machine.recarry(run.state, run.c)

@@ -6,18 +6,16 @@ an implicit rule) is solved by a loop (`tuple_operations.eliminate`), whose text
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..numbers import Coefficients, Together, sympy
-from ..numbers.types import Expression, Letter
+from ..numbers.types import Assignment, Column, Expression, Letter, SymbolicMatrix
 
 #: multiplications up to which a system is unrolled: a dense one of 12 unknowns
 UNROLLED = 600
 
 
 def solve(
-    matrix: Any, rhs: Any, coefficients: Coefficients, rows: list[int]
-) -> tuple[Any, list[tuple[Any, Any]]]:
+    matrix: SymbolicMatrix, rhs: Column, coefficients: Coefficients, rows: list[int]
+) -> tuple[Column, list[Assignment]]:
     """Solution of matrix·dw = rhs: (dw, [(symbols, values)] in order).
 
     Unknowns that no equation ties together are solved apart, so a product of groupoids costs what
@@ -26,7 +24,7 @@ def solve(
     """
     steps = Steps(coefficients)
     matrix = matrix.applyfunc(lambda e: _multiplied_out(e, steps.q))
-    solution: dict[int, Any] = {}
+    solution: dict[int, Letter] = {}
     for equations, unknowns in blocks(matrix, rows):
         block, right = matrix.extract(equations, unknowns), rhs.extract(equations, [0])
         if work(block) > UNROLLED and block.free_symbols - steps.q:
@@ -75,9 +73,9 @@ class Steps:
 
     def __init__(self, coefficients: Coefficients) -> None:
         self.q = coefficients.q
-        self.done: list[tuple[Any, Any]] = []
+        self.done: list[Assignment] = []
 
-    def name(self, letter: str, value: Any) -> Any:
+    def name(self, letter: str, value: Expression) -> Expression:
         """A symbol for the value; what depends on parameters alone stays as it is."""
         if not value.free_symbols - self.q:
             return value
@@ -85,19 +83,19 @@ class Steps:
         self.done.append(([symbol], [value]))
         return symbol
 
-    def together(self, block: Any, right: Any) -> list[Any]:
+    def together(self, block: SymbolicMatrix, right: Column) -> list[Letter]:
         """Symbols of the unknowns of a block that is solved by the loop."""
         start = len(self.done)
         symbols = [sympy.Symbol(f"s{start}_{i}", real=True) for i in range(len(right))]
         self.done.append((symbols, Equations(block.row_join(right))))
         return symbols
 
-    def matrix(self, letter: str, entries: Any) -> Any:
+    def matrix(self, letter: str, entries: SymbolicMatrix) -> SymbolicMatrix:
         """A matrix of names."""
         return sympy.Matrix(*entries.shape, [self.name(letter, e) for e in entries])
 
 
-def blocks(matrix: Any, rows: list[int]) -> list[tuple[list[int], list[int]]]:
+def blocks(matrix: SymbolicMatrix, rows: list[int]) -> list[tuple[list[int], list[int]]]:
     """[(equations in the order of `rows`, unknowns)] that non-zero entries tie together.
 
     A block with more equations than unknowns is singular: then all is one block.
@@ -116,7 +114,7 @@ def blocks(matrix: Any, rows: list[int]) -> list[tuple[list[int], list[int]]]:
     return parts if square else [(rows, list(range(m)))]
 
 
-def work(block: Any) -> int:
+def work(block: SymbolicMatrix) -> int:
     """Multiplications of an elimination in this order that leaves zeros out."""
     m, count = block.rows, 0
     filled = [[entry != 0 for entry in row] for row in block.tolist()]
@@ -130,12 +128,12 @@ def work(block: Any) -> int:
     return count
 
 
-def _by_adjugate(J: Any, b: Any, steps: Steps) -> list[Any]:
+def _by_adjugate(J: SymbolicMatrix, b: Column, steps: Steps) -> list[Letter]:
     over = steps.name("o", 1 / J.det(method="berkowitz"))
     return [steps.name("s", over * e) for e in J.adjugate() * b]
 
 
-def _by_elimination(J: Any, b: Any, steps: Steps) -> list[Any]:
+def _by_elimination(J: SymbolicMatrix, b: Column, steps: Steps) -> list[Letter]:
     m, name = J.cols, steps.name
     for p in range(m):
         pivot = name("o", 1 / J[p, p])
@@ -148,7 +146,7 @@ def _by_elimination(J: Any, b: Any, steps: Steps) -> list[Any]:
                     J[i, j] = name("j", J[i, j] - factor * J[p, j])
             b[i] = name("e", b[i] - factor * b[p])
         J[p, p] = pivot
-    solution: list[Any] = [0] * m
+    solution: list[Expression] = [0] * m
     for p in reversed(range(m)):
         rest = b[p] - sum(J[p, j] * solution[j] for j in range(p + 1, m))
         solution[p] = name("s", rest * J[p, p])

@@ -26,6 +26,7 @@ from ..numbers import (
     with_tables,
     written_out,
 )
+from ..numbers.types import Assignment, Expression, Expressions, Letter, Replacement
 from .elimination import solve
 from .layout import Layout
 from .omissions import carried, is_affine, pivot_rows
@@ -78,7 +79,7 @@ class KernelText:
         plain = "coefficients" in self.omit
         self.coefficients = Parameters(system.q) if plain else Coefficients(system.q)
         self.h = system.q[0]
-        self._functions: dict[Function, tuple[str, list[Any], str]] = {}
+        self._functions: dict[Function, tuple[str, list[Letter], str]] = {}
         self._calls: dict[str, int] = {}
 
     @cached_property
@@ -87,7 +88,7 @@ class KernelText:
         return "direct" not in self.omit and is_affine(self.system)
 
     @cached_property
-    def carried(self) -> list[tuple[Any, Any]]:
+    def carried(self) -> list[tuple[Expression, Expression]]:
         """The functions of x that are handed on: [(at x, at y)]."""
         return [] if "carried" in self.omit else carried(self.system)
 
@@ -124,7 +125,7 @@ class KernelText:
     # -- numbers that stay consistent ------------------------------------------------------------
 
     @cached_property
-    def _xi(self) -> dict[Any, Any]:
+    def _xi(self) -> Replacement:
         """u ↦ ξ = hu, for those u that the chart depends on.
 
         Written in ξ their coefficients are the chart's own (1, 1/2, 1/4), exact in binary, so that
@@ -134,11 +135,11 @@ class KernelText:
         xi = zip(self.system.u, _symbols("xi", self.system.u), strict=True)
         return {u: letter for u, letter in xi if u in self.system.scaled}
 
-    def _hoist(self, e: Any) -> Any:
+    def _hoist(self, e: Expression) -> Expression:
         return self.coefficients.hoist(e.xreplace({u: xi / self.h for u, xi in self._xi.items()}))
 
     @property
-    def _define_xi(self) -> list[tuple[Any, Any]]:
+    def _define_xi(self) -> list[Assignment]:
         xi = self._xi
         return [(list(xi.values()), [self.coefficients.hoist(self.h * u) for u in xi])]
 
@@ -153,16 +154,16 @@ class KernelText:
         return [f"c{i}" for i in range(len(self.coefficients.values))]
 
     @cached_property
-    def _k(self) -> list[Any]:
+    def _k(self) -> list[Letter]:
         return _symbols("k", self.carried)
 
-    def _with_k(self, entries: Any) -> list[Any]:
+    def _with_k(self, entries: Expressions) -> list[Expression]:
         at_x = {a: k for (a, _), k in zip(self.carried, self._k, strict=True)}
         return [self._hoist(e.xreplace(at_x)) for e in entries]
 
-    def _written(self, definitions: Iterable[Definition]) -> list[tuple[Any, Any]]:
+    def _written(self, definitions: Iterable[Definition]) -> list[Assignment]:
         """(letters, values) of definitions, calls among them."""
-        pairs = []
+        pairs: list[Assignment] = []
         for d in definitions:
             if d.function is None:
                 pairs.append((list(d.letters), [self._hoist(e) for e in d.values]))
@@ -172,7 +173,7 @@ class KernelText:
                 pairs.append((list(d.letters), Call(name, given)))
         return pairs
 
-    def _called(self, function: Function) -> tuple[str, list[Any]]:
+    def _called(self, function: Function) -> tuple[str, list[Letter]]:
         """(name, letters of the caller's that it uses) of a function; its text is written once."""
         if function not in self._functions:
             name = f"{function.name}_{len(self._functions)}{self.suffix}"
@@ -223,7 +224,7 @@ class KernelText:
             before.append((list(letters), self._with_k(dw)))
             dw = along
         names = self._with_k(dw)
-        results: list[Any] = [names]
+        results: list[Expressions | Expression] = [names]
         arguments = {"x": system.x, "w": system.w, "mu": system.mu, "k": self._k, "c": self._c}
         if self.affine:
             del arguments["w"]
@@ -257,7 +258,7 @@ class KernelText:
         return self._function("update", arguments, [*grown, new_k], before)
 
 
-def _symbols(letter: str, column: Sized) -> list[Any]:
+def _symbols(letter: str, column: Sized) -> list[Letter]:
     return [sympy.Symbol(f"{letter}{i}", real=True) for i in range(len(column))]
 
 

@@ -7,13 +7,13 @@ and stored in the cache; Python runs it (any precision), or it is written as mac
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
 
-from ..numbers import Multiple, run_text
+from ..numbers import Arithmetic, Multiple, Number, Numbers, run_text
 from . import layout as _layout
 from .cache import cached_text, digest, sources
 from .kernel_text import module_text
@@ -33,16 +33,16 @@ class Kernels:
     """
 
     advance: Callable[..., tuple[int, int]]
-    prepare: tuple[Callable[[Any], Any], ...]
-    carry: tuple[Callable[[Any, Any], Any], ...]
+    prepare: tuple[Callable[[Numbers], Sequence[Number]], ...]
+    carry: tuple[Callable[[Numbers, Numbers], Sequence[Number]], ...]
     affine: tuple[bool, ...]
     layout: Layout
-    huge: Any
-    root_eps: Any
+    huge: Number
+    root_eps: Number
 
 
 @lru_cache(maxsize=512)
-def compile(system: System, numbers: Any, omit: frozenset[str] = frozenset()) -> Kernels:
+def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozenset()) -> Kernels:
     """The kernels of a system: machine code in double precision, else functions of its numbers.
 
     omit: names of `SAVINGS` that are not made, so that they can be measured.
@@ -58,7 +58,7 @@ def compile(system: System, numbers: Any, omit: frozenset[str] = frozenset()) ->
     return _kernels(names, compiled(_file_name(system), text, names, arrays))
 
 
-def interpreted(text: str, numbers: Any) -> Kernels:
+def interpreted(text: str, numbers: Arithmetic) -> Kernels:
     """Kernels that Python runs, of a text as `kernel_text` gives it."""
     names = names_of(text, numbers)
     return _kernels(names, names["advance"])
@@ -83,18 +83,18 @@ def _file_name(system: System) -> str:
     return re.sub(r"\W", "_", system.name)
 
 
-def names_of(text: str, numbers: Any) -> dict[str, Any]:
+def names_of(text: str, numbers: Arithmetic) -> dict[str, Any]:
     """The functions and constants of a text, run by Python."""
     known = {name: value for name, value in vars(_layout).items() if name.isupper()}
 
-    def workspace(rows: int, columns: int) -> list[list[Any]]:
+    def workspace(rows: int, columns: int) -> list[list[Number]]:
         return [[numbers.number(0)] * columns for _ in range(rows)]
 
     given = {"workspace": workspace, "Layout": Layout, "Record": SimpleNamespace, **known}
     return run_text(text, {**given, **numbers.namespace()})
 
 
-def _kernels(names: dict[str, Any], advance: Any) -> Kernels:
+def _kernels(names: dict[str, Any], advance: Callable[..., tuple[int, int]]) -> Kernels:
     prepare, carry, affine = (tuple(getattr(system, name) for system in names["SYSTEMS"])
                               for name in ("prepare", "carry", "affine"))  # fmt: skip
     facts = (names[name] for name in ("LAYOUT", "HUGE", "ROOT_EPS"))

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
 from ..errors import BadInput
+from ..numbers import Arithmetic, Matrix, Number, Numbers, Vector
 from .kernels import Kernels
 from .layout import BRANCH, OK, PAST, REACH, SLACK, TOTALS
+
+#: a state and the coefficients in use: what a run goes on from
+Lead: TypeAlias = tuple[Vector, Matrix]
 
 
 @dataclass
@@ -23,22 +27,22 @@ class Run:
     an edge was met.
     """
 
-    state: Any
-    c: Any
+    state: Vector
+    c: Matrix
     steps: int
     every: int
-    xs: Any
-    us: Any
-    mus: Any
-    counts: Any
-    totals: Any
-    translates: Any
+    xs: Matrix
+    us: Matrix
+    mus: Matrix
+    counts: Vector
+    totals: Vector
+    translates: Vector
     index: int = 0
     translate: int = 0
     changes: int = 0
 
     @property
-    def lead(self) -> tuple[Any, Any]:
+    def lead(self) -> Lead:
         """What a further run would go on from."""
         return self.state, self.c
 
@@ -53,22 +57,24 @@ class KernelsAtStep:
     def __init__(
         self,
         kernels: Kernels,
-        numbers: Any,
-        qs: Sequence[list[Any]],
+        numbers: Arithmetic,
+        qs: Sequence[list[Number]],
         kinds: Sequence[int] = (0,),
         name: str = "",
     ) -> None:
         self.kernels, self.numbers, self.qs, self.name = kernels, numbers, qs, name
         self.kinds = np.array(kinds, dtype=np.int64)
         self.layout = kernels.layout
-        self._known: dict[tuple[Any, int], Any] = {}
+        self._known: dict[tuple[int, int], Matrix] = {}
 
     @cached_property
-    def c(self) -> Any:
+    def c(self) -> Matrix:
         """The coefficients of a whole step, in the chart of e."""
         return self.coefficients()
 
-    def coefficients(self, key: int = 0, translate: Any = None, halvings: int = 0) -> Any:
+    def coefficients(
+        self, key: int = 0, translate: tuple[Matrix, Matrix] | None = None, halvings: int = 0
+    ) -> Matrix:
         """c at h/2^halvings, one row each substep, and the translate (B, B⁻¹) of number `key`.
 
         A translate of None is e. Raises `BadInput` if a coefficient is not finite.
@@ -78,7 +84,7 @@ class KernelsAtStep:
             letters = [
                 e for matrix in (() if translate is None else translate) for e in matrix.ravel()
             ]
-            rows: dict[tuple[Any, ...], Any] = {}  # substeps of one size are many
+            rows: dict[tuple[int, Number], Vector] = {}  # substeps of one size are many
             for entries, kind, (h, *rest) in zip(table, self.kinds, self.qs, strict=True):
                 if (kind, h) not in rows:
                     q = [h / 2**halvings, *rest[: len(rest) - len(letters)], *letters]
@@ -87,7 +93,7 @@ class KernelsAtStep:
             self._known[key, halvings] = table
         return self._known[key, halvings]
 
-    def _prepared(self, prepare: Any, q: list[Any]) -> Any:
+    def _prepared(self, prepare: Callable[[Numbers], Sequence[Number]], q: list[Number]) -> Vector:
         try:
             return np.array(prepare(q), dtype=self.numbers.dtype)
         except (ZeroDivisionError, OverflowError, ValueError) as error:
@@ -98,7 +104,7 @@ class KernelsAtStep:
 
     # -- the state ------------------------------------------------------------------------------
 
-    def buffers(self, lead: tuple[Any, Any], steps: int, every: int) -> Run:
+    def buffers(self, lead: Lead, steps: int, every: int) -> Run:
         """Empty rows for a run; raises `BadInput` if they do not fit into memory."""
         rows, dtype, at = steps // every + 1, self.numbers.dtype, self.layout
         try:
@@ -112,7 +118,7 @@ class KernelsAtStep:
         totals[REACH] = totals[BRANCH] = totals[SLACK] = self.kernels.huge
         return Run(*lead, steps, every, xs, us, mus, counts, totals, translates)
 
-    def lead(self, x: Any, mu: Any, c: Any, guess: Any) -> tuple[Any, Any]:
+    def lead(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> Lead:
         """(state, c) at (x, μ), nothing lost yet, one guess of each substep's u."""
         at = self.layout
         state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
@@ -121,18 +127,18 @@ class KernelsAtStep:
         self.seed(state, guess)
         return state, c
 
-    def point(self, state: Any) -> tuple[Any, Any]:
+    def point(self, state: Vector) -> tuple[Vector, Vector]:
         """(x, μ) of a state."""
         x, mu, *_ = (state[part].copy() for part in self.layout.parts)
         return x, mu
 
-    def recarry(self, state: Any, c: Any) -> None:
+    def recarry(self, state: Vector, c: Matrix) -> None:
         """Compute the reused functions of x anew."""
         if self.layout.reused:
             at = self.layout.parts
             state[at[-1]] = self.kernels.carry[0](state[at[0]], c[0])
 
-    def seed(self, state: Any, guess: Any) -> None:
+    def seed(self, state: Vector, guess: Numbers) -> None:
         """Forget past solutions: Newton starts from the guess, with stages of 0 (straight path)."""
         for memory in self._memories(state):
             past = self._past(memory)
@@ -140,21 +146,21 @@ class KernelsAtStep:
             past[:, : len(guess)] = guess
             memory[-4:] = [0, 0, self.kernels.huge, sum(abs(g) for g in guess)]
 
-    def history(self, state: Any) -> list[Any]:
+    def history(self, state: Vector) -> list[Vector]:
         """The first substep's past solutions, latest first (none where no step is iterated)."""
         if self.kernels.affine[self.kinds[0]]:
             return []
         return list(self._past(self._memories(state)[0])[:, : self.layout.m].copy())
 
-    def last_solution(self, lead: tuple[Any, Any]) -> dict[str, Any]:
+    def last_solution(self, lead: Lead) -> dict[str, Vector]:
         """{"u": that from which Newton started}, empty where no step is solved iteratively."""
         past = self.history(lead[0])
         return {"u": past[0]} if past else {}
 
-    def _memories(self, state: Any) -> Any:
+    def _memories(self, state: Vector) -> Matrix | tuple[Vector, ...]:
         return state[self.layout.memory :].reshape(-1, self.layout.row) if self.layout.row else ()
 
-    def _past(self, memory: Any) -> Any:
+    def _past(self, memory: Vector) -> Matrix:
         """View of the past solutions; order, age, κ and scale stand behind them."""
         return memory[:-4].reshape(PAST, self.layout.solved)
 
@@ -189,7 +195,9 @@ class KernelsAtStep:
             return self.advance(run, run.steps)
         return self._loop(run, run.index + 1, len(self.kinds))
 
-    def solve(self, x: Any, mu: Any, c: Any, guess: Any) -> tuple[Any, Any] | None:
+    def solve(
+        self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers
+    ) -> tuple[Vector, Number] | None:
         """(u, number of its branch) of F⁻ = hμ from a guess, in the chart of c, or None.
 
         Nothing is watched, so the chart's edge is no obstacle.

@@ -6,11 +6,11 @@ Decided once, when kernels are generated, so that a step asks nothing.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
 from ..numbers import evaluate_at, needed, random_point, symbols_of
+from ..numbers.types import Expression, Letter, Letters, Number, Replacement
 from .system import System
 
 #: what a kernel leaves out where it can
@@ -62,7 +62,7 @@ def pivot_rows(system: System) -> list[int]:
     return rows
 
 
-def carried(system: System) -> list[tuple[Any, Any]]:
+def carried(system: System) -> list[tuple[Expression, Expression]]:
     """Costly functions of x in the rows that the gain needs at the end point: [(at x, at y)]."""
     to_end = dict(zip(system.x, system.y, strict=True))
     constants = set(system.q[1:])  # the next step may be of another size
@@ -71,20 +71,22 @@ def carried(system: System) -> list[tuple[Any, Any]]:
     return [(a, a.xreplace(to_end)) for a in old if a.xreplace(to_end) in new]
 
 
-def _at(system: System, point: dict[Any, Any], digits: int) -> list[Any]:
+def _at(system: System, point: Replacement, digits: int) -> list[Number]:
     """The entries of the slope at a point, as numbers of so many digits."""
     constants = {s: of(digits + 20) for s, of in system.constants.items()}
     used = needed(system.definitions, system.slope)
     return evaluate_at(system.slope, {**point, **constants}, digits, used)
 
 
-def _costly(entries: Iterable[Any], variables: Any, constants: set[Any]) -> list[Any]:
+def _costly(
+    entries: Iterable[Expression], variables: Letters, constants: set[Letter]
+) -> list[Expression]:
     """Largest subexpressions that are functions or roots of `variables` and constants alone."""
     wanted = set(variables)
-    terms: list[Any] = []
-    visited: set[Any] = set()
+    terms: list[Expression] = []
+    visited: set[Expression] = set()
 
-    def visit(e: Any) -> None:
+    def visit(e: Expression) -> None:
         if e in visited or not e.free_symbols & wanted:
             return
         visited.add(e)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
 from ..numbers import Definition, Letters
+from ..numbers.types import Column, Expression, Letter, Mpf, SymbolicMatrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,26 +38,26 @@ class System:
     w: Letters
     mu: Letters
     y: Letters
-    rows: Any
-    slope: Any
-    increment: Any
-    gain: Any
+    rows: Column
+    slope: SymbolicMatrix
+    increment: Column
+    gain: Column
     definitions: tuple[Definition, ...] = ()
     scaled: Letters = ()
-    along: tuple[Letters, tuple[Any, ...]] | None = None
-    extents: tuple[tuple[str, Any], ...] = ()
-    branch: Any = None
-    constants: Mapping[Any, Callable[[int], Any]] = field(default_factory=dict)
+    along: tuple[Letters, tuple[Expression, ...]] | None = None
+    extents: tuple[tuple[str, Expression], ...] = ()
+    branch: Expression | None = None
+    constants: Mapping[Letter, Callable[[int], Mpf]] = field(default_factory=dict)
     composed: bool = False
     adjoint: System | None = None
 
 
 def written(*parts: Any) -> str:
     """All of a system (or of expressions) as text, each subexpression once."""
-    known: dict[Any, int] = {}
+    known: dict[Expression, int] = {}
     lines: list[str] = []
 
-    def number(e: Any) -> int:
+    def number(e: Expression) -> int:
         if e not in known:
             inner = [number(a) for a in getattr(e, "args", ())]
             lines.append(f"{type(e).__name__} {inner or e}")

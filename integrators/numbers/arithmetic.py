@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import BadInput
 from .exact import exact
 from .lazy import sympy
-from .types import Expression, Matrix, Number, Vector
+from .types import Exact, Expression, Matrix, Mpf, Number, Numbers, Vector
 
 #: digits computed beyond those that are asked for: a run loses fewer by cancellation
 GUARD_DIGITS = 12
@@ -69,7 +69,7 @@ class Double:
     def array_namespace(self) -> dict[str, Any]:
         """What generated text needs to compute on whole columns of numbers: numpy's functions."""
 
-        def array(entries: Any, *shape: int) -> np.ndarray:
+        def array(entries: Numbers, *shape: int) -> np.ndarray:
             rows = np.array(np.broadcast_arrays(*entries))  # a constant entry is one number
             return rows.reshape(*shape, *rows.shape[1:])
 
@@ -77,7 +77,7 @@ class Double:
         return {**functions, "R": float, "PI": math.pi, "constant": self.constant,
                 "array": array}  # fmt: skip
 
-    def number(self, value: Any, what: str = "value") -> Number:
+    def number(self, value: Exact | Number, what: str = "value") -> Number:
         """An exact value, float or mpf as a number of this kind."""
         if type(value) is float and math.isfinite(value):
             return value  # most are: a run should not start with fractions of them
@@ -93,11 +93,11 @@ class Double:
         with np.errstate(all="ignore"):
             yield
 
-    def public(self, array: Any) -> np.ndarray:
+    def public(self, array: Numbers) -> np.ndarray:
         """An array as the user gets it: of floats, or of mpmath's numbers."""
         return np.asarray(array, dtype=np.float64)
 
-    def array(self: Any, entries: Any, *shape: int) -> np.ndarray:
+    def array(self: Any, entries: Numbers, *shape: int) -> np.ndarray:
         """An array of that shape from the entries, row by row."""
         return np.array(entries, dtype=self.dtype).reshape(shape)
 
@@ -154,7 +154,7 @@ class Multiple:
                     "zeros": self.zeros, "linear_solve": self.solve,
                     "array": self.array}  # fmt: skip
 
-    def number(self, value: Any, what: str = "value") -> Number:
+    def number(self, value: Exact | Number, what: str = "value") -> Number:
         if isinstance(value, type(self._gmpy2.mpfr(0))):
             return value
         value = exact(value, what)
@@ -167,10 +167,10 @@ class Multiple:
         with self._gmpy2.context(self._gmpy2.context(), precision=self.bits):
             yield
 
-    def public(self, array: Any) -> np.ndarray:
+    def public(self, array: Numbers) -> np.ndarray:
         return np.vectorize(self._mpf, otypes=[object])(np.asarray(array, dtype=object))
 
-    def _mpf(self, value: Any) -> Number:
+    def _mpf(self, value: Number) -> Mpf:
         import mpmath
 
         value = self._gmpy2.mpfr(value)

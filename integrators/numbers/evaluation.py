@@ -16,7 +16,7 @@ from typing import Any
 from .arithmetic import FUNCTIONS, arithmetic, refused
 from .definitions import Definition
 from .lazy import sympy
-from .types import Expression, Number, SymbolicMatrix
+from .types import Exact, Expression, Letter, Number, SymbolicMatrix
 
 
 def evaluate(expression: Expression, digits: int) -> Number:
@@ -29,7 +29,7 @@ def evaluate(expression: Expression, digits: int) -> Number:
 
 def evaluate_at(
     expressions: Iterable[Expression],
-    point: Mapping[Expression, Any],
+    point: Mapping[Letter, Exact],
     digits: int,
     definitions: Iterable[Definition] = (),
 ) -> list[Number]:
@@ -94,7 +94,7 @@ def _values(
 def evaluate_matrix(
     matrix: SymbolicMatrix,
     digits: int,
-    point: Mapping[Expression, Any] | None = None,
+    point: Mapping[Letter, Exact] | None = None,
     definitions: Iterable[Definition] = (),
 ) -> SymbolicMatrix:
     """A sympy matrix at a point (`evaluate_at`), with its entries as Floats."""

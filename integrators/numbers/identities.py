@@ -9,11 +9,10 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable
 from fractions import Fraction
-from typing import Any
 
 from .evaluation import evaluate
 from .lazy import sympy
-from .types import Exact, Expression, Letter, Replacement, SymbolicMatrix
+from .types import Column, Exact, Expression, Letter, Replacement, SymbolicMatrix
 
 
 def _random_rational(generator: random.Random, small: bool) -> Exact:
@@ -22,7 +21,7 @@ def _random_rational(generator: random.Random, small: bool) -> Exact:
 
 def random_columns(
     lengths: dict[str, int], small: Iterable[str] = (), seed: int = 0
-) -> dict[str, Any]:
+) -> dict[str, Column | Exact]:
     """Random rational columns by name (`small`: inside every chart), with two steps h and k."""
     generator, few = random.Random(f"discmech {seed}"), set(small)
     point = {

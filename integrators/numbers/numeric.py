@@ -9,23 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from .arithmetic import Arithmetic
 from .lazy import sympy
 from .multi_output import with_tables
-from .printing import Assignment, body
-from .types import Letter, Letters
+from .printing import body
+from .types import Assignment, Expression, Expressions, Letter, Letters, SymbolicMatrix
 
+#: what gives a number, a vector, or an array of two or three dimensions
+Result: TypeAlias = Expression | Expressions | SymbolicMatrix | Sequence[SymbolicMatrix]
 #: what decorates functions in generated modules; only machine code has use for it
 _DECORATORS = ("kernel", "node", "aside", "helper", "arrays", "table")
 
 
 def numeric(
     arguments: Mapping[str, Letter | Letters],
-    results: Sequence[Any],
+    results: Sequence[Result],
     numbers: Arithmetic,
     definitions: Sequence[Assignment] = (),
     columns: bool = False,
@@ -44,7 +46,7 @@ def numeric(
 
 def numeric_text(
     arguments: Mapping[str, Letter | Letters],
-    results: Sequence[Any],
+    results: Sequence[Result],
     definitions: Sequence[Assignment] = (),
 ) -> str:
     """Text of the function that `numeric` makes, good for every arithmetic."""

@@ -7,18 +7,15 @@ other constants are coefficients computed once in the arithmetic at hand.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import TypeAlias
 
 from .arithmetic import FUNCTIONS, refused
 from .definitions import symbols_of
 from .lazy import sympy
 from .multi_output import is_table, together
-from .types import Expression, Expressions, Letter, Letters, Replacement
-
-#: letters and what they stand for: values, or a `Together` that makes all of them at once
-Assignment = tuple[Letters, Expressions]
+from .types import Assignment, Expression, Expressions, Letter, Letters, Replacement
 
 
 class Coefficients:
@@ -99,7 +96,7 @@ def _primitive(factor: Expression) -> tuple[Expression, Expression]:
     return content**exponent, primitive**exponent
 
 
-class Together(list[Any], ABC):
+class Together(list[Expression], ABC):
     """Expressions whose values one statement or several define at once."""
 
     @abstractmethod
@@ -220,6 +217,10 @@ def _power(base: Expression, exponent: Expression) -> tuple[str, int]:
     return (f"1/{product}", _FACTOR) if exponent < 0 else (product, _ATOM)
 
 
+#: from the names of letters and the texts of their values to statements
+Writer: TypeAlias = Callable[[list[str], list[str]], list[str]]
+
+
 class Call(Together):
     """The results of one call, from its arguments."""
 
@@ -268,7 +269,7 @@ def body(
              for i, s in enumerate(letters)]  # fmt: skip
     taken, reduced = _shared([*(v for _, values in before for v in values), *results])
     rest = iter(reduced)
-    pending: list[tuple[Letters, Expressions, Any]] = []  # letters, values, what writes them
+    pending: list[tuple[Letters, list[Expression], Writer]] = []
     for letters, values in before:
         made = [next(rest) for _ in values]
         if isinstance(values, Together):
