@@ -2,15 +2,24 @@
 
 from .absolute_terms import absolute_terms, energy_terms
 from .checks import check_momentum, check_start
-from .continuous import energy, initial_momentum, mass_matrix, state_function, vector_field
+from .continuous import (
+    closed_velocity,
+    energy,
+    initial_momentum,
+    mass_matrix,
+    momentum,
+    vector_field,
+)
 from .discrete_equations import DiscreteEquations
 from .discretised_scene import DiscretisedScene
+from .hamilton_field import field_parts, hamilton_field
 from .legendre_inverse import legendre_inverse
 from .symbols import SceneSymbols
 from .system import step_system
 
 __all__ = [
     "DiscreteEquations", "DiscretisedScene", "SceneSymbols", "absolute_terms", "check_momentum",
-    "check_start", "energy", "energy_terms", "initial_momentum", "legendre_inverse", "mass_matrix",
-    "state_function", "step_system", "vector_field",
+    "check_start", "closed_velocity", "energy", "energy_terms", "field_parts", "hamilton_field",
+    "initial_momentum", "legendre_inverse", "mass_matrix", "momentum", "step_system",
+    "vector_field",
 ]  # fmt: skip

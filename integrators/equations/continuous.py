@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
 
-from ..errors import BadInput, CannotMeasure
-from ..numbers import Arithmetic, jacobian, numeric
+from ..errors import CannotMeasure
+from ..numbers import Arithmetic, jacobian, numeric, sympy
 from ..numbers.types import Column, Expression, Number, SymbolicMatrix
 from ..scene import Scene
-from .symbols import SceneSymbols, column
+from .symbols import SceneSymbols
+
+CLOSED = 3  # velocities that the mass matrix ties together, solved for as letters
 
 
 def momentum(s: SceneSymbols) -> Column:
@@ -26,24 +27,23 @@ def mass_matrix(s: SceneSymbols) -> SymbolicMatrix:
     return jacobian(momentum(s), s.u)
 
 
-def velocity(s: SceneSymbols) -> Column:
-    """ξ(x, μ), m×1, for a Lagrangian that is quadratic in the velocity.
+@lru_cache(maxsize=256)
+def closed_velocity(s: SceneSymbols) -> Column | None:
+    """ξ(x, μ), m×1, as expressions; None where they do not exist or are long.
 
-    Raises `CannotMeasure` if it is not, `BadInput` if its mass matrix is singular.
+    They exist for a Lagrangian that is quadratic in the velocity, and are short where no more than
+    three velocities are tied together by the mass matrix.
     """
-    mu = momentum(s)
-    mass = mass_matrix(s).applyfunc(lambda e: e.simplify())
-    if mass.free_symbols & set(s.u):
-        raise CannotMeasure(
-            f"{s.name}: the Lagrangian is not quadratic in the velocity, so no closed form "
-            "of ξ(x, μ) exists; this study cannot be run on it."
-        )
-    if mass.det().simplify() == 0:
-        raise BadInput(
-            f"{s.name}: the mass matrix ∂²l/∂ξ² is singular: {mass.tolist()}; every velocity "
-            "needs its kinetic energy."
-        )
-    return mass.LUsolve(s.mu - mu.xreplace(dict.fromkeys(s.u, 0)))
+    mu, mass = momentum(s), mass_matrix(s)
+    blocks = mass.connected_components()
+    if mass.free_symbols & set(s.u) or max(map(len, blocks)) > CLOSED:
+        return None
+    right, xi = s.mu - mu.xreplace(dict.fromkeys(s.u, 0)), sympy.zeros(len(s.mu), 1)
+    for block in blocks:
+        tied = mass.extract(block, block).applyfunc(lambda e: e.simplify())
+        for i, e in zip(block, tied.LUsolve(right.extract(block, [0])), strict=True):
+            xi[i] = e
+    return xi
 
 
 def energy(s: SceneSymbols) -> Expression:
@@ -51,22 +51,21 @@ def energy(s: SceneSymbols) -> Expression:
     return s.mu.dot(s.u) - s.lagrangian
 
 
+def rates(s: SceneSymbols) -> Column:
+    """(ẋ, μ̇) at (x, ξ, μ), ξ in the letters `s.u`, (n+m)×1."""
+    rho = s.groupoid.rho(s.x, s.h) / s.h
+    mu_dot = rho.T * jacobian([s.lagrangian], s.x).T if len(s.x) else 0 * s.mu
+    for nu, c in enumerate(s.groupoid.structure_functions(s.x, s.h)):
+        mu_dot -= (c / s.h) * s.u * s.mu[nu]
+    return (rho * s.u).col_join(mu_dot)
+
+
 def vector_field(s: SceneSymbols) -> Column:
-    """(ẋ, μ̇) at (x, μ), (n+m)×1."""
-    groupoid = s.groupoid
-    xi = velocity(s)
-    at = dict(zip(s.u, xi, strict=True))
-    rho = groupoid.rho(s.x, s.h) / s.h
-    force = column(s.lagrangian.diff(w).xreplace(at) for w in s.x)
-    mu_dot = rho.T * force
-    for nu, c in enumerate(groupoid.structure_functions(s.x, s.h)):
-        mu_dot -= (c / s.h) * xi * s.mu[nu]
-    return (rho * xi).col_join(mu_dot)
-
-
-def state_function(s: SceneSymbols, parts: list[Any], numbers: Arithmetic) -> Callable[..., Any]:
-    """f(x, mu, parameters) → the parts, given in (x, μ) and the parameters (`numeric`)."""
-    return numeric({"x": s.x, "mu": s.mu, "p": s.parameter_list}, parts, numbers)
+    """(ẋ, μ̇) at (x, μ), (n+m)×1; `CannotMeasure` where ξ(x, μ) has no short closed form."""
+    xi = closed_velocity(s)
+    if xi is None:
+        raise CannotMeasure(f"{s.name}: there is no short closed form of ξ(x, μ).")
+    return rates(s).xreplace(dict(zip(s.u, xi, strict=True)))
 
 
 def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> list[Number]:
@@ -88,6 +87,5 @@ def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> list
 
 @lru_cache(maxsize=512)
 def _momentum_function(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., list[Number]]:
-    """∂l/∂ξ as f(x, v, parameters), the velocity in the place of the momentum."""
-    swap = dict(zip(s.u, s.mu, strict=True))
-    return state_function(s, [[e.xreplace(swap) for e in momentum(s)]], numbers)
+    """∂l/∂ξ as f(x, v, parameters)."""
+    return numeric({"x": s.x, "v": s.u, "p": s.parameter_list}, [list(momentum(s))], numbers)

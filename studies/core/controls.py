@@ -6,12 +6,11 @@ A bench that never says no proves nothing, so these run beside the real schemes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators.equations import DiscretisedScene, state_function, vector_field
+from discmech.integrators.equations import DiscretisedScene, hamilton_field
 from discmech.integrators.flows import Flow
 from discmech.integrators.geometry import relative_defect
 from discmech.integrators.numbers import arithmetic
@@ -45,10 +44,11 @@ class RungeKutta:
     def __init__(self, scheme: DiscretisedScene, tableau: Tableau, digits: int) -> None:
         self.numbers = arithmetic(digits)
         self.n, self.size = len(scheme.x), len(scheme.x) + len(scheme.u)
-        self.field = _field(scheme, digits)
+        self.field = hamilton_field(scheme.s, self.numbers)
         with self.numbers.working():
             number = self.numbers.number
             self.p = [number(v) for v in scheme.scene.parameter_values]
+            self.near = np.array([number(v) for v in scheme.scene.v0], self.numbers.dtype)
             self.a = [[number(e) for e in row] for row in tableau.a]
             self.b = [number(e) for e in tableau.b]
 
@@ -61,18 +61,11 @@ class RungeKutta:
             at, along = z, one
             for a, k, dk in zip(row, slopes, tangents, strict=True):
                 at, along = at + h * a * k, along + h * a * dk
-            f, df = self.field(at[: self.n], at[self.n :], self.p)
+            f, df = self.field(at[: self.n], at[self.n :], self.p, self.near)
             slopes.append(f)
             tangents.append(df @ along)
         new = z + h * sum(b * k for b, k in zip(self.b, slopes, strict=True))
         return new, one + h * sum(b * dk for b, dk in zip(self.b, tangents, strict=True))
-
-
-@cache
-def _field(scheme: DiscretisedScene, digits: int) -> Any:
-    f = vector_field(scheme.s)
-    derivative = f.jacobian([*scheme.x, *scheme.s.mu])
-    return state_function(scheme.s, [list(f), derivative], arithmetic(digits))
 
 
 def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:

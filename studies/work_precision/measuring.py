@@ -17,7 +17,7 @@ from ..core.lookup import word_for
 from . import STUDY
 
 NAME = "work-precision"
-NEEDS = "it needs a Lagrangian that is quadratic in the velocity, and double precision."
+NEEDS = "it needs a Lagrangian, and double precision."
 DIGITS = (16,)
 BUDGET, LONG_BUDGET, THOROUGH = 0.12, 0.5, 50  # seconds of timing a method; times as much
 LONG = ("pendulum", "kepler", "heavy-top")  # scenes of the long race that the report has
@@ -128,12 +128,16 @@ def chart_of(scene: Scene) -> tuple[str, str | None]:
 
 def notes(choice: Choice) -> list[str]:
     """What is to be said of the whole study: which peers are absent, and where."""
-    from .peers import SPLIT, chosen
+    from .peers import SPLIT, SYMBOLIC, chosen, on
 
     present, absent = chosen(choice.asked("peer", ()))
-    return absent + [
-        f"{name} takes part where L = T(v) − V(x)." for name in present if name in SPLIT
-    ]
+    left_out = [name for name in present if name in SYMBOLIC and name not in SPLIT]
+    return [
+        *absent,
+        *(f"{name} does not take part in {scene.name}: ξ(x, μ) has no short closed form."
+          for scene in choice.scenes for name in left_out if name not in on(scene, left_out)),
+        *(f"{name} takes part where L = T(v) − V(x)." for name in present if name in SPLIT),
+    ]  # fmt: skip
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

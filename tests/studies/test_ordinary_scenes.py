@@ -7,11 +7,16 @@ import pytest
 import sympy
 
 from discmech.integrators import Scene, Scheme, midpoint, pair, trapezoidal
-from discmech.integrators.equations import absolute_terms
+from discmech.integrators.equations import absolute_terms, hamilton_field
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.numbers import arithmetic
 from discmech.integrators.scene import Conserved
 from discmech.studies import get
-from discmech.studies.core.case import Case
+from discmech.studies.core.case import Case, Choice, silent
+from discmech.studies.core.running import run_study
 from discmech.studies.core.runs import energy_errors, energy_with_terms
+from discmech.studies.work_precision import peers
+from discmech.studies.work_precision.peers.equations import equations_of
 
 
 def chain_of_pendulums(links: int) -> Scene:
@@ -94,7 +99,7 @@ def test_it_passes_every_study_that_keeps_something(scene, study):
     if study == "momentum" and not scene.symmetries:
         pytest.skip("no symmetry")
     case = Case(study, scene, midpoint, 16, None if study == "symplecticity" else 2000)
-    measurement = get(study).measure(case)
+    measurement = get(study).measure(case, silent)
     assert get(study).judge(case, measurement).verdict == "pass"
 
 
@@ -136,3 +141,33 @@ def test_terms_add_up_as_if_products_were_multiplied_out():
     wanted = sympy.Add(*[abs(t) for t in sympy.Add.make_args(e.expand())])
     at = {x: sympy.Rational(-2, 3), y: sympy.Rational(1, 5)}
     assert float(absolute_terms(e).xreplace(at).doit()) == pytest.approx(float(wanted.subs(at)))
+
+
+@pytest.mark.parametrize(
+    "scene", [relativistic(), pytest.param(chain_of_pendulums(4), marks=pytest.mark.slow)],
+    ids=lambda s: s.name,
+)  # fmt: skip
+def test_the_equations_of_motion_without_a_closed_form_agree_with_their_derivative(scene):
+    scheme = Scheme(scene, midpoint)
+    run, equations = scheme.flow(scene.step).trajectory(7), equations_of(scheme)
+    z, near = np.concatenate([run.x[-1], run.mu[-1]]), np.array(scene.v0, dtype=float)
+    values = [float(v) for v in scene.parameter_values]
+    f, df = hamilton_field(scheme.s, arithmetic(16))(run.x[-1], run.mu[-1], values, near)
+    assert np.abs(equations.f(0.0, z) - f).max() < 1e-14
+    assert np.abs(equations.df(0.0, z) - df).max() < 1e-13
+    moved = 1e-5 * np.eye(len(z))
+    slopes = [(equations.f(0.0, z + d) - equations.f(0.0, z - d)) / 2e-5 for d in moved]
+    assert np.abs(np.array(slopes).T - df).max() < 1e-8
+    with pytest.raises(CannotMeasure, match="no short closed form"):
+        equations.field  # noqa: B018
+    assert "heyoka" not in peers.on(scene, ["heyoka", "DOP853"])
+
+
+@pytest.mark.slow
+def test_a_relativistic_particle_runs_in_a_race():
+    scene = relativistic()
+    chosen = Choice(
+        scenes=(scene,), rules=(midpoint,), own=(("peer", ("DOP853",)), ("budget", 0.1))
+    )
+    found = run_study(get("work-precision"), chosen)
+    assert {case["verdict"] for case in found["cases"]} == {"pass"}

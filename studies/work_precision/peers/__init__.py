@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from discmech.integrators import BadInput
-from discmech.integrators.equations import SceneSymbols
+from discmech.integrators.equations import SceneSymbols, closed_velocity
 from discmech.integrators.scene import Scene
 
 from ..contestants import Contestant, Problem
@@ -27,6 +27,8 @@ PEERS = {
     "diffrax-tsit5": ("diffraxes", "diffrax"),
     "diffrax-symplectic": ("diffraxes", "diffrax"),
 }
+#: those that take the equations of motion as expressions
+SYMBOLIC = ("heyoka", "diffrax", "diffrax-tsit5", "diffrax-symplectic")
 SPLIT = ("diffrax-symplectic",)  # those that need ẋ = f(μ), μ̇ = g(x)
 NONE = "none"
 
@@ -55,7 +57,17 @@ def chosen(names: Sequence[str]) -> tuple[list[str], list[str]]:
 
 def on(scene: Scene, names: Sequence[str]) -> list[str]:
     """Those of the peers that can be used on a scene."""
-    return [name for name in names if name not in SPLIT or _splits(scene)]
+    return [
+        name for name in names
+        if not (name in SYMBOLIC and scene.lagrangian is not None and not _is_closed(scene))
+        and (name not in SPLIT or _splits(scene))
+    ]  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _is_closed(scene: Scene) -> bool:
+    """Whether ξ(x, μ) has a short closed form."""
+    return closed_velocity(SceneSymbols(scene)) is not None
 
 
 @lru_cache(maxsize=64)
