@@ -60,6 +60,9 @@ def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
     """
     base = rule.base if isinstance(rule, Composition) else rule
     yield repr((rule.name, rule.order, rule.stages, rule.splits, base.name, base.order))
+    if isinstance(rule, Composition):
+        method = rule.method
+        yield f"{method.order} {method.in_turn} {method.coefficients(60)}"
     if is_ours(base):
         yield _text_of_rule(base)
     if not (is_ours(base) and is_ours(scene)):
@@ -83,10 +86,14 @@ def is_ours(thing: Scene | Discretisation) -> bool:
 
 
 def _derived(scheme: Scheme) -> str:
-    """The equations of a step, the Lagrangian and the conserved quantities."""
+    """The equations of a step, the groupoid, the Lagrangian and the conserved quantities."""
     s, scene = scheme.s, scheme.scene
     groups = scene.with_attitude() if any(q.attitude for q in scene.symmetries) else scene
-    parts: list[Any] = [step_system(scheme.equations)]
+    own = scene.discrete_lagrangian
+    facts: list[Any] = [(q.kind, q.attitude, q.value, q.stretch) for q in scene.symmetries]
+    facts.append((getattr(own, "order", None), getattr(own, "kept", None)))
+    parts: list[Any] = [repr(facts), step_system(scheme.equations)]
+    parts += [scheme.rho, scheme.L, scheme.R]
     if scene.lagrangian is not None:
         parts.append([s.lagrangian])
     for q in scene.symmetries:

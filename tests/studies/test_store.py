@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from discmech.integrators import scenes
-from discmech.integrators.rules import compose, gauss, midpoint, trapezoidal
+from discmech.integrators.rules import METHODS, compose, gauss, midpoint, trapezoidal
 from discmech.studies import get
 from discmech.studies.command.entry import INTERRUPTED, main
 from discmech.studies.core import fingerprint, lookup, running
@@ -275,6 +276,12 @@ def test_what_a_users_file_imports_counts(tmp_path, monkeypatch):
         assert not fingerprint.known_by_text(case)
         found.append(fingerprint.of_case(get("order"), case, timed=False))
     assert len(set(found)) == 3
+
+
+def test_coefficients_count_not_the_name_of_a_method():
+    rule = compose(midpoint, "suzuki")
+    other = replace(METHODS["triple-jump"], name="suzuki")
+    assert key(rule=rule) != key(rule=replace(rule, method=other))
 
 
 def test_a_case_that_cannot_be_used_is_not_kept(entries, monkeypatch):
