@@ -265,8 +265,9 @@ def test_a_stronger_sun_is_seen():
     def plane(n):
         return norm(end(scenes.get("kepler"), midpoint, 2, n)[0])
 
+    stronger = scenes.get("reduced-kepler").with_values(parameters={"strength": "1.001"})
+
     def polar(n):
-        stronger = scenes.get("reduced-kepler").with_values(parameters={"strength": "1.001"})
         return end(stronger, midpoint, 2, n)[0][0]
 
     orders, gaps = observed_order(plane, polar, [200, 400, 800])

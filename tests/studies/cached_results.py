@@ -61,10 +61,12 @@ def case(
     )
 
 
-@cache
-def result(study: str, *arguments: Any, **more: Any) -> dict[str, Any]:
+def measured(study: str, *arguments: Any, **more: Any) -> dict[str, Any]:
     """One case measured and judged; arguments as those of `case`."""
     return run_case(get(study), case(study, *arguments, **more))
+
+
+result = cache(measured)
 
 
 @contextmanager

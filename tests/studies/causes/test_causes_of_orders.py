@@ -1,12 +1,9 @@
-"""One constructed case for each cause, and the cause that is named for it."""
+"""Orders that are not those expected: one constructed case for each cause, and its name."""
 
 from __future__ import annotations
 
-import itertools
-from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
-from typing import Any
 
 import pytest
 import sympy
@@ -25,8 +22,6 @@ from discmech.integrators import (
 from discmech.integrators import (
     rules as discretisations,
 )
-from discmech.integrators.compiler import interpreted, kernel_text
-from discmech.integrators.flows import Flow, Start
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
 from discmech.studies.causes.diagnosis import _residuals as residuals
@@ -34,6 +29,7 @@ from discmech.studies.causes.diagnosis import _start_gap as start_gap
 from discmech.studies.causes.exact_path import truncation
 from discmech.studies.core.case import Case
 from discmech.studies.core.running import run_case
+from tests.studies.causes.faults import Broken, cause, loose, wrong_start
 
 
 @discretisation(order=2)
@@ -64,78 +60,11 @@ def spherical(retraction=None):
     return scene.with_attitude()
 
 
-@dataclass(frozen=True)
-class Broken(Case):
-    """A case whose flows have a fault that is put in."""
-
-    fault: Any = None
-
-    def scheme_on(self, scene: Scene) -> Scheme:
-        sound = super().scheme_on(scene)
-        broken = copy(sound)
-        fault = self.fault
-
-        def flow(step: Any, digits: int = 16) -> Flow:
-            made = sound.flow(step, digits)
-            fault(made)
-            return made
-
-        broken.flow = flow  # type: ignore[method-assign]
-        return broken
-
-
-def loose(flow):
-    """Newton is content with a velocity that is off by a part in ten million."""
-    edited(
-        flow, "w = plus(w, dw)", "w = tuple([(a + d) * (1 + R(1) / 10**7) for a, d in zip(w, dw)])"
-    )
-    edited(flow, "if total == 0 and", "if True or total == 0 and")
-
-
-def edited(flow, old, new):
-    """Kernels run by Python, with another line in their text."""
-    text = getattr(flow, "text", None) or kernel_text(flow.system)
-    assert old in text
-    flow.text = text.replace(old, new)
-    flow.__dict__["_kernels"] = interpreted(flow.text, flow.numbers)
-
-
-def wrong_start(flow):
-    """The start has u = v0 instead of μ = ∂l/∂ξ(x0, v0)."""
-    scene = flow.scheme.scene
-    with flow.numbers.working():
-        x, v = flow.context.vectors(scene.x0, scene.v0)
-        mu = flow.context.maps_at(x, v)["minus"] / flow.context.h
-        flow.starting.__dict__["own"] = Start(x, mu, v)
-
-
-def damped(flow):
-    """F⁺ is a little too small, consistently."""
-    sound = flow.geometry.at
-
-    def at(x, u):
-        here = sound(x, u)
-        return {k: v * (1 - flow.numbers.number("1e-6")) if k.startswith("plus") else v
-                for k, v in here.items()}  # fmt: skip
-
-    flow.geometry.at = at
-
-
-def cause(case):
-    found = run_case(get(case.study), case)
-    assert found["verdict"] != "pass"
-    assert found["diagnosis"]["cause"] in found["reason"]
-    return found["diagnosis"]
-
-
 def order(scene, rule, digits=30, fault=None, steps=None):
     made = Case(
         "order", scenes.get(scene) if isinstance(scene, str) else scene, rule, digits, steps
     )
     return made if fault is None else Broken(**vars(made), fault=fault)
-
-
-# -- orders -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("scene", ["kepler", pytest.param("heavy-top", marks=pytest.mark.slow)])
@@ -277,89 +206,3 @@ def test_a_part_that_holds_no_velocity_is_told_by_the_equations(scene, excess, o
     assert ("not consistent" in found["sentence"]) is (order_found == 0)
     assert found["evidence"]["order_of_points"] == pytest.approx(order_found, abs=0.1)
     assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found + 1, abs=0.1)
-
-
-# -- symplecticity --------------------------------------------------------------------------------
-
-
-def symplecticity(scene, fault, digits=30):
-    return Broken("symplecticity", scenes.get(scene), midpoint, digits, 16, fault=fault)
-
-
-def test_a_residual_of_the_solver_is_told_from_structure():
-    found = cause(symplecticity("rotor-body", loose))
-    assert found["cause"] == "solver residual"
-    sizes = [defect for _, defect in found["evidence"]["swept"]]
-    assert sizes[0] > 1e3 * sizes[-1] and found["evidence"]["solved"] < 1e-25
-
-
-def test_structure_stays_however_well_steps_are_solved():
-    found = cause(symplecticity("rotor-body", damped))
-    assert found["cause"] == "structure"
-    sizes = [defect for _, defect in found["evidence"]["swept"]]
-    assert sizes[-1] > 1e-8 and found["evidence"]["solved"] > 1e-8
-
-
-def drifting(flow):
-    """The momentum that is handed on is a little too small; every velocity is solved for."""
-    from discmech.studies.power.catalogue import SOLVER
-
-    edited(flow, *SOLVER["damped residual"])
-
-
-def impatient(flow):
-    """Newton stops after two corrections."""
-    from discmech.studies.power.catalogue import SOLVER
-
-    edited(flow, *SOLVER["Newton stops after two corrections"])
-
-
-@pytest.mark.parametrize(("fault", "name"), [(drifting, "update"), (impatient, "solver residual")])
-def test_steps_that_are_not_of_sound_maps_are_told_from_a_broken_form(fault, name):
-    """On a pair groupoid any arrow keeps the forms: the residual alone tells."""
-    found = cause(symplecticity("pendulum", fault))
-    evidence = found["evidence"]
-    assert found["cause"] == name and evidence["taken"] > 1e-8 and evidence["solved"] < 1e-28
-    assert (evidence["residual"] < 1e-28) is (name == "update")
-    assert (evidence["own"] < 1e-28) is (name == "update")
-    sizes = [defect for _, defect in evidence["swept"]]
-    assert all(a > 500 * b for a, b in itertools.pairwise(sizes))
-
-
-def crooked(flow):
-    """F⁺ of every substep is a little too small."""
-    for part in set(flow.parts):
-        damped(part)
-
-
-def test_the_form_of_a_composition_is_diagnosed_too():
-    """It has no pullback, and the maps of its substeps are solved anew: it is the structure."""
-    rule = discretisations.get("triple-jump:midpoint")
-    scene = scenes.get("rigid-body")
-    found = cause(Broken("symplecticity", scene, rule, 30, 16, fault=crooked))
-    assert found["cause"] == "structure" and "poisson" in found["sentence"]
-
-
-# -- momentum -------------------------------------------------------------------------------------
-
-
-@discretisation(order=2)
-def pushed(L, G, x, u, h):
-    """The midpoint rule with a kinetic energy that prefers the first axis, by O(h³)."""
-    return h * L(G.target(x, u, h / 2), u) + h**3 * u[0] ** 2 / 10
-
-
-def momentum(scene, rule, fault=None):
-    case = Case("momentum", scenes.get(scene), rule, 30, 40)
-    return case if fault is None else Broken(**vars(case), fault=fault)
-
-
-def test_a_discrete_lagrangian_that_is_not_invariant_is_told_by_the_ends_of_an_arrow():
-    found = cause(momentum("kepler", pushed))
-    assert found["cause"] == "invariance" and "angular momentum" in found["sentence"]
-    assert found["evidence"]["gap"] > 1e-8
-
-
-def test_a_run_that_loses_what_its_discrete_lagrangian_keeps_is_to_blame_itself():
-    found = cause(momentum("kepler", midpoint, drifting))
-    assert found["cause"] == "run" and found["evidence"]["gap"] < 1e-28

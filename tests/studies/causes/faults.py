@@ -1,0 +1,95 @@
+"""Cases with a fault that is put in: each has one cause."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass
+from typing import Any
+
+from discmech.integrators import Scene, Scheme
+from discmech.integrators.compiler import interpreted, kernel_text
+from discmech.integrators.flows import Flow, Start
+from discmech.studies import get
+from discmech.studies.core.case import Case
+from discmech.studies.core.running import run_case
+from discmech.studies.power.catalogue import SOLVER
+
+
+@dataclass(frozen=True)
+class Broken(Case):
+    """A case whose flows have a fault that is put in."""
+
+    fault: Any = None
+
+    def scheme_on(self, scene: Scene) -> Scheme:
+        sound = super().scheme_on(scene)
+        broken = copy(sound)
+        fault = self.fault
+
+        def flow(step: Any, digits: int = 16) -> Flow:
+            made = sound.flow(step, digits)
+            fault(made)
+            return made
+
+        broken.flow = flow  # type: ignore[method-assign]
+        return broken
+
+
+def loose(flow):
+    """Newton is content with a velocity that is off by a part in ten million."""
+    edited(
+        flow, "w = plus(w, dw)", "w = tuple([(a + d) * (1 + R(1) / 10**7) for a, d in zip(w, dw)])"
+    )
+    edited(flow, "if total == 0 and", "if True or total == 0 and")
+
+
+def edited(flow, old, new):
+    """Kernels run by Python, with another line in their text."""
+    text = getattr(flow, "text", None) or kernel_text(flow.system)
+    assert old in text
+    flow.text = text.replace(old, new)
+    flow.__dict__["_kernels"] = interpreted(flow.text, flow.numbers)
+
+
+def wrong_start(flow):
+    """The start has u = v0 instead of μ = ∂l/∂ξ(x0, v0)."""
+    scene = flow.scheme.scene
+    with flow.numbers.working():
+        x, v = flow.context.vectors(scene.x0, scene.v0)
+        mu = flow.context.maps_at(x, v)["minus"] / flow.context.h
+        flow.starting.__dict__["own"] = Start(x, mu, v)
+
+
+def damped(flow):
+    """F⁺ is a little too small, consistently."""
+    sound = flow.geometry.at
+
+    def at(x, u):
+        here = sound(x, u)
+        return {k: v * (1 - flow.numbers.number("1e-6")) if k.startswith("plus") else v
+                for k, v in here.items()}  # fmt: skip
+
+    flow.geometry.at = at
+
+
+def drifting(flow):
+    """The momentum that is handed on is a little too small; every velocity is solved for."""
+    edited(flow, *SOLVER["damped residual"])
+
+
+def impatient(flow):
+    """Newton stops after two corrections."""
+    edited(flow, *SOLVER["Newton stops after two corrections"])
+
+
+def crooked(flow):
+    """F⁺ of every substep is a little too small."""
+    for part in set(flow.parts):
+        damped(part)
+
+
+def cause(case):
+    found = run_case(get(case.study), case)
+    assert found["verdict"] != "pass"
+    assert found["diagnosis"]["cause"] in found["reason"]
+    return found["diagnosis"]

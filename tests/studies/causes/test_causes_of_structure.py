@@ -1,0 +1,81 @@
+"""Defects of symplecticity and of momenta: one constructed case for each cause, and its name."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from discmech.integrators import discretisation, scenes
+from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import midpoint
+from discmech.studies.core.case import Case
+from tests.studies.causes.faults import (
+    Broken,
+    cause,
+    crooked,
+    damped,
+    drifting,
+    impatient,
+    loose,
+)
+
+
+def symplecticity(scene, fault, digits=30):
+    return Broken("symplecticity", scenes.get(scene), midpoint, digits, 16, fault=fault)
+
+
+def test_a_residual_of_the_solver_is_told_from_structure():
+    found = cause(symplecticity("rotor-body", loose))
+    assert found["cause"] == "solver residual"
+    sizes = [defect for _, defect in found["evidence"]["swept"]]
+    assert sizes[0] > 1e3 * sizes[-1] and found["evidence"]["solved"] < 1e-25
+
+
+def test_structure_stays_however_well_steps_are_solved():
+    found = cause(symplecticity("rotor-body", damped))
+    assert found["cause"] == "structure"
+    sizes = [defect for _, defect in found["evidence"]["swept"]]
+    assert sizes[-1] > 1e-8 and found["evidence"]["solved"] > 1e-8
+
+
+@pytest.mark.parametrize(("fault", "name"), [(drifting, "update"), (impatient, "solver residual")])
+def test_steps_that_are_not_of_sound_maps_are_told_from_a_broken_form(fault, name):
+    """On a pair groupoid any arrow keeps the forms: the residual alone tells."""
+    found = cause(symplecticity("pendulum", fault))
+    evidence = found["evidence"]
+    assert found["cause"] == name and evidence["taken"] > 1e-8 and evidence["solved"] < 1e-28
+    assert (evidence["residual"] < 1e-28) is (name == "update")
+    assert (evidence["own"] < 1e-28) is (name == "update")
+    sizes = [defect for _, defect in evidence["swept"]]
+    assert all(a > 500 * b for a, b in itertools.pairwise(sizes))
+
+
+def test_the_form_of_a_composition_is_diagnosed_too():
+    """It has no pullback, and the maps of its substeps are solved anew: it is the structure."""
+    rule = discretisations.get("triple-jump:midpoint")
+    scene = scenes.get("rigid-body")
+    found = cause(Broken("symplecticity", scene, rule, 30, 16, fault=crooked))
+    assert found["cause"] == "structure" and "poisson" in found["sentence"]
+
+
+@discretisation(order=2)
+def pushed(L, G, x, u, h):
+    """The midpoint rule with a kinetic energy that prefers the first axis, by O(h³)."""
+    return h * L(G.target(x, u, h / 2), u) + h**3 * u[0] ** 2 / 10
+
+
+def momentum(scene, rule, fault=None):
+    case = Case("momentum", scenes.get(scene), rule, 30, 40)
+    return case if fault is None else Broken(**vars(case), fault=fault)
+
+
+def test_a_discrete_lagrangian_that_is_not_invariant_is_told_by_the_ends_of_an_arrow():
+    found = cause(momentum("kepler", pushed))
+    assert found["cause"] == "invariance" and "angular momentum" in found["sentence"]
+    assert found["evidence"]["gap"] > 1e-8
+
+
+def test_a_run_that_loses_what_its_discrete_lagrangian_keeps_is_to_blame_itself():
+    found = cause(momentum("kepler", midpoint, drifting))
+    assert found["cause"] == "run" and found["evidence"]["gap"] < 1e-28

@@ -1,0 +1,98 @@
+"""Quantities that drift: the study of momenta must say no, and name them."""
+
+from __future__ import annotations
+
+import pytest
+import sympy
+
+from discmech.integrators import BadInput, discretisation, scenes
+from discmech.integrators.rules import midpoint
+from discmech.integrators.scene import Conserved
+from discmech.studies import check
+from discmech.studies.momentum import measuring as momentum
+from discmech.studies.momentum.view import VIEW
+from tests.studies.cached_results import measured
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "digits"),
+    [("lagrange-top", "μ·Γ", 50), ("kepler", "angular momentum", 50),
+     ("kepler", "angular momentum", 16)],
+)  # fmt: skip
+def test_a_wrong_update_makes_momentum_fail(wrong_gain, name, quantity, digits):
+    found = measured("momentum", scenes.get(name).with_values(), midpoint, digits, 100)
+    assert found["verdict"] == "fail" and quantity in found["reason"]
+    drift, limit = found["measured"]["drift"], found["expected"]["limit"]
+    assert drift[quantity] > limit
+    if name == "lagrange-top":  # what Γ alone decides is none of this update's business
+        assert drift["|Γ|²"] <= limit
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+@pytest.mark.parametrize("rule", ["rectangle", "midpoint", "trapezoidal"])
+def test_a_quantity_that_is_not_conserved_fails_by_name(rule, digits):
+    scene = scenes.get("kepler").with_values(
+        symmetries=[
+            *scenes.get("kepler").symmetries,
+            Conserved("first momentum", lambda x, mu, p: mu[0]),
+        ],
+    )
+    found = measured("momentum", scene, rule, digits, 100)
+    assert found["verdict"] == "fail"
+    assert found["reason"].startswith("first momentum drifts by")
+    assert "angular" not in found["reason"]
+    assert found["measured"]["drift"]["angular momentum"] <= found["expected"]["limit"]
+
+
+def test_a_tiny_drift_is_caught_too():
+    """Angular momentum with a part in 10¹⁰ of something that moves: just above round-off."""
+    small = sympy.Rational(1, 10**10)
+    nearly = Conserved("nearly", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0] + small * x[0])
+    scene = scenes.get("kepler").with_values(symmetries=[nearly])
+    found = measured("momentum", scene, midpoint, 16, 1000)
+    assert found["verdict"] == "fail" and "nearly" in found["reason"]
+
+
+def test_first_integrals_are_not_asked_to_be_exact():
+    only = Conserved("Hamiltonian", lambda x, mu, p: mu[0] ** 2, kind="first integral")
+    with pytest.raises(BadInput, match="declares symmetries or Casimirs"):
+        check("momentum", [scenes.get("pendulum").with_values(symmetries=[only])], ["midpoint"])
+
+
+def test_a_quantity_of_several_components_drifts_if_one_of_them_does():
+    pair_of_both = Conserved(
+        "both", lambda x, mu, p: sympy.Matrix([x[0] * mu[1] - x[1] * mu[0], mu[0]])
+    )
+    scene = scenes.get("kepler").with_values(symmetries=[pair_of_both])
+    found = measured("momentum", scene, midpoint, 16, 100)
+    assert found["verdict"] == "fail"
+
+
+def test_a_rule_that_breaks_a_symmetry_loses_its_momentum():
+    """The potential is taken at a point moved sideways: translations stay, rotations do not."""
+
+    @discretisation()
+    def sideways(L, G, x, u, h):
+        z = G.target(x, u, h / 2)
+        return h * L(z + h * sympy.Matrix([0, sympy.Rational(1, 10)]), u)
+
+    found = measured("momentum", "kepler", sideways, 16, 100)
+    assert found["verdict"] == "fail" and "angular momentum" in found["reason"]
+    symplectic = measured("symplecticity", "kepler", sideways, 16, 24)
+    assert symplectic["verdict"] == "pass"  # still variational: only the symmetry is gone
+
+
+def test_a_quantity_in_stretches_says_over_how_many_steps_it_was_followed(monkeypatch):
+    """On sl2 the spatial momentum: three stretches of 20 steps here, in the rows where they are."""
+    monkeypatch.setattr(momentum, "MOST_STRETCHES", 3)
+    monkeypatch.setattr(momentum, "interval", lambda steps: 5)
+    monkeypatch.setattr("discmech.studies.core.runs.interval", lambda steps: 5)
+    found = measured("momentum", "sl2", midpoint, 16, 100)
+    over = found["expected"]["over"]
+    assert over.pop("spatial momentum") == 60 and over and set(over.values()) == {100}
+    assert found["expected"]["random_walk"] == pytest.approx(2.0**-53 * 10)
+    followed = [r["step"] for r in found["rows"] if r["drift"]["spatial momentum"] is not None]
+    assert max(followed) == 60 and max(row["step"] for row in found["rows"]) == 100
+    found["expected"]["over"]["spatial momentum"] = 60
+    shown = dict(VIEW.columns)["Worst drift"](found)
+    assert "(60 steps)" in shown and "(100 steps)" not in shown

@@ -1,0 +1,113 @@
+"""Orders declared wrongly and references that are wrong: the study of orders must say no."""
+
+from __future__ import annotations
+
+import pytest
+import sympy
+
+from discmech.integrators import discretisation, scenes
+from discmech.integrators.rules import midpoint, rectangle, trapezoidal
+from tests.studies.cached_results import measured, result
+
+
+def declared(order, rule):
+    return discretisation(order, name=f"so-called-{rule.name}")(rule.formula)
+
+
+@discretisation()
+def radau(L, G, x, u, h):
+    """Radau's two points: of second order with a straight path, and not its own adjoint."""
+    return h * L(x, u) / 4 + 3 * h * L(G.target(x, u, sympy.Rational(2, 3) * h), u) / 4
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+@pytest.mark.parametrize(
+    ("scene", "rule", "side"),
+    [
+        ("pendulum", declared(2, rectangle), "below"),
+        ("pendulum", declared(1, radau), "above"),
+        ("kepler", declared(1, radau), "above"),
+        ("heavy-top", declared(2, rectangle), "below"),
+        ("rigid-body", declared(4, midpoint), "below"),
+        ("kepler", declared(4, trapezoidal), "below"),
+    ],
+)
+def test_a_wrongly_declared_order_is_caught_from_both_sides(scene, rule, side, digits):
+    found = result("order", scene, rule, digits)
+    assert found["verdict"] == "fail"
+    assert f"is {side} the expected {rule.order}" in found["reason"]
+
+
+def test_an_order_left_out_is_measured_only():
+    found = result("order", "pendulum", discretisation(name="no-claim")(trapezoidal.formula), 50)
+    assert found["verdict"] == "pass" and found["expected"]["order"] is None
+    assert found["measured"]["order"] == pytest.approx(2, abs=0.01)
+    assert "no order" in found["reason"]
+
+
+def inconsistent(size):
+    """The midpoint rule with a potential that is too large by the fraction size·h."""
+
+    def formula(L, G, x, u, h):
+        middle = G.target(x, u, h / 2)
+        rest = L(middle, 0 * u)
+        return h * L(middle, u) + size * h**2 * rest
+
+    return discretisation(2, name=f"drifting-by-{float(size):g}")(formula)
+
+
+def test_a_rule_that_is_of_first_order_in_the_end_does_not_pass():
+    assert result("order", "pendulum", inconsistent(sympy.Rational(1, 10)))["verdict"] == "fail"
+
+
+LATE = "errors that leave the line far above round-off are taken for round-off"
+
+
+@pytest.mark.parametrize("size", ["1/100000", "1/1000000"])
+def test_a_first_order_error_that_shows_late_is_no_round_off(size):
+    found = result("order", "pendulum", inconsistent(sympy.Rational(size)))
+    assert found["verdict"] != "pass"
+
+
+def perturbed(monkeypatch, size):
+    """Make the order study compare with the solution for another gravity."""
+    import discmech.reference as reference
+
+    def other(scene, *arguments, **more):
+        gravity = 1 + sympy.Rational(size)
+        return reference_solution(scene.with_values(parameters={"gravity": gravity}),
+                                  *arguments, **more)  # fmt: skip
+
+    reference_solution = reference.solution
+    monkeypatch.setattr(reference, "solution", other)
+    return measured("order", scenes.get("pendulum").with_values(), trapezoidal, 16)
+
+
+def test_a_wrong_reference_is_no_pass(monkeypatch):
+    found = perturbed(monkeypatch, "1/100")
+    assert found["verdict"] != "pass"
+
+
+@pytest.mark.parametrize("size", ["1/10000000", "1/1000000000"])
+def test_a_slightly_wrong_reference_is_no_pass(monkeypatch, size):
+    assert perturbed(monkeypatch, size)["verdict"] != "pass"
+
+
+def free_motion(monkeypatch):
+    """A motion that every rule gives exactly: the ladder is on the floor from its first rung on."""
+    monkeypatch.setattr("discmech.studies.order.measuring.RUNGS", {True: 4, False: 4})
+    monkeypatch.setattr("discmech.studies.order.measuring.MOST_RUNGS", {True: 6, False: 6})
+    easy = scenes.get("harmonic").with_values(parameters={"stiffness": 0}, v0=[1])
+    return measured("order", easy, midpoint, 16, 4)
+
+
+def test_nothing_but_round_off_is_inconclusive(monkeypatch):
+    found = free_motion(monkeypatch)
+    assert found["verdict"] == "inconclusive" and "exact on this scene" in found["reason"]
+    assert len(found["rows"]) == 6  # went on looking for a window, and gave up
+    assert found["measured"] == {"order": None, "interval": None, "points": 0}
+    assert all(row["why_not"] == "round-off" for row in found["rows"][:-1])
+
+
+def test_every_point_that_is_left_out_has_a_reason(monkeypatch):
+    assert all(row["used"] or row["why_not"] for row in free_motion(monkeypatch)["rows"])
