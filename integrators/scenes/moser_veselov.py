@@ -5,8 +5,9 @@ from typing import Any
 from ..algebras import so
 from ..groupoids import lie_group
 from ..numbers import sympy
-from ..scene import Conserved, Scene, on_group
+from ..scene import Scene, on_group
 from .rigid_body import lagrangian
+from .rigid_body import scene as rigid_body
 
 
 def mass_matrix(p: Any) -> Any:
@@ -37,10 +38,7 @@ scene = Scene(
     v0=["0.7", "0.6", "0.5"],
     duration=10,
     step="0.1",
-    symmetries=[
-        Conserved("|μ|²", lambda x, mu, p: mu.dot(mu), kind="Casimir"),
-        Conserved("spatial angular momentum", lambda A, mu, p: A * mu, attitude=True),
-    ],
+    symmetries=rigid_body.symmetries,
     source="Moser, Veselov, Commun. Math. Phys. 139 (1991) 217–243; "
     "Marsden, Pekarsky, Shkoller, Nonlinearity 12 (1999) 1647–1662",
 )

@@ -6,10 +6,7 @@ from ..algebras import sl
 from ..groupoids import lie_group
 from ..numbers import sympy
 from ..scene import Conserved, Scene
-
-
-def lagrangian(x: Any, v: Any, p: Any) -> Any:
-    return sum(p.inertia[i] * v[i] ** 2 for i in range(3)) / 2
+from .rigid_body import lagrangian
 
 
 def spatial(A: Any, mu: Any, p: Any) -> Any:
