@@ -9,7 +9,6 @@ import sys
 import pytest
 
 from discmech.integrators import BadInput, scenes
-from discmech.studies.command.entry import main
 from discmech.studies.user import verify as verifying
 from discmech.studies.user.verify import SCENES, Request, studies, verify
 from tests.studies.test_userfile import RULE, SCENE
@@ -25,12 +24,6 @@ def folder(tmp_path, monkeypatch):
     for name, text in (("good", RULE), ("wrong", WRONG), ("both", RULE + SCENE), ("scene", SCENE)):
         (tmp_path / f"{name}.py").write_text(text)
     return tmp_path
-
-
-def ask(capsys, *words):
-    code = main(list(words))
-    shown = capsys.readouterr()
-    return code, shown.out, shown.err
 
 
 def test_the_six_scenes_cover_every_groupoid():
@@ -57,8 +50,8 @@ def test_a_scene_of_the_file_joins_in_and_one_alone_is_asked_about(folder):
     assert len(chosen(files=("both.py",), every_scene=True)[0]) == 1 + len(scenes.names())
 
 
-def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, capsys):
-    code, out, err = ask(capsys, "verify", "both.py", "--scene", "both.py:my-pendulum",
+def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, ask):
+    code, out, err = ask("verify", "both.py", "--scene", "both.py:my-pendulum",
                          "--scene", "kepler", *QUICK, "--json", "found.json")  # fmt: skip
     assert (code, err) == (0, "")
     lines = out.splitlines()
@@ -81,8 +74,8 @@ def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, capsys):
     assert found["command"].startswith("discmech verify both.py --scene")
 
 
-def test_a_wrong_rule_fails_with_one_sentence_that_names_the_cause(folder, capsys):
-    code, out, _ = ask(capsys, "verify", "wrong.py", "--scene", "kepler", *QUICK)
+def test_a_wrong_rule_fails_with_one_sentence_that_names_the_cause(folder, ask):
+    code, out, _ = ask("verify", "wrong.py", "--scene", "kepler", *QUICK)
     assert code == 1 and "verify: fail" in out
     told = out[out.index("verify: fail") :]
     assert told.count("✗ order: kepler, a-third, 50 digits: order 1.0") == 1
@@ -92,52 +85,52 @@ def test_a_wrong_rule_fails_with_one_sentence_that_names_the_cause(folder, capsy
     assert "a-third: not self-adjoint on kepler." in told
 
 
-def test_the_command_that_is_printed_runs_for_a_rule_of_one_s_own(folder, capsys):
+def test_the_command_that_is_printed_runs_for_a_rule_of_one_s_own(folder, ask):
     code, out, _ = ask(
-        capsys, "order", "kepler", "--rule", "good.py:two-thirds", "--digits", "50", "--json", "-"
+        "order", "kepler", "--rule", "good.py:two-thirds", "--digits", "50", "--json", "-"
     )
     assert code == 0 and json.loads(out)["cases"][0]["rule"] == "two-thirds"
-    code, out, _ = ask(capsys, "run", "both.py:my-pendulum", "--rule", "both.py:two_thirds",
+    code, out, _ = ask("run", "both.py:my-pendulum", "--rule", "both.py:two_thirds",
                        "--steps", "3", "--digits", "20", "--json", "-")  # fmt: skip
     assert code == 0 and json.loads(out)["scene"] == "my-pendulum"
 
 
-def test_json_on_standard_output_is_all_that_is_there(folder, capsys):
-    code, out, _ = ask(capsys, "verify", "good.py", "--scene", "kepler", "--study", "order",
+def test_json_on_standard_output_is_all_that_is_there(folder, ask):
+    code, out, _ = ask("verify", "good.py", "--scene", "kepler", "--study", "order",
                        "--digits", "50", "--json", "-")  # fmt: skip
     assert code == 0 and json.loads(out)["cases"]
 
 
-def test_the_page_stands_alone(folder, capsys):
+def test_the_page_stands_alone(folder, ask):
     words = ("verify", "wrong.py", "--scene", "kepler", *QUICK, "--html", "found.html")
-    assert ask(capsys, *words)[0] == 1
+    assert ask(*words)[0] == 1
     page = (folder / "found.html").read_text()
     assert "Overview" in page and "Cause: gauge" in page and "<svg" in page
     assert 'href="tables/' not in page and 'href="figures/' not in page
     assert not [p for p in folder.iterdir() if p.name in ("figures", "tables", "equations")]
 
 
-def test_a_rule_that_some_scene_cannot_use_is_inconclusive_there(folder, capsys):
+def test_a_rule_that_some_scene_cannot_use_is_inconclusive_there(folder, ask):
     (folder / "base.py").write_text(
         RULE.replace("return h", "return 0 * h * x[0] + h")  # a group has no x
     )
     words = ("verify", "base.py", "--scene", "kepler", "--scene", "rigid-body", "--study", "order",
              "--digits", "50", "--jobs", "1")  # fmt: skip
-    code, out, _ = ask(capsys, *words, "--study", "symplecticity", "--steps", "16")
+    code, out, _ = ask(*words, "--study", "symplecticity", "--steps", "16")
     assert code == 3 and "✓ order: kepler" in out
     assert "? order: rigid-body, two-thirds, cayley, 50 digits: base.py, line 8: rigid-body" in out
     assert out.count("base.py, line 8") == 1 and "and so 1 more of symplecticity" in out
-    code, out, err = ask(capsys, *words[:2], *words[4:])  # nothing else: bad input
+    code, out, err = ask(*words[:2], *words[4:])  # nothing else: bad input
     assert code == 2 and out.count("\n") <= 1 and "base.py, line 8" in err
 
 
-def test_a_scene_that_no_study_can_use_is_bad_input_and_not_inconclusive(folder, capsys):
+def test_a_scene_that_no_study_can_use_is_bad_input_and_not_inconclusive(folder, ask):
     (folder / "flat.py").write_text(SCENE.replace("v[0] ** 2 / 2", "v[0]"))
-    code, out, err = ask(capsys, "verify", "flat.py", *QUICK)
+    code, out, err = ask("verify", "flat.py", *QUICK)
     assert code == 2 and "my-pendulum with midpoint: " in err and "kinetic energy" in err
 
 
-def test_an_interrupted_run_goes_on_where_it_stopped(folder, capsys, monkeypatch):
+def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
     from discmech.studies import get
 
     monkeypatch.setenv("DISCMECH_CACHE", str(folder))
@@ -148,11 +141,11 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, capsys, monkeypatch
         raise KeyboardInterrupt
 
     monkeypatch.setattr(get("symplecticity").measuring, "measure", interrupted)
-    code, out, err = ask(capsys, *words)
+    code, out, err = ask(*words)
     assert code == 130 and "goes on where it stopped" in err and "✓ order" in out
     monkeypatch.setattr(get("symplecticity").measuring, "measure", sound)
     monkeypatch.setattr(get("order").measuring, "measure", interrupted)  # it is not measured again
-    code, out, err = ask(capsys, *words)
+    code, out, err = ask(*words)
     assert code == 0 and "✓ order" in out and "✓ symplecticity" in out
 
 
@@ -168,8 +161,8 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, capsys, monkeypatch
         (["good.py", "--study", "momentum", "--scene", "both.py:my-pendulum"], "no study applies"),
     ],
 )
-def test_bad_input_has_a_sentence_and_exit_code_2(folder, capsys, words, message):
-    code, out, err = ask(capsys, "verify", *words)
+def test_bad_input_has_a_sentence_and_exit_code_2(folder, ask, words, message):
+    code, out, err = ask("verify", *words)
     assert code == 2 and out == "" and message in err and err.count("\n") == 1
 
 
