@@ -2,10 +2,10 @@
 
 from .bisection import Bisection
 from .edge_policies import POLICIES, Bisect, EdgePolicy, Solution
-from .evolution_operator import EvolutionOperator, following, preceding
+from .evolution_operator import EvolutionOperator
 from .step_context import StepContext
 
 __all__ = [
     "Bisect", "Bisection", "EdgePolicy", "EvolutionOperator", "POLICIES", "Solution",
-    "StepContext", "following", "preceding",
+    "StepContext",
 ]  # fmt: skip

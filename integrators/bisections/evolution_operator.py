@@ -26,79 +26,6 @@ from .step_context import StepContext
 Pair = tuple[Bisection, Bisection]
 
 
-def following(
-    context: StepContext,
-    upsilon: Bisection | None,
-    y: Vector,
-    wanted: Vector,
-    start: Vector,
-    scale: Number = 0,
-) -> Vector | None:
-    """The v with F⁻(R_Υ(y, v)) = wanted, m, by Newton from a start; None if it does not converge.
-
-    scale: the size of v below which round-off is absolute. Υ = None is the identity bisection.
-    """
-
-    def change(v: Vector) -> Vector:
-        here = _maps_through(context, upsilon, "right", y, v)
-        dv = np.asarray(context.numbers.solve(here["minus_u"], wanted - here["minus"]))
-        return _along_group(context, here["R"], dv, v)
-
-    return newton(change, start, scale, context.numbers.eps)
-
-
-def preceding(
-    context: StepContext,
-    sigma: Bisection | None,
-    y: Vector,
-    wanted: Vector,
-    start: Vector,
-    scale: Number = 0,
-) -> Vector | None:
-    """The (x, u) with b(x, u) = y and F⁺(L_Σ(x, u)) = wanted, n+m; the rest as in `following`."""
-    n = len(y)
-
-    def change(point: Vector) -> Vector:
-        here = _maps_through(context, sigma, "left", point[:n], point[n:])
-        matrix = np.vstack([slopes(here, "target"), slopes(here, "plus")])
-        gap = np.concatenate([y, wanted]) - np.concatenate([here["target"], here["plus"]])
-        step = np.asarray(context.numbers.solve(matrix, gap))
-        step[n:] = _along_group(context, here["R"], step[n:], point[n:])
-        return step
-
-    return newton(change, start, scale, context.numbers.eps)
-
-
-def _along_group(context: StepContext, R: Matrix, du: Vector, u: Vector) -> Vector:
-    """The change of u that follows R⁻¹du in the group, where L_d is given on it; else du."""
-    if context.equations.element is None:
-        return du
-    chart, h = context.chart, context.h
-    along = chart.element(h * context.numbers.solve(R, du))
-    return np.asarray(chart.coordinates(along @ chart.element(h * u)) / h - u)
-
-
-def _maps_through(
-    context: StepContext, bisection: Bisection | None, side: str, x: Vector, u: Vector
-) -> Maps:
-    """The Legendre maps at L_Σ(x, u) or R_Σ(x, u) ("left", "right"); derivatives by (x, u).
-
-    F⁺ is e←(L_d∘L_Σ), F⁻ is e→(L_d∘R_Σ). The target, its derivatives and R are of (x, u) itself;
-    "tangent" is T L_Σ or T R_Σ (of a bisection only).
-    """
-    if bisection is None:
-        return context.geometry.at(x, u)
-    n, zero = len(x), 0 * u
-    to, tangent_of = (getattr(bisection, side + end) for end in ("", "_tangent"))
-    at, tangent, here = context.geometry.at(*to(x, u)), tangent_of(x, u), bisection.maps(x, u, zero)
-    parts = {"target": here["target"], "target_x": here["b_x"], "target_u": here["b_u"],
-             "R": bisection.maps(x, zero, u)["p_u"], "tangent": tangent}  # fmt: skip
-    for name in ("minus", "plus"):
-        slope = slopes(at, name) @ tangent
-        parts |= {name: at[name], f"{name}_x": slope[:, :n], f"{name}_u": slope[:, n:]}
-    return parts
-
-
 class EvolutionOperator:
     """Ψ from near g₀ (on Σ = sigma) to near h₀ (on Υ = upsilon), and its inverse Ξ.
 
@@ -106,7 +33,8 @@ class EvolutionOperator:
     several solutions the one near the bisection is taken, as in the theorem. Arrows are written in
     the groupoid's own chart, also where L_d is given on the group. Raises `BadInput` for bisections
     of another groupoid, step or number of digits, `CannotMeasure` for a composition. All methods
-    take numbers of any kind and return floats, beyond double precision mpmath's.
+    take numbers of any kind and return floats, beyond double precision mpmath's; they raise
+    `StepFailure` where a map has no value.
     """
 
     def __init__(
@@ -144,9 +72,9 @@ class EvolutionOperator:
     @in_own_numbers
     def devolve(self, y: Vector, v: Vector) -> Point:
         """Ξ: the g = (x, u) that h = (y, v) follows; raises `BadInput` if Newton diverges."""
-        wanted = self._after(*_moved(self.upsilon, "without_right", y, v))["minus"]
+        goal = self._after(*_moved(self.upsilon, "without_right", y, v))["minus"]
         starts = (np.concatenate([y, w]) for w in (0 * v, v))
-        near = self._solved(preceding, self.sigma, y, wanted, starts)
+        near = self._solved(self.preceding, y, goal, starts)
         return self._public(_moved(self.sigma, "left", near[: self.n], near[self.n :]))
 
     def trajectory(
@@ -212,11 +140,78 @@ class EvolutionOperator:
         here, there = self.context.maps_at(x, u), self.context.maps_at(*end)
         return pullback_defect(self.context.geometry, here, there, self._tangent(*maps))
 
+    # -- Newton on arrows -----------------------------------------------------------------------
+
+    def following(self, y: Vector, goal: Vector, start: Vector, scale: Number = 0) -> Vector | None:
+        """The v with F⁻(R_Υ(y, v)) = goal, m, by Newton from a start; None if it diverges.
+
+        All in the context's numbers; scale: the size of v below which round-off is absolute.
+        """
+
+        def change(v: Vector) -> Vector:
+            here = self._maps(self.context.geometry.at, self.upsilon, "right", y, v)
+            dv = np.asarray(self.numbers.solve(here["minus_u"], goal - here["minus"]))
+            return self._along_group(here["R"], dv, v)
+
+        return newton(change, start, scale, self.numbers.eps)
+
+    def preceding(self, y: Vector, goal: Vector, start: Vector, scale: Number = 0) -> Vector | None:
+        """The (x, u) with b(x, u) = y and F⁺(L_Σ(x, u)) = goal, n+m; else as `following`."""
+        n = self.n
+
+        def change(point: Vector) -> Vector:
+            x, u = point[:n], point[n:]
+            here = self._maps(self.context.geometry.at, self.sigma, "left", x, u)
+            matrix = np.vstack([slopes(here, "target"), slopes(here, "plus")])
+            gap = np.concatenate([y - here["target"], goal - here["plus"]])
+            step = np.asarray(self.numbers.solve(matrix, gap))
+            step[n:] = self._along_group(here["R"], step[n:], u)
+            return step
+
+        return newton(change, start, scale, self.numbers.eps)
+
+    def _along_group(self, R: Matrix, du: Vector, u: Vector) -> Vector:
+        """The change of u that follows R⁻¹du in the group, where L_d is given on it; else du."""
+        if self.context.equations.element is None:
+            return du
+        chart, h = self.context.chart, self.context.h
+        along = chart.element(h * self.numbers.solve(R, du))
+        return np.asarray(chart.coordinates(along @ chart.element(h * u)) / h - u)
+
     def _before(self, x: Vector, u: Vector) -> Maps:
-        return _maps_through(self.context, self.sigma, "left", x, u)
+        return self._maps(self.context.maps_at, self.sigma, "left", x, u)
 
     def _after(self, y: Vector, v: Vector) -> Maps:
-        return _maps_through(self.context, self.upsilon, "right", y, v)
+        return self._maps(self.context.maps_at, self.upsilon, "right", y, v)
+
+    def _maps(
+        self,
+        maps_at: Callable[[Vector, Vector], Maps],
+        bisection: Bisection | None,
+        side: str,
+        x: Vector,
+        u: Vector,
+    ) -> Maps:
+        """The Legendre maps at L_Σ(x, u) or R_Σ(x, u) ("left", "right"); derivatives by (x, u).
+
+        F⁺ is e←(L_d∘L_Σ), F⁻ is e→(L_d∘R_Σ). The target, its derivatives and R are of (x, u)
+        itself; "tangent" is T L_Σ or T R_Σ (of a bisection only). maps_at: what gives the maps of
+        L_d, which fails with a `StepFailure` outside of Newton's iteration.
+        """
+        if bisection is None:
+            return maps_at(x, u)
+        to, tangent_of = (getattr(bisection, side + end) for end in ("", "_tangent"))
+        at, tangent, here = maps_at(*to(x, u)), tangent_of(x, u), bisection.maps(x, u, 0 * u)
+        parts = {"target": here["target"], "target_x": here["b_x"], "target_u": here["b_u"],
+                 "R": bisection.maps(x, 0 * u, u)["p_u"], "tangent": tangent}  # fmt: skip
+        for name in ("minus", "plus"):
+            slope = slopes(at, name) @ tangent
+            parts |= {
+                name: at[name],
+                f"{name}_x": slope[:, : self.n],
+                f"{name}_u": slope[:, self.n :],
+            }
+        return parts
 
     def _step(self, x: Vector, u: Vector) -> tuple[Maps, Maps, Point]:
         """The maps at g_W and at h_W, and h, of the step from g = (x, u)."""
@@ -227,7 +222,7 @@ class EvolutionOperator:
             yield 0 * u  # the bisection itself
             yield _moved(self.upsilon, "without_right", y, u)[1]  # the last step, written on it
 
-        v = self._solved(following, self.upsilon, y, before["plus"], starts())
+        v = self._solved(self.following, y, before["plus"], starts())
         return before, self._after(y, v), _moved(self.upsilon, "right", y, v)
 
     def _tangent(self, before: Maps, after: Maps) -> Matrix:
@@ -239,18 +234,13 @@ class EvolutionOperator:
         return np.asarray(tangent)
 
     def _solved(
-        self,
-        solve: Callable[..., Vector | None],
-        bisection: Bisection | None,
-        y: Vector,
-        wanted: Vector,
-        starts: Iterator[Vector],
+        self, solve: Callable[..., Vector | None], y: Vector, goal: Vector, starts: Iterator[Vector]
     ) -> Vector:
-        """The solution by `solve` from the first start that leads to one."""
+        """The solution by `following` or `preceding` from the first start that leads to one."""
         for start in starts:
-            solution = solve(self.context, bisection, y, wanted, start, scale=1)
+            solution = solve(y, goal, start, scale=1)
             if solution is not None:
-                return np.asarray(solution)
+                return solution
         raise BadInput(
             f"{self.context.scene.name}: no solution was found near the bisections; take them "
             "through arrows nearer to the solution, or a smaller step."

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bisections import StepContext, following, preceding
+from ..bisections import EvolutionOperator, StepContext
 from ..geometry import Maps
 from ..numbers import Matrix, Vector
 
@@ -17,7 +17,7 @@ Step = tuple[Vector, Vector, Matrix]
 
 def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
     """The u with F⁻(x, u) = hμ, by Newton from the guess; raises `StepFailure` if it diverges."""
-    u = following(context, None, x, context.h * mu, guess)
+    u = EvolutionOperator(context).following(x, context.h * mu, guess)
     if u is None:
         raise context.failure("the step was not found", {"x": x, "mu": mu})
     return u
@@ -27,7 +27,7 @@ def arrow_before(context: StepContext, y: Vector, v: Vector) -> tuple[Vector, Ve
     """The (x, u) with b(x, u) = y and F⁺(x, u) = F⁻(y, v); raises `StepFailure`."""
     n, there = len(y), context.maps_at(y, v)
     start = np.concatenate([y - there["rho"] @ v, v])
-    point = preceding(context, None, y, there["minus"], start)
+    point = EvolutionOperator(context).preceding(y, there["minus"], start)
     if point is None:
         raise context.failure("the inverse step was not found", {"y": y, "v": v})
     return point[:n], point[n:]

@@ -17,6 +17,7 @@ from discmech.integrators import (
     LocalGroupoid,
     Scene,
     Scheme,
+    StepFailure,
     action,
     lie_group,
     pair,
@@ -341,6 +342,16 @@ def test_what_is_no_arrow_context_or_bisection_is_refused():
                                                            [1, 2, 3], 1).left):  # fmt: skip
         with pytest.raises(BadInput, match="a vector has 2 entries, but 3 are needed"):
             method([], [1, 2])
+
+
+def test_an_arrow_where_the_lagrangian_has_no_value_is_a_failed_step():
+    scene = Scene(
+        "arc", pair(1), lambda x, v, p: v[0] ** 2 / 2 + sympy.asin(x[0]), x0=["0.1"], v0=["0.1"]
+    )
+    operator = EvolutionOperator(Scheme(scene, trapezoidal).flow("0.1").context)
+    for method in (operator.evolve, operator.devolve, operator.FL, operator.pullback_defect):
+        with pytest.raises(StepFailure, match=r"arc .* L_d or a derivative of it is no number"):
+            method([2], [0])
 
 
 def test_a_composition_has_no_operator_on_arrows():
