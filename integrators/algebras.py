@@ -142,6 +142,7 @@ class MatrixAlgebra:
         if not (over_q.domain.is_ZZ or over_q.domain.is_QQ):
             return [one]  # with irrational constants the roots below are not found
         kernel = over_q.convert_to(sympy.QQ).nullspace().to_Matrix()
+        # multiples of a prime: no pattern that two ideals might share
         weights = sympy.Matrix([[(7919 * (i + 1)) % 101 for i in range(kernel.rows)]])
         commuting = (weights * kernel).reshape(self.dim, self.dim)
         factors = [f.as_poly(t) for f, _ in sympy.factor_list(commuting.charpoly(t).as_expr())[1]]

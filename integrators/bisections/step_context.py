@@ -91,7 +91,7 @@ class StepContext:
         """
         try:
             xi = self.chart.coordinates(g, translate)
-        except ZeroDivisionError:
+        except ArithmeticError:
             return None
         off = abs(self.chart.element(xi, translate) - g).max()
         return xi / self.h if off <= 2**20 * self.numbers.eps * (1 + abs(g).max()) else None

@@ -48,7 +48,7 @@ class GroupChart(AlgebraInNumbers):
         return np.asarray(self.tau.element_in(self, xi) @ self.translates[translate][0])
 
     def coordinates(self, g: Matrix, translate: int = 0) -> Vector:
-        """ξ with g = τ(ξ) B, m; raises `ZeroDivisionError` at the chart's edge."""
+        """ξ with g = τ(ξ) B, m; raises `ArithmeticError` at the chart's edge."""
         return self.tau.coordinates_in(self, g @ self.translates[translate][1])
 
     def openness(self, g: Matrix, translate: int = 0) -> Number:

@@ -32,6 +32,7 @@ class Cayley(EquivariantRetraction):
     proven = True
 
     def check(self, algebra: MatrixAlgebra) -> None:
+        super().check(algebra)
         if not algebra.closed_under_triple_products:
             raise BadInput(
                 f"the Cayley transform does not map {algebra.name} into its group (the algebra "

@@ -47,9 +47,6 @@ class Exponential(EquivariantRetraction):
     name: str = "exponential"
     proven = True
 
-    def check(self, algebra: MatrixAlgebra) -> None:
-        algebra.structure_constants  # noqa: B018 - closed under brackets is all that it needs
-
     def displacement(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
         if not turnings(algebra):
             return complex_form(algebra, MatrixFunction(DISPLACEMENT, algebra.real.basis)(xi))

@@ -120,12 +120,17 @@ def test_cayley_is_refused_where_it_leaves_the_group(algebra):
         lie_group(algebra, exponential).with_retraction(cayley)
 
 
-def test_a_basis_that_is_not_closed_or_not_independent_is_named():
-    e, f = ((0, 1), (0, 0)), ((0, 0), (1, 0))
-    with pytest.raises(BadInput, match="commutator of basis matrices 1 and 2 is not a combination"):
-        exponential.check(MatrixAlgebra("open", (e, f)))
+@pytest.mark.parametrize("tau", [cayley, exponential], ids=lambda r: r.name)
+def test_a_basis_that_is_not_closed_or_not_independent_is_named(tau):
+    """Symmetric matrices are closed under ξηξ, and no algebra all the same."""
+    e, f, diagonal = ((0, 1), (0, 0)), ((0, 0), (1, 0)), ((1, 0), (0, -1))
+    symmetric = MatrixAlgebra("symmetric", (((0, 1), (1, 0)), diagonal, ((1, 0), (0, 1))))
+    assert symmetric.closed_under_triple_products
+    for algebra in (symmetric, MatrixAlgebra("open", (e, f))):
+        with pytest.raises(BadInput, match="commutator of basis matrices 1 and 2 is not a combin"):
+            lie_group(algebra, tau).element(direction(algebra, 0), 1)
     with pytest.raises(BadInput, match="linearly dependent"):
-        exponential.check(MatrixAlgebra("twice", (e, e)))
+        tau.check(MatrixAlgebra("twice", (e, e)))
 
 
 def test_a_logarithm_beyond_the_half_turn_is_refused():
