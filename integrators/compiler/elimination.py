@@ -60,12 +60,12 @@ class Equations(Together):
     """The unknowns of m linear equations, solved by `tuple_operations.eliminate`."""
 
     def lines(self, names: list[str], texts: list[str]) -> list[str]:
-        """Fill a workspace, solve, and read the unknowns off."""
+        """Fill a matrix, solve, and read the unknowns off."""
         m, a = len(names), f"rows_{names[0]}"
         places = (f"{a}[{i}][{j}]" for i in range(m) for j in range(m + 1))
         filled = [f"{at} = {text}" for at, text in zip(places, texts, strict=True) if text != "0"]
         read = [f"{name} = {a}[{i}][{m}]" for i, name in enumerate(names)]
-        return [f"{a} = workspace({m}, {m + 1})", *filled, f"eliminate({a}, {m})", *read]
+        return [f"{a} = zeros({m}, {m + 1})", *filled, f"eliminate({a}, {m})", *read]
 
 
 class Steps:

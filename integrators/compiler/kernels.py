@@ -86,11 +86,7 @@ def _file_name(system: System) -> str:
 def names_of(text: str, numbers: Arithmetic) -> dict[str, Any]:
     """The functions and constants of a text, run by Python."""
     known = {name: value for name, value in vars(_layout).items() if name.isupper()}
-
-    def workspace(rows: int, columns: int) -> list[list[Number]]:
-        return [[numbers.number(0)] * columns for _ in range(rows)]
-
-    given = {"workspace": workspace, "Layout": Layout, "Record": SimpleNamespace, **known}
+    given = {"Layout": Layout, "Record": SimpleNamespace, **known}
     return run_text(text, {**given, **numbers.namespace()})
 
 

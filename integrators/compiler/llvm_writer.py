@@ -38,7 +38,7 @@ class Module:
         functions = {n: mathematical(n, getattr(math, n)) for n, f in names.items()
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
         self.names = {**names, **functions, **CONDITIONS, "int": whole,
-                      "workspace": self._workspace}  # fmt: skip
+                      "zeros": self._zeros}  # fmt: skip
         for node in ast.parse(text).body:
             if isinstance(node, ast.FunctionDef):
                 self.names[node.name] = self._function(node, names[node.name])
@@ -118,7 +118,7 @@ class Module:
         self.routine.do(f"call void @{name}({_typed(given)}, {_typed(result)})")
         return result
 
-    def _workspace(self, rows: int, columns: int) -> Array:
+    def _zeros(self, rows: int, columns: int) -> Array:
         """A matrix of zeros."""
         place = self.routine.memory("f", rows * columns, columns)
         name, size = "@llvm.memset.p0.i64", 8 * rows * columns

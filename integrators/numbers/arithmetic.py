@@ -150,7 +150,6 @@ class Multiple:
             return {**_functions(g), "R": g.mpfr, "PI": g.const_pi(), "constant": self.constant,
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
                     "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
-                    "workspace": lambda rows, columns: [[g.mpfr(0)] * columns for _ in range(rows)],
                     "zeros": self.zeros, "linear_solve": self.solve,
                     "array": self.array}  # fmt: skip
 

@@ -40,13 +40,13 @@ def test_the_loop_solves(m, zeros):
     assert [row[m] for row in rows] == solution
 
 
-def test_a_large_workspace_is_not_on_the_stack():
+def test_a_large_matrix_is_not_on_the_stack():
     """192 unknowns take 296 kB; a thread may have 128 KiB of stack."""
     m = 192
     text = driver_text()
     text = text[text.index("@node") :] + textwrap.dedent(f"""
         def advance(b):
-            a = workspace({m}, {m + 1})
+            a = zeros({m}, {m + 1})
             for i in range({m}):
                 a[i][i] = 2.0
                 if i > 0:

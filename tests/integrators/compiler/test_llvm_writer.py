@@ -17,8 +17,7 @@ ARRAYS = {"a": Array("f"), "table": Array("f", columns=3), "whole": Array("i")}
 def both(text, *arguments):
     """What a text's `advance` makes of copies of the arguments, as machine code and in Python."""
     text = textwrap.dedent(text)
-    workspace = lambda rows, columns: [[0.0] * columns for _ in range(rows)]  # noqa: E731
-    names = run_text(text, {"workspace": workspace, **Double().namespace()})
+    names = run_text(text, Double().namespace())
     found = []
     for advance in (compiled("test", text, names, ARRAYS), names["advance"]):
         given = [g.copy() if isinstance(g, np.ndarray) else g for g in arguments]
