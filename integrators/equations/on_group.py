@@ -5,8 +5,8 @@ bisection only say how g is written in u. For a translate B of the group
 
     g = τ(hu) B,     e→_γ g = h e_γ g,     e←_γ g = h g e_γ
 
-so F⁻ and F⁺ hold g alone, and no translate changes the equations. B and
-B⁻¹ are parameters of the kernel: another translate changes numbers, never code.
+so F⁻ and F⁺ hold g alone, and no translate changes the equations. B and B⁻¹ are parameters of the
+kernel: another translate changes numbers, never code.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .symbols import SceneSymbols
 
 
 class Element:
-    """The letters of g, its value τ(hu) B and how the invariant fields move it.
+    """The letters of g, what they stand for, τ(hu) B, and how the invariant fields move them.
 
     Raises `BadInput` unless the groupoid is a matrix group or an action of one, with real matrices.
     """
@@ -44,18 +44,6 @@ class Element:
         self.g = s.matrix("g", self.size)
 
     @cached_property
-    def value(self) -> SymbolicMatrix:
-        """τ(hu) B, N×N."""
-        return self.groupoid.element(self.s.u, self.s.h) * self.s.translate[0]
-
-    @cached_property
-    def block(self) -> Block:
-        """The letters of g with their derivatives."""
-        size = self.size**2
-        g, value = (matrix.reshape(size, 1) for matrix in (self.g, self.value))
-        return Block(g, value, [(self.s.u, self.slope)], fields=self.fields)
-
-    @cached_property
     def fields(self) -> tuple[SymbolicMatrix, SymbolicMatrix]:
         """(h e_γ g, h g e_γ) as columns, N²×m each: e→ and e← on the letters."""
         h, basis = self.s.h, self.groupoid.algebra.matrices
@@ -64,10 +52,14 @@ class Element:
         return sympy.Matrix.hstack(*right), sympy.Matrix.hstack(*left)
 
     @cached_property
-    def slope(self) -> SymbolicMatrix:
-        """∂g/∂u = (e→ g) R⁻¹, N²×m."""
-        g, s = self.groupoid, self.s
-        return self.fields[0] * g.tau.inverse_right_field(g.algebra, s.h * s.u)
+    def block(self) -> Block:
+        """The letters of g, which stand for τ(hu) B, with ∂g/∂u = (e→ g) R⁻¹."""
+        s, groupoid, size = self.s, self.groupoid, self.size**2
+        value = groupoid.element(s.u, s.h) * s.translate[0]
+        inverse_right = groupoid.tau.inverse_right_field(groupoid.algebra, s.h * s.u)
+        slope = self.fields[0] * inverse_right
+        letters, values = self.g.reshape(size, 1), value.reshape(size, 1)
+        return Block(letters, values, [(s.u, slope)], fields=self.fields)
 
     @cached_property
     def left(self) -> SymbolicMatrix:
