@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from discmech.integrators.scene import Scene
 
 from .. import NAMES, get
 from ..core.case import Choice, Progress, silent
+from ..core.fingerprint import of_views
 from ..core.running import cores, run_studies
 from ..core.store import Store
 
@@ -43,8 +46,22 @@ def make_report(
         results.append(power(progress, jobs or cores(), store=store))
     progress("figures", 1.0)
     scenes = list({scene.name: scene for scene, _ in choice.pairs()}.values())
-    page = write_report(results, equations, [about(s) for s in scenes], folder, "make report")
+    page = write_report(
+        results, equations, [about(s) for s in scenes], folder, "make report", _drawn_once(store)
+    )
     return results, page
+
+
+def _drawn_once(store: Store | None) -> Callable[[Any, Callable[[], Any]], Any] | None:
+    """What gives figures from the store, or draws them and keeps them there."""
+    if store is None:
+        return None
+
+    def remembered(words: Any, make: Callable[[], Any]) -> Any:
+        key = of_views(json.dumps(words))
+        return store.find(key) or store.keep(key, make())
+
+    return remembered
 
 
 def write_study(result: dict[str, Any], choice: Choice, folder: Path) -> Path:

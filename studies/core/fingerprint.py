@@ -7,6 +7,7 @@ import hashlib
 import inspect
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -112,6 +113,17 @@ def of_everything(*words: str) -> str:
     return _digest(*words, str(versions()), _text_of_all())
 
 
+def of_views(*words: str) -> str:
+    """Of some words and the text of all that shows results: for pictures."""
+    return _digest(*words, _text_of_views(), version("matplotlib"))
+
+
+@cache
+def _text_of_views() -> str:
+    files = sorted((ROOT / "studies").rglob("*.py"))
+    return _digest(*(p.read_text("utf-8") for p in files if _shows(p)))
+
+
 @cache
 def _text_of_all() -> str:
     folders = (ROOT / name for name in ("integrators", "reference", "studies"))
@@ -133,8 +145,7 @@ def imported_files(files: Iterable[Path]) -> list[Path]:
     seen, pending = set[Path](), [p.resolve() for p in files]
     while pending:
         file = pending.pop()
-        shows = _within(file, VIEWS) or any(map(file.match, VIEW_FILES))
-        if file in seen or (shows and file.parent.parent.name == "studies"):
+        if file in seen or _shows(file):
             continue
         seen.add(file)
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
@@ -156,6 +167,11 @@ def _files(file: Path, node: ast.ImportFrom) -> Iterator[Path]:
         for path in (place.with_suffix(".py"), place / "__init__.py"):
             if path.is_file():
                 yield path.resolve()
+
+
+def _shows(file: Path) -> bool:
+    of_a_study = file.parent.parent == ROOT / "studies" and any(map(file.match, VIEW_FILES))
+    return _within(file, VIEWS) or of_a_study
 
 
 def _within(file: Path, places: Iterable[Path]) -> bool:

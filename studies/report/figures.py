@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from base64 import b64decode, b64encode
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 from ..core.study import view_of
 from .canvas import Drawing, render
-from .palette import marks
+from .palette import Mark, marks
 from .view import Titles
 from .wording import Case, Result, rule_name
 
@@ -24,24 +27,63 @@ class Plate:
     drawing: Drawing
 
 
-def plates(results: Sequence[Result], titles: Titles, library: dict[str, str]) -> list[Plate]:
+#: (what it depends on, how it is made) → what was made, now or earlier
+Remembered = Callable[[Any, Callable[[], Any]], Any]
+
+
+def anew(words: Any, make: Callable[[], Any]) -> Any:
+    """Make it, whatever was made before."""
+    return make()
+
+
+def plates(
+    results: Sequence[Result],
+    titles: Titles,
+    library: dict[str, str],
+    remembered: Remembered = anew,
+) -> list[Plate]:
     """Every figure that these results (one a study) allow.
 
     `library` collects the glyphs and markers that the inline panels refer to; the page has to
-    hold them once.
+    hold them once. remembered: gives what was drawn of the same numbers before.
     """
     rules = dict.fromkeys(rule_name(case) for result in results for case in result["cases"])
     known = marks(rules)
     found = []
     for result in results:
         study, cases = str(result["study"]), result["cases"]
-        for sketch in view_of(study).sketches(cases, known, titles):
-            if sketch.panels:
-                drawing = render(sketch.panels, sketch.sheet, library)
-                again = command(result, cases, sketch.digits)
-                words = (sketch.title, sketch.caption, again)
-                found.append(Plate(sketch.name, study, *words, drawing))
+        drawn = remembered(
+            [study, cases, [str(item) for item in known.items()], dict(titles)],
+            partial(_drawn, study, cases, known, titles),
+        )
+        library |= drawn["library"]
+        for figure in drawn["figures"]:
+            drawing = Drawing(
+                figure["svg"].encode(), b64decode(figure["png"]), figure["panels"],
+                figure["width"], figure["columns"],
+            )  # fmt: skip
+            again = command(result, cases, figure["digits"])
+            words = (figure["title"], figure["caption"], again)
+            found.append(Plate(figure["name"], study, *words, drawing))
     return found
+
+
+def _drawn(
+    study: str, cases: Sequence[Case], known: dict[str, Mark], titles: Titles
+) -> dict[str, Any]:
+    """The figures of a study and what they add to the page's library, as JSON has it."""
+    library: dict[str, str] = {}
+    figures = []
+    for sketch in view_of(study).sketches(cases, known, titles):
+        if sketch.panels:
+            drawing = render(sketch.panels, sketch.sheet, library)
+            figures.append(
+                {"name": sketch.name, "title": sketch.title, "caption": sketch.caption,
+                 "digits": sketch.digits, "svg": drawing.svg.decode(),
+                 "png": b64encode(drawing.png).decode(), "panels": drawing.panels,
+                 "width": drawing.width, "columns": drawing.columns}
+            )  # fmt: skip
+    return {"library": library, "figures": figures}
 
 
 def command(result: Result, cases: Sequence[Case], digits: int | None) -> str:

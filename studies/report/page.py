@@ -16,7 +16,7 @@ from .wording import VERDICTS, Case, Result, is_control, verdict
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-    from .figures import Plate
+    from .figures import Plate, Remembered
 
 LONGEST_FORMULA = 60_000  # characters of MathML; longer ones are linked, not shown
 FORMULAE = 1_000_000  # and of all of them together
@@ -28,12 +28,14 @@ def write_report(
     scenes: Sequence[Mapping[str, Any]],
     folder: Path,
     command: str = "make report",
+    remembered: Remembered | None = None,
 ) -> Path:
     """Write index.html, figures/, tables/ (and equations/ for the longest) into a folder.
 
     An older report in the folder stays whole until this one is, and for good if this one fails.
+    remembered: gives figures that were drawn of the same numbers before (`figures.plates`).
     """
-    from .figures import plates
+    from .figures import anew, plates
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     studies = merged(results)
@@ -41,7 +43,7 @@ def write_report(
     with published(Path(folder), last="index.html") as new:
         for name in ("figures", "tables", "equations"):
             (new / name).mkdir()
-        drawn = plates(studies, titles, library)
+        drawn = plates(studies, titles, library, remembered or anew)
         for plate in drawn:
             (new / "figures" / f"{plate.name}.svg").write_bytes(plate.drawing.svg)
             (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)

@@ -278,6 +278,26 @@ def test_what_a_users_file_imports_counts(tmp_path, monkeypatch):
     assert len(set(found)) == 3
 
 
+def test_figures_are_drawn_once_of_the_same_numbers(monkeypatch):
+    from discmech.studies.command.report import _drawn_once
+    from discmech.studies.report import figures
+    from tests.studies.fake_results import results
+
+    drawn, render = [], figures.render
+    monkeypatch.setattr(figures, "render", lambda *a: drawn.append(1) or render(*a))
+
+    def page(result):
+        library = {}
+        return figures.plates([result], {}, library, _drawn_once(Store())), library
+
+    (result,) = [r for r in results((16,)) if r["study"] == "energy"]
+    first = page(result)
+    count = len(drawn)
+    assert count and page(result) == first and len(drawn) == count
+    result["cases"].pop()
+    assert page(result) != first and len(drawn) == 2 * count
+
+
 def test_coefficients_count_not_the_name_of_a_method():
     rule = compose(midpoint, "suzuki")
     other = replace(METHODS["triple-jump"], name="suzuki")
