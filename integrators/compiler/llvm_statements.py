@@ -35,7 +35,7 @@ class Scope:
     """One call of a function whose path depends on numbers."""
 
     def __init__(self, module: Any, node: ast.FunctionDef, often: set[str]) -> None:
-        self.routine, self.node, self.often = module.routine, node, often
+        self.module, self.routine, self.node, self.often = module, module.routine, node, often
         self.names = dict(module.names)
         self.places: dict[str, Any] = {}  # of what is assigned in several places, and of "return"
         self.ends: list[str] = []  # of the loops around
@@ -146,6 +146,7 @@ class Scope:
 
     def _count(self, node: ast.For, start: Any, stop: Any, step: int = 1) -> None:
         """A loop over whole numbers in steps of a constant."""
+        self.module.loops = True
         turns = f"turns of the loop in line {node.lineno}"
         self._put(turns, start)
 

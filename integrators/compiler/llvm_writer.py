@@ -27,8 +27,11 @@ class Module:
     """The functions of one text, and what is written of them.
 
     names: the values of its names, as Python runs it. foreign: name → length of the result, of
-    functions (ptr arguments, ptr result) elsewhere.
+    functions (ptr arguments, ptr result) elsewhere. loops: whether a loop over whole numbers was
+    written.
     """
+
+    loops = False
 
     def __init__(self, text: str, names: Mapping[str, Any], foreign: Mapping[str, int]) -> None:
         self.foreign, self.written = foreign, list[str]()

@@ -84,7 +84,8 @@ def compiled(
     if code is None:
         module = Module(text, names, tables)
         module.export("advance", parameters["advance"], arrays)
-        code = _object(module.text())
+        # level 3 makes elimination in a loop slower (18 unknowns: 1.5 times), other steps faster
+        code = _object(module.text(), level=2 if module.loops else 3)
         write_atomically(path, hashlib.sha256(code).digest() + code)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
@@ -99,12 +100,11 @@ def _stored(path: Path) -> bytes | None:
     return code if code and content.startswith(hashlib.sha256(code).digest()) else None
 
 
-def _object(text: str) -> bytes:
-    """The machine code of a text of LLVM's."""
+def _object(text: str, level: int) -> bytes:
+    """The machine code of a text of LLVM's, its passes being those of a level of optimisation."""
     module, machine = llvm.parse_assembly(text), _machine()
     module.triple, module.data_layout = llvm.get_default_triple(), str(machine.target_data)
-    # level 3 makes no step faster, and elimination in a loop slower (18 unknowns: 1.5 times)
-    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    options = llvm.create_pipeline_tuning_options(speed_level=level)
     options.loop_vectorization = True
     # pairs of scalars in one register cost more than they save (Kepler, Störmer–Verlet: 1.4 times)
     options.slp_vectorization = False
