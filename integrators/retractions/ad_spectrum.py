@@ -40,7 +40,8 @@ class Turning:
         cay(2a) − e = 2(a + a²)/(1 + z_a) with a = ξ tan(θ/2)/θ, and c₃(z)(ξ³ + zξ), which is 0
         where ξ³ = −zξ. So the rotation is one however a is rounded: with cosine and sine apart,
         even over c² + s², |Γ|² drifts (Lagrange top, 10⁶ steps: 7e-13; so: 1.5e-14). At half-turns
-        a only grows large, since no rounded number has the cosine 0.
+        a only grows large, since no rounded number has the cosine 0. Where ξ stretches, by e^s at
+        most, 1 + z_a cancels: the relative error is ε e^s (1e-12 at s = 10, all digits at s = 37).
         """
         own = self.own(xi)
         z = _rate(self._square(own), self.pairs_of_matrix)
