@@ -58,18 +58,13 @@ class Turning:
         a = self.algebra.hat(xi)
         return (a * a).applyfunc(_expand)
 
-    def odd(self, xi: Column, function: Callable[[Expression], Expression]) -> SymbolicMatrix:
-        """s q(s²) at s = ad_ξ, q given as the function z ↦ Q(z) = q(−z), m×m."""
-        return self._interpolated(xi, 1, function)
-
-    def even(self, xi: Column, function: Callable[[Expression], Expression]) -> SymbolicMatrix:
-        """s² q(s²) at s = ad_ξ, q given as the function z ↦ Q(z) = q(−z), m×m."""
-        return self._interpolated(xi, 2, function)
-
-    def _interpolated(
+    def of_ad(
         self, xi: Column, power: int, function: Callable[[Expression], Expression]
     ) -> SymbolicMatrix:
-        """sᵖ Q(z) − sᵖ(s² + z) Q′(z), entry by entry: only the polynomials are multiplied out."""
+        """sᵖ q(s²) at s = ad_ξ, p = 1 or 2, q given as the function z ↦ Q(z) = q(−z), m×m.
+
+        sᵖ Q(z) − sᵖ(s² + z) Q′(z), entry by entry: only the polynomials are multiplied out.
+        """
         s = self.algebra.ad(self.own(xi))
         square = (s * s).applyfunc(_expand)
         z, t = _rate(square, self.pairs), sympy.Dummy("z", real=True)

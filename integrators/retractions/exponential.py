@@ -59,7 +59,7 @@ class Exponential(EquivariantRetraction):
             return right + algebra.ad(xi), right
         g, half = sympy.eye(algebra.dim), algebra.ad(xi) / 2
         for turning in turnings(algebra):
-            g += turning.even(xi, _coth)
+            g += turning.of_ad(xi, 2, _coth)
         return g + half, g - half
 
     def inverse_left_field(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
@@ -68,8 +68,8 @@ class Exponential(EquivariantRetraction):
             return MatrixFunction(DEXP, algebra.adjoint)(-xi)
         total = sympy.eye(algebra.dim)
         for turning in turnings(algebra):
-            total -= turning.odd(xi, lambda z: stumpff(2, z))
-            total += turning.even(xi, lambda z: stumpff(3, z))
+            total -= turning.of_ad(xi, 1, lambda z: stumpff(2, z))
+            total += turning.of_ad(xi, 2, lambda z: stumpff(3, z))
         return total
 
     def lag(self, algebra: MatrixAlgebra, xi: Column, theta: Expression) -> SymbolicMatrix:
@@ -89,7 +89,7 @@ class Exponential(EquivariantRetraction):
 
         total = (theta - 1) * sympy.eye(algebra.dim)
         for turning in parts:
-            total += turning.odd(xi, odd) + turning.even(xi, even)
+            total += turning.of_ad(xi, 1, odd) + turning.of_ad(xi, 2, even)
         return total
 
     def element_in(self, frame: AlgebraInNumbers, xi: Numbers) -> Matrix:
