@@ -197,7 +197,6 @@ RETRACTION_MAPS = {"displacement": 1, "invariant_fields": 1, "inverse_left_field
 
 def _in_groupoid(fault: Fault, given: Any, name: str) -> Any:
     """A copy of the groupoid with a slip in one of its maps."""
-    groupoid = _fresh(given)
     letters = given.symbols
     arguments = [letters[a] for a in MAPS[name]]
     changed = _changed(fault, getattr(given, name)(*arguments), letters["h"])
@@ -206,17 +205,15 @@ def _in_groupoid(fault: Fault, given: Any, name: str) -> Any:
         at = dict(zip(MAPS[name], values, strict=True))
         return _each(changed, lambda part: given._at(part, **at))
 
-    groupoid.__dict__[name] = map_
-    if name == "inversion":
-        groupoid.__dict__["_inversion"] = changed
-    return groupoid
+    derived = {"_inversion": changed} if name == "inversion" else {}
+    return _altered(given, by_user=True, **derived, **{name: map_})
 
 
 def _in_retraction(fault: Fault, given: Any, name: str) -> Any:
     """A copy of the groupoid whose retraction has a slip in one of its maps."""
     from sympy import Matrix, symbols
 
-    groupoid, tau, algebra = _fresh(given), copy(given.tau), given.algebra
+    tau, algebra = given.tau, given.algebra
     letters = [
         Matrix(symbols(f"{letter}_:{algebra.dim}", real=True))
         for letter in ("u", "v")[: RETRACTION_MAPS[name]]
@@ -227,20 +224,18 @@ def _in_retraction(fault: Fault, given: Any, name: str) -> Any:
         pairs = [(s, e) for z, w in zip(letters, values, strict=True) for s, e in zip(z, w)]  # noqa: B905
         return _each(changed, lambda part: part.xreplace(dict(pairs)))
 
-    object.__setattr__(tau, "name", f"{tau.name}, {fault.what}")  # nobody else's
-    object.__setattr__(tau, name, map_)
-    groupoid.tau = tau
-    return groupoid
+    own_name = f"{tau.name}, {fault.what}"  # by which nothing is kept on disk for another
+    return _altered(given, by_user=True, tau=_altered(tau, name=own_name, **{name: map_}))
 
 
-def _fresh(groupoid: Any) -> Any:
-    """A copy that has derived nothing yet, and whose axioms a scheme checks."""
-    other = copy(groupoid)
-    other.by_user = True
-    for kind in type(groupoid).__mro__:
-        for name, member in vars(kind).items():
-            if isinstance(member, cached_property):
-                other.__dict__.pop(name, None)
+def _altered(given: Any, **members: Any) -> Any:
+    """A copy with other members, which has derived nothing yet."""
+    other = copy(given)
+    for name in list(vars(other)):
+        if isinstance(getattr(type(given), name, None), cached_property):
+            delattr(other, name)
+    for name, member in members.items():
+        object.__setattr__(other, name, member)  # retractions are frozen
     return other
 
 
