@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import sympy
@@ -11,6 +13,7 @@ from discmech.integrators.equations import absolute_terms, hamilton_field
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.scene import Conserved
+from discmech.reference import solutions
 from discmech.studies import get
 from discmech.studies.core.case import Case, Choice, silent
 from discmech.studies.core.running import run_study
@@ -171,3 +174,9 @@ def test_a_relativistic_particle_runs_in_a_race():
     )
     found = run_study(get("work-precision"), chosen)
     assert {case["verdict"] for case in found["cases"]} == {"pass"}
+
+
+@pytest.mark.slow
+def test_a_bound_that_keeps_nothing_gives_way_to_agreement():
+    (found,) = solutions(chain_of_pendulums(3), [Fraction(1, 8)], digits=50)
+    assert found.certain_digits >= 50 and found.certainty in ("agreement", "enclosure")
