@@ -31,17 +31,12 @@ def working(bits: int = BITS) -> Any:
 
 def exact(value: Any) -> Any:
     """An int, mpf or mpfr number, exactly; what is not finite is nan, which bounds nothing."""
-    import gmpy2
-
     if isinstance(value, int):
         return arb(value)
-    if hasattr(value, "man_exp"):
-        mantissa, exponent = value.man_exp
-    elif gmpy2.is_finite(value):
-        mantissa, exponent = value.as_mantissa_exp()
-    else:
+    if value - value != 0:  # nan, which differs from everything
         return arb.nan()
-    return arb((int(mantissa), int(exponent)))
+    sign, mantissa, exponent, _ = value._mpf_  # gmpy2 numbers have it too
+    return arb((int(-mantissa if sign else mantissa), int(exponent)))
 
 
 def rounded(number: Any) -> Any:

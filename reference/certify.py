@@ -104,7 +104,7 @@ def _beside(
         agreed = agreement(finding.blocks, other, start)
         if agreed >= digits:
             break
-        working += 15 + digits - agreed
+        working += working + digits - agreed
     return finding.limited(agreed, f"closed form: {form.formula} agrees {said(agreed)}", digits)
 
 

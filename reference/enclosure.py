@@ -197,6 +197,7 @@ def _scales(equations: Equations, witness: _Witness, sweep: Sweep) -> list[Any]:
     for block in (slice(0, n), slice(n, n + m), slice(n + m, None)):
         parts = [top[block] for top in tops]
         most = largest(z for part in parts for z in part)
-        power = math.frexp(float(most))[1] if most > 0 else 0
+        mantissa, exponent = map(int, most.man_exp())
+        power = mantissa.bit_length() + exponent if mantissa else 0
         scale += [arb(2) ** power] * len(parts[0])
     return scale

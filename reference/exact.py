@@ -6,6 +6,7 @@ A float is its exact binary value; a string such as "0.1" or "1/10" is one tenth
 from __future__ import annotations
 
 import math
+from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -17,12 +18,19 @@ if TYPE_CHECKING:
     import sympy
 
 
+FARTHEST = 1000  # decimal exponent: powers of ten beyond would be written out
+
+
 def exact_time(t: Any) -> Fraction:
     """The time as a fraction; refuses what is not a finite real number."""
     if isinstance(t, float) and not math.isfinite(t):
         raise ReferenceFailure(f"the time t={t} is not finite; give a finite number of seconds")
     if isinstance(t, bool):
         raise ReferenceFailure(f"the time t={t} is a truth value; give a finite number")
+    if isinstance(t, str) and _magnitude(t) > FARTHEST:
+        raise ReferenceFailure(
+            f"the number {t[:40]} lies beyond 10^±{FARTHEST}; choose units in which it does not"
+        )
     try:
         return Fraction(t)
     except (TypeError, ValueError, ZeroDivisionError, OverflowError):
@@ -38,6 +46,14 @@ def exact_time(t: Any) -> Fraction:
             f"the time t={t!r} is not an exact finite number; "
             'give an int, a Fraction, a float or a decimal string such as "0.1"'
         ) from None
+
+
+def _magnitude(text: str) -> int:
+    """|decimal exponent| of what may be a decimal string, else 0."""
+    try:
+        return abs(Decimal(text).adjusted())
+    except InvalidOperation:
+        return 0
 
 
 def exact_number(value: Any, where: str, real: bool = True) -> sympy.Expr:

@@ -103,7 +103,7 @@ def extrapolate(
                     step = goal - now if whole else direction * size
                     after, error = _basic_step(field, constants, state, step, columns, weights)
                     steps += 1
-                    tell(f"{equations.name}: extrapolation", float(now), float(goal))
+                    tell(f"{equations.name}: extrapolation", now, goal)
                     if not gmpy2.is_finite(error):
                         factor = gmpy2.mpfr("0.25")
                     else:
@@ -118,7 +118,7 @@ def extrapolate(
                     if steps > max_steps or not size > tolerance:
                         raise ReferenceFailure(
                             f"extrapolation of scene {equations.name} stops at t = "
-                            f"{float(now):.6g}: the solution is singular there; "
+                            f"{now:.6g}: the solution is singular there; "
                             "ask for an earlier time"
                         )
                 found[t] = state

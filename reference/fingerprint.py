@@ -1,7 +1,8 @@
 """A scene's exact content in one short string: other mathematics, another string.
 
-The Lagrangian, the anchor and the structure functions are evaluated at fixed rational points to 60
-digits, so that it does not matter how a formula is written, and a term of size 1e-50 does.
+It is a digest of the expressions themselves: the Lagrangian, the anchor, the structure functions,
+the attitude's matrices and the start. No two systems share it, however near they are at some
+points; the same formula written otherwise may have another, and is then computed anew.
 """
 
 from __future__ import annotations
@@ -13,27 +14,31 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from .algebroid import Algebroid
 
-DIGITS = 60
-POINTS = 3
+
+def fingerprint(lagrangian: Any, structure: Algebroid, start: Sequence[Any]) -> str:
+    """SHA-256 of the system."""
+    known: dict[Any, str] = {}
+    entries = [entry for matrix in structure.basis for entry in matrix]
+    texts = [f"{structure.dim_x} {structure.dim_u}"]
+    texts += [_digest(part, known) for part in (lagrangian, *start, *structure.rho, *entries)]
+    for index, constant in sorted(structure.constants.items()):
+        texts.append(f"{index} {_digest(constant, known)}")
+    return _sha("\n".join(texts))
 
 
-def fingerprint(x: Any, v: Any, lagrangian: Any, structure: Algebroid, start: Sequence[Any]) -> str:
-    """SHA-256 of the numbers."""
-    import mpmath
+def _digest(expression: Any, known: dict[Any, str]) -> str:
+    """Of the expression's tree; the order of terms and factors does not count."""
     import sympy
 
-    symbols = [*x, *v]
-    functions = [lagrangian, *structure.rho]
-    functions += [entry for matrix in structure.basis for entry in matrix]
-    texts = [f"{structure.dim_x} {structure.dim_u}"]
-    for index, constant in sorted(structure.constants.items()):
-        texts.append(str(index))
-        functions.append(constant)
-    evaluate = sympy.lambdify(symbols, [*start, *functions], "mpmath")
-    with mpmath.workdps(2 * DIGITS):
-        for k in range(POINTS):
-            point = [
-                mpmath.mpf(2 * i + 3 * k + 5) / (7 * i + 11 + 4 * k) for i in range(len(symbols))
-            ]
-            texts += [mpmath.nstr(mpmath.mpmathify(value), DIGITS) for value in evaluate(*point)]
-    return hashlib.sha256("\n".join(texts).encode()).hexdigest()
+    expression = sympy.sympify(expression)
+    if expression not in known:
+        parts = [_digest(part, known) for part in expression.args]
+        if expression.is_Add or expression.is_Mul:
+            parts.sort()
+        name = type(expression).__name__ if parts else sympy.srepr(expression)
+        known[expression] = _sha(" ".join([name, *parts]))
+    return known[expression]
+
+
+def _sha(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -38,7 +38,7 @@ class Problem:
         lagrangian = exact_lagrangian(scene, x, v)
         start = exact_start(scene)
         structure = algebroid_of(scene, x)
-        key = fingerprint(x, v, lagrangian, structure, start)
+        key = fingerprint(lagrangian, structure, start)
         return cls(scene, x, v, lagrangian, structure, start, key)
 
     @property

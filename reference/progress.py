@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import Any
 
 Show = Callable[[str, float], None]
 
@@ -21,8 +22,11 @@ def progress_to(show: Show) -> Iterator[None]:
         _listener.reset(token)
 
 
-def tell(label: str, now: float, goal: float) -> None:
-    """At the time ``now`` on the way from 0 to ``goal``."""
+def tell(label: str, now: Any, goal: Any) -> None:
+    """At the time ``now`` on the way from 0 to ``goal``, gmpy2 numbers of any size."""
+    import gmpy2
+
     show = _listener.get()
     if show is not None:
-        show(f"{label}, t = {now:.3g}", min(1.0, abs(now / goal)) if goal else 1.0)
+        share = min(1.0, abs(float(now / goal))) if goal else 1.0
+        show(f"{label}, t = {gmpy2.mpfr(now):.3g}", share)

@@ -34,6 +34,11 @@ def row_norm(matrix: Any) -> Any:
     return largest((matrix * arb_mat(n, 1, [arb(0, 1)] * n)).entries())
 
 
+def cut_off(norm: Any) -> Any:
+    """|rest| for |tau J| = norm."""
+    return norm ** (DEGREE + 1) / math.factorial(DEGREE + 1) * norm.exp()
+
+
 class Carried:
     """The set that holds the error, as balls; all in units of the states' scales."""
 
@@ -59,8 +64,7 @@ class Carried:
         self.age += 1
         n = len(source)
         unit = arb_mat(n, 1, [arb(0, 1)] * n)
-        norm = row_norm(jacobian)
-        rest = norm ** (DEGREE + 1) / math.factorial(DEGREE + 1) * norm.exp()
+        rest = cut_off(row_norm(jacobian))
 
         def passed(columns: Any) -> Any:
             total = columns

@@ -38,6 +38,13 @@ def size_of(factor: Any) -> Any:
         return rounded(enclosed(factor).abs_upper())
 
 
+def finite(bound: Any) -> bool:
+    """Whether it bounds anything."""
+    import gmpy2
+
+    return bool(gmpy2.is_finite(bound))
+
+
 class Remainders:
     """Errors of all nodes over one step; to be made and used in the `upward` context."""
 
@@ -57,7 +64,7 @@ class Remainders:
         for place, operation in enumerate(program.operations):
             n = self.known[place]
             error = self._error(operation, place)
-            if not gmpy2.is_finite(n.norm + error):
+            if not finite(n.norm + error):
                 raise Unproven("a series is not finite")
             self.known[place] = replace(n, error=error)
 

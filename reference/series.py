@@ -155,7 +155,7 @@ def compile_series(equations: Equations) -> SeriesProgram:
             following += at_k
         if node in needed:
             following.append(f"dn{node}.append(k * n{node}[k])")
-    first += [f"n{i}.append({printer.form(form, '0')})" for i, form in enumerate(forms)]
+    first += [f"n{i}.append({printer.form(form, '0')} + ZERO)" for i, form in enumerate(forms)]
     following += [
         f"n{i}.append(({printer.form(form, 'k')}) / (k + 1))" for i, form in enumerate(forms)
     ]

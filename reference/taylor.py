@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 BITS = math.log2(10)
 STEP_BITS = 30  # short steps add up exactly
+PROBE = 300  # steps after which it is asked how many there will be
 
 
 @dataclass(frozen=True)
@@ -101,17 +102,26 @@ def _one_way(
     away = gmpy2.context(gmpy2.get_context(), round=gmpy2.RoundAwayZero)
     tolerance = gmpy2.mpfr(10) ** -settings.digits
     now, steps, pending = gmpy2.mpq(0), 0, list(wanted)  # the time is exact
+    longest = [gmpy2.mpfr(0)] * 3  # of the steps in each half up to `PROBE`
     while pending:
         nodes = program.nodes(order, state, constants)
         series = nodes[: program.size]
         with away:  # so that no time lies beyond the last step
             last = gmpy2.mpfr(gmpy2.mpq(pending[-1]) - now)
         size = safe_step(series, order, tolerance)
-        if size is None or not size > abs(last) * tolerance or steps >= max_steps:
+        if size is None or not size > abs(now) * tolerance:
             raise ReferenceFailure(
-                f"the reference of scene {program.name} stops at t = {float(now):.6g}: the "
+                f"the reference of scene {program.name} stops at t = {gmpy2.mpfr(now):.6g}: the "
                 "solution is singular there (a collision, or a pole of the equations); "
                 "ask for an earlier time or start elsewhere"
+            )
+        if steps <= PROBE:
+            longest[2 * steps // PROBE] = max(longest[2 * steps // PROBE], size)
+        endless = longest[1] < 2 * longest[0] and abs(last) > max_steps * longest[1]
+        if steps >= max_steps or (steps == PROBE and endless):
+            raise ReferenceFailure(
+                f"the reference of scene {program.name} would take more than {max_steps} steps: "
+                f"{steps} lead to t = {gmpy2.mpfr(now):.6g}; ask for an earlier time"
             )
         size = gmpy2.mpfr(size, STEP_BITS)
         step = gmpy2.copy_sign(size, last) if size < abs(last) else last
@@ -129,7 +139,7 @@ def _one_way(
         state = [polynomial(coefficients, step) for coefficients in series]
         now += gmpy2.mpq(step)
         steps += 1
-        tell(f"{program.name}: series of order {order}", float(now), float(wanted[-1]))
+        tell(f"{program.name}: series of order {order}", now, gmpy2.mpq(wanted[-1]))
     return steps
 
 

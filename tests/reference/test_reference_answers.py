@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import discmech.reference as reference
-from discmech.integrators import scenes
+from discmech.integrators import Scene, pair, scenes
 from discmech.reference import ReferenceFailure, solution, solutions
 from tests.imports import DYNAMIC, imported, module_of, under, within
 
@@ -173,3 +173,60 @@ def test_collision_is_named_with_its_time():
     falling = scenes.get("kepler").with_values(v0=[0, 0])
     with pytest.raises(ReferenceFailure, match=r"stops at t = 0\.2809\d*: .*collision"):
         solution(falling, 1, digits=20)
+
+
+def on_a_line(lagrangian, x0=0, v0=0):
+    return Scene("line", pair(1), lagrangian=lagrangian, x0=[x0], v0=[v0])
+
+
+def falling(x, v, p):
+    return v[0] ** 2 / 2 - 10 * x[0]
+
+
+@pytest.mark.parametrize("t", [3, -2, "1e-400", "1e400"])
+def test_free_fall(t):
+    """A constant acceleration that is a whole number, near and far."""
+    import mpmath
+
+    found = solution(on_a_line(falling, 1, 2), t, digits=30)
+    time = Fraction(t)
+    with mpmath.workdps(900):
+        for got, wanted in ((found.x, 1 + 2 * time - 5 * time**2), (found.mu, 2 - 10 * time)):
+            wanted = mpmath.mpf(wanted.numerator) / wanted.denominator
+            assert abs(got[0] - wanted) <= abs(wanted) * mpmath.mpf(10) ** -30
+    assert found.certain_digits == 30
+
+
+@pytest.mark.parametrize("t", [5, "1e-400", "1e400"])
+@pytest.mark.parametrize(
+    "scene",
+    [
+        on_a_line(lambda x, v, p: v[0] ** 2 / 2),
+        on_a_line(lambda x, v, p: v[0] ** 2 / 2 - (x[0] - 1) ** 4, 1),
+        scenes.get("rigid-body").with_values(v0=[0, 0, 0]),
+    ],
+)
+def test_rest_at_an_equilibrium(scene, t):
+    found = solution(scene, t, digits=30)
+    assert found.certain_digits == 30
+    assert list(found.x) == list(scene.x0) and not any(found.v) and not any(found.mu)
+
+
+@pytest.mark.parametrize("t, message", [
+    ("1e400", "more than 1000000 steps: 300 lead to t = 87"), ("1e5000", "lies beyond 10^±1000"),
+    ("1e-999999999", "lies beyond"),
+])  # fmt: skip
+def test_times_that_are_too_far_are_refused_at_once(t, message):
+    with pytest.raises(ReferenceFailure) as failure:
+        solution("pendulum", t)
+    assert message in str(failure.value) and len(str(failure.value)) < 200
+
+
+def test_a_very_early_time():
+    import mpmath
+
+    found = solution("pendulum", "1e-400")
+    assert found.certain_digits == 50 and found.mu[0] < 0
+    with mpmath.workdps(60):
+        wanted = -mpmath.sin(2) * mpmath.mpf(10) ** -400
+        assert abs(found.mu[0] / wanted - 1) < mpmath.mpf(10) ** -50

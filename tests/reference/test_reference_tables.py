@@ -9,6 +9,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 import pytest
+import sympy
 
 from discmech.integrators import scenes
 from discmech.reference import ReferenceFailure, cache, certify, frozen, solution, store
@@ -122,6 +123,35 @@ def test_a_reference_of_a_perturbed_lagrangian_is_found(copies, monkeypatch):
     store.write(frozen.file_of("kepler"), replace(made, key=key))
     with pytest.raises(ReferenceFailure, match=r"kepler.json is wrong at t = .*: only (3|4)\d of"):
         frozen.check("kepler")
+
+
+def test_no_two_systems_share_a_fingerprint():
+    """A force that vanishes at any number of points is still another system."""
+    scene = scenes.get("harmonic")
+
+    def key(more=0, **changes):
+        force = replace(scene, lagrangian=lambda x, v, p: scene.lagrangian(x, v, p) + more * x[0])
+        return Problem.of(force.with_values(**changes)).key
+
+    x = Problem.of(scene).x[0]
+    points = [
+        sympy.Rational(2 * i + 3 * k + 5, 7 * i + 11 + 4 * k) for i in (0, 1) for k in (0, 1, 2)
+    ]
+    vanishing = sympy.prod(x - point for point in points)
+    keys = [key(), key(vanishing), key(abs(x) - x), key(sympy.Rational(1, 10**70)),
+            key(x0=[2]), key(v0=["1e-300"]), key(parameters={"stiffness": "1.5"})]  # fmt: skip
+    assert len(set(keys)) == len(keys) and key() == Problem.of(scene).key
+
+
+def test_the_order_of_terms_is_no_other_system():
+    scene = scenes.get("kepler")
+    turned = replace(
+        scene,
+        lagrangian=lambda x, v, p: sympy.Add(
+            *reversed(sympy.Add.make_args(scene.lagrangian(x, v, p))), evaluate=False
+        ),
+    )
+    assert Problem.of(turned).key == Problem.of(scene).key
 
 
 @pytest.mark.parametrize(
