@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .closed_forms import ClosedForm
 
 ATTEMPTS = 4
+PATIENCE = 50  # steps of the second method for each of the first
 CHEAP = 4e6  # products of coefficients; a few tenths of a second
 
 
@@ -65,7 +66,8 @@ def certified_integration(
     alone = form is None or (attitude and not form.attitude)
     if thorough or (cheap and alone):
         trusted = {t: finding.blocks for t, finding in findings.items()}
-        other = _second_method(equations, times, digits, settings.digits, trusted)
+        most = PATIENCE * (sweep.steps + 10)
+        other = _second_method(equations, times, digits, settings.digits, trusted, most)
         findings = {
             t: finding.remarked("extrapolation could not be run")
             if other is None
@@ -218,6 +220,7 @@ def _second_method(
     digits: int,
     tolerance: int,
     trusted: dict[Fraction, Blocks],
+    most: int,
 ) -> dict[Fraction, int] | None:
     """The digits to which extrapolation agrees; once more with a smaller tolerance if need be."""
     from .extrapolation import extrapolate
@@ -225,7 +228,7 @@ def _second_method(
     agreed: dict[Fraction, int] = {}
     for more in (0, 10):
         try:
-            sweep = extrapolate(equations, [*times, Fraction(0)], tolerance + more)
+            sweep = extrapolate(equations, [*times, Fraction(0)], tolerance + more, max_steps=most)
         except (ReferenceFailure, NameError):  # NameError: a function the second printer lacks
             return None
         found = all_blocks(equations, sweep, tolerance + more + 14)

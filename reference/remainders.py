@@ -10,6 +10,13 @@ in the norm |a| = sum_k |a_k| H^k, and with the errors of the arguments
 r_c <= that + |a| r_b + |b| r_a + r_a r_b; the other operations likewise. The defect of the states,
 sup |p' - f(p)|, follows from the linear forms of the rates (Corliss, Rihm 1996; Makino, Berz 2003
 for such remainders). u = 2^(1 - precision); everything here is rounded up, at 53 bits.
+
+Why 8u is enough (`SLACK`): mpfr rounds each operation to u/2, inner products are summed exactly and
+rounded once (fsum), and a constant is within u (`enclosure` checks it). Most roundings act on one
+term in the recurrence of a power: the constant r, k a_k, their product with a coefficient, the sum,
+its multiple by r, the difference, k a_0 and the quotient: u + 7u/2 < 5u, with their products of
+second order. A linear form adds u/2 for each of its additions, which `form` counts; a state in
+Horner's rule has 2N roundings of u/2, and that of the offset, u/2 of the slope.
 """
 
 from __future__ import annotations
@@ -28,7 +35,7 @@ if TYPE_CHECKING:
     from .series import SeriesProgram
     from .taylor import Step
 
-SLACK = 8  # roundings of one coefficient, counted generously
+SLACK = 8  # in u: no less than the roundings of one coefficient
 
 
 @lru_cache(maxsize=4096)
