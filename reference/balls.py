@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from .tape import Linear
 
 BITS = 64  # of the arithmetic of bounds
+NAMED = {"exp", "log", "sin", "cos", "tan", "cot", "sec", "csc", "sinh", "cosh", "tanh", "coth",
+         "sech", "csch", "asin", "acos", "atan", "asinh", "acosh", "atanh", "gamma"}  # fmt: skip
 
 
 def working(bits: int = BITS) -> Any:
@@ -72,7 +74,7 @@ def _enclosed(number: Any, bits: int) -> Any:
     if number.is_Pow:
         return parts[0].sqrt() if number.exp == sympy.Rational(1, 2) else parts[0] ** parts[1]
     name = type(number).__name__.lower()
-    if len(parts) != 1 or not hasattr(arb, name):
+    if len(parts) != 1 or name not in NAMED:
         raise Unproven(f"the constant {number} cannot be enclosed")
     return getattr(arb, name)(parts[0])
 

@@ -10,7 +10,7 @@ import sympy
 from flint import arb, arb_mat, arb_poly, ctx
 
 from discmech.reference import enclosure, majorants, propagation, remainders
-from discmech.reference.balls import BallRates, exact, working
+from discmech.reference.balls import BallRates, enclosed, exact, working
 from discmech.reference.enclosure import enclose
 from discmech.reference.failures import Unproven
 from discmech.reference.majorants import Majorant, abs_exact, majorant, upward
@@ -163,3 +163,18 @@ def test_numbers_enter_exactly(number):
             assert found.is_exact() and found * denominator == numerator
     for nothing in (mpmath.inf, mpmath.nan, gmpy2.mpfr("-inf"), gmpy2.mpfr("nan")):
         assert not exact(nothing).is_finite()
+
+
+CONSTANTS = ("sqrt(2)", "-pi**2/3", "exp(1/3)", "2**Rational(1, 3)", "E + EulerGamma",
+             "log(3)*sin(1)", "gamma(Rational(1, 3))", "1/sqrt(7)")  # fmt: skip
+
+
+@pytest.mark.parametrize("text", CONSTANTS)
+def test_constants_are_enclosed(text):
+    number = sympy.sympify(text)
+    with working(120):
+        found = enclosed(number)
+        assert found.overlaps(arb(str(number.evalf(50)) + " +/- 1e-45")) and found.rad() < 1e-30
+    for unknown in (sympy.Function("mid")(1), sympy.besselj(0, 1), sympy.I):
+        with pytest.raises(Unproven, match="cannot be enclosed"):
+            enclosed(unknown)
