@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
+import tempfile
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
-
-from discmech.integrators.compiler import cache_folder
 
 from .failures import Damaged
 from .result import Solution
@@ -16,10 +16,25 @@ from .store import Table, read, write
 
 
 def folder() -> Path:
-    """references/ in the folder of what is generated."""
-    place = cache_folder() / "references"
-    place.mkdir(mode=0o700, exist_ok=True)
-    return place
+    """references/ in DISCMECH_CACHE, or in discmech in the user's cache folder, or a temporary one.
+
+    The kernels' cache goes by the same rule; nothing is shared with it.
+    """
+    chosen = os.environ.get("DISCMECH_CACHE")
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    place = (Path(chosen) if chosen else Path(base) / "discmech") / "references"
+    try:
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if os.access(place, os.W_OK):
+            return place
+    except OSError:
+        pass
+    return _temporary()
+
+
+@cache
+def _temporary() -> Path:
+    return Path(tempfile.mkdtemp(prefix="discmech-references-"))
 
 
 @cache

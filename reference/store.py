@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
-
-from discmech.integrators.compiler import write_atomically
 
 from .failures import Damaged
 from .result import Solution
@@ -54,8 +54,15 @@ def write(path: Path, table: Table) -> None:
     }
     text = json.dumps(content | {"checksum": checksum(content)}, indent=1, ensure_ascii=False)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, text + "\n")
-    path.chmod(0o644)
+    handle, beside = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".new")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text + "\n")
+        os.chmod(beside, 0o644)
+        os.replace(beside, path)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise
 
 
 def read(path: Path) -> Table:

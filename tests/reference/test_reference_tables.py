@@ -185,7 +185,7 @@ def test_an_interrupted_write_leaves_the_old_file(copies, monkeypatch):
     def stopped(*names):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("os.replace", stopped)
+    monkeypatch.setattr(store.os, "replace", stopped)
     with pytest.raises(KeyboardInterrupt):
         store.write(path, store.read(path))
     assert path.read_text(encoding="utf-8") == right
