@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 ATTEMPTS = 3
 PILOT = 18  # digits of the run that finds out how many the bound will lose
 MOST_LOST = 150  # digits that a bound may cost before agreement is the better choice
-LEAST = 16  # certain digits below which agreement is the better choice
 PRICE = 30  # digits that a proof may cost more than its first-order estimate
 
 
@@ -52,8 +51,6 @@ def bounded_integration(
             break
         more = max(2, digits - worst + 1) if held else 15
         settings = TaylorSettings(settings.digits + more)
-    if worst < min(digits, LEAST):
-        raise Unproven(f"the best bound keeps {worst} digits")
     return findings, found.sweep, settings
 
 
