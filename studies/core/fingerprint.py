@@ -145,13 +145,18 @@ def imported_files(files: Iterable[Path]) -> list[Path]:
     seen, pending = set[Path](), [p.resolve() for p in files]
     while pending:
         file = pending.pop()
-        if file in seen or _shows(file):
-            continue
-        seen.add(file)
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom):
-                pending += _files(file, node)
+        if file not in seen and not _shows(file):
+            seen.add(file)
+            pending += _imports(file)
     return sorted(seen)
+
+
+@cache
+def _imports(file: Path) -> tuple[Path, ...]:
+    """The files that one imports itself."""
+    nodes = ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+    found = (_files(file, node) for node in nodes if isinstance(node, ast.ImportFrom))
+    return tuple(path for several in found for path in several)
 
 
 def _files(file: Path, node: ast.ImportFrom) -> Iterator[Path]:

@@ -192,7 +192,8 @@ def checkout(tmp_path, monkeypatch):
         monkeypatch.setattr(get(name).measuring, "__file__", str(moved))
 
     def forget():
-        for function in (fingerprint.text_of, fingerprint._text_of_scene, fingerprint._text_of_all):
+        for function in (fingerprint.text_of, fingerprint._text_of_scene, fingerprint._text_of_all,
+                         fingerprint._imports):  # fmt: skip
             function.cache_clear()
 
     forget()
