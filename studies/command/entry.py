@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return PASS
     except KeyboardInterrupt:
-        kept = options.action is not single_run.run_scene
+        kept = hasattr(options, "fresh")  # what it measures is kept case by case
         again = "; the same command goes on where it stopped" if kept else ""
         print(f"discmech: interrupted{again}.", file=sys.stderr)
         return INTERRUPTED

@@ -58,8 +58,7 @@ def _drawn_once(store: Store | None) -> Callable[[Any, Callable[[], Any]], Any] 
         return None
 
     def remembered(words: Any, make: Callable[[], Any]) -> Any:
-        key = of_views(json.dumps(words))
-        return store.find(key) or store.keep(key, make())
+        return store.remembered(of_views(json.dumps(words)), make)
 
     return remembered
 

@@ -80,8 +80,8 @@ def is_ours(thing: Scene | Discretisation) -> bool:
     """Whether the bench itself defines the scene or rule, values and composition aside."""
     if isinstance(thing, Scene):
         own = scenes.get(thing.name) if thing.name in scenes.NAMES else None
-        return own is not None and (own.lagrangian, own.discrete_lagrangian) == (
-            thing.lagrangian, thing.discrete_lagrangian)  # fmt: skip
+        functions = ("lagrangian", "discrete_lagrangian", "fast", "symmetries")
+        return own is not None and all(getattr(own, f) == getattr(thing, f) for f in functions)
     formula = (thing.base if isinstance(thing, Composition) else thing).formula
     return str(formula.__module__).startswith("discmech.integrators.")
 
@@ -194,9 +194,13 @@ def _text_of_scene(name: str) -> str:
 
 @cache
 def _text_of_rule(rule: Discretisation) -> str:
-    """Of its function alone, if it is one of several in a file of rules; else nothing more."""
+    """Of a file of several rules: its function and what is none; else nothing more."""
     file = Path(inspect.getfile(rule.formula))
-    return inspect.getsource(rule.formula) if _within(file, DATA) else ""
+    if not _within(file, DATA):
+        return ""
+    nodes = ast.parse(file.read_text(encoding="utf-8")).body
+    shared = [ast.unparse(node) for node in nodes if not isinstance(node, ast.FunctionDef)]
+    return "\n".join([*shared, inspect.getsource(rule.formula)])
 
 
 def _digest(*parts: str) -> str:

@@ -12,7 +12,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 from discmech.integrators import BadInput, Scheme, StepFailure
@@ -288,10 +288,10 @@ def _said(
         return {}
     pair = plan.pairs[task.pair]
     try:
-        answer = also(scheme_of(*pair))
-        if store is not None:
-            answer = store.keep(fingerprint.of_answer(also, *pair), answer)
-        return {task.pair: answer}
+        make = partial(also, scheme_of(*pair))
+        if store is None:
+            return {task.pair: make()}
+        return {task.pair: store.remembered(fingerprint.of_answer(also, *pair), make)}
     except BadInput:  # the cases say so
         return {}
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,11 @@ class Store:
                 f"results cannot be kept for the next run ({error.strerror}: {self.folder})."
             )
         return json.loads(text)["result"]
+
+    def remembered(self, key: str, make: Callable[[], Any]) -> Any:
+        """The result of that fingerprint, or what is made now and kept."""
+        earlier = self.find(key)
+        return self.keep(key, make()) if earlier is None else earlier
 
     def prune(self) -> None:
         """Remove the entries that were not used for longest, where there are more than `MOST`."""

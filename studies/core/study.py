@@ -30,8 +30,8 @@ class Study:
 
     package: its folder's import name. place: where it comes in the report. summary: a line of help;
     measured, judged: the README's columns; about: a paragraph of the report. alone: it takes times,
-    so it has the machine for itself. usual: it is a command of its own that takes scenes and rules;
-    others have commands with arguments of another kind, and say nothing of single schemes.
+    so it has the machine for itself. usual: it is a command that takes scenes and rules; the
+    others are about the bench itself, or are measured for an assertion alone.
     """
 
     name: str

@@ -90,7 +90,8 @@ def _remembered(equations: Any, digits: int, t: Fraction, store: Store | None) -
     if store is None:
         return _timed(equations, digits, t)
     key = of_everything("references", SCENE, f"{digits} {t}", str(machine()))
-    return store.find(key) or store.keep(key, _timed(equations, digits, t))
+    found: dict[str, Any] = store.remembered(key, lambda: _timed(equations, digits, t))
+    return found
 
 
 def _timed(equations: Any, digits: int, t: Fraction) -> dict[str, Any]:

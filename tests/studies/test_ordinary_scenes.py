@@ -97,13 +97,11 @@ named = pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.name)
 
 
 @named
-@pytest.mark.parametrize("study", ["symplecticity", "energy", "momentum"])
-def test_it_passes_every_study_that_keeps_something(scene, study):
-    if study == "momentum" and not scene.symmetries:
-        pytest.skip("no symmetry")
-    case = Case(study, scene, midpoint, 16, None if study == "symplecticity" else 2000)
-    measurement = get(study).measure(case, silent)
-    assert get(study).judge(case, measurement).verdict == "pass"
+def test_it_passes_every_study_that_keeps_something(scene):
+    for study in ("symplecticity", "energy", *(["momentum"] if scene.symmetries else [])):
+        case = Case(study, scene, midpoint, 16, None if study == "symplecticity" else 2000)
+        measurement = get(study).measure(case, silent)
+        assert get(study).judge(case, measurement).verdict == "pass", study
 
 
 @named

@@ -234,6 +234,19 @@ def test_text_that_has_a_part_in_it_changes_it_and_no_other(checkout):
         before = key()
 
 
+def test_of_a_file_of_rules_a_rule_s_own_function_counts_and_what_all_share():
+    text = fingerprint._text_of_rule(midpoint)
+    assert "def midpoint" in text and "import discretisation" in text
+    assert "def trapezoidal" not in text
+
+
+def test_a_scene_of_a_known_name_with_other_symmetries_is_not_the_bench_s():
+    kepler = scenes.get("kepler")
+    assert fingerprint.is_ours(kepler) and fingerprint.is_ours(kepler.with_values(v0=[0, 1]))
+    other = kepler.with_values(symmetries=scenes.get("heavy-top").symmetries)
+    assert not fingerprint.is_ours(other)
+
+
 def test_a_scene_rests_on_the_scene_that_it_imports(checkout):
     tree, forget = checkout
     before = key(scene="lagrange-top")
