@@ -11,7 +11,6 @@ import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
@@ -20,13 +19,13 @@ from discmech.integrators.errors import CannotMeasure
 
 from . import fingerprint
 from .case import DETAILS, Case, Choice, Progress, Verdict, scheme_of, silent, worst
+from .plan import Place, Plan, Task
 from .record import provenance, record
 from .store import Store
 from .study import Study, every_study
 
 SCHEMA = 1
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
-Place = tuple[int, int]  # study, case
 Told = Callable[[str, dict[str, Any]], None]
 
 
@@ -177,53 +176,6 @@ def measured(
         result = run_case(study, case, progress)
         earlier = result if result.get("unusable") else store.keep(key, result)
     return dict(earlier)
-
-
-@dataclass(frozen=True)
-class Task:
-    """All that is to be done with one scheme: its cases, and its place among the chosen pairs."""
-
-    places: tuple[Place, ...]
-    pair: int | None
-
-
-class Plan:
-    """The cases of some studies, and the tasks that they make."""
-
-    def __init__(self, studies: Sequence[Study], choice: Choice) -> None:
-        self.studies, self.choice = studies, choice
-        self.cases = [list(study.cases(choice)) for study in studies]
-        self.pairs = list(choice.pairs())
-
-    def case(self, place: Place) -> Case:
-        """The case at a place."""
-        return self.cases[place[0]][place[1]]
-
-    def places(self) -> Iterator[tuple[Place, Case]]:
-        """Every case with its place."""
-        for i, cases in enumerate(self.cases):
-            for k, case in enumerate(cases):
-                yield (i, k), case
-
-    def tasks(self, done: set[Place], answered: set[int]) -> list[Task]:
-        """What is left of the studies that may run side by side, one task a scheme.
-
-        answered: the pairs of which nothing else is asked.
-        """
-        groups: dict[Any, list[Place]] = {}
-        pairs = {
-            (id(scene), rule.name): i
-            for i, (scene, rule) in enumerate(self.pairs)
-            if i not in answered
-        }  # keys are objects of this plan, so ids are names
-        for key in pairs:
-            groups[key] = []
-        for place, case in self.places():
-            if place not in done and not self.studies[place[0]].alone:
-                groups.setdefault((id(case.scene), case.rule.name), []).append(place)
-        for places in groups.values():  # what needs no compiling first: verdicts come soon
-            places.sort(key=lambda place: self.case(place).digits == 16)
-        return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
 
 
 def _done(

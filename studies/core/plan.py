@@ -1,0 +1,59 @@
+"""What is to be done: the cases of some studies, and the tasks that they make, one a scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .case import Case, Choice
+from .study import Study
+
+Place = tuple[int, int]  # study, case
+
+
+@dataclass(frozen=True)
+class Task:
+    """All that is to be done with one scheme: its cases, and its place among the chosen pairs."""
+
+    places: tuple[Place, ...]
+    pair: int | None
+
+
+class Plan:
+    """The cases of some studies, and the tasks that they make."""
+
+    def __init__(self, studies: Sequence[Study], choice: Choice) -> None:
+        self.studies, self.choice = studies, choice
+        self.cases = [list(study.cases(choice)) for study in studies]
+        self.pairs = list(choice.pairs())
+
+    def case(self, place: Place) -> Case:
+        """The case at a place."""
+        return self.cases[place[0]][place[1]]
+
+    def places(self) -> Iterator[tuple[Place, Case]]:
+        """Every case with its place."""
+        for i, cases in enumerate(self.cases):
+            for k, case in enumerate(cases):
+                yield (i, k), case
+
+    def tasks(self, done: set[Place], answered: set[int]) -> list[Task]:
+        """What is left of the studies that may run side by side, one task a scheme.
+
+        answered: the pairs of which nothing else is asked.
+        """
+        groups: dict[Any, list[Place]] = {}
+        pairs = {
+            (id(scene), rule.name): i
+            for i, (scene, rule) in enumerate(self.pairs)
+            if i not in answered
+        }  # keys are objects of this plan, so ids are names
+        for key in pairs:
+            groups[key] = []
+        for place, case in self.places():
+            if place not in done and not self.studies[place[0]].alone:
+                groups.setdefault((id(case.scene), case.rule.name), []).append(place)
+        for places in groups.values():  # what needs no compiling first: verdicts come soon
+            places.sort(key=lambda place: self.case(place).digits == 16)
+        return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
