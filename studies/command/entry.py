@@ -83,6 +83,9 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--folder", metavar="DIR", default="reports/build", help="default: reports/build"
     )
+    report.add_argument(
+        "--verbose", action="store_true", help="print the whole tables, not only what did not pass"
+    )
     add_own(report, (THOROUGH,))
     report.set_defaults(action=_report)
     return parser
@@ -145,10 +148,12 @@ def _report(options: argparse.Namespace) -> int:
             choice, Path(options.folder), show, jobs(options), Store(options.fresh)
         )
     from ..core.case import worst
+    from ..report.summary import print_summary
     from ..report.tables import print_result
 
     screen = console()
-    for result in results:
+    for result in results if options.verbose else ():
         print_result(screen, result)
+    print_summary(screen, results)
     screen.print(f"report: {page}", highlight=False, soft_wrap=True)
     return EXIT[worst(r["verdict"] for r in results)]

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..core.study import every_study
-from .tables import file_name, got, wanted
+from .tables import COLOURS, file_name, got, print_trouble, wanted
 from .wording import (
+    NONE,
     VERDICTS,
     Case,
     Result,
@@ -17,6 +18,9 @@ from .wording import (
     mapping,
     verdict,
 )
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 def merged(results: Sequence[Result]) -> list[Result]:
@@ -69,6 +73,25 @@ def headline(studies: Sequence[Result]) -> dict[str, str]:
         parts.append(_some(count["caught"], count["controls"], "control", *verbs))
     text = "; ".join(parts) + "."
     return {"verdict": worst, "text": text[0].upper() + text[1:]}
+
+
+def print_summary(screen: Console, results: Sequence[Result]) -> None:
+    """For a terminal: the verdict of each study in a line, then what did not pass."""
+    from rich.table import Table
+
+    studies = merged(results)
+    said = headline(studies)
+    table = Table(title=said["text"], title_style=COLOURS[said["verdict"]])
+    for head in ("Study", "Verdict", "Fail", "Inconclusive", "Pass", "Controls caught"):
+        table.add_column(head, justify="left" if len(table.columns) < 2 else "right")
+    for study in studies:
+        word, count = verdict(study), tally(study["cases"])
+        caught_of = f"{count['caught']} of {count['controls']}" if count["controls"] else NONE
+        numbers = [str(count[key]) for key in ("fail", "inconclusive", "pass")]
+        table.add_row(str(study["study"]), f"[{COLOURS[word]}]{word}[/]", *numbers, caught_of)
+    screen.print(table)
+    for study in studies:
+        print_trouble(screen, study, commands=True)
 
 
 def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:

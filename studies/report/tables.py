@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+COLOURS = {"pass": "green", "fail": "bold red", "inconclusive": "yellow"}  # on a terminal
+
 
 def columns(study: str) -> list[Column]:
     """Heading and text of each column of a study's table; any study has one."""
@@ -171,18 +173,17 @@ def terminal_table(result: Result) -> Table:
     from rich.markup import escape
     from rich.table import Table
 
-    colours = {"pass": "green", "fail": "bold red", "inconclusive": "yellow"}
     study = str(result.get("study"))
     shown = columns(study)
     cases = sorted(result.get("cases") or [], key=lambda c: -VERDICTS.index(verdict(c)))
     if all(not case.get("retraction") for case in cases):
         shown = [column for column in shown if column[0] != "Retraction"]
-    table = Table(title=f"{study}: {verdict(result)}", title_style=colours[verdict(result)])
+    table = Table(title=f"{study}: {verdict(result)}", title_style=COLOURS[verdict(result)])
     for head, _ in shown:
         table.add_column(head, overflow="fold")
     for case in cases:
         texts = [escape(text(case)).replace(" | ", "\n") for _, text in shown]
-        colour = colours[verdict(case)]
+        colour = COLOURS[verdict(case)]
         if is_control(case):
             texts[1] += " [dim](control)[/dim]"
         texts[-1] = f"[{colour}]{texts[-1]}[/{colour}]"
@@ -193,9 +194,16 @@ def terminal_table(result: Result) -> Table:
 def print_result(screen: Console, result: Result) -> None:
     """The table, then a paragraph for each case that did not pass: a column has no room for it."""
     screen.print(terminal_table(result))
+    print_trouble(screen, result)
+
+
+def print_trouble(screen: Console, result: Result, commands: bool = False) -> None:
+    """A paragraph for each case that did not pass, the failures last; its command, if asked for."""
     cases = [case for case in result.get("cases") or [] if verdict(case) != "pass"]
     for case in sorted(cases, key=lambda case: -VERDICTS.index(verdict(case))):
-        if case.get("reason"):
-            said = caught(case) if is_control(case) else verdict(case)
-            words = f"{said}: {case_name(case)}: {case['reason']}"
+        said = caught(case) if is_control(case) else verdict(case)
+        words = ": ".join(filter(None, [said, case_name(case), case.get("reason")]))
+        if commands and case.get("command"):
+            words += f"\n  {case['command']}"
+        if commands or case.get("reason"):
             screen.print(words, highlight=False, markup=False, soft_wrap=True)

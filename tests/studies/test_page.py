@@ -149,6 +149,22 @@ def test_terminal_table_ends_with_the_failures() -> None:
     assert shown.index("inconclusive") < shown.index("Newton stopped") > shown.rindex("2.00")
 
 
+def test_terminal_summary_has_a_line_a_study_and_the_cases_that_did_not_pass() -> None:
+    from rich.console import Console
+
+    from discmech.studies.report.summary import merged, print_summary
+
+    console = Console(width=150, file=io.StringIO())
+    with console.capture() as capture:
+        print_summary(console, spoiled())
+    shown = capture.get()
+    cases = [case for study in merged(spoiled()) for case in study["cases"]]
+    bad = [case for case in cases if case["verdict"] != "pass"]
+    assert bad and shown.count("\n  discmech ") == len(bad)
+    assert all(case["command"] in shown and case["reason"] in shown for case in bad)
+    assert len(shown.splitlines()) < 8 + len(spoiled()) + 2 * len(bad)
+
+
 @pytest.mark.parametrize(
     ("value", "interval", "text"),
     [

@@ -82,6 +82,8 @@ def test_a_case_that_fails_is_marked_and_the_exit_code_says_so(made):
     assert made.code == 1
     assert "Newton did not converge" in made.out and "index.html" in made.out
     assert "Newton did not converge at step 3, t = 0.15" in made.text
+    assert "discmech energy heavy-top" in made.out  # and no table of what passed
+    assert "pendulum, midpoint" not in made.out
     assert made.text.index("Newton did not converge") < made.text.index("cases pass</summary>")
 
 
