@@ -21,6 +21,7 @@ from . import fingerprint
 from .case import DETAILS, Case, Choice, Progress, Verdict, scheme_of, silent, worst
 from .plan import Place, Plan, Task
 from .record import provenance, record
+from .shrinking import shrunk
 from .store import Store
 from .study import Study, every_study
 
@@ -103,6 +104,7 @@ def run_studies(
             done([place], [measured(studies[place[0]], case, within, store)])
     if found and all(result.get("unusable") for result in found.values()):
         raise BadInput(next(iter(found.values()))["reason"])
+    found |= shrunk(plan, found, partial(run_case, causes=False), store)
     if store is not None:
         store.prune()
     results = []

@@ -11,7 +11,7 @@ from .mathml import display
 from .publish import published
 from .summary import headline, machine, merged, runs, tally, trouble, when
 from .tables import columns, file_name, write_tables
-from .wording import VERDICTS, Case, Result, is_control, verdict
+from .wording import VERDICTS, Case, Result, is_control, verdict, why
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -130,7 +130,7 @@ def _lines(study: str, cases: Sequence[Case]) -> dict[str, Any]:
             "cells": [text(case) for _, text in shown[:-1]],
             "verdict": verdict(case),
             "word": shown[-1][1](case),
-            "reason": str(case.get("reason") or ""),
+            "reason": why(case),
             "command": str(case.get("command") or ""),
             "when": when(case),
         }

@@ -17,6 +17,7 @@ from .wording import (
     is_control,
     mapping,
     verdict,
+    why,
 )
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
             "word": caught(case) if is_control(case) else verdict(case),
             "got": got(str(study["study"]), case),
             "wanted": wanted(str(study["study"]), case),
-            "reason": str(case.get("reason") or ""),
+            "reason": why(case),
             "command": str(case.get("command") or ""),
         }
         for study in studies

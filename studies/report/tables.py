@@ -24,6 +24,7 @@ from .wording import (
     mapping,
     rows,
     verdict,
+    why,
 )
 
 if TYPE_CHECKING:
@@ -202,7 +203,7 @@ def print_trouble(screen: Console, result: Result, commands: bool = False) -> No
     cases = [case for case in result.get("cases") or [] if verdict(case) != "pass"]
     for case in sorted(cases, key=lambda case: -VERDICTS.index(verdict(case))):
         said = caught(case) if is_control(case) else verdict(case)
-        words = ": ".join(filter(None, [said, case_name(case), case.get("reason")]))
+        words = ": ".join(filter(None, [said, case_name(case), why(case)]))
         if commands and case.get("command"):
             words += f"\n  {case['command']}"
         if commands or case.get("reason"):

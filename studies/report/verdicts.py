@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.study import view_of
-from .tables import got, short, wanted
+from .tables import COLOURS, got, short, wanted
 from .wording import (
     NONE,
     VERDICTS,
@@ -18,13 +18,13 @@ from .wording import (
     rule_name,
     scientific,
     verdict,
+    why,
 )
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 MARKS = {"pass": "✓", "fail": "✗", "inconclusive": "?"}
-COLOURS = {"pass": "green", "fail": "bold red", "inconclusive": "yellow"}
 Cell = list[tuple[str, str, int]]
 #: what `compare` holds side by side: heading and how a value is written
 COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
@@ -200,7 +200,7 @@ def troubles(result: Result) -> list[str]:
     for (said, *_), (first, *more) in alike.items():
         others = ", ".join(dict.fromkeys(str(case["study"]) for case in more))
         found.append(
-            f"{MARKS[said]} {first['study']}: {case_name(first)}: {first.get('reason')}"
+            f"{MARKS[said]} {first['study']}: {case_name(first)}: {why(first)}"
             + (f"\n  and so {len(more)} more of {others}" if more else "")
             + f"\n  again: {first.get('command')}"
         )

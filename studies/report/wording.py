@@ -119,6 +119,16 @@ def caught(case: Mapping[str, Any]) -> str:
     return {"pass": "caught", "fail": "missed"}.get(verdict(case), "inconclusive")
 
 
+def why(case: Mapping[str, Any]) -> str:
+    """What is said of a case that does not pass, and the smallest case found that fails as well."""
+    small = case.get("smallest")
+    if not small:
+        return str(case.get("reason") or "")
+    whatever = f", whatever {' and '.join(small['whatever'])}" if small["whatever"] else ""
+    again = "the same" if small["command"] == case.get("command") else small["command"]
+    return f"{case['reason']} The smallest that fails: {again}{whatever}."
+
+
 def mapping(case: Mapping[str, Any], key: str) -> dict[str, Any]:
     """A dict inside a case (`measured`, `expected`), empty where it is absent."""
     value = case.get(key)

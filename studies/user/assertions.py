@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from .. import get
 from ..core import lookup
 from ..core.case import Case, in_chart
 from ..core.running import run_case
+from ..core.shrinking import smallest
 from ..core.study import Study, every_study
 
 Rule = Discretisation | str
@@ -104,8 +106,16 @@ def _assert(
         _judge_order(result, order, at_least)
     if result["verdict"] == "pass":
         return result
+    quick = partial(run_case, causes=False)
+    small = (
+        smallest(study, case, result, quick)
+        if study.usual and result["verdict"] == "fail"
+        else None
+    )
     picture = _picture(study.name, result, pictures)
     shown = [f"{study.name}: {result['verdict']}: {result['reason']}", _table(study.name, result)]
+    if small and (small["scene"], small["steps"]) != (where.name, steps):
+        shown += [f"the smallest that fails: scene {small['scene']!r}, steps={small['steps']}"]
     shown += [f"picture: {picture}"] if picture else []
     raise Missed("\n".join(shown), result, picture)
 

@@ -1,0 +1,141 @@
+"""A failing case made small: the simplest scene and the fewest steps that still fail.
+
+A smaller case counts if the study says no there too, and says no such thing of the midpoint rule:
+a scene or a number of steps that fails every method tells nothing of this one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+from discmech.integrators import rules as discretisations
+from discmech.integrators import scenes
+from discmech.integrators.errors import DiscmechError
+from discmech.integrators.scene import Scene
+
+from .case import Case, Choice
+from .fingerprint import of_case, of_everything
+from .plan import Place, Plan
+from .store import Store
+from .study import Study
+
+LEAST = 1.0  # seconds of processor time; a case that took longer to fail may be tried as long
+MOST_STEPS = 2**20
+Run = Callable[[Study, Case], Mapping[str, Any]]
+
+
+def shrunk(
+    plan: Plan, found: Mapping[Place, dict[str, Any]], run: Run, store: Store | None
+) -> dict[Place, dict[str, Any]]:
+    """The failing results, with the smallest case that fails too: one a study and method."""
+    groups: dict[tuple[Any, ...], list[Place]] = {}
+    for place, case in plan.places():
+        study = plan.studies[place[0]]
+        if found[place]["verdict"] == "fail" and study.usual and not (case.control or study.alone):
+            groups.setdefault((study.name, case.label, case.digits), []).append(place)
+    changed: dict[Place, dict[str, Any]] = {}
+    for places in groups.values():
+        place = min(places, key=lambda p: size(plan.case(p).scene))
+        study, case = plan.studies[place[0]], plan.case(place)
+        make = partial(_listed, study, case, found[place], run)
+        if store is not None:
+            key = of_everything("smallest", of_case(study, case, timed=False))
+            make = partial(store.remembered, key, make)
+        (small,) = make()
+        changed |= {each: {**found[each], "smallest": small} for each in places if small}
+    return changed
+
+
+def smallest(
+    study: Study, case: Case, result: Mapping[str, Any], run: Run
+) -> dict[str, Any] | None:
+    """{"scene", "steps", "command", "reason", "whatever"} of the smallest case found; None if the
+    case is as small already. whatever: the parameters that may as well be 1.
+
+    run: what measures and judges a case. No try begins once they took longer than the case itself.
+    """
+    ends = time.process_time() + max(LEAST, result["seconds"])
+
+    def fails(tried: Case) -> Mapping[str, Any] | None:
+        """The result, if it is a failure of this method and of the same kind."""
+        found = _tried(run, study, tried)
+        if found is None or bool(found["measured"]) != bool(result["measured"]):
+            return None
+        usual = discretisations.midpoint
+        if case.rule is usual or not usual.applies(tried.scene):
+            return found
+        return found if _tried(run, study, replace(tried, rule=usual)) is None else None
+
+    def first(candidates: Iterator[Case]) -> tuple[Case, Mapping[str, Any]] | None:
+        for candidate in candidates:
+            if time.process_time() > ends:
+                return None
+            if found := fails(candidate):
+                return candidate, found
+        return None
+
+    small, said = case, result
+    if found := first(_on_simpler_scenes(study, case)):
+        small, said = found
+    if found := first(_with_fewer_steps(small, said)):
+        small, said = found
+    whatever = [
+        name for name, scene in _with_parameters_of_one(small.scene)
+        if time.process_time() < ends and fails(replace(small, scene=scene))
+    ]  # fmt: skip
+    if small is case and not whatever:
+        return None
+    return {
+        "scene": small.scene.name, "steps": small.steps, "command": small.command,
+        "reason": said["reason"], "whatever": whatever,
+    }  # fmt: skip
+
+
+def _listed(*asked: Any) -> list[dict[str, Any] | None]:
+    """What `smallest` says, as a store can tell it from what it has not."""
+    return [smallest(*asked)]
+
+
+def _tried(run: Run, study: Study, case: Case) -> Mapping[str, Any] | None:
+    """The result if it is a failure."""
+    try:
+        found = run(study, case)
+    except DiscmechError:  # so few steps, or this scene, make no case
+        return None
+    return found if found["verdict"] == "fail" and not found.get("unusable") else None
+
+
+def size(scene: Scene) -> tuple[int, int]:
+    """How large a scene is: its variables, then its parameters."""
+    return scene.groupoid.dim_x + scene.groupoid.dim_u, len(scene.parameter_values)
+
+
+def _on_simpler_scenes(study: Study, case: Case) -> Iterator[Case]:
+    """The same on the bench's own scenes that have fewer variables, the fewest first."""
+    simpler = [scene for scene in scenes.all_scenes() if size(scene) < size(case.scene)]
+    if not simpler:  # a choice of no scene is one of all
+        return
+    choice = Choice(tuple(sorted(simpler, key=size)), (case.rule,), (), (case.digits,), case.steps)
+    yield from (found for found in study.cases(choice) if not found.control)
+
+
+def _with_fewer_steps(case: Case, result: Mapping[str, Any]) -> Iterator[Case]:
+    """1, 2, 4, ... steps, up to what was run."""
+    rows: Sequence[Mapping[str, Any]] = result["rows"]
+    run = [row["steps"] for row in rows if isinstance(row.get("steps"), int)]
+    most = case.steps or max(run, default=MOST_STEPS)
+    steps = 1
+    while steps < most:
+        yield replace(case, steps=steps)
+        steps *= 2
+
+
+def _with_parameters_of_one(scene: Scene) -> Iterator[tuple[str, Scene]]:
+    for name, value in scene.parameters.items():
+        if isinstance(value, int | Fraction) and value not in (0, 1):
+            yield name, scene.with_values(parameters={name: 1})

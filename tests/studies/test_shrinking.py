@@ -1,0 +1,90 @@
+"""A failing case is made small: the smaller one fails too, and not by every method."""
+
+from __future__ import annotations
+
+import json
+import shlex
+
+from discmech.integrators import discretisation, scenes
+from discmech.integrators.rules import midpoint
+from discmech.studies import get
+from discmech.studies.command.entry import main
+from discmech.studies.core.case import Case, Verdict
+from discmech.studies.core.running import run_case
+from discmech.studies.core.shrinking import size, smallest
+
+LOPSIDED = """
+from discmech import discretisation
+
+@discretisation(order=2)
+def lopsided(L, G, x, u, h):
+    return h * L(G.target(x, u, h / 3), u)
+"""
+
+
+@discretisation(order=2)
+def other(L, G, x, u, h):
+    return h * L(x, u)
+
+
+def judged(monkeypatch, fails):
+    """The momentum study, replaced by a law on cases."""
+    study = get("momentum")
+
+    def measure(case, progress):
+        return {"measured": {"drift": {"n": 1.0}}, "rows": []}
+
+    def judge(case, measurement):
+        return Verdict("fail", "it drifts.") if fails(case) else Verdict("pass")
+
+    for name, law in (("measure", measure), ("judge", judge), ("diagnose", lambda *_: None)):
+        monkeypatch.setattr(study.measuring, name, law)
+    return study
+
+
+def made_small(study, case):
+    result = {**run_case(study, case), "seconds": 60.0}  # so that tries do not end by the clock
+    assert result["verdict"] == "fail"
+    return smallest(study, case, result, run_case)
+
+
+def test_the_command_of_the_smallest_case_fails_too(tmp_path, capsys):
+    file = tmp_path / "mine.py"
+    file.write_text(LOPSIDED)
+    asked = ["order", "kepler", "--rule", f"{file}:lopsided", "--digits", "50", "--json", "-"]
+    assert main(asked) == 1
+    (case,) = json.loads(capsys.readouterr().out)["cases"]
+    small = case["smallest"]
+    assert size(scenes.get(small["scene"])) < size(scenes.get("kepler"))
+    assert main(shlex.split(small["command"])[1:]) == 1
+
+
+def test_fewest_steps_simplest_scene_and_parameters_that_do_not_matter(monkeypatch):
+    def fails(case):
+        long = (case.steps or 1000) >= 100
+        return long and case.rule is other and case.scene.name in ("heavy-top", "lagrange-top")
+
+    small = made_small(
+        judged(monkeypatch, fails), Case("momentum", scenes.get("heavy-top"), other, 16)
+    )
+    simplest = min(map(scenes.get, ("heavy-top", "lagrange-top")), key=size)
+    assert (small["scene"], small["steps"]) == (simplest.name, 128)
+    numbers = {k for k, v in simplest.parameters.items() if not isinstance(v, tuple)}
+    assert set(small["whatever"]) <= numbers and small["reason"] == "it drifts."
+
+
+def test_what_fails_the_midpoint_rule_too_says_nothing_of_this_one(monkeypatch):
+    def fails(case):
+        return case.steps in (None, 1, 2) if case.rule is other else case.steps in (1, 2)
+
+    scene = scenes.get("harmonic").with_values(parameters={"mass": 1, "stiffness": 1})
+    study = judged(monkeypatch, fails)
+    case = Case("momentum", scene, other, 16)
+    assert made_small(study, case) is None
+    assert run_case(study, Case("momentum", scene, midpoint, 16))["verdict"] == "pass"
+
+
+def test_what_passes_is_left_as_it_is(monkeypatch, capsys):
+    judged(monkeypatch, lambda case: False)
+    assert main(["momentum", "kepler", "--rule", "midpoint", "--digits", "16", "--json", "-"]) == 0
+    assert "smallest" not in json.loads(capsys.readouterr().out)["cases"][0]
