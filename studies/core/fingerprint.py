@@ -72,7 +72,9 @@ def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
 
 def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation) -> str:
     """Of what a function says about a scheme."""
-    words = (about.__qualname__, str(versions()), text_of(inspect.getfile(about)))
+    file = Path(inspect.getfile(about))  # it may be one that shows results
+    shown = _digest(*(p.read_text("utf-8") for p in imported_files([file], views=True)))
+    words = (about.__qualname__, str(versions()), text_of(str(file)), shown)
     return _digest(*words, *of_scene(scene), *of_rule(scene, rule))
 
 
@@ -140,12 +142,15 @@ def text_of(file: str) -> str:
     return _digest(*(f"{p.relative_to(ROOT)}\n{p.read_text(encoding='utf-8')}" for p in files))
 
 
-def imported_files(files: Iterable[Path]) -> list[Path]:
-    """These files and those of the same package that they import, also inside functions."""
+def imported_files(files: Iterable[Path], views: bool = False) -> list[Path]:
+    """These files and those of the same package that they import, also inside functions.
+
+    views: with those that only show results.
+    """
     seen, pending = set[Path](), [p.resolve() for p in files]
     while pending:
         file = pending.pop()
-        if file not in seen and not _shows(file):
+        if file not in seen and (views or not _shows(file)):
             seen.add(file)
             pending += _imports(file)
     return sorted(seen)

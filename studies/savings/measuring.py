@@ -50,8 +50,7 @@ def variants(case: Case) -> list[Variant]:
     """The flow as it is, without each saving that it makes, and without all of them."""
     scheme, step = case.scheme, case.scene.step
     plain = scheme.flow(step)
-    kernels = plain._kernels
-    made = {"direct": kernels.affine[0], "carried": kernels.layout.reused > 0, "coefficients": True}
+    made = savings_made(plain)
     found = [Variant(AS_IT_IS, plain)]
     taken_back = {name: [name] for name in SAVINGS if made[name]}
     if len(taken_back) > 1:
@@ -102,6 +101,12 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                 "outliers": timing.outliers,
                 "times": timing.median / timings[0].median}  # fmt: skip
     return {"rows": rows, "measured": {"times": {r["variant"]: r["times"] for r in rows[1:]}}}
+
+
+def savings_made(flow: Flow) -> dict[str, bool]:
+    """Which of `SAVINGS` the flow's kernels make."""
+    kernels = flow._kernels
+    return {"direct": kernels.affine[0], "carried": kernels.layout.reused > 0, "coefficients": True}
 
 
 def operations(flow: Flow) -> tuple[int, int]:

@@ -72,7 +72,8 @@ def discmech(tmp_path_factory):
     tree = tmp_path_factory.mktemp("tree")
     for name in ("integrators", "reference", "studies", "reports/templates"):
         shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "discmech.py", tree)
+    for name in ("discmech.py", "pyproject.toml"):
+        shutil.copy(ROOT / name, tree)
     folder = tree / "studies" / "distance"
     folder.mkdir()
     for name, text in (("__init__", DECLARED), ("measuring", MEASURING), ("view", VIEW)):
@@ -109,6 +110,16 @@ def test_it_is_measured_and_is_in_the_report(discmech):
     for words in ("Distance of the start", "Length at the start", "a start says nothing"):
         assert words in page
     assert re.search(r"distance +. pass", shown) and (tree / "build/tables/distance.csv").exists()
+
+
+def test_one_that_is_begun_by_a_command_works_as_it_is(discmech):
+    run, tree = discmech
+    assert "discmech my-corrections" in run("new", "study", "my-corrections")
+    assert (tree / "studies" / "my_corrections" / "measuring.py").exists()
+    asked = ("harmonic", "--rule", "midpoint", "--json", "-")
+    (case,) = json.loads(run("my-corrections", *asked))["cases"]
+    assert case["verdict"] == "pass" and case["measured"]["most"] >= 1
+    assert case["command"].startswith("discmech my-corrections harmonic")
 
 
 def test_the_readme_has_a_line_for_each_study():

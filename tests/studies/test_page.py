@@ -288,7 +288,7 @@ def test_formulas_are_collected_and_stay_exact() -> None:
 def test_equations_of_a_scheme_are_typeset() -> None:
     from discmech.integrators import Scheme, scenes
     from discmech.integrators import rules as discretisations
-    from discmech.studies.command.report import equations_of
+    from discmech.studies.command.equations import equations_of
 
     for scene, lines in (("kepler", 2), ("rigid-body", 3)):
         found = equations_of(Scheme(scenes.get(scene), discretisations.midpoint))

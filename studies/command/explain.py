@@ -1,0 +1,118 @@
+"""`discmech explain SCENE RULE`: a method on a scene, on one page of a terminal."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+from discmech.integrators import retractions
+
+from ..core import lookup
+from .options import RULE_HELP
+
+if TYPE_CHECKING:
+    from discmech.integrators import Scheme
+
+WIDTH = 100
+LONGEST = 500  # letters of a side of an equation; the report typesets all of it
+STEPS = 200  # of the run that counts Newton's corrections
+
+
+def add_to(commands: Any) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser(
+        "explain", help="a method on a scene: its equations, order, symmetry, cost of a step"
+    )
+    parser.add_argument("scene")
+    parser.add_argument("rule", help=RULE_HELP)
+    parser.add_argument("--retraction", metavar="NAME")
+    parser.set_defaults(action=_explain)
+
+
+def _explain(options: argparse.Namespace) -> int:
+    from discmech.integrators import Scheme
+
+    scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
+    if options.retraction:
+        scene = scene.with_retraction(retractions.get(options.retraction))
+    for line in explanation(Scheme(scene, rule)):
+        sys.stdout.write(line.rstrip() + "\n")
+    return 0
+
+
+def explanation(scheme: Scheme) -> list[str]:
+    """The lines of the page."""
+    from .equations import notation, plain_text, written
+
+    scene, rule, out = scheme.scene, scheme.rule, written(scheme)
+
+    def formula(left: str, terms: Any, sign: str = "=") -> list[str]:
+        shown = plain_text(terms, out.letters)
+        if len(shown) > LONGEST:
+            shown = f"({len(shown)} letters; discmech report {scene.name} typesets them)"
+        return textwrap.wrap(
+            f"{left} {sign} {shown}", WIDTH, initial_indent="  ", subsequent_indent="      ",
+            break_long_words=False, break_on_hyphens=False,
+        )  # fmt: skip
+
+    title = f"{scene.name} by {rule.name}"
+    where = f"groupoid {scene.groupoid.name}, dim x {scene.groupoid.dim_x}, "
+    where += f"dim u {scene.groupoid.dim_u}"
+    lines = [title, "=" * len(title), where]
+    lines += textwrap.wrap(notation(scheme), WIDTH)
+    if out.lagrangian:
+        lines += ["", "Lagrangian", *formula("l(x, u)", out.lagrangian)]
+    lines += ["", "Discrete Lagrangian", *formula("L_d(x, u)", out.discrete_lagrangian)]
+    for letter, terms in out.points:
+        lines += formula(plain_text([letter], out.letters), terms)
+    lines += ["", "Momentum before the step, μ = F⁻(x, u)/h"]
+    for mu, terms in out.momenta:
+        lines += formula(plain_text([mu], out.letters), terms)
+    for letter, value in out.shared:
+        lines += formula(plain_text([letter], out.letters), [value])
+    lines += ["", "Discrete Euler–Lagrange equations, F⁺(x, u)/h = F⁻(y, v)/h"]
+    for here, there in out.residual:
+        lines += formula(plain_text(here, out.letters), there)
+    return [*lines, "", "Method", *(f"  {line}" for line in (*_facts(scheme), *_work(scheme)))]
+
+
+def _facts(scheme: Scheme) -> list[str]:
+    """Order and symmetry."""
+    rule, order = scheme.rule, scheme.order
+    said = "only measured: the rule declares none" if order is None else str(order)
+    if rule.order is not None and order != rule.order:
+        said += f" on this scene (the rule declares {rule.order})"
+    is_adjoint = "" if scheme.self_adjoint else "not "
+    return [f"order          {said}", f"symmetry       {is_adjoint}self-adjoint (derived)"]
+
+
+def _work(scheme: Scheme) -> list[str]:
+    """How a step is solved, and what that costs."""
+    from discmech.integrators.compiler import SAVINGS
+    from discmech.integrators.errors import CannotMeasure, StepFailure
+
+    from ..savings.measuring import operations, savings_made
+    from ..work_precision.racing import race
+
+    flow = scheme.flow(scheme.scene.step)
+    made = savings_made(flow)
+    unknowns = len(flow.system.w)
+    how = "one linear solve" if made["direct"] else "Newton's iteration"
+    found = [f"unknowns       {unknowns} a step, by {how}"]
+    found += [f"left out       {words}" for name, words in SAVINGS.items() if made[name]]
+    try:
+        run = flow.trajectory(STEPS)
+    except StepFailure as failure:
+        return [*found, f"cost           not counted: {failure.cause} at step {failure.step_index}"]
+    corrections = run.newton_mean
+    (timing,) = race([lambda: flow.trajectory(20 * STEPS, 20 * STEPS)], 0.3)
+    cost = f"{timing.median / (20 * STEPS) * 1e6:.3g} µs"
+    try:
+        solve, update = operations(flow)
+        cost = f"{solve * corrections + update:.0f} operations, {cost}"
+    except CannotMeasure:
+        pass
+    step = float(scheme.scene.step)
+    return [*found, f"cost           {cost} a step of {step:g}, {corrections:.2f} corrections"]

@@ -1,0 +1,94 @@
+"""What `discmech new` writes works as it is, and `discmech explain` says what was derived."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from sympy import Matrix
+
+from discmech.integrators import Scheme, scenes
+from discmech.integrators.numbers import first_violation
+from discmech.integrators.rules import midpoint
+from discmech.studies.command.entry import main
+from discmech.studies.command.equations import plain_text, written
+from discmech.studies.command.explain import explanation
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", ["rule", "scene", "groupoid"])
+def test_a_new_file_passes_as_it_is(kind, here, capsys):
+    assert main(["new", kind, "my-own"]) == 0
+    assert "discmech verify my_own.py" in capsys.readouterr().out
+    text = (here / "my_own.py").read_text(encoding="utf-8")
+    assert "discmech verify my_own.py" in text and "starter" not in text and "FILE" not in text
+    asked = ["--study", "order", "--study", "symplecticity", "--digits", "50", "--json", "-"]
+    where = ["--scene", "harmonic"] if kind == "rule" else []
+    assert main(["verify", "my_own.py", *where, *asked]) == 0
+    cases = json.loads(capsys.readouterr().out)["cases"]
+    assert len(cases) >= 2 and all("my-own" in (c["scene"], c["rule"]) for c in cases)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["rule", "scene", "groupoid"])
+def test_a_new_file_passes_every_study(kind, here, capsys):
+    assert main(["new", kind, "my-own"]) == 0
+    assert main(["verify", "my_own.py"]) == 0, capsys.readouterr().out
+
+
+def test_nothing_is_overwritten_and_names_are_checked(here, capsys):
+    (here / "mine.py").write_text("kept")
+    for words, said in (
+        (["rule", "mine"], "mine.py is there already"),
+        (["rule", "3 rules"], "the name is '3 rules'"),
+        (["scene", "other", "--folder", "nowhere"], "there is no folder nowhere"),
+    ):
+        assert main(["new", *words]) == 2
+        assert said in capsys.readouterr().err
+    assert (here / "mine.py").read_text() == "kept" and not list(here.rglob("other*"))
+
+
+@pytest.mark.parametrize("scene", ["pendulum", "rigid-body", "heavy-top", "kepler"])
+def test_the_equations_that_are_written_out_are_those_that_are_solved(scene):
+    scheme = Scheme(scenes.get(scene), midpoint)
+    out, s = written(scheme), scheme.s
+    shared, points = dict(out.shared), [p for p in scheme.points if not p.is_end]
+    there = [z for p in points for z in p.letters]
+    for (mu, terms), derived in zip(out.momenta, scheme.at_points.minus, strict=True):
+        difference = Matrix([sum(terms).subs(shared) - derived / s.h])
+        assert first_violation(difference, [s.h, *s.u, *there]) is None, mu
+
+
+def test_explain_says_order_symmetry_and_cost(capsys):
+    assert main(["explain", "pendulum", "rectangle"]) == 0
+    shown = capsys.readouterr().out
+    for words in (
+        "pendulum by rectangle", "l(x, u) = length²·mass·u²/2 + gravity·length·mass·cos(x)",
+        "y = x + h·u", "order          1", "not self-adjoint", "one linear solve", "operations",
+        "no Newton iteration where the equations of a step are affine in u",
+    ):  # fmt: skip
+        assert words in shown
+    assert max(map(len, shown.splitlines())) <= 100
+
+
+@pytest.mark.parametrize("rule", ["gauss-2", "imex", "own", "triple-jump:midpoint"])
+def test_every_kind_of_method_can_be_explained(rule):
+    from discmech.studies.core import lookup
+
+    scene = {"imex": "fpu", "own": "moser-veselov"}.get(rule, "heavy-top")
+    lines = explanation(Scheme(scenes.get(scene), lookup.rule(rule)))
+    assert any(line.strip().startswith("order") for line in lines)
+    assert max(map(len, lines)) <= 100
+
+
+def test_terms_as_text():
+    from sympy import Symbol, cos
+
+    x, h = Symbol("x_1"), Symbol("h")
+    assert plain_text([x**2 / 2, -h * cos(x)], {x: "x_1"}) == "x₁²/2 − h·cos(x₁)"
+    assert plain_text([], {}) == "0"
