@@ -13,8 +13,9 @@ from discmech.integrators.scene import Scene
 from .. import NAMES, get
 from ..core.case import Choice, Progress, silent
 from ..core.fingerprint import of_views
-from ..core.running import cores, run_studies
+from ..core.running import run_studies
 from ..core.store import Store
+from ..core.workers import cores
 
 
 def make_report(

@@ -7,7 +7,6 @@ before, with all that it depends on unchanged, is taken from the store.
 
 from __future__ import annotations
 
-import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -24,6 +23,7 @@ from .record import provenance, record
 from .shrinking import shrunk
 from .store import Store
 from .study import Study, every_study
+from .workers import cores, worker_pool
 
 SCHEMA = 1
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
@@ -198,26 +198,24 @@ def _done(
     if workers < 2 or spoken is None or sum(len(t.places) for t in tasks) < WORTH_WORKERS:
         yield from _in_turn(plan, tasks, also, progress, store)
         return
-    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from concurrent.futures import as_completed
     from concurrent.futures.process import BrokenProcessPool
-    from multiprocessing import get_context
 
     names = tuple(study.name for study in plan.studies)
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _ignore_interrupts)
     try:
-        waiting = {
-            pool.submit(_in_worker, names, spoken, task, also, store): task for task in tasks[1:]
-        }
-        yield from _in_turn(plan, tasks[:1], also, progress, store)
-        for future in as_completed(waiting):
-            yield waiting[future].places, *future.result()
+        with worker_pool(workers) as pool:
+            waiting = {
+                pool.submit(_in_worker, names, spoken, task, also, store): task
+                for task in tasks[1:]
+            }
+            yield from _in_turn(plan, tasks[:1], also, progress, store)
+            for future in as_completed(waiting):
+                yield waiting[future].places, *future.result()
     except BrokenProcessPool:
         raise BadInput(
             "a process that was measuring was killed (too little memory?); the same command goes "
             "on where it stopped: say --jobs 1."
         ) from None
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _in_turn(
@@ -266,20 +264,6 @@ def _in_worker(
 def _plan(names: tuple[str, ...], spoken: tuple[Any, ...]) -> Plan:
     """The same plan again in a worker, from names."""
     return Plan([every_study()[name] for name in names], Choice.of_names(spoken))
-
-
-def _ignore_interrupts() -> None:
-    import signal
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the first process stops us
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
 
 
 def _diagnose(study: Study, case: Case, measurement: dict[str, Any], said: Verdict) -> None:

@@ -6,9 +6,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
 from typing import Any
 
 from discmech.integrators import BadInput
@@ -20,6 +18,7 @@ from ..core.fingerprint import of_everything
 from ..core.record import provenance
 from ..core.running import run_case
 from ..core.store import Store
+from ..core.workers import worker_pool
 from .catalogue import everything
 from .equivalents import proof
 from .faults import Fault, NoPlace, scene_of
@@ -138,7 +137,7 @@ def measure(
             # a new pool each time, so that memory stays bounded: max_tasks_per_child can hang
             # (CPython issue 115634)
             batch = left[part : part + BATCH]
-            with _own_cache(), ProcessPoolExecutor(jobs, get_context("spawn")) as pool:
+            with _own_cache(), worker_pool(jobs) as pool:
                 for number, result in zip(batch, pool.map(function, batch), strict=True):
                     results[number] = result
                     if store is not None:

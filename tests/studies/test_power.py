@@ -217,7 +217,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
                 asked.append(number)
                 yield made(f"a f{number}") if number % 5 else None
 
-    monkeypatch.setattr(measuring, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(measuring, "worker_pool", Pool)
 
     def run():
         return measuring.measure(range(10, 16), [], 1, lambda *_: None, Store())
