@@ -13,7 +13,15 @@ from .errors import BadInput, DiscmechError, StepFailure
 from .flows import Scheme
 from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
 from .retractions import cayley, exponential
-from .rules import Discretisation, discretisation, imex, midpoint, rectangle, trapezoidal
+from .rules import (
+    Discretisation,
+    discretisation,
+    imex,
+    midpoint,
+    one_step,
+    rectangle,
+    trapezoidal,
+)
 from .scene import Conserved, Scene, on_group
 
 __all__ = [
@@ -37,6 +45,7 @@ __all__ = [
     "lie_group",
     "midpoint",
     "on_group",
+    "one_step",
     "pair",
     "product",
     "rectangle",

@@ -155,3 +155,14 @@ def test_every_example_has_a_test():
         "the_laws_of_a_retraction_of_one_s_own",
         "a_retraction_with_a_wrong_formula_is_refused",
     }
+
+
+@pytest.mark.slow
+def test_one_step_maps():
+    order, symplecticity, energy = example("one_step_maps").main()
+    assert order["verdict"] == "pass"
+    wanted = {"rk4": 4, "simpson-field": 2, "gauss": 4}
+    assert {rule: round(o, 1) for (_, rule), o in orders(order).items()} == wanted
+    for case in symplecticity["cases"]:
+        assert case["verdict"] == "fail" and case["measured"]["pullback"] is None
+    assert [c["verdict"] for c in energy["cases"]] == ["fail", "pass", "pass"]

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..equations import DiscreteEquations, DiscretisedScene
 from ..errors import SMALLER, CannotMeasure, StepFailure
-from ..geometry import Arrow, LocalGeometry, Maps, StagesNotFound
+from ..geometry import Arrow, LocalGeometry, Maps, OneStepGeometry, StagesNotFound
 from ..numbers import Arithmetic, listed
 from ..numbers.types import Number, Numbers, Vector
 from .translates import GroupChart
@@ -74,7 +74,19 @@ class StepContext:
     @cached_property
     def geometry(self) -> LocalGeometry:
         """The maps and their derivatives as numbers at this step."""
-        return LocalGeometry(self.equations, self.numbers, self.q)
+        kind = OneStepGeometry if self.one_step else LocalGeometry
+        return kind(self.equations, self.numbers, self.q)
+
+    @property
+    def one_step(self) -> bool:
+        """Whether a step is that of a one-step map, without a discrete Lagrangian."""
+        return self.scheme.one_step
+
+    def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
+        """Where Newton starts in a step from (x, μ): the velocity nearby, or as a map has it."""
+        if isinstance(self.geometry, OneStepGeometry):
+            return self.geometry.start(x, mu, near)
+        return near
 
     def geometry_in(self, translate: int) -> LocalGeometry:
         """The geometry in the chart of a translate B, by its number in the cover; 0 is e."""
@@ -130,7 +142,12 @@ class StepContext:
         return self.numbers.public([value])[0]
 
     def check_one_arrow(self) -> None:
-        """Raise `CannotMeasure` for a composition, whose step is no map of arrows (x, u)."""
+        """Raise `CannotMeasure` where a step is no map of arrows (x, u)."""
+        if self.one_step:
+            raise CannotMeasure(
+                f"{self.scheme.rule.name} is a one-step map: it has no discrete Lagrangian, so no "
+                "Ω on G; use dual_step and poisson_defect."
+            )
         if self.substeps:
             raise CannotMeasure(
                 f"{self.scheme.rule.name} is a composition: it steps on (x, mu), not on arrows "

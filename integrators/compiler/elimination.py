@@ -11,6 +11,9 @@ from ..numbers.types import Assignment, Column, Expression, Letter, SymbolicMatr
 
 #: multiplications up to which a system is unrolled: a dense one of 12 unknowns
 UNROLLED = 600
+#: unknowns up to which a block of parameters alone is: it is solved once a flow, but nothing in it
+#: gets a name, and its expressions grow
+NAMELESS = 9
 
 
 def solve(
@@ -27,7 +30,8 @@ def solve(
     solution: dict[int, Letter] = {}
     for equations, unknowns in blocks(matrix, rows):
         block, right = matrix.extract(equations, unknowns), rhs.extract(equations, [0])
-        if work(block) > UNROLLED and block.free_symbols - steps.q:
+        varies = bool(block.free_symbols - steps.q)
+        if work(block) > UNROLLED if varies else len(unknowns) > NAMELESS:
             solved = steps.together(block, right)
         else:
             J, b = steps.matrix("j", block), steps.matrix("e", right)

@@ -26,7 +26,15 @@ from ..numbers import (
     with_tables,
     written_out,
 )
-from ..numbers.types import Assignment, Expression, Expressions, Letter, Replacement
+from ..numbers.types import (
+    Assignment,
+    Column,
+    Expression,
+    Expressions,
+    Letter,
+    Replacement,
+    SymbolicMatrix,
+)
 from .elimination import solve
 from .layout import Layout
 from .omissions import carried, is_affine, pivot_rows
@@ -84,8 +92,18 @@ class KernelText:
 
     @cached_property
     def affine(self) -> bool:
-        """Whether one correction solves a step."""
-        return "direct" not in self.omit and is_affine(self.system)
+        """Whether one correction solves a step, from w = 0, where the rows must have values."""
+        if "direct" in self.omit or not is_affine(self.system):
+            return False
+        return not any(e.has(sympy.nan, sympy.zoo) for part in self._at_zero for e in part)
+
+    @cached_property
+    def _at_zero(self) -> tuple[Column, SymbolicMatrix]:
+        """The rows and their slope at w = 0, without letters of definitions unless explicit."""
+        system, zero = self.system, dict.fromkeys(self.system.w, 0)
+        known = () if system.explicit else system.definitions
+        rows, slope = (written_out(known, m).xreplace(zero) for m in (system.rows, system.slope))
+        return rows, slope
 
     @cached_property
     def carried(self) -> list[tuple[Expression, Expression]]:
@@ -210,13 +228,12 @@ class KernelText:
         system = self.system
         rows, slope = system.rows, system.slope
         if self.affine:
-            zero = dict.fromkeys(system.w, 0)
-            rows, slope = (written_out(system.definitions, m).xreplace(zero) for m in (rows, slope))
-        wanted = [*system.mu, *[0] * (len(system.w) - len(system.mu))]
+            rows, slope = self._at_zero
+        wanted = system.wanted or [*system.mu, *[0] * (len(system.w) - len(system.mu))]
         residual = sympy.Matrix(wanted) - rows
         dw, steps = solve(slope, residual, self.coefficients, pivot_rows(system))
         before = [(s, type(values)(self._with_k(values))) for s, values in steps]
-        if not self.affine:
+        if not self.affine or system.explicit:
             inner = self._written(needed(system.definitions, [*slope, *residual]))
             before = [*self._define_xi, *inner, *before]
         if system.along is not None:

@@ -31,6 +31,7 @@ def is_affine(system: System) -> bool:
         return True
     symbols, small = [*system.x, *system.w, *system.q], (*system.w, system.q[0])
     first, other = (random_point(symbols, small=small, seed=i) for i in (0, 1))
+    first |= random_point(system.mu)
     second = {**first, **{u: other[u] for u in system.w}}
     for digits in (60, 400):  # as `identities.is_zero`: a difference may cancel many digits
         one, two = (_at(system, point, digits) for point in (first, second))
@@ -51,7 +52,7 @@ def pivot_rows(system: System) -> list[int]:
     if m <= 3:
         return rows
     small = (*system.w, system.q[0])
-    point = random_point([*system.x, *system.w, *system.q], small)
+    point = random_point([*system.x, *system.w, *system.q], small) | random_point(system.mu)
     left = np.array(_at(system, point, 17), dtype=float).reshape(m, m)
     for p in range(m):
         best = p + int(np.argmax(abs(left[p:, p])))

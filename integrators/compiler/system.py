@@ -20,8 +20,10 @@ class System:
     """The equations of one step (paper, sections 2.4 and 3.5, on the dual algebroid).
 
     q: h first, then parameters, the numbers of the rule, and the entries of a translate.
-    rows: E/h, as many as w; solved against (μ, 0). slope: ∂(E/h)/∂w, square. y: the letters of the
-    target where an expression needs it. increment: y − x, n. gain: (F⁺ − F⁻)/h, m.
+    rows: E/h, as many as w; solved against `wanted`, which is (μ, 0) if it is not given. slope:
+    ∂(E/h)/∂w, square. y: the letters of the target where an expression needs it. increment: y − x,
+    n. gain: (F⁺ − F⁻)/h, m.
+    explicit: the rows are w − E, and E holds no w, directly or in the letters of `definitions`.
     scaled: those u that the chart depends on; kernels write them as ξ = hu.
     along: (letters, values) where the solution of the linear equations is not dw itself but a
     displacement c in the group: c's letters, and dw in them.
@@ -48,6 +50,8 @@ class System:
     extents: tuple[tuple[str, Expression], ...] = ()
     branch: Expression | None = None
     constants: Mapping[Letter, Callable[[int], Mpf]] = field(default_factory=dict)
+    wanted: tuple[Expression, ...] = ()
+    explicit: bool = False
     composed: bool = False
     adjoint: System | None = None
 

@@ -8,18 +8,21 @@ from .continuous import (
     initial_momentum,
     mass_matrix,
     momentum,
+    rates,
     vector_field,
 )
 from .discrete_equations import DiscreteEquations
 from .discretised_scene import DiscretisedScene
+from .dual_system import DualSystem
 from .hamilton_field import field_parts, hamilton_field
 from .legendre_inverse import legendre_inverse
+from .one_step_equations import OneStepEquations
 from .symbols import SceneSymbols
 from .system import step_system
 
 __all__ = [
-    "DiscreteEquations", "DiscretisedScene", "SceneSymbols", "absolute_terms", "check_momentum",
-    "check_start", "closed_velocity", "energy", "energy_terms", "field_parts", "hamilton_field",
-    "initial_momentum", "legendre_inverse", "mass_matrix", "momentum", "step_system",
-    "vector_field",
+    "DiscreteEquations", "DiscretisedScene", "DualSystem", "OneStepEquations", "SceneSymbols",
+    "absolute_terms", "check_momentum", "check_start", "closed_velocity", "energy", "energy_terms",
+    "field_parts", "hamilton_field", "initial_momentum", "legendre_inverse", "mass_matrix",
+    "momentum", "rates", "step_system", "vector_field",
 ]  # fmt: skip

@@ -22,7 +22,8 @@ Row = list[Expression]
 class Block:
     """Letters for `values`; partials: [(column, ∂letters/∂column)].
 
-    summed: the values are sums over many nodes, so their derivatives get letters of their own.
+    summed: the values are sums over many nodes, or one of a long chain of them, so their
+    derivatives get letters of their own.
     A point at the fraction θ of the straight step has `theta`, and in `fields` how e→ and e← move
     it (n×m each).
     """
@@ -89,11 +90,13 @@ class ChainRule:
             return [sympy.Integer(0)] * len(variable)
         key = (letter, variable[0])
         if key not in self._known:
-            if isinstance(block, Block) and block.summed:
+            summed = isinstance(block, Block) and block.summed
+            if summed and not block.partials:
                 value = block.values[list(block.letters).index(letter)]
                 self._known[key] = self._named(self.total([value], variable))
             else:
-                self._known[key] = self._through(block.partials_of(letter), variable)
+                row = self._through(block.partials_of(letter), variable)
+                self._known[key] = self._named(row) if summed else row
         return self._known[key]
 
     def _through(self, parts: list[tuple[Column, Row]], variable: Column) -> Row:

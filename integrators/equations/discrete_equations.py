@@ -13,8 +13,8 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from ..numbers import sympy, written_out
-from ..numbers.types import Column, Expression, SymbolicMatrix
+from ..numbers import Definition, sympy, written_out
+from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from ..rules import Discretisation, adjoint
 from .checks import check_letters
 from .discrete_lagrangian import DiscreteLagrangian
@@ -136,10 +136,19 @@ class DiscreteEquations:
         zero = sympy.zeros(len(self.u))
         return sympy.BlockMatrix([[zero, self.W], [-self.W.T, zero]]).as_explicit()
 
+    @property
+    def fields(self) -> tuple[SymbolicMatrix, ...]:
+        """The groupoid's own matrices: ρ, L, R."""
+        return self.rho, self.L, self.R
+
+    def definitions(self, *uses: Expressions) -> list[Definition]:
+        """What the letters in the expressions stand for, in order."""
+        return self.at_points.definitions(*uses)
+
     def written_out(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
         """The matrix with every letter replaced by its value in (x, u, s; h).
 
         Where L_d is given on the group, g = τ(hu): the translate is B = e.
         """
-        definitions = self.at_points.definitions(matrix)
+        definitions = self.definitions(matrix)
         return written_out(definitions, matrix).xreplace(self.s.identity_translate)

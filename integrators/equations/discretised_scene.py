@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
-from ..errors import BadInput
+from ..errors import BadInput, CannotMeasure
 from ..groupoids import check_axioms
-from ..rules import Composition, Discretisation, own
+from ..rules import Composition, Discretisation, OneStepMap, own
 from ..scene import Scene
 from .checks import check_regular, check_start
 from .discrete_equations import DiscreteEquations
+from .one_step_equations import OneStepEquations
 from .symbols import SceneSymbols
 
 
@@ -26,7 +27,10 @@ class DiscretisedScene:
     """
 
     def __init__(
-        self, scene: Scene, rule: Discretisation, equations: DiscreteEquations | None = None
+        self,
+        scene: Scene,
+        rule: Discretisation,
+        equations: DiscreteEquations | OneStepEquations | None = None,
     ) -> None:
         if not isinstance(scene, Scene):
             raise BadInput(f"{scene!r} is no scene: give a Scene, or scenes.get(name).")
@@ -36,10 +40,18 @@ class DiscretisedScene:
         if len(scene.parameter_values) != len(derived.s.parameter_list):
             raise BadInput(f"{scene.name}: a parameter has another shape than before.")
         check_start(derived.s, scene)
-        if equations is None:
+        if isinstance(derived, OneStepEquations):
+            if equations is None:
+                derived.check_regular(scene)
+        elif equations is None:
             check_regular(derived.at_points, derived.w, scene, rule)
-        self.scene, self.equations = scene, derived
+        self.scene, self.equations = scene, cast(Any, derived)
         self.rule = rule if isinstance(rule, Composition) else derived.rule
+
+    @property
+    def one_step(self) -> bool:
+        """Whether the equations are those of a one-step map, without a discrete Lagrangian."""
+        return isinstance(self.equations, OneStepEquations)
 
     def __getattr__(self, name: str) -> Any:
         """What is derived, of the equations."""
@@ -48,9 +60,13 @@ class DiscretisedScene:
         return getattr(self.equations, name)
 
 
-def _derived(scene: Scene, rule: Discretisation) -> DiscreteEquations:
+def _derived(scene: Scene, rule: Discretisation) -> DiscreteEquations | OneStepEquations:
     check_axioms(scene.groupoid)
     of_step = rule.base if isinstance(rule, Composition) else rule
+    if isinstance(of_step, OneStepMap):
+        if refusal := of_step.refusal(scene):
+            raise CannotMeasure(refusal)
+        return OneStepEquations(SceneSymbols(scene), of_step)
     if scene.discrete_lagrangian is not None:
         of_step = own  # no rule has a say where L_d is given
     return DiscreteEquations(SceneSymbols(scene, of_step.stages), of_step)

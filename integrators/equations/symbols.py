@@ -137,8 +137,12 @@ class SceneSymbols:
         what: how messages call it. Raises `BadInput`, one sentence with the line, for whatever the
         function raises and for what is no scalar.
         """
+        return self.scalar(self.evaluated(function, what, *arguments), what, function)
+
+    def evaluated(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
+        """Whatever a function of the user's gives for symbols; raises as `call`."""
         try:
-            value = function(*arguments)
+            return function(*arguments)
         except BadInput as error:
             place = line_of(function, error)
             if not place or place in str(error):
@@ -157,7 +161,6 @@ class SceneSymbols:
                 f"{self._at(function, what, error)} could not be evaluated with symbols "
                 f"({type(error).__name__}: {error}); {fix}."
             ) from error
-        return self.scalar(value, what, function)
 
     def _at(self, function: Any, what: str, error: BaseException | None = None) -> str:
         place = line_of(function, error)

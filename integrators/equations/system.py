@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -11,12 +12,13 @@ from ..groupoids import chart_extents
 from ..numbers import sympy
 from ..numbers.types import Expression, Letter, Letters, SymbolicMatrix
 from .discrete_equations import DiscreteEquations
+from .one_step_equations import OneStepEquations
 from .symbols import vector
 
 
 @lru_cache(maxsize=512)
 def step_system(
-    equations: DiscreteEquations,
+    equations: DiscreteEquations | OneStepEquations,
     adjoint: DiscreteEquations | None = None,
     composed: bool = False,
 ) -> System:
@@ -24,6 +26,8 @@ def step_system(
 
     adjoint: the equations of the adjoint, where substeps of a composition are steps of it.
     """
+    if isinstance(equations, OneStepEquations):
+        return replace(equations.system, composed=composed)
     s, at_points, element = equations.s, equations.at_points, equations.element
     h = equations.h
     rows, gain = _over(at_points.system, h), _over(at_points.gain, h)

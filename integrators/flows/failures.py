@@ -23,7 +23,11 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
     x, mu = machine.point(run.state)
     last = machine.last_solution(run.lead)
     cause, fix = CAUSES[status], SMALLER
-    if status not in edge_policies.CAUSES:
+    if context.one_step:
+        last = {}  # its slope: no velocity of an arrow
+        if status == SINGULAR:
+            cause = "a step is singular or the numbers are no longer finite"
+    elif status not in edge_policies.CAUSES:
         # where the start of Newton is not printed, F⁻ is affine and FL is without u
         u = last.get("u", context.vectors(context.scene.x0, context.scene.v0)[1])
         if singular := singular_direction(context.parts[0], x, u, run.translate):

@@ -49,8 +49,12 @@ class Starting:
         return self._with_momentum(None, None, None)
 
     def check(self, start: Start) -> None:
-        """Raise `BadInput` if a start violates a constraint of the scene."""
-        check_momentum(self.context.equations.s, self.context.scene, start.x, start.mu)
+        """Raise `BadInput` if a start violates a constraint of the scene.
+
+        A one-step map may leave it, and goes on from there.
+        """
+        if not self.context.one_step:
+            check_momentum(self.context.equations.s, self.context.scene, start.x, start.mu)
 
     def _with_momentum(self, x0: Any, mu0: Any, u0: Any) -> Start:
         context, scene = self.context, self.context.scene
@@ -61,7 +65,8 @@ class Starting:
                 check_start(context.equations.s, scene)
             mu0 = initial_momentum(context.equations.s, scene, context.numbers)
         x, guess = context.vectors(scene.x0 if x0 is None else x0, guess)
-        return Start(x, context.vector(mu0, len(context.equations.u)), guess)
+        mu = context.vector(mu0, len(context.equations.u))
+        return Start(x, mu, context.start(x, mu, guess))
 
     def _with_element(self, element: Any, x0: Any) -> Start:
         """The start x, F⁻(x, g)/h of a first step g, an N×N matrix."""

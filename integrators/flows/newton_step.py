@@ -5,10 +5,12 @@ This is the evolution operator through the identity bisections (`bisections.evol
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..bisections import EvolutionOperator, StepContext
-from ..geometry import Maps
+from ..geometry import Maps, OneStepGeometry
 from ..numbers import Matrix, Vector
 
 #: (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′)
@@ -39,11 +41,24 @@ def step_along(context: StepContext, here: Maps) -> Step:
     return here["target"], here["plus"] / h, context.geometry.dual_step(here, h)
 
 
+def _step_of_map(context: StepContext, x: Vector, mu: Vector, near: Vector) -> Step:
+    """The step of a one-step map; raises `StepFailure` if Newton diverges."""
+    geometry: Any = context.geometry
+    try:
+        step: Step = geometry.step(x, mu, geometry.start(x, mu, near))
+        return step
+    except (ArithmeticError, ValueError):
+        raise context.failure("the step was not found", {"x": x, "mu": mu}) from None
+
+
 def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
     """The step on the dual from (x, μ): substeps one after another."""
     total = context.numbers.identity(len(x) + len(mu))
     for part in context.parts:
-        guess = arrow_from(part, x, mu, guess)
-        x, mu, derivative = step_along(part, part.maps_at(x, guess))
+        if isinstance(part.geometry, OneStepGeometry):
+            x, mu, derivative = _step_of_map(part, x, mu, guess)
+        else:
+            guess = arrow_from(part, x, mu, guess)
+            x, mu, derivative = step_along(part, part.maps_at(x, guess))
         total = derivative @ total
     return x, mu, total

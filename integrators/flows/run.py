@@ -10,6 +10,7 @@ import numpy as np
 
 from ..bisections import EdgePolicy, StepContext
 from ..compiler import CORRECTIONS, FARTHEST, LAST_SIZE, MOST, Run
+from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
 from ..numbers import Matrix, Vector
 from .failures import failure_of_run
@@ -24,7 +25,8 @@ class Trajectory:
     """Rows of a run: the first is the start, then each every-th step.
 
     t (r,), x (r, n), u (r, m), mu (r, m): row k holds x_k, μ_k = F⁻/h in the natural basis, and the
-    u that leaves x_k. iterations (r,): Newton corrections of that row's step. newton_mean and
+    u that leaves x_k; of a one-step map, which has no arrows, ξ(x_k, μ_k).
+    iterations (r,): Newton corrections of that row's step. newton_mean and
     newton_max: over all steps, with or without a row; newton_residual: size of the last correction.
     margin: the smallest of all steps in the charts of groups (`chart_margin.Position`; 1 where
     there is no edge; a lower bound for the exponential where it has no closed form). edges: how
@@ -110,11 +112,14 @@ def _advance(edge: EdgePolicy, run: Run, progress: Callable[[int], None] | None)
 def _rows(context: StepContext, run: Run, count: int) -> Trajectory:
     """The first `count` rows of a run."""
     index, public = np.arange(count, dtype=np.int64) * run.every, context.numbers.public
-    totals = run.totals
+    totals, us = run.totals, run.us[:count]
+    if isinstance(context.geometry, OneStepGeometry) and count:
+        near = np.repeat(context.vector(context.scene.v0, us.shape[1])[None], count, axis=0)
+        us = context.geometry.velocities(run.xs[:count], run.mus[:count], near)
     return Trajectory(
         t=public(context.numbers.multiples(context.step, index)),
         x=public(run.xs[:count]),
-        u=public(run.us[:count]),
+        u=public(us),
         mu=public(run.mus[:count]),
         iterations=run.counts[:count],
         newton_mean=float(totals[CORRECTIONS]) / (run.index + 1),

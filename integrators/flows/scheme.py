@@ -8,7 +8,7 @@ from typing import Any
 from ..equations import DiscretisedScene
 from ..errors import BadInput
 from ..geometry import is_self_adjoint
-from ..rules import Composition, Substep
+from ..rules import Composition, OneStepMap, Substep
 from .flow import Flow, Substeps
 
 
@@ -34,7 +34,7 @@ class Scheme(DiscretisedScene):
 
     @cached_property
     def self_adjoint(self) -> bool:
-        """Whether Φ₋ₕ is the inverse of Φₕ, derived from the Legendre maps."""
+        """Whether Φ₋ₕ is the inverse of Φₕ, derived from the Legendre maps, or the map itself."""
         if isinstance(self.rule, Composition):
             return True  # a palindrome of self-adjoint steps, or of Φ* and Φ in turn
         return is_self_adjoint(self.equations)
@@ -60,6 +60,12 @@ class Scheme(DiscretisedScene):
         return self.rule.method.substeps(self.base.self_adjoint)
 
     @property
+    def has_arrows(self) -> bool:
+        """Whether a step is a map of arrows (x, u) ↦ (y, v), on which Ω is: not of a composition,
+        nor of a one-step map."""
+        return not (self.substeps or self.one_step)
+
+    @property
     def flow_substeps(self) -> Substeps:
         """(scheme, share of the step) of each substep of a composition, as `Flow` takes them."""
         return [(self.adjoint if s.adjoint else self, s.coefficient) for s in self.substeps]
@@ -72,6 +78,8 @@ class Scheme(DiscretisedScene):
         gains one wherever it turns out self-adjoint, as on a group, where every rule is h·l(u).
         A composition has its own order or its base's, whichever is higher.
         """
+        if isinstance(self.rule, OneStepMap):
+            return self.rule.order
         if isinstance(self.rule, Composition):
             of_base = self.base.order
             return None if of_base is None else max(of_base, self.rule.method.order)

@@ -10,6 +10,7 @@ from .local_geometry import (
     slopes,
     text_of,
 )
+from .one_step_geometry import OneStepGeometry, StepNotFound
 from .transitions import (
     Arrow,
     defects,
@@ -21,7 +22,7 @@ from .transitions import (
 )
 
 __all__ = [
-    "Arrow", "LocalGeometry", "Maps", "StagesNotFound", "defects", "frobenius", "is_self_adjoint",
-    "poisson_defect", "pullback_defect", "regularity", "relative_defect", "residual",
-    "singular_sign", "slopes", "text_of",
+    "Arrow", "LocalGeometry", "Maps", "OneStepGeometry", "StagesNotFound", "StepNotFound",
+    "defects", "frobenius", "is_self_adjoint", "poisson_defect", "pullback_defect", "regularity",
+    "relative_defect", "residual", "singular_sign", "slopes", "text_of",
 ]  # fmt: skip

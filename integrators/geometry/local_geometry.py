@@ -126,8 +126,7 @@ class LocalGeometry:
 @lru_cache(maxsize=512)
 def _function(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
     """A function of `_TEXTS` of equations in an arithmetic, derived once; its text is on disk."""
-    fields = (equations.rho, equations.L, equations.R)
-    key = text_key(what, step_system(equations), *fields, equations.mark)
+    key = text_key(what, step_system(equations), *equations.fields, equations.mark)
     text = cached_text(f"{what}_{key}.txt", lambda: _TEXTS[what](equations))
     return numeric_function(text, numbers)
 
@@ -161,14 +160,22 @@ def _natural_text(equations: DiscreteEquations) -> str:
     return text_of(equations, {"x": s.x}, [groupoid.rho(s.x, s.h) / s.h, structure])
 
 
+def _one_step_text(equations: Any) -> str:
+    """Of a one-step map: rows, ∂rows/∂w, ∂rows/∂z, Z − z and its derivatives by w and by z."""
+    e, total = equations, equations.total
+    parts = [list(e.rows), e.slope, total(e.rows, e.z), list(e.increment)]
+    parts += [total(e.increment, letters) for letters in (e.w, e.z)]
+    return text_of(equations, {"x": e.s.x, "mu": e.s.mu, "w": e.w}, parts)
+
+
 _TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
-          "natural": _natural_text}  # fmt: skip
+          "natural": _natural_text, "one_step": _one_step_text}  # fmt: skip
 
 
 def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
     """Text of the results as a function of vectors and q (`numeric_text`)."""
     flat = [e for result in results for e in np.array(result, dtype=object).flat]
-    before = inlined(equations.at_points.definitions(flat))
+    before = inlined(equations.definitions(flat))
     definitions = [(list(d.letters), list(d.values)) for d in before]
     return numeric_text({**vectors, "q": equations.s.q}, results, definitions)
 

@@ -1,4 +1,7 @@
-"""Rules that turn a Lagrangian into a discrete Lagrangian, as data: one kind a file."""
+"""Rules that turn a Lagrangian into a discrete Lagrangian, and one-step maps that do without.
+
+As data: one kind a file.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,15 @@ from ..errors import unknown
 from .composition import METHODS, Composition, Method, Substep, adjoint, compose
 from .discretisation import Discretisation, discretisation, own
 from .galerkin import FAMILIES, gauss, lobatto
+from .maps import MAPS, dual_gauss, map_of, newmark
+from .one_step import OneStepMap, one_step
 from .simple import imex, midpoint, rectangle, trapezoidal
 
 __all__ = [
-    "BUILT_IN", "Composition", "Discretisation", "FAMILIES", "METHODS", "Method", "Substep",
-    "adjoint", "compose", "discretisation", "gauss", "get", "imex", "lobatto", "midpoint",
-    "names", "own", "rectangle", "trapezoidal",
+    "BUILT_IN", "Composition", "Discretisation", "FAMILIES", "MAPS", "METHODS", "Method",
+    "OneStepMap", "Substep", "adjoint", "compose", "discretisation", "dual_gauss", "gauss", "get",
+    "imex", "lobatto", "midpoint", "names", "newmark", "one_step", "own", "rectangle",
+    "trapezoidal",
 ]  # fmt: skip
 
 
@@ -30,7 +36,7 @@ def names() -> tuple[str, ...]:
 
 
 def get(name: str) -> Discretisation:
-    """The rule of that name: built in, gauss-N, lobatto-N, own, or method:rule.
+    """The rule of that name: built in, gauss-N, lobatto-N, own, a one-step map, or method:rule.
 
     A composition is named as in kahan-li-8:midpoint. Raises `BadInput` for an unknown name and
     suggests the closest match.
@@ -44,4 +50,6 @@ def get(name: str) -> Discretisation:
     family, _, nodes = name.rpartition("-")
     if family in FAMILIES and nodes.isdecimal():
         return FAMILIES[family][0](int(nodes))
-    raise unknown("rule", name, names())
+    if (found := map_of(name)) is not None:
+        return found
+    raise unknown("rule", name, (*names(), *MAPS))

@@ -95,6 +95,14 @@ class Composition(Discretisation):
     base: Discretisation = field(kw_only=True)
     method: Method = field(kw_only=True)
 
+    def applies(self, scene: Any) -> bool:
+        """Whether the base can be used."""
+        return self.base.applies(scene)
+
+    def refusal(self, scene: Any) -> str:
+        """Why the base does not exist on the scene."""
+        return self.base.refusal(scene)
+
 
 def _halves(formula: Callable[..., list[Mpf]]) -> Callable[..., Callable[[int], list[Mpf]]]:
     """Decorator: `Method.halves` from a formula, which is evaluated with ten guard digits."""

@@ -41,6 +41,10 @@ class Discretisation:
             return False
         return scene.fast is not None or not self.splits
 
+    def refusal(self, scene: Any) -> str:
+        """Why the rule has no meaning for the scene, a sentence; empty where none is needed."""
+        return ""
+
     def __call__(
         self, L: Any, G: Any, x: Column, u: Column, h: Letter, *s: list[Column]
     ) -> Expression:

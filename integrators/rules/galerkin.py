@@ -62,11 +62,11 @@ def _galerkin(family: str, nodes: int, degree: int, order: int) -> Discretisatio
     ) -> Expression:
         total = 0
         for i in range(nodes):
-            w, dw = _value(G, family, nodes, i, "c") * u, u
+            w, dw = node_value(G, family, nodes, i, "c") * u, u
             for j, s_j in enumerate(s, 1):
-                w += _value(G, family, nodes, i, "Q", j) * s_j
-                dw += _value(G, family, nodes, i, "P", j) * s_j
-            weight = _value(G, family, nodes, i, "b")
+                w += node_value(G, family, nodes, i, "Q", j) * s_j
+                dw += node_value(G, family, nodes, i, "P", j) * s_j
+            weight = node_value(G, family, nodes, i, "b")
             total += h * weight * L(G.target(x, w, h), G.velocity(x, w, dw, h))
         return total
 
@@ -80,12 +80,15 @@ def _galerkin(family: str, nodes: int, degree: int, order: int) -> Discretisatio
     )
 
 
-def _value(G: Any, family: str, nodes: int, i: int, what: str, degree: int = 0) -> Expression:
-    """A number at node i: exact at the ends and the middle, mirrored in the right half."""
+def node_value(G: Any, family: str, nodes: int, i: int, what: str, degree: int = 0) -> Expression:
+    """A number at node i: exact at the ends and the middle, mirrored in the right half.
+
+    `quadrature.NodeValue` says what; G.constant gives letters for those that are irrational.
+    """
     mirror = nodes - 1 - i
     middle, end = i == mirror, family == "lobatto" and i == 0
     if i > mirror:
-        value = _value(G, family, nodes, mirror, what, degree)
+        value = node_value(G, family, nodes, mirror, what, degree)
         return {"c": 1 - value, "b": value, "P": (-1) ** degree * value,
                 "Q": -((-1) ** degree) * value}[what]  # fmt: skip
     if middle or end:

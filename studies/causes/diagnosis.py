@@ -42,7 +42,7 @@ def of_order(
     """
     scheme = case.scheme.base
     wanted = scheme.order
-    if wanted is None:
+    if wanted is None or scheme.one_step:  # no L_d to ask
         return None
     found = truncation(scheme)
     evidence: dict[str, Any] = {

@@ -98,13 +98,14 @@ def _parser() -> argparse.ArgumentParser:
 
 def _list(options: argparse.Namespace) -> int:
     found = {"scenes": list(scenes.names()), "rules": list(discretisations.names()),
-             "groupoids": list(GROUPOIDS), "studies": list(NAMES)}  # fmt: skip
+             "groupoids": list(GROUPOIDS), "studies": list(NAMES),
+             "one_step_maps": list(discretisations.MAPS)}  # fmt: skip
     if options.json:
         write(options.json, json.dumps(found, indent=1))
         return PASS
     width = max(map(len, found["scenes"]))
     for kind, names in found.items():
-        print(f"{kind}:")
+        print(f"{kind.replace('_', ' ')}:")
         for name in names:
             title = scenes.get(name).title if kind == "scenes" else ""
             print(f"  {name:<{width}}  {title}".rstrip())

@@ -71,8 +71,11 @@ def written(scheme: Scheme) -> Written:
     )  # fmt: skip
 
 
-def equations_of(scheme: Scheme) -> dict[str, Any]:
-    """The equations of one scheme for the page, as MathML."""
+def equations_of(scheme: Scheme) -> dict[str, Any] | None:
+    """The equations of one scheme for the page, as MathML; None of a one-step map, which derives
+    nothing but derivatives from its formula."""
+    if scheme.one_step:
+        return None
     from discmech.integrators.compiler import is_affine
     from discmech.integrators.equations import step_system
 

@@ -46,7 +46,16 @@ def explanation(scheme: Scheme) -> list[str]:
     """The lines of the page."""
     from .equations import notation, plain_text, written
 
-    scene, rule, out = scheme.scene, scheme.rule, written(scheme)
+    scene, rule = scheme.scene, scheme.rule
+    title = f"{scene.name} by {rule.name}"
+    where = f"groupoid {scene.groupoid.name}, dim x {scene.groupoid.dim_x}, "
+    where += f"dim u {scene.groupoid.dim_u}"
+    lines = [title, "=" * len(title), where]
+    method = ["", "Method", *(f"  {line}" for line in (*_facts(scheme), *_work(scheme)))]
+    if scheme.one_step:
+        said = f"A one-step map on the dual algebroid, without a discrete Lagrangian: {rule.source}"
+        return [*lines, *textwrap.wrap(said, WIDTH), *method]
+    out = written(scheme)
 
     def formula(left: str, terms: Any, sign: str = "=") -> list[str]:
         shown = plain_text(terms, out.letters)
@@ -57,10 +66,6 @@ def explanation(scheme: Scheme) -> list[str]:
             break_long_words=False, break_on_hyphens=False,
         )  # fmt: skip
 
-    title = f"{scene.name} by {rule.name}"
-    where = f"groupoid {scene.groupoid.name}, dim x {scene.groupoid.dim_x}, "
-    where += f"dim u {scene.groupoid.dim_u}"
-    lines = [title, "=" * len(title), where]
     lines += textwrap.wrap(notation(scheme), WIDTH)
     if out.lagrangian:
         lines += ["", "Lagrangian", *formula("l(x, u)", out.lagrangian)]
@@ -75,7 +80,7 @@ def explanation(scheme: Scheme) -> list[str]:
     lines += ["", "Discrete Euler–Lagrange equations, F⁺(x, u)/h = F⁻(y, v)/h"]
     for here, there in out.residual:
         lines += formula(plain_text(here, out.letters), there)
-    return [*lines, "", "Method", *(f"  {line}" for line in (*_facts(scheme), *_work(scheme)))]
+    return [*lines, *method]
 
 
 def _facts(scheme: Scheme) -> list[str]:

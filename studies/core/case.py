@@ -10,7 +10,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Scheme, retractions, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.rules import Discretisation
+from discmech.integrators.rules import Discretisation, OneStepMap
 from discmech.integrators.scene import Scene
 
 from . import lookup
@@ -65,9 +65,12 @@ class Choice:
 
     def unheeded(self) -> list[str]:
         """A sentence for each scene named that has no use for the rules that were chosen."""
-        found = []
+        found = [said for s in self.scenes for rule in self.rules if (said := rule.refusal(s))]
         for scene in self.scenes if self.rules else ():
-            rules = [rule.name for rule in self.rules if rule is not discretisations.own]
+            rules = [
+                rule.name for rule in self.rules
+                if rule is not discretisations.own and not isinstance(rule, OneStepMap)
+            ]  # fmt: skip
             if scene.discrete_lagrangian is not None and rules:
                 have = "has" if len(rules) == 1 else "have"
                 found.append(

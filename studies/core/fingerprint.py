@@ -96,7 +96,7 @@ def _derived(scheme: Scheme) -> str:
     facts: list[Any] = [(q.kind, q.attitude, q.value, q.stretch) for q in scene.symmetries]
     facts.append((getattr(own, "order", None), getattr(own, "kept", None)))
     parts: list[Any] = [repr(facts), step_system(scheme.equations)]
-    parts += [scheme.rho, scheme.L, scheme.R]
+    parts += scheme.equations.fields
     if scene.lagrangian is not None:
         parts.append([s.lagrangian])
     for q in scene.symmetries:

@@ -66,6 +66,8 @@ def run_studies(
         if not cases:
             names = ", ".join(s.name for s in choice.scenes)
             if names and choice.rules and not plan.pairs:
+                if said := choice.unheeded():
+                    raise BadInput(" ".join(said))
                 raise BadInput(
                     f"{', '.join(r.name for r in choice.rules)} can be used on none of the chosen "
                     f"scenes ({names}): a rule needs a Lagrangian, imex one with a fast part."
@@ -125,7 +127,7 @@ def run_studies(
                 "cases": whole,
             }
         )
-    return results, [extras[i] for i in sorted(extras)]
+    return results, [extras[i] for i in sorted(extras) if extras[i] is not None]
 
 
 def _about_stored(remembered: int, cases: int, store: Store | None) -> list[str]:

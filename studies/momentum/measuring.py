@@ -140,7 +140,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
 
     drift = measurement["measured"]["drift"]
     plain = [q for q in _kept(case) if q.name in drift and not q.attitude and q.stretch is None]
-    if not plain or case.scheme.element is not None:
+    if not plain or case.scheme.element is not None or case.scheme.one_step:
         return None
     worst = max(plain, key=lambda q: drift[q.name])
     scheme = _scheme(case, False).base

@@ -84,7 +84,7 @@ def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
 def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
     count = POINTS[case.digits == 16]
     steps = case.steps or 8 * count
-    composed = bool(case.scheme.substeps)  # it has no Ψ on arrows, only the step on (x, μ)
+    composed = bool(case.scheme.substeps)
     # at a long step substeps and stages have several solutions, and a run does not keep which
     # ones it took; u it keeps
     followed = step <= case.scene.step or not (composed or len(case.scheme.s.stages))
@@ -96,7 +96,7 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
         taken = run.x[k + 1], run.mu[k + 1]
         rows.append({
             "step": float(step), "index": i, "time": float(run.t[k]),
-            "pullback": None if composed else float(flow.pullback_defect(x, u)),
+            "pullback": float(flow.pullback_defect(x, u)) if case.scheme.has_arrows else None,
             "poisson": float(flow.poisson_defect(x, mu, u0=u)),
             "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
         })  # fmt: skip

@@ -30,7 +30,9 @@ def test_list_names_everything(ask):
 def test_list_as_json(ask, tmp_path):
     code, out, _ = ask("list", "--json", "-")
     found = strict(out)
-    assert code == 0 and list(found) == ["scenes", "rules", "groupoids", "studies"]
+    assert code == 0 and list(found) == [
+        "scenes", "rules", "groupoids", "studies", "one_step_maps",
+    ]  # fmt: skip
     assert found["scenes"] == list(scenes.names()) and found["studies"] == list(NAMES)
     assert found["rules"][:3] == ["rectangle", "midpoint", "trapezoidal"]
     assert found["rules"] == list(discretisations.names())

@@ -1,0 +1,181 @@
+"""The equations of a one-step map: its unknowns, the rows they solve, and what z grows by.
+
+An explicit map solves for the slope D in Z = z + hD, which stands alone on its row; an implicit one
+for the D at which its residual vanishes; one with stages for these. Where ξ(x, μ) has no closed
+form, each velocity that the map asks for is an unknown too.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+from ..compiler import System
+from ..errors import BadInput, CannotMeasure, line_of
+from ..numbers import (
+    Definition,
+    evaluate_matrix,
+    needed,
+    null_direction,
+    random_point,
+    shown,
+    symbols_of,
+    sympy,
+    to_sympy,
+)
+from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
+from ..rules import OneStepMap
+from .dual_system import DualSystem
+from .symbols import SceneSymbols, column, vector
+
+
+class OneStepEquations:
+    """What is derived from a scene's functions and a one-step map: symbolic, exact, no value.
+
+    Attributes: x, u, y, h and `s` with the parameters' letters, as of `DiscreteEquations`; w, the
+    unknowns; rows, which vanish at them; increment, Z − z ((n+m)×1). Raises `BadInput` if the map
+    cannot be evaluated, gives another shape or holds unknown letters, and `CannotMeasure` where the
+    scene has no vector field or the map does not exist on its groupoid.
+    """
+
+    element = None
+    #: what tells these equations from others on disk (`DiscreteEquations.altered`)
+    mark = ""
+
+    def __init__(self, s: SceneSymbols, rule: OneStepMap) -> None:
+        self.s, self.rule, self.groupoid = s, rule, s.groupoid
+        self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h
+        self.z = column([*s.x, *s.mu])
+        self._at = ""
+        size = len(self.z)
+        main = [vector(f"zd{k}", size) for k in range(max(1, rule.stages))]
+        self.view = DualSystem(s, main)
+        with_stages = rule.stages > 0
+        self._place = line_of(rule.formula)
+        if with_stages:
+            given = self._asked(self.z, self.h, main)
+            if not isinstance(given, tuple) or len(given) != 2 or len(given[1]) != rule.stages:
+                raise self._bad(f"has stages: return Z, [{rule.stages} residuals]")
+            rows = column([e for part in given[1] for e in self._state(part, "a residual")])
+            new = self._state(given[0], "Z")
+        else:
+            D, new = main[0], self.z + self.h * main[0]
+            if rule.implicit:
+                rows = self._state(self._asked(self.z, new, self.h), "its residual")
+                rows = _over(rows, self.h)
+            else:
+                value = self._state(self._asked(self.z, self.h), "Z")
+                rows = D - _over(value - self.z, self.h)
+        #: columns of unknowns, each of which starts at f(z), then those that start at ξ(z)
+        self.slopes, self.velocities = main, self.view.velocities
+        self.w = column([e for part in (*main, *self.velocities) for e in part])
+        self.rows = column([e for part in (rows, *self.view.velocity_rows) for e in part])
+        self.increment = new - self.z
+        self._check_letters()
+
+    # -- derivatives -----------------------------------------------------------------------------
+
+    @cached_property
+    def slope(self) -> SymbolicMatrix:
+        """∂(rows)/∂w, square."""
+        return self.total(self.rows, self.w)
+
+    def total(self, entries: Column, variable: Column) -> SymbolicMatrix:
+        """d(entries)/d(variable) through all letters; the variable is w or z."""
+        return self.view.chain.total(entries, variable)
+
+    def definitions(self, *uses: Expressions) -> list[Definition]:
+        """What the letters in the expressions stand for, in order."""
+        return needed(self.view.chain.definitions(), [e for use in uses for e in use])
+
+    @cached_property
+    def fields(self) -> tuple[Any, ...]:
+        """What the Poisson tensor is made of."""
+        return self.groupoid.rho(self.x, self.h), *self.groupoid.structure_functions(self.x, self.h)
+
+    @cached_property
+    def system(self) -> System:
+        """One step as the data that the compiler is given."""
+        n, s = len(self.x), self.s
+        explicit = not self.rule.stages and not self.rule.implicit and not self.velocities
+        return System(
+            name=s.name,
+            q=tuple(s.q),
+            x=tuple(s.x),
+            u=tuple(s.u),
+            w=tuple(self.w),
+            mu=tuple(s.mu),
+            y=tuple(s.y),
+            rows=self.rows,
+            slope=self.slope,
+            increment=self.increment[:n, :],
+            gain=self.increment[n:, :],
+            definitions=tuple(self.definitions(self.rows, self.slope, self.increment)),
+            wanted=tuple(sympy.zeros(len(self.w), 1)),
+            explicit=explicit,
+            constants=dict(s.constants),
+        )
+
+    def check_regular(self, scene: Any) -> None:
+        """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
+        for seed in range(2):
+            point = random_point([*self.z, *self.w, *self.s.q], (*self.w, self.h), seed)
+            point |= self.s.constant_values(40)
+            for p, value in zip(self.s.parameter_list, scene.parameter_values, strict=True):
+                point[p] = to_sympy(value)
+            matrix = evaluate_matrix(self.slope, 30, point, self.definitions(self.slope))
+            direction = null_direction(matrix)
+            if direction is None:
+                return
+        unknowns = "its stages" if self.rule.stages else "the new Z"
+        raise self._bad(
+            f"does not determine {unknowns}: its residual is singular in the direction "
+            f"({shown(direction)})"
+        )
+
+    # -- asking the map --------------------------------------------------------------------------
+
+    def _asked(self, *arguments: Any) -> Any:
+        return self.s.evaluated(self.rule.formula, f"map {self.rule.name}", self.view, *arguments)
+
+    def _state(self, given: Any, what: str) -> Column:
+        """A column of n+m expressions; raises `BadInput` for any other shape."""
+        shape = getattr(given, "shape", None)
+        entries = list(given) if shape or hasattr(given, "__iter__") else [given]
+        size = len(self.z)
+        if len(entries) != size or (shape is not None and 1 not in shape):
+            found = f"{'×'.join(map(str, shape))}" if shape else f"{len(entries)}"
+            found = "None" if given is None else f"of shape {found}"
+            raise self._bad(
+                f"gives {what} {found}; a state (x, μ) has {size} entries, "
+                f"{len(self.x)} of x and {len(self.u)} of μ"
+            )
+        return column(self.s.scalar(e, f"map {self.rule.name}", self.rule.formula) for e in entries)
+
+    def _bad(self, what: str) -> BadInput:
+        place = f"{self._place}: " if self._place else ""
+        return BadInput(f"{place}{self.s.name}: map {self.rule.name} {what}.")
+
+    def _check_letters(self) -> None:
+        used = self.definitions(self.rows, self.increment)
+        symbols = symbols_of([*self.rows, *self.increment]) | {e for d in used for e in d.holds}
+        letters = {letter for d in used for letter in d.letters}
+        unknown = symbols - letters - {*self.z, *self.w, *self.s.q}
+        if unknown:
+            raise self._bad(
+                f"holds the unknown symbol {min(map(str, unknown))}; write it with z, h and what "
+                "s gives"
+            )
+
+    def __getattr__(self, name: str) -> Any:
+        """What only a discrete Lagrangian has is not there, and that is said."""
+        if name.startswith("_") or "rule" not in self.__dict__:
+            raise AttributeError(name)
+        raise CannotMeasure(
+            f"{self.rule.name} is a one-step map without a discrete Lagrangian: it has no {name}."
+        )
+
+
+def _over(matrix: SymbolicMatrix, h: Expression) -> SymbolicMatrix:
+    """matrix/h term by term, so that powers of h cancel before they are ever rounded."""
+    return matrix.applyfunc(lambda e: sympy.Add(*[t / h for t in sympy.Add.make_args(e)]))

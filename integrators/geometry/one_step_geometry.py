@@ -1,0 +1,71 @@
+"""A one-step map as numbers: its step from a state with the derivative, and starts for Newton."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..equations import SceneSymbols, legendre_inverse, rates
+from ..numbers import Arithmetic, newton, numeric
+from ..numbers.types import Matrix, Numbers, Vector
+from .local_geometry import LocalGeometry, StagesNotFound
+
+
+class StepNotFound(StagesNotFound):
+    """Newton did not find the step from a state."""
+
+
+class OneStepGeometry(LocalGeometry):
+    """A map's step and its derivative as numbers at a state, in one arithmetic."""
+
+    equations: Any
+
+    @property
+    def parameters(self) -> list[Any]:
+        """The values of the scene's parameters."""
+        return self.q[1 : 1 + len(self.equations.s.parameter_list)]
+
+    def velocities(self, x: Matrix, mu: Matrix, near: Matrix) -> Matrix:
+        """ξ(x, μ) of rows, (r, m), from velocities nearby; no numbers where there is none."""
+        inverse = legendre_inverse(self.equations.s, self.numbers)
+        return inverse(x, mu, self.parameters, near)
+
+    def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
+        """Where Newton starts from a state: f(z) for each slope, then ξ(z) for each velocity."""
+        equations = self.equations
+        xi = self.velocities(x[None], mu[None], near[None])[0]
+        f = _rates(equations.s, self.numbers)(x, xi, mu, self.parameters)
+        parts = [f] * len(equations.slopes) + [xi] * len(equations.velocities)
+        return np.concatenate(parts)
+
+    def step(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Vector, Matrix]:
+        """(x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′), (n+m)×(n+m), by Newton from a start.
+
+        Exact, from the implicit function theorem. Raises `StepNotFound` if Newton diverges.
+        """
+        solve = self.numbers.solve
+
+        def parts(w: Vector) -> Any:
+            return self._value("one_step", x, mu, w, self.q)
+
+        def change(w: Vector) -> Vector:
+            rows, slope, *_ = parts(w)
+            return -solve(slope, rows)
+
+        w = newton(change, start, sum(map(abs, start)), self.numbers.eps)
+        if w is None:
+            raise StepNotFound
+        _, slope, rows_z, grown, by_w, by_z = parts(w)
+        one = self.numbers.identity(self.n + self.m)
+        derivative = one + by_z - by_w @ solve(slope, rows_z)
+        return x + grown[: self.n], mu + grown[self.n :], derivative
+
+    def at(self, x: Numbers, u: Numbers) -> Any:
+        """Raises `CannotMeasure`: a map has no Legendre maps at arrows."""
+        return self.equations.legendre_minus
+
+
+def _rates(s: SceneSymbols, numbers: Arithmetic) -> Any:
+    letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    return numeric(letters, [list(rates(s))], numbers)

@@ -1,0 +1,199 @@
+"""One-step maps beside the variational rules: what else integrates the same equations.
+
+Each is written in s.f, s.H, s.dH, s.B of `equations.DualSystem` and serves every groupoid, unless
+it says on which it exists.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cache, lru_cache
+from typing import Any
+
+from ..errors import BadInput
+from ..numbers import exact_rational, sympy
+from ..numbers.types import Column, Letter
+from .galerkin import MOST_NODES, node_value
+from .one_step import OneStepMap, one_step
+
+_HNW = "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.1"
+_HLW = "Hairer, Lubich, Wanner, Geometric Numerical Integration"
+#: nodes of the average vector field where H is no polynomial
+NODES = 6
+
+
+@one_step(order=1, source=_HNW)
+def explicit_euler(s: Any, z: Column, h: Letter) -> Column:
+    """One step along the vector field."""
+    return z + h * s.f(z)
+
+
+@one_step(order=2, source=_HNW)
+def heun(s: Any, z: Column, h: Letter) -> Column:
+    """The explicit trapezoidal rule."""
+    k = s.f(z)
+    return z + h * (k + s.f(z + h * k)) / 2
+
+
+@one_step(order=4, name="runge-kutta-4", source=_HNW)
+def runge_kutta_4(s: Any, z: Column, h: Letter) -> Column:
+    """The classical Runge–Kutta method."""
+    k1 = s.f(z)
+    k2 = s.f(z + h * k1 / 2)
+    k3 = s.f(z + h * k2 / 2)
+    k4 = s.f(z + h * k3)
+    return z + h * (k1 + 2 * k2 + 2 * k3 + k4) / 6
+
+
+@one_step(order=2, implicit=True, source=f"{_HLW}, II.1.1")
+def implicit_midpoint(s: Any, z: Column, Z: Column, h: Letter) -> Column:
+    """The field at the mean of both states: symplectic where the bracket is canonical."""
+    return Z - z - h * s.f((z + Z) / 2)
+
+
+@lru_cache(maxsize=None, typed=True)
+def dual_gauss(nodes: int) -> OneStepMap:
+    """Gauss collocation of z on the dual, of order 2·nodes; one node is the implicit midpoint.
+
+    It keeps quadratic first integrals, Casimirs among them, and is symplectic where the bracket is
+    canonical. Raises `BadInput` for other than 1 to 20 nodes.
+    """
+    if type(nodes) is not int or not 1 <= nodes <= MOST_NODES:
+        raise BadInput(f"dual-gauss with {nodes!r} nodes: give a whole number from 1 to 20.")
+
+    @one_step(order=2 * nodes, stages=nodes, name=f"dual-gauss-{nodes}", source=f"{_HLW}, II.1.3")
+    def collocation(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
+        def value(i: int, what: str, degree: int = 0) -> Any:
+            return node_value(s, "gauss", nodes, i, what, degree)
+
+        def a(i: int, j: int) -> Any:  # ∫₀^{c_i} of node j's polynomial, in Legendre's basis
+            higher = ((2 * d + 1) * value(j, "P", d) * value(i, "Q", d) for d in range(1, nodes))
+            return value(j, "b") * (value(i, "c") + sum(higher))
+
+        each = range(nodes)
+        at = [z + h * sum((a(i, j) * K[j] for j in each), 0 * z) for i in each]
+        new = z + h * sum((value(j, "b") * K[j] for j in each), 0 * z)
+        return new, [K[i] - s.f(at[i]) for i in each]
+
+    return collocation
+
+
+@one_step(order=2, stages=1, name="stoermer-verlet", kinds=("pair",), source=f"{_HLW}, I.1.4, VI.3")
+def stoermer_verlet(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
+    """Störmer–Verlet on T*Q, for any H(x, μ): the stage holds the slopes of x and of half μ."""
+    (x, mu), (of_x, of_mu) = s.split(z), s.split(K[0])
+    half, new = mu + h * of_mu / 2, x + h * of_x
+    (speed, force), (end_speed, end_force) = (s.split(s.f(s.join(p, half))) for p in (x, new))
+    residual = s.join(of_x - (speed + end_speed) / 2, of_mu - force)
+    return s.join(new, half + h * end_force / 2), [residual]
+
+
+def newmark(gamma: Any = "1/2", beta: Any = "1/4") -> OneStepMap:
+    """Newmark's method with γ and β (exact numbers), of order 2 if γ = 1/2, else 1.
+
+    With forces f in place of accelerations, the velocity that moves x belongs to the momentum
+    μ + h((1/2 − β)f + βf′), at the mean over both ends: for a constant mass matrix this is
+    Newmark's own x′ = x + hv + h²((1/2 − β)a + βa′).
+    """
+    return _newmark(exact_rational(gamma, "newmark: γ"), exact_rational(beta, "newmark: β"))
+
+
+@cache
+def _newmark(g: Fraction, b: Fraction) -> OneStepMap:
+    usual = (g, b) == (Fraction(1, 2), Fraction(1, 4))
+    name = "newmark" if usual else f"newmark-{_decimal(g)}-{_decimal(b)}"
+
+    @one_step(
+        order=2 if 2 * g == 1 else 1, implicit=True, name=name, kinds=("pair",),
+        source="Kane, Marsden, Ortiz, West, Int. J. Numer. Meth. Engng. 49 (2000), 1295",
+    )  # fmt: skip
+    def method(s: Any, z: Column, Z: Column, h: Letter) -> Column:
+        gamma, beta = map(sympy.sympify, (g, b))
+        (x, mu), (X, M) = s.split(z), s.split(Z)
+        force, end_force = (s.split(s.f(at))[1] for at in (z, Z))
+        mean = mu + h * ((1 - 2 * beta) * force / 2 + beta * end_force)
+        speed = (s.xi(s.join(x, mean)) + s.xi(s.join(X, mean))) / 2
+        return s.join(X - x - h * speed, M - mu - h * ((1 - gamma) * force + gamma * end_force))
+
+    return method
+
+
+def _decimal(value: Fraction) -> str:
+    """The number as a part of a name: 0.3025, or 1_3 where decimals do not end."""
+    text = f"{float(value):.12g}"
+    return text if Fraction(text) == value else f"{value.numerator}_{value.denominator}"
+
+
+@one_step(
+    order=2,
+    implicit=True,
+    source="Cohen, Hairer, BIT 51 (2011), 91; Quispel, McLaren, J. Phys. A 41 (2008), 045206",
+)
+def average_vector_field(s: Any, z: Column, Z: Column, h: Letter) -> Column:
+    """B at the middle times the mean of dH along the straight step: energy is kept exactly.
+
+    The mean is by Gauss quadrature: exact where H is a polynomial, else with 6 nodes.
+    """
+    nodes = NODES if s.degree is None else max(1, -(-s.degree // 2))
+    mean = 0 * z
+    for i in range(nodes):
+        c, b = (node_value(s, "gauss", nodes, i, what) for what in "cb")
+        mean += b * s.dH(z + c * (Z - z))
+    return Z - z - h * s.B((z + Z) / 2) * mean
+
+
+@one_step(
+    order=2, implicit=True, source="Gonzalez, J. Nonlinear Sci. 6 (1996), 449: the midpoint one"
+)
+def discrete_gradient(s: Any, z: Column, Z: Column, h: Letter) -> Column:
+    """B at the middle times a discrete gradient ∇̄H with ∇̄H·(Z − z) = H(Z) − H(z).
+
+    It is singular at equilibria, where Z = z.
+    """
+    moved, middle = Z - z, (z + Z) / 2
+    slope = s.dH(middle)
+    missing = (s.H(Z) - s.H(z) - slope.dot(moved)) / moved.dot(moved)
+    return moved - h * s.B(middle) * (slope + missing * moved)
+
+
+@one_step(
+    order=4,
+    name="rkmk-4",
+    kinds=("group",),
+    source=f"{_HLW}, IV.8; Munthe-Kaas, Appl. Numer. Math. 29 (1999), 115; "
+    "Engø, Faltinsen, SIAM J. Numer. Anal. 39 (2001), 128: by the coadjoint action",
+)
+def rkmk_4(s: Any, z: Column, h: Letter) -> Column:
+    """The classical Runge–Kutta method for σ in g = τ(σ), which moves μ by the coadjoint action.
+
+    Coadjoint orbits are kept, so Casimirs are; τ is the groupoid's own retraction.
+    """
+
+    def slope(sigma: Column) -> Column:
+        return s.chart_velocity(sigma, s.xi(s.coadjoint(sigma, z)))
+
+    k1 = s.xi(z)
+    k2 = slope(h * k1 / 2)
+    k3 = slope(h * k2 / 2)
+    k4 = slope(h * k3)
+    return s.coadjoint(h * (k1 + 2 * k2 + 2 * k3 + k4) / 6, z)
+
+
+#: by name, as `discmech list` has them: those that keep something first, then the explicit ones
+MAPS = {m.name: m for m in (
+    implicit_midpoint, dual_gauss(2), dual_gauss(3), stoermer_verlet, newmark(),
+    average_vector_field, discrete_gradient, rkmk_4, explicit_euler, heun, runge_kutta_4,
+)}  # fmt: skip
+
+
+def map_of(name: str) -> OneStepMap | None:
+    """The map of that name: of `MAPS`, dual-gauss-N, newmark-γ-β; None for other names."""
+    if name in MAPS:
+        return MAPS[name]
+    family, _, rest = name.partition("-gauss-")
+    if family == "dual" and rest.isdecimal():
+        return dual_gauss(int(rest))
+    parts = name.split("-")
+    if parts[0] == "newmark" and len(parts) == 3:
+        return newmark(*(part.replace("_", "/") for part in parts[1:]))
+    return None

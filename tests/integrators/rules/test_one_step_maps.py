@@ -1,0 +1,312 @@
+"""Laws of one-step maps on the dual algebroid, over groupoids and maps."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+
+from discmech import BadInput, Scene, Scheme, StepFailure, one_step, pair, scenes
+from discmech.integrators.equations import DualSystem, SceneSymbols, energy, hamilton_field
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.numbers import arithmetic, numeric
+from discmech.integrators.rules import MAPS, dual_gauss, get, newmark
+
+QUICK = ("pendulum", "rigid-body")
+WHERE = (*QUICK, "kepler", "charged-particle", "heavy-top", "rotor-body", "wong")
+LATER = {"dual-gauss-3", "rkmk-4", "heun"}  # they show what others do
+#: (scene, map) of all that exist there
+PAIRS = [(s, m) for s in WHERE for m, rule in MAPS.items() if rule.applies(scenes.get(s))]
+PAIRS = [
+    pytest.param(*p, id="-".join(p), marks=() if quick else pytest.mark.slow)
+    for p in PAIRS
+    for quick in [p == ("heavy-top", "implicit-midpoint") or (p[0] in QUICK and p[1] not in LATER)]
+]
+SELF_ADJOINT = {
+    "implicit-midpoint", "dual-gauss-2", "dual-gauss-3", "stoermer-verlet", "newmark",
+    "average-vector-field", "discrete-gradient",
+}  # fmt: skip
+SYMPLECTIC = {"implicit-midpoint", "dual-gauss-2", "dual-gauss-3", "stoermer-verlet"}
+KEEP_ENERGY = {"average-vector-field", "discrete-gradient"}
+
+
+@cache
+def scheme(scene, name):
+    return Scheme(scenes.get(scene), get(name))
+
+
+def state(run, row=-1):
+    return np.concatenate([run.x[row], run.mu[row]])
+
+
+def size(vector):
+    return max(map(abs, vector))
+
+
+@pytest.mark.parametrize(("scene", "name"), PAIRS)
+def test_compiled_steps_are_those_of_fifty_digits(scene, name):
+    s = scheme(scene, name)
+    step = s.scene.step
+    run, fine = s.flow(step).trajectory(8), s.flow(step, digits=50).trajectory(8)
+    assert size((state(fine) - state(run)).astype(float)) < 1e-13 * size(state(run))
+    at, after = (run.x[3], run.mu[3]), (run.x[4], run.mu[4])
+    assert s.flow(step).step_defect(*at, *after) < 1e-14  # the map itself, no kernel
+
+
+@mpmath.workdps(60)
+@pytest.mark.parametrize(("scene", "name"), PAIRS)
+def test_the_order_is_that_of_local_errors(scene, name):
+    """‖Φ_h − Φ_{h/2}²‖ is of order p + 1 in h, and (Φ_h − 1)/h goes to the vector field."""
+    s, errors = scheme(scene, name), []
+    for step in ("1e-4", "5e-5"):
+        h = sympy.Rational(step)
+        once, twice = (s.flow(h / k, digits=50).trajectory(k) for k in (1, 2))
+        errors.append(size(state(once) - state(twice)))
+    p = math.log2(errors[0] / errors[1]) - 1
+    # z̈ of so short a step hides nothing: the next term of the error is 10⁻⁴ of this one
+    assert p == pytest.approx(s.order, abs=0.01)
+    numbers = arithmetic(50)
+    with numbers.working():
+        x, mu, v = (
+            np.array([numbers.number(e) for e in part], dtype=object)
+            for part in (once.x[0], once.mu[0], s.scene.v0)
+        )
+        parameters = [numbers.number(e) for e in s.scene.parameter_values]
+        f, _ = hamilton_field(s.s, numbers)(x, mu, parameters, v)
+        slope = (state(twice) - state(twice, 0)) * 20_000
+        assert size(slope - numbers.public(f)) < 1e-2 * size(slope)
+
+
+@mpmath.workdps(60)
+@pytest.mark.parametrize(("scene", "name"), PAIRS)
+def test_the_derivative_is_that_of_differences(scene, name):
+    """The derivative of the step, by the implicit function theorem, in a random direction."""
+    s = scheme(scene, name)
+    flow = s.flow("0.01", digits=50)
+    n = len(s.x)
+    start = flow.trajectory(0)
+    with flow.numbers.working():
+        *_, m = flow._step_from(*flow.context.vectors(start.x[0], start.mu[0]), None)
+        m = flow.numbers.public(m)
+    direction = np.array([mpmath.mpf(e) for e in np.random.default_rng(3).uniform(-1, 1, len(m))])
+    ends = []
+    for sign in (1, -1):
+        z = state(start) + sign * direction * mpmath.mpf(10) ** -15
+        ends.append(np.concatenate(flow.dual_step(z[:n], z[n:])))
+    slope = (ends[0] - ends[1]) * 10**15 / 2
+    assert size(slope - m @ direction) < 1e-25
+
+
+@pytest.mark.parametrize(("scene", "name"), PAIRS)
+def test_what_is_kept_and_what_is_not(scene, name):
+    s = scheme(scene, name)
+    flow = s.flow(s.scene.step, digits=50)
+    run = flow.trajectory(4)
+    canonical = s.scene.groupoid.kind == "pair"
+    defect = flow.poisson_defect(run.x[1], run.mu[1])
+    linear = scene == "charged-particle"
+    if canonical and (name in SYMPLECTIC or (linear and s.self_adjoint)):
+        assert defect < 1e-45
+    else:  # on a Lie–Poisson system the midpoint is not Poisson, nor is what keeps energy
+        assert defect > 1e-25
+    assert s.self_adjoint is (name in SELF_ADJOINT)
+    drift = abs(value_of_energy(s, run)[-1] / value_of_energy(s, run)[0] - 1)
+    exact = DualSystem(SceneSymbols(s.scene)).degree is not None or name == "discrete-gradient"
+    if name in KEEP_ENERGY:
+        assert drift < (1e-45 if exact else 1e-14)
+    elif not exact:
+        assert drift > 1e-13
+
+
+def value_of_energy(s, run):
+    numbers = arithmetic(50)
+    symbols = s.s
+    letters = {"x": symbols.x, "u": symbols.u, "mu": symbols.mu, "p": symbols.parameter_list}
+    with numbers.working():
+        f = numeric(letters, [energy(symbols)], numbers)
+        p = [numbers.number(e) for e in s.scene.parameter_values]
+        rows = (
+            [[numbers.number(e) for e in part] for part in row]
+            for row in zip(run.x, run.u, run.mu, strict=True)
+        )
+        return [f(*row, p) for row in rows]
+
+
+@pytest.mark.parametrize("scene", WHERE)
+def test_the_field_is_the_bracket_with_the_energy(scene):
+    """s.f = s.B s.dH, and s.dH is the gradient of s.H, by the letters' own derivatives."""
+    s = SceneSymbols(scenes.get(scene))
+    view = DualSystem(s)
+    z = sympy.Matrix([*s.x, *s.mu])
+    gap = view.f(z) - view.B(z) * view.dH(z)
+    gradient = view.chain.total([view.H(z)], z).T - view.dH(z)
+    from discmech.integrators.numbers import evaluate_matrix, needed, random_point
+
+    point = random_point([*z, *s.q], [s.h])
+    for matrix in (gap, gradient):
+        used = needed(view.chain.definitions(), list(matrix))
+        assert max(map(abs, evaluate_matrix(matrix, 30, point, used))) < 1e-25
+
+
+def test_casimirs_are_kept_by_what_moves_along_coadjoint_orbits():
+    """And by Gauss collocation, as they are quadratic; not by the classical Runge–Kutta method."""
+    drift = {}
+    for name in ("rkmk-4", "dual-gauss-2", "runge-kutta-4"):
+        run = scheme("rigid-body", name).flow("0.1").trajectory(500)
+        squares = (run.mu**2).sum(axis=1)
+        drift[name] = abs(squares / squares[0] - 1).max()
+    assert drift["rkmk-4"] < 1e-13 and drift["dual-gauss-2"] < 1e-13
+    assert drift["runge-kutta-4"] > 1e-8
+
+
+def test_stoermer_verlet_and_gauss_are_the_variational_rules():
+    """Trapezoidal, midpoint and gauss-2 on a pair groupoid, written on the dual."""
+    for name, rule in (("stoermer-verlet", "trapezoidal"), ("implicit-midpoint", "midpoint"),
+                       ("dual-gauss-1", "midpoint"), ("dual-gauss-2", "gauss-2"),
+                       ("newmark-0.5-0", "trapezoidal")):  # fmt: skip
+        one, other = (
+            Scheme(scenes.get("kepler"), get(e)).flow("0.01", digits=50).trajectory(3)
+            for e in (name, rule)
+        )
+        assert size(state(one) - state(other)) < 1e-45
+
+
+def test_a_negative_step_and_compositions():
+    s = scheme("kepler", "implicit-midpoint")
+    there = s.flow("0.01").trajectory(20)
+    back = s.flow("-0.01").trajectory(20, x0=there.x[-1], mu0=there.mu[-1])
+    assert size(state(back) - state(there, 0)) < 1e-13
+    jump = Scheme(scenes.get("kepler"), get("triple-jump:implicit-midpoint"))
+    assert jump.order == 4
+    one, other = (
+        f.flow("0.01").trajectory(100).mu[-1] for f in (jump, scheme("kepler", "dual-gauss-2"))
+    )
+    assert size(one - other) < 1e-5
+    with pytest.raises(CannotMeasure, match=r"heun is a one-step map .* no adjoint"):
+        Scheme(scenes.get("kepler"), get("triple-jump:heun")).flow("0.01")
+
+
+def test_rows_of_velocities():
+    """u of a row is ξ(x, μ): here μ over the moments of inertia."""
+    s = scheme("rigid-body", "runge-kutta-4")
+    run = s.flow("0.01").trajectory(10, every=5)
+    inertia = [float(e) for e in s.scene.parameter_values]
+    assert run.u == pytest.approx(run.mu / inertia, rel=1e-14)
+    assert run.iterations.tolist() == [1, 1, 1]
+
+
+#: a mass that grows with the speed: ξ(x, μ) has no closed form, and is an unknown of the step
+FAST = Scene(
+    name="relativistic", groupoid=pair(1), x0=["0.5"], v0=["0.3"], duration=5,
+    lagrangian=lambda x, v, p: -sympy.sqrt(1 - v[0] ** 2) - x[0] ** 2 / 2,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["runge-kutta-4", "implicit-midpoint", "stoermer-verlet"])
+def test_without_a_closed_form_of_the_velocity(name):
+    s = Scheme(FAST, get(name))
+    assert s.equations.velocities
+    run, fine = (s.flow("0.05", digits=d).trajectory(20) for d in (16, 50))
+    assert size((state(run) - state(fine)).astype(float)) < 1e-14
+    closed = run.mu / np.sqrt(1 + run.mu**2)
+    assert run.u == pytest.approx(closed, rel=1e-14)
+    energies = np.sqrt(1 + run.mu**2) + run.x**2 / 2
+    assert abs(energies - energies[0]).max() < (1e-7 if name == "runge-kutta-4" else 1e-3)
+    symplectic = name in SYMPLECTIC
+    assert bool(s.flow("0.05").poisson_defect(run.x[3], run.mu[3]) < 1e-15) is symplectic
+
+
+# -- what has no meaning, and bad input -----------------------------------------------------------
+
+
+def test_no_omega_without_a_discrete_lagrangian():
+    s = scheme("pendulum", "runge-kutta-4")
+    flow = s.flow("0.1")
+    asked = (flow.evolve, flow.devolve, flow.pullback_defect, flow.tangent)
+    for ask in asked:
+        with pytest.raises(
+            CannotMeasure, match=r"runge-kutta-4 .* no discrete Lagrangian, so no Ω"
+        ):
+            ask([1.0], [0.0])
+    with pytest.raises(CannotMeasure, match="no FL"):
+        _ = s.FL
+
+
+def test_where_a_map_does_not_exist():
+    with pytest.raises(BadInput, match="stoermer-verlet exists on pair groupoids only"):
+        Scheme(scenes.get("rigid-body"), get("stoermer-verlet"))
+    with pytest.raises(BadInput, match="rkmk-4 exists on Lie groups only"):
+        Scheme(scenes.get("heavy-top"), get("rkmk-4"))
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: one_step(order=0), "order"),
+        (lambda: one_step(lambda s, z, h: z), "brackets"),
+        (lambda: one_step(stages=-1), "stages"),
+        (lambda: one_step(implicit=True, stages=1), "leave implicit out"),
+        (lambda: one_step()(lambda s, z: z), r"takes 2 arguments.*\(s, z, h\)"),
+        (lambda: one_step(implicit=True)(lambda s, z, h: z), r"\(s, z, Z, h\)"),
+        (lambda: one_step(name="a b")(lambda s, z, h: z), "name"),
+        (lambda: dual_gauss(0), "from 1 to 20"),
+        (lambda: newmark("a"), "newmark: γ"),
+    ],
+)
+def test_a_map_that_is_none_is_refused(make, said):
+    with pytest.raises(BadInput, match=said):
+        make()
+
+
+def wrong(formula, **how):
+    rule = one_step(name="mine", **how)(formula)
+    return Scheme(scenes.get("kepler"), rule)
+
+
+@pytest.mark.parametrize(
+    ("formula", "how", "said"),
+    [
+        (lambda s, z, h: z[:3, :], {}, "gives Z of shape 3×1; a state .* has 4 entries"),
+        (lambda s, z, h: None, {}, "gives Z None"),
+        (lambda s, z, h: z + h * s.f(z[:2, :]), {}, "asks at a 2×1 matrix"),
+        (lambda s, z, h: 1 / 0, {}, "could not be evaluated with symbols .ZeroDivision"),
+        (lambda s, z, h: z + h * s.g(z), {}, "asks for what is not there"),
+        (lambda s, z, h: z + sympy.Symbol("q") * s.f(z), {}, "the unknown symbol q"),
+        (lambda s, z, Z, h: z - h * s.f(z), {"implicit": True}, "does not determine the new Z"),
+        (lambda s, z, h, K: z, {"stages": 1}, r"return Z, \[1 residuals\]"),
+        (lambda s, z, h, K: (z, [z]), {"stages": 1}, "does not determine its stages"),
+        (lambda s, z, h: ["a"] * 4, {}, "not an expression"),
+    ],
+)
+def test_wrong_maps_say_so_in_one_sentence(formula, how, said):
+    with pytest.raises(BadInput, match=said) as caught:
+        wrong(formula, **how)
+    assert str(caught.value).count("\n") == 0 and "test_one_step_maps.py, line" in str(caught.value)
+
+
+def test_what_does_not_converge_keeps_its_rows():
+    """μ² = x, which sinks below 0 after ten steps."""
+
+    def shrinking(s, z, Z, h):
+        moved = Z[:2, :] - z[:2, :] + h * sympy.ones(2, 1)
+        return sympy.Matrix([*moved, Z[2] ** 2 - z[0], Z[3] - z[3]])
+
+    s = wrong(shrinking, implicit=True)
+    with pytest.raises(StepFailure) as caught:
+        s.flow("0.1").trajectory(200, x0=[1, 1], mu0=[1, 0])
+    failure = caught.value
+    assert failure.rule == "mine" and 5 <= failure.step_index <= 12
+    assert len(failure.trajectory.t) == failure.step_index
+    assert "u" not in failure.state
+
+
+def test_an_explicit_map_that_blows_up_keeps_its_rows():
+    s = scheme("henon-heiles", "explicit-euler")
+    with pytest.raises(StepFailure, match="no longer finite") as caught:
+        s.flow("1").trajectory(200, x0=[1, 1])
+    rows = caught.value.trajectory
+    assert len(rows.t) > 2 and np.isfinite(rows.mu[:-1]).all()
