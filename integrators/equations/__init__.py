@@ -14,7 +14,7 @@ from .continuous import (
 from .discrete_equations import DiscreteEquations
 from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
-from .hamilton_field import field_parts, hamilton_field
+from .hamilton_field import field_parts
 from .legendre_inverse import legendre_inverse
 from .one_step_equations import OneStepEquations
 from .symbols import SceneSymbols
@@ -23,6 +23,6 @@ from .system import step_system
 __all__ = [
     "DiscreteEquations", "DiscretisedScene", "DualSystem", "OneStepEquations", "SceneSymbols",
     "absolute_terms", "check_momentum", "check_start", "closed_velocity", "energy", "energy_terms",
-    "field_parts", "hamilton_field", "initial_momentum", "legendre_inverse", "mass_matrix",
+    "field_parts", "initial_momentum", "legendre_inverse", "mass_matrix",
     "momentum", "rates", "step_system", "vector_field",
 ]  # fmt: skip

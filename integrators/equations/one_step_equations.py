@@ -75,6 +75,11 @@ class OneStepEquations:
 
     # -- derivatives -----------------------------------------------------------------------------
 
+    @property
+    def explicit(self) -> bool:
+        """Whether nothing has to be solved for."""
+        return not (self.rule.stages or self.rule.implicit or self.velocities)
+
     @cached_property
     def slope(self) -> SymbolicMatrix:
         """∂(rows)/∂w, square."""
@@ -97,7 +102,6 @@ class OneStepEquations:
     def system(self) -> System:
         """One step as the data that the compiler is given."""
         n, s = len(self.x), self.s
-        explicit = not self.rule.stages and not self.rule.implicit and not self.velocities
         return System(
             name=s.name,
             q=tuple(s.q),
@@ -112,7 +116,7 @@ class OneStepEquations:
             gain=self.increment[n:, :],
             definitions=tuple(self.definitions(self.rows, self.slope, self.increment)),
             wanted=tuple(sympy.zeros(len(self.w), 1)),
-            explicit=explicit,
+            explicit=self.explicit,
             constants=dict(s.constants),
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -32,8 +33,13 @@ class OneStepGeometry(LocalGeometry):
         return inverse(x, mu, self.parameters, near)
 
     def start(self, x: Vector, mu: Vector, near: Vector) -> Vector:
-        """Where Newton starts from a state: f(z) for each slope, then ξ(z) for each velocity."""
+        """Where Newton starts from a state: f(z) for each slope, then ξ(z) for each velocity.
+
+        0 for an explicit map, whose slope needs no start.
+        """
         equations = self.equations
+        if equations.explicit:
+            return self.numbers.zeros(len(equations.w))
         xi = self.velocities(x[None], mu[None], near[None])[0]
         f = _rates(equations.s, self.numbers)(x, xi, mu, self.parameters)
         parts = [f] * len(equations.slopes) + [xi] * len(equations.velocities)
@@ -66,6 +72,7 @@ class OneStepGeometry(LocalGeometry):
         return self.equations.legendre_minus
 
 
+@lru_cache(maxsize=256)
 def _rates(s: SceneSymbols, numbers: Arithmetic) -> Any:
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [list(rates(s))], numbers)

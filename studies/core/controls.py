@@ -5,32 +5,22 @@ A bench that never says no proves nothing, so these run beside the real schemes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators.equations import DiscretisedScene, hamilton_field
 from discmech.integrators.flows import Flow
-from discmech.integrators.geometry import relative_defect
-from discmech.integrators.numbers import arithmetic
+from discmech.integrators.geometry import poisson_defect, relative_defect
+from discmech.integrators.rules import MAPS
 
+from .case import scheme_of
 
-@dataclass(frozen=True)
-class Tableau:
-    """An explicit Runge–Kutta method: a strictly lower triangular, weights b (exact fractions)."""
-
-    a: tuple[tuple[str, ...], ...]
-    b: tuple[str, ...]
-
-
-#: Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.1
+#: methods that are not symplectic, by their names as controls
 RUNGE_KUTTA = {
-    "classical Runge-Kutta": Tableau(
-        ((), ("1/2",), ("0", "1/2"), ("0", "0", "1")), ("1/6", "1/3", "1/3", "1/6")
-    ),
-    "Heun": Tableau(((), ("1",)), ("1/2", "1/2")),
-    "explicit Euler": Tableau(((),), ("1",)),
+    "classical Runge-Kutta": MAPS["runge-kutta-4"],
+    "Heun": MAPS["heun"],
+    "explicit Euler": MAPS["explicit-euler"],
 }
 DAMPED, FLIPPED = "damped residual", "flipped bracket"
 NAMES = (*RUNGE_KUTTA, DAMPED, FLIPPED)
@@ -38,53 +28,24 @@ NAMES = (*RUNGE_KUTTA, DAMPED, FLIPPED)
 DAMPING = "1e-6"
 
 
-class RungeKutta:
-    """A Runge–Kutta step on (x, μ) with its exact derivative, in any arithmetic."""
-
-    def __init__(self, scheme: DiscretisedScene, tableau: Tableau, digits: int) -> None:
-        self.numbers = arithmetic(digits)
-        self.n, self.size = len(scheme.x), len(scheme.x) + len(scheme.u)
-        self.field = hamilton_field(scheme.s, self.numbers)
-        with self.numbers.working():
-            number = self.numbers.number
-            self.p = [number(v) for v in scheme.scene.parameter_values]
-            self.near = np.array([number(v) for v in scheme.scene.v0], self.numbers.dtype)
-            self.a = [[number(e) for e in row] for row in tableau.a]
-            self.b = [number(e) for e in tableau.b]
-
-    def step(self, z: np.ndarray, h: Any) -> tuple[np.ndarray, np.ndarray]:
-        """(z′, ∂z′/∂z) for z = (x, μ); derivatives go through the stages by the chain rule."""
-        one = self.numbers.identity(self.size)
-        slopes: list[np.ndarray] = []
-        tangents: list[np.ndarray] = []
-        for row in self.a:
-            at, along = z, one
-            for a, k, dk in zip(row, slopes, tangents, strict=True):
-                at, along = at + h * a * k, along + h * a * dk
-            f, df = self.field(at[: self.n], at[self.n :], self.p, self.near)
-            slopes.append(f)
-            tangents.append(df @ along)
-        new = z + h * sum(b * k for b, k in zip(self.b, slopes, strict=True))
-        return new, one + h * sum(b * dk for b, dk in zip(self.b, tangents, strict=True))
-
-
 def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:
     """Poisson defects of a Runge–Kutta method along its own trajectory, at the flow's step."""
-    numbers, geometry = flow.numbers, flow.geometry
-    method = RungeKutta(flow.scheme, RUNGE_KUTTA[name], flow.digits)
-    start = flow.trajectory(0)
-    defects = []
-    with numbers.working():
-        h = numbers.number(flow.step)
-        z = np.array([numbers.number(e) for e in (*start.x[0], *start.mu[0])], dtype=numbers.dtype)
+    own = scheme_of(flow.scheme.scene, RUNGE_KUTTA[name]).flow(flow.step, flow.digits)
+    geometry: Any = own.geometry
+    start, defects = flow.trajectory(0), list[float]()
+    with own.numbers.working():
+        x, mu = own.context.vectors(start.x[0], start.mu[0])
+        near = own.context.vector(flow.scheme.scene.v0, len(mu))
         for _ in range(points):
-            new, m = method.step(z, h)
-            if not all(abs(e) < numbers.number(10) ** 100 for e in (*new, *m.ravel())):
+            try:
+                step = geometry.step(x, mu, geometry.start(x, mu, near))
+                defect = float(poisson_defect(geometry, x, mu, step))
+            except (ArithmeticError, ValueError):
+                break
+            if not defect < math.inf:
                 break  # it blows up at this step: there is nothing left to compare
-            before = geometry.poisson_tensor(z[: method.n], z[method.n :])
-            after = geometry.poisson_tensor(new[: method.n], new[method.n :])
-            defects.append(float(relative_defect(m @ before @ m.T, after, m)))
-            z = new
+            defects.append(defect)
+            x, mu, _ = step
     return defects
 
 

@@ -9,10 +9,9 @@ from itertools import pairwise
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure, scenes
-from discmech.integrators.rules import Discretisation, midpoint
+from discmech.integrators.rules import Discretisation
 
 from ..core.case import scheme_of
-from ..core.controls import RungeKutta, Tableau
 
 FARTHEST = 1000.0  # as far as z = hω is looked at
 GRID = np.concatenate([np.arange(0.02, 8.0, 0.02), np.geomspace(8.0, FARTHEST, 120)])
@@ -74,24 +73,6 @@ class Oscillator:
     def _end(self, z: float, steps: int, x0: float, mu0: float) -> list[float]:
         run = self.scheme.flow(z).trajectory(steps, every=steps, x0=[x0], mu0=[mu0])
         return [float(run.x[-1, 0]), float(run.mu[-1, 0])]
-
-
-class TableauOscillator:
-    """A Runge–Kutta method in the same place: what has to be told from a symplectic one."""
-
-    def __init__(self, tableau: Tableau) -> None:
-        scheme = scheme_of(scenes.get("harmonic"), midpoint)
-        self.method = RungeKutta(scheme, tableau, 16)
-
-    def matrix(self, z: float) -> np.ndarray:
-        """M(z) in (x, μ), 2×2."""
-        return np.asarray(self.method.step(np.zeros(2), z)[1], dtype=float)
-
-    def grows(self, z: float, steps: int = 10**4) -> bool:
-        """Whether that many steps make more than 10³ of a start of size 1."""
-        with np.errstate(all="ignore"):
-            power = np.linalg.matrix_power(self.matrix(z), steps)
-        return not np.abs(power @ [0.6, 0.8]).max() < 1e3
 
 
 def spectra(step: Step) -> list[Spectrum]:

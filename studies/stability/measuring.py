@@ -5,20 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import replace
 from fractions import Fraction
-from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
-
-from discmech.integrators import Scheme, midpoint, scenes
+from discmech.integrators import midpoint, scenes
 from discmech.integrators import rules as discretisations
 
 from ..core import controls
-from ..core.case import Case, Choice, Progress, Verdict, silent
-from ..work_precision.peers.equations import equations_of
+from ..core.case import Case, Choice, Progress, Verdict, scheme_of, silent
 from . import exchange, linear_stability
 from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
-from .linear_stability import FARTHEST, Oscillator, TableauOscillator
+from .linear_stability import FARTHEST, Oscillator
 from .nonlinear_stability import limits, stability_map
 from .stiff import FAMILIES
 
@@ -70,10 +66,7 @@ def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
     z = 1000), intervals (unstable ones), resonances, off_circle (a z below stable_to at which the
     step is not symplectic), runs (whether 10⁵ steps on both sides of the ends say the same).
     """
-    problem: Any = (
-        TableauOscillator(controls.RUNGE_KUTTA[case.control]) if case.control
-        else Oscillator(case.rule)
-    )  # fmt: skip
+    problem = Oscillator(controls.RUNGE_KUTTA[case.control] if case.control else case.rule)
     progress(f"{case.label}: linear stability", 0.0)
     rows = linear_stability.spectra(problem.matrix)
     intervals = linear_stability.unstable_intervals(problem.matrix)
@@ -108,14 +101,10 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
     def show(fraction: float) -> None:
         progress(f"{label}: stability map", fraction)
 
-    if case.control:  # in Python, step by step: a part of the map will do
-        rows = stability_map(
-            replace(family, stiffness=family.stiffness[:2]),
-            case.scheme,
-            run=_tableau_run(case),
-            steps=CONTROL_STEPS,
-            progress=show,
-        )
+    if case.control:  # a part of the map will do
+        scheme = scheme_of(case.scene, controls.RUNGE_KUTTA[case.control])
+        part = replace(family, stiffness=family.stiffness[:2])
+        rows = stability_map(part, scheme, steps=CONTROL_STEPS, progress=show)
     else:
         rows = stability_map(family, case.scheme, case.thorough, steps=case.steps, progress=show)
     measured: dict[str, Any] = {
@@ -136,32 +125,6 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
         "rows": rows,
         "measured": measured,
     }
-
-
-def _tableau_run(case: Case) -> Any:
-    """Runs of a Runge–Kutta method on the compiled equations of motion, states as they come."""
-    tableau = controls.RUNGE_KUTTA[str(case.control)]
-    a = [[float(Fraction(e)) for e in row] for row in tableau.a]
-    b = [float(Fraction(e)) for e in tableau.b]
-
-    def run(scheme: Scheme, step: Fraction, steps: int) -> Any:
-        start = scheme.flow(step).trajectory(0)
-        f, h, n = equations_of(scheme).f, float(step), len(scheme.x)
-        states = [np.concatenate([start.x[0], start.mu[0]])]
-        with np.errstate(all="ignore"):
-            for _ in range(steps):
-                slopes: list[np.ndarray] = []
-                for row in a:
-                    at = states[-1] + h * sum(
-                        (e * k for e, k in zip(row, slopes, strict=True)), 0.0
-                    )
-                    slopes.append(f(0.0, at))
-                states.append(states[-1] + h * sum(e * k for e, k in zip(b, slopes, strict=True)))
-        path = np.array(states)
-        t = h * np.arange(steps + 1)
-        return SimpleNamespace(t=t, x=path[:, :n], mu=path[:, n:], steps=steps)
-
-    return run
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

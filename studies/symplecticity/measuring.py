@@ -75,7 +75,7 @@ def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
         try:
             return rows + _rows_at(case, largest)
         except StepFailure:
-            if not len(case.scheme.s.stages):
+            if not (len(case.scheme.s.stages) or case.scheme.one_step):
                 raise
             largest /= 2  # so long a step has several solutions in the stages: maps and run differ
     return rows if largest == own else rows + _rows_at(case, largest)
@@ -84,10 +84,10 @@ def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
 def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
     count = POINTS[case.digits == 16]
     steps = case.steps or 8 * count
-    composed = bool(case.scheme.substeps)
     # at a long step substeps and stages have several solutions, and a run does not keep which
     # ones it took; u it keeps
-    followed = step <= case.scene.step or not (composed or len(case.scheme.s.stages))
+    several = not case.scheme.has_arrows or len(case.scheme.s.stages)
+    followed = step <= case.scene.step or not several
     flow = case.scheme.flow(step, case.digits)
     run = flow.trajectory(steps)
     rows = []
