@@ -11,8 +11,7 @@ last step is taken, in the translate whose chart has it farthest from its edge.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import Any
 
@@ -34,7 +33,7 @@ from ..errors import BadInput
 from ..groupoids import chart_reach
 from ..numbers.types import Matrix, Number, Vector
 from .step_context import StepContext
-from .translates import GroupChart
+from .translates import GroupChart, Solution
 
 CAUSES = {
     EDGE: "the step is at or beyond the edge of its chart, where coordinates lose their digits",
@@ -47,14 +46,23 @@ SPREAD = 24  # elements between the cover's: a few to each of at most 16 transla
 
 
 class EdgePolicy:
-    """Limits that a run watches after each step, and its continuation where the driver stopped."""
+    """Limits that a run watches after each step, and its continuation where the driver stopped.
+
+    stages: the kernels of collocation, if there are: Newton's take over where they do not contract.
+    """
 
     #: the driver's statuses that `resume` may get past
     handles: tuple[int, ...] = ()
 
-    def __init__(self, context: StepContext, machine: KernelsAtStep) -> None:
-        self.context, self.machine = context, machine
-        self.huge, self.root_eps = machine.kernels.huge, machine.kernels.root_eps
+    def __init__(self, context: StepContext, made: Callable[[], KernelsAtStep], stages: Any = None):
+        self.context, self._made, self.stages = context, made, stages
+        constants = context.numbers.namespace()
+        self.huge, self.root_eps = constants["HUGE"], constants["ROOT_EPS"]
+
+    @cached_property
+    def machine(self) -> KernelsAtStep:
+        """The kernels of Newton's method, compiled when a step needs them."""
+        return self._made()
 
     @property
     def chart(self) -> GroupChart:
@@ -166,16 +174,6 @@ class Shrink(EdgePolicy):
         return status
 
 
-@dataclass(frozen=True)
-class Solution:
-    """A solution of F⁻(x, g) = hμ: g = τ(hu) B of a translate, and the number of its branch."""
-
-    translate: int
-    u: Vector
-    element: Matrix
-    branch: Number
-
-
 class Bisect(EdgePolicy):
     """Another translate takes over; of several solutions the one on the last step's branch.
 
@@ -184,8 +182,8 @@ class Bisect(EdgePolicy):
 
     handles = CURABLE
 
-    def __init__(self, context: StepContext, machine: KernelsAtStep) -> None:
-        super().__init__(context, machine)
+    def __init__(self, context: StepContext, *given: Any) -> None:
+        super().__init__(context, *given)
         name = context.scene.name
         if context.equations.element is None:
             raise BadInput(

@@ -6,6 +6,7 @@ have the whole group as union is a cover, stated by `MatrixAlgebra.cover`.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -58,3 +59,13 @@ class GroupChart(AlgebraInNumbers):
     def best(self, g: Matrix) -> int:
         """The translate whose chart has g farthest from its edge (I and J of section 4.3)."""
         return int(np.argmax([self.openness(g, J) for J in range(len(self.translates))]))
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A solution of F⁻(x, g) = hμ: g = τ(hu) B of a translate, and the number of its branch."""
+
+    translate: int
+    u: Vector
+    element: Matrix
+    branch: Number

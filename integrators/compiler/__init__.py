@@ -6,10 +6,11 @@
 from __future__ import annotations
 
 from .cache import cache_folder, cached_text, imported, write_atomically
-from .kernels import Kernels, compile, interpreted, kernel_text, names_of, text_key
-from .kernels_at_step import KernelsAtStep, Run
+from .kernels import Kernels, compile, compile_stages, interpreted, kernel_text, names_of, text_key
+from .kernels_at_step import KernelsAtStep, Run, StagesAtStep, taken_over
 from .layout import (
     BRANCH,
+    CONTRACTION,
     CORRECTIONS,
     EDGE,
     FARTHEST,
@@ -21,14 +22,18 @@ from .layout import (
     SINGULAR,
     SLACK,
     STRAYED,
+    SWEEPS,
     Layout,
 )
 from .omissions import SAVINGS, is_affine
+from .stage_system import StageSystem
+from .stage_text import NoShortForm
 from .system import System
 
 __all__ = [
-    "BRANCH", "CORRECTIONS", "EDGE", "FARTHEST", "Kernels", "KernelsAtStep", "LAST_SIZE",
-    "Layout", "MOST", "NOT_CONVERGED", "OK", "REACH", "Run", "SAVINGS", "SINGULAR", "SLACK",
-    "STRAYED", "System", "cache_folder", "cached_text", "compile", "imported", "interpreted",
-    "is_affine", "kernel_text", "names_of", "text_key", "write_atomically",
+    "BRANCH", "CONTRACTION", "CORRECTIONS", "EDGE", "FARTHEST", "Kernels", "KernelsAtStep",
+    "LAST_SIZE", "Layout", "MOST", "NOT_CONVERGED", "NoShortForm", "OK", "REACH", "Run", "SAVINGS",
+    "SINGULAR", "SLACK", "STRAYED", "SWEEPS", "StageSystem", "StagesAtStep", "System",
+    "cache_folder", "cached_text", "compile", "compile_stages", "imported", "interpreted",
+    "is_affine", "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
 ]  # fmt: skip

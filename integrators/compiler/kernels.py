@@ -17,9 +17,12 @@ from ..numbers import Arithmetic, Multiple, Number, Numbers, run_text
 from . import layout as _layout
 from .cache import cached_text, digest, sources
 from .kernel_text import module_text
-from .layout import Layout
+from .lanes import lane_namespace
+from .layout import Layout, StageLayout
 from .llvm_values import Array
-from .machine_code import compiled
+from .machine_code import compiled, vector_width
+from .stage_system import StageSystem
+from .stage_text import stage_text
 from .system import System, written
 
 
@@ -51,11 +54,14 @@ def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozense
     if isinstance(numbers, Multiple):
         return interpreted(text, numbers)
     names = names_of(text, numbers)
-    at: Layout = names["LAYOUT"]
+    return _kernels(names, compiled(_file_name(system), text, names, _arrays(names["LAYOUT"])))
+
+
+def _arrays(at: Layout) -> dict[str, Array]:
+    """The arrays among the arguments of `advance`."""
     arrays = {"state": Array("f"), "totals": Array("f"), "kinds": Array("i"), "counts": Array("i")}
     columns = {"coefficients": at.width, "xs": at.n, "us": at.m, "mus": at.m}
-    arrays |= {name: Array("f", columns=width) for name, width in columns.items()}
-    return _kernels(names, compiled(_file_name(system), text, names, arrays))
+    return arrays | {name: Array("f", columns=width) for name, width in columns.items()}
 
 
 def interpreted(text: str, numbers: Arithmetic) -> Kernels:
@@ -73,21 +79,36 @@ def kernel_text(system: System, omit: frozenset[str] = frozenset()) -> str:
     return cached_text(path, lambda: module_text(system, omit))
 
 
+@lru_cache(maxsize=512)
+def compile_stages(system: StageSystem, numbers: Arithmetic) -> Kernels:
+    """The kernels of a collocation step, as `compile` gives those of a system.
+
+    Raises `NoShortForm` where many velocities are tied together.
+    """
+    path = f"{_file_name(system)}_stages_{text_key(system)}.py"
+    text = cached_text(path, lambda: stage_text(system))
+    given = lane_namespace(system.nodes, system.count, numbers, vector_width())
+    names = names_of(text, numbers, **given)
+    if isinstance(numbers, Multiple):
+        return _kernels(names, names["advance"])
+    return _kernels(names, compiled(_file_name(system), text, names, _arrays(names["LAYOUT"])))
+
+
 def text_key(*parts: Any) -> str:
     """Part of the name of a file that is generated from systems, expressions and words."""
     return digest(sources(), written(*parts))
 
 
-def _file_name(system: System) -> str:
+def _file_name(system: System | StageSystem) -> str:
     # the rule's name is left out: on a group all simple rules share their kernels
     return re.sub(r"\W", "_", system.name)
 
 
-def names_of(text: str, numbers: Arithmetic) -> dict[str, Any]:
-    """The functions and constants of a text, run by Python."""
+def names_of(text: str, numbers: Arithmetic, **more: Any) -> dict[str, Any]:
+    """The functions and constants of a text, run by Python; more: names that it may use."""
     known = {name: value for name, value in vars(_layout).items() if name.isupper()}
-    given = {"Layout": Layout, "Record": SimpleNamespace, **known}
-    return run_text(text, {**given, **numbers.namespace()})
+    given = {"Layout": Layout, "StageLayout": StageLayout, "Record": SimpleNamespace, **known}
+    return run_text(text, {**given, **numbers.namespace(), **more})
 
 
 def _kernels(names: dict[str, Any], advance: Callable[..., tuple[int, int]]) -> Kernels:

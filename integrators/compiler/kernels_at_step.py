@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Number, Numbers, Vector
 from .kernels import Kernels
-from .layout import BRANCH, OK, PAST, REACH, SLACK, TOTALS
+from .layout import BRANCH, ENTRIES, OK, PAST, REACH, SLACK
 
 #: a state and the coefficients in use: what a run goes on from
 Lead: TypeAlias = tuple[Vector, Matrix]
@@ -24,7 +24,7 @@ class Run:
 
     state: x, μ and what stands behind them (`Layout`); c: the coefficients in use, one row each
     substep. translates: of each row, the translate that its u is written in; changes: how often
-    an edge was met.
+    an edge was met; by_newton: steps taken by Newton's method.
     """
 
     state: Vector
@@ -40,6 +40,7 @@ class Run:
     index: int = 0
     translate: int = 0
     changes: int = 0
+    by_newton: int = 0
 
     @property
     def lead(self) -> Lead:
@@ -114,7 +115,7 @@ class KernelsAtStep:
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
-        totals = self.numbers.zeros(TOTALS)
+        totals = self.numbers.zeros(ENTRIES)
         totals[REACH] = totals[BRANCH] = totals[SLACK] = self.kernels.huge
         return Run(*lead, steps, every, xs, us, mus, counts, totals, translates)
 
@@ -205,3 +206,31 @@ class KernelsAtStep:
         run = self.buffers(self.lead(x, mu, c, guess), 0, 1)
         status = self.advance(run, 0)
         return None if status != OK else (run.us[0], run.totals[BRANCH])
+
+
+class StagesAtStep(KernelsAtStep):
+    """Kernels of collocation; a run may change between these and those of Newton's method."""
+
+    def lead(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> Lead:
+        """(state, c) at (x, μ); a fixed point has no use for a guess."""
+        at = self.layout
+        state = self.numbers.zeros(at.memory + at.row)
+        state[at.parts[0]], state[at.parts[1]] = x, mu
+        return state, c
+
+    def history(self, state: Vector) -> list[Vector]:
+        """The last u, if there was a step."""
+        first = self.layout.memory + 1
+        return [state[first : first + self.layout.m].copy()] if state[first - 1] else []
+
+
+def taken_over(run: Run, one: KernelsAtStep, other: KernelsAtStep, guess: Numbers) -> None:
+    """Let a run of the kernels `one` go on with `other`, with all that its sums lost.
+
+    guess: the u to begin with where no step was taken.
+    """
+    past = one.history(run.state)
+    x, mu, *lost = (run.state[part].copy() for part in one.layout.parts[:4])
+    run.state, run.c = other.lead(x, mu, other.c, past[0] if past else guess)
+    for part, value in zip(other.layout.parts[2:4], lost, strict=True):
+        run.state[part] = value

@@ -13,6 +13,9 @@ OK, NOT_CONVERGED, SINGULAR, EDGE, STRAYED = range(5)
 #: largest change of it
 CORRECTIONS, MOST, LAST_SIZE, FARTHEST, REACH, BRANCH, SLACK = range(7)
 TOTALS = 7
+#: and behind them, of the step with most sweeps: the ratio of two changes, so many sweeps apart
+CONTRACTION, SWEEPS, ENTRIES = 7, 8, 9
+INNER = 3  # sweeps that bring a curve into the next chart
 PAST = 5  # solutions from which Newton's start is extrapolated
 
 
@@ -47,3 +50,23 @@ class Layout:
     def row(self) -> int:
         """Entries of one substep's memory."""
         return PAST * self.solved + 4 if self.iterated else 0
+
+
+@dataclass(frozen=True)
+class StageLayout(Layout):
+    """The state of collocation: its memory is the age, and u, π₀ − μ, ξ and μ at
+    the nodes of the last step.
+
+    count: stages; they take up to seven more places, whatever a vector of this machine holds.
+    """
+
+    count: int = 1
+
+    @property
+    def lanes(self) -> int:
+        """Places of the stages of one component."""
+        return self.count + 7
+
+    @property
+    def row(self) -> int:
+        return 1 + 2 * self.m + 2 * self.m * self.lanes

@@ -11,7 +11,8 @@ from functools import partial
 from types import FunctionType
 from typing import Any
 
-from .llvm_values import Value, chosen, combined, mapped, negated, register
+from .llvm_decisions import chosen, combined, negated
+from .llvm_values import Value, mapped, register
 
 UNROLLED = 16  # turns of a loop of constant length that are written one after another
 LOOPS = (ast.While, ast.For)
@@ -121,7 +122,8 @@ class Scope:
         routine = self.routine
         head, body, end = (routine.name(label) for label in ("head", "body", "end"))
         routine.begin(head)
-        routine.jump(f"{routine.operand('b', test())}, label %{body}, label %{end}")
+        if (goes := test()) is not True:
+            routine.jump(f"{routine.operand('b', goes)}, label %{body}, label %{end}")
         routine.begin(body)
         self.ends.append(end)
         turn()

@@ -7,13 +7,22 @@ unrolled while the instructions are written. Division by zero gives inf or nan.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial, reduce
+from functools import partial
 from typing import Any
 
-#: LLVM's types of a float, a whole number, a truth value; the first may become a vector
-TYPES = {"f": "double", "i": "i64", "b": "i1"}
+import numpy as np
+
+
+class _Types(dict[str, str]):
+    """LLVM's types by kind; of kind v8 are the eight lanes of a vector."""
+
+    def __missing__(self, kind: str) -> str:
+        return f"<{kind[1:]} x double>"
+
+
+TYPES = _Types(f="double", i="i64", b="i1")
 #: bytes up to which an array is on the stack, of which a thread may have no more than 128 KiB
 ON_STACK = 2**15
 #: functions with an intrinsic of LLVM's; others are in C's library
@@ -25,6 +34,8 @@ COMPARISONS = {"lt": ("fcmp olt", "icmp slt"), "le": ("fcmp ole", "icmp sle"),
                "gt": ("fcmp ogt", "icmp sgt"), "ge": ("fcmp oge", "icmp sge"),
                "eq": ("fcmp oeq", "icmp eq"), "ne": ("fcmp une", "icmp ne")}  # fmt: skip
 OPERATORS = ARITHMETIC | COMPARISONS
+#: functions of all lanes at once (`llvm_lanes`); of others each lane is computed by itself
+OF_LANES: dict[str, Callable[..., Any]] = {}
 
 
 @dataclass(eq=False)
@@ -92,16 +103,20 @@ class Routine:
     def operand(self, kind: str, number: Any) -> str:
         """LLVM's type and name of a number as one of that kind."""
         number = register(number)
-        if (number.kind, kind) == ("i", "f"):
+        if number.kind == "i" and kind != "i":
             if number.name.startswith("%"):
                 number = self.get("f", f"sitofp i64 {number.name} to {TYPES['f']}")
             else:
                 number = register(float(number.name))
+        if number.kind == "f" and kind.startswith("v"):
+            number = self.spread(kind, number)
         assert number.kind == kind, f"{number} is no number of kind {kind}"
         return f"{TYPES[kind]} {number.name}"
 
     def call(self, name: str, *arguments: Any) -> Value:
-        """A function of floats: an intrinsic, or one of C's library."""
+        """A function of floats, or of each lane: an intrinsic, or one of C's library."""
+        if kind := lanes_among(arguments):
+            return self.in_lanes(kind, OF_LANES.get(name), partial(self.call, name), arguments)
         float_ = TYPES["f"]
         place = f"@llvm.{name}.f64" if name in INTRINSICS else f"@{name}"
         given = ", ".join(self.operand("f", a) for a in arguments)
@@ -109,22 +124,60 @@ class Routine:
         self.declared[place] = f"declare {float_} {place}({types})"
         return self.get("f", f"call {self.fast}{float_} {place}({given})")
 
+    def spread(self, kind: str, number: Value) -> Value:
+        """A number in all lanes."""
+        type_, count = TYPES[kind], int(kind[1:])
+        if not number.name.startswith("%"):
+            return Value(kind, f"<{', '.join([f'double {number.name}'] * count)}>", self)
+        one = self.get(kind, f"insertelement {type_} poison, double {number.name}, i64 0").name
+        places = f"<{count} x i32> zeroinitializer"
+        return self.get(kind, f"shufflevector {type_} {one}, {type_} poison, {places}")
+
+    def lane(self, number: Any, j: int) -> Any:
+        """Lane j; a number is the same in all."""
+        if not lanes_among([number]):
+            return number
+        lanes = register(number)
+        return self.get("f", f"extractelement {TYPES[lanes.kind]} {lanes.name}, i64 {j}")
+
+    def in_lanes(
+        self, kind: str, whole: Any, single: Callable[..., Any], arguments: Sequence[Any]
+    ) -> Any:
+        """A function of lanes: `whole` of all at once, else `single` of one lane after another."""
+        if whole is not None:
+            return whole(self, *(Value(kind, self.operand(kind, a).removeprefix(f"{TYPES[kind]} "),
+                                       self) for a in arguments))  # fmt: skip
+        lanes = [single(*(self.lane(a, j) for a in arguments)) for j in range(int(kind[1:]))]
+        return mapped(partial(self.joined, kind), *lanes)
+
+    def joined(self, kind: str, *numbers: Any) -> Value:
+        """Lanes of numbers."""
+        result = "poison"
+        for j, number in enumerate(numbers):
+            one = self.operand("f", number)
+            result = self.get(kind, f"insertelement {TYPES[kind]} {result}, {one}, i64 {j}").name
+        return Value(kind, result, self)
+
     def binary(self, operator: str, left: Any, right: Any) -> Value:
         """Arithmetic or a comparison of two numbers: of floats if one of them is."""
         of_floats, of_whole = OPERATORS[operator]
         left, right = register(left), register(right)
         kind = "i" if of_whole and left.kind == right.kind == "i" else "f"
+        kind = lanes_among((left, right)) or kind
         word = of_whole if kind == "i" else of_floats
         assert word, f"{operator} of floats is not of the language"
         compared = operator in COMPARISONS
         flags = "" if compared or kind == "i" else self.fast
         one, other = self.operand(kind, left), self.operand(kind, right)
-        return self.get("b" if compared else kind, f"{word} {flags}{one}, {other.split()[1]}")
+        other = other.removeprefix(f"{TYPES[kind]} ")
+        return self.get("b" if compared else kind, f"{word} {flags}{one}, {other}")
 
 
 @dataclass(frozen=True, eq=False)
 class Value:
-    """A number in a register: its kind (f, i or b) and LLVM's name of it."""
+    """A number in a register, or lanes: its kind (f, i, b or v8) and LLVM's name of it."""
+
+    __array_ufunc__ = None  # numpy's arrays leave their operators to this class
 
     kind: str
     name: str = ""
@@ -202,8 +255,17 @@ def register(number: Any) -> Value:
         return Value("b", str(number).lower())
     if isinstance(number, int):
         return Value("i", str(number))
+    if isinstance(number, np.ndarray):
+        lanes = ", ".join(f"double {register(float(e)).name}" for e in number)
+        return Value(f"v{len(number)}", f"<{lanes}>")
     assert isinstance(number, float), f"{number!r} is no number"
     return Value("f", f"0x{struct.pack('>d', number).hex()}")
+
+
+def lanes_among(numbers: Iterable[Any]) -> str:
+    """The kind of the lanes among numbers, "" if there are none."""
+    kinds = (f"v{len(n)}" if isinstance(n, np.ndarray) else getattr(n, "kind", "") for n in numbers)
+    return next((kind for kind in kinds if kind.startswith("v")), "")
 
 
 # -- tuples of numbers -----------------------------------------------------------------------------
@@ -235,54 +297,4 @@ def form(tree: Any) -> Any:
 
 
 def _is_number(leaf: Any) -> bool:
-    return isinstance(leaf, (Value, Array, int, float)) and not isinstance(leaf, bool)
-
-
-# -- what Python decides itself, for numbers that it does not know ---------------------------------
-
-
-def chosen(test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-    """`yes() if test else no()`; both are computed where the test is not known."""
-    if isinstance(test, Value):
-        return mapped(partial(_select, test), yes(), no())
-    return yes() if test else no()
-
-
-def _select(test: Value, yes: Any, no: Any) -> Value:
-    kind = register(yes).kind if register(yes).kind == register(no).kind else "f"
-    one, other = (test.routine.operand(kind, v) for v in (yes, no))
-    return test.routine.get(kind, f"select i1 {test.name}, {one}, {other}")
-
-
-def combined(both: bool, *parts: Any) -> Any:
-    """`and` (or `or`) of all parts, which are all computed: none has an effect."""
-    values = [p for p in parts if isinstance(p, Value)]
-    if any(bool(p) is not both for p in parts if not isinstance(p, Value)):
-        return not both
-    word = "and" if both else "or"
-    return reduce(lambda a, b: a.routine.get("b", f"{word} i1 {a.name}, {b.name}"),
-                  values) if values else both  # fmt: skip
-
-
-def negated(test: Any) -> Any:
-    """`not test`."""
-    if isinstance(test, Value):
-        return test.routine.get("b", f"xor i1 {test.name}, true")
-    return not test
-
-
-def whole(number: Any) -> Any:
-    """`int(number)`."""
-    if isinstance(number, Value):
-        return number.routine.get("i", f"fptosi {number.routine.operand('f', number)} to i64")
-    return int(number)
-
-
-def mathematical(name: str, plain: Callable[..., Any]) -> Callable[..., Any]:
-    """A function of mathematics: `plain` where Python knows its arguments."""
-
-    def function(*arguments: Any) -> Any:
-        values = [a for a in arguments if isinstance(a, Value)]
-        return values[0].routine.call(name, *arguments) if values else plain(*arguments)
-
-    return function
+    return isinstance(leaf, (Value, Array, int, float, np.ndarray)) and not isinstance(leaf, bool)

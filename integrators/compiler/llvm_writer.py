@@ -14,8 +14,10 @@ from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
+from .llvm_decisions import mathematical, whole
+from .llvm_lanes import PRIMITIVES
 from .llvm_statements import CONDITIONS, runnable
-from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, mathematical, whole
+from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, lanes_among
 
 #: decorators: flags of the arithmetic (sums in any order), whether it is written once and called;
 #: all other functions are written where they are called, operation by operation
@@ -41,7 +43,8 @@ class Module:
         functions = {n: mathematical(n, getattr(math, n)) for n, f in names.items()
                      if callable(f) and getattr(math, n, None) is f}  # fmt: skip
         self.names = {**names, **functions, **CONDITIONS, "int": whole,
-                      "zeros": self._zeros}  # fmt: skip
+                      "zeros": self._zeros,
+                      **{name: self._primitive(f) for name, f in PRIMITIVES.items()}}  # fmt: skip
         for node in ast.parse(text).body:
             if isinstance(node, ast.FunctionDef):
                 self.names[node.name] = self._function(node, names[node.name])
@@ -59,12 +62,18 @@ class Module:
         )  # a text has more functions than are called
 
         def inline(*arguments: Any) -> Any:
+            if "helper" in words and (kind := lanes_among(arguments)):
+                return self.routine.in_lanes(kind, None, inline, arguments)
             before, self.routine.fast = self.routine.fast, fast
             returned = run()(*arguments)
             self.routine.fast = before
             return returned
 
         return partial(self._called, node.name, inline) if shared else inline
+
+    def _primitive(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """A function of lanes, written where it is called."""
+        return lambda *arguments: function(self.routine, *arguments)
 
     def text(self) -> str:
         """All that was written."""
@@ -88,7 +97,9 @@ class Module:
 
     def _define(self, head: str) -> None:
         body = [*self.routine.entry, *self.routine.lines]
-        self.written.append("\n".join([f"define {head} {{", "entry:", *body, "}"]))
+        # vectors on the stack must not lie across two lines of the cache: it takes twice the time
+        aligned = " alignstack(64)" if any(" x double>" in line for line in body) else ""
+        self.written.append("\n".join([f"define {head}{aligned} {{", "entry:", *body, "}"]))
 
     def _called(self, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
         """The call of a function that is written once for each form of its arguments."""
@@ -114,6 +125,13 @@ class Module:
 
     def _foreign(self, name: str, *arguments: Any) -> Array:
         """Numbers handed over in memory, and those that come back."""
+        if kind := lanes_among(arguments):
+            length = range(self.foreign[name])
+            one = partial(self._foreign, name)
+            return self.routine.in_lanes(
+                kind, None, lambda *given: (lambda r: tuple(r[i] for i in length))(one(*given)),
+                arguments,
+            )  # fmt: skip
         self.declared[name] = f"declare void @{name}(ptr, ptr)"
         given, result = (self.routine.memory("f", n) for n in (len(arguments), self.foreign[name]))
         for i, argument in enumerate(arguments):

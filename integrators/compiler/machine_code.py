@@ -62,6 +62,13 @@ def _machine() -> Any:
     return target.create_target_machine(cpu, features, opt=3, reloc="pic", codemodel="jitdefault")
 
 
+@cache
+def vector_width() -> int:
+    """The floats that a vector of this processor holds."""
+    features = _host()[1].split(",")
+    return 8 if "+avx512f" in features else 4 if "+avx" in features else 2
+
+
 def compiled(
     name: str, text: str, names: Mapping[str, Any], arrays: Mapping[str, Array]
 ) -> Callable[..., Any]:

@@ -17,6 +17,7 @@ from .dual_system import DualSystem
 from .hamilton_field import field_parts
 from .legendre_inverse import legendre_inverse
 from .one_step_equations import OneStepEquations
+from .stage_equations import no_stages, stage_system
 from .symbols import SceneSymbols
 from .system import step_system
 
@@ -24,5 +25,5 @@ __all__ = [
     "DiscreteEquations", "DiscretisedScene", "DualSystem", "OneStepEquations", "SceneSymbols",
     "absolute_terms", "check_momentum", "check_start", "closed_velocity", "energy", "energy_terms",
     "field_parts", "initial_momentum", "legendre_inverse", "mass_matrix",
-    "momentum", "rates", "step_system", "vector_field",
+    "momentum", "no_stages", "rates", "stage_system", "step_system", "vector_field",
 ]  # fmt: skip

@@ -23,6 +23,8 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
     x, mu = machine.point(run.state)
     last = machine.last_solution(run.lead)
     cause, fix = CAUSES[status], SMALLER
+    if edge.stages is not None and status == NOT_CONVERGED:
+        cause = f"the fixed point of the stages does not contract, and {cause}"
     if context.one_step:
         last = {}  # its slope: no velocity of an arrow
         if status == SINGULAR:

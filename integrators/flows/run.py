@@ -9,7 +9,16 @@ from fractions import Fraction
 import numpy as np
 
 from ..bisections import EdgePolicy, StepContext
-from ..compiler import CORRECTIONS, FARTHEST, LAST_SIZE, MOST, Run
+from ..compiler import (
+    CONTRACTION,
+    CORRECTIONS,
+    FARTHEST,
+    LAST_SIZE,
+    MOST,
+    SWEEPS,
+    Run,
+    taken_over,
+)
 from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
 from ..numbers import Matrix, Vector
@@ -18,6 +27,7 @@ from .initial_state import Start
 
 #: steps between two reports of progress: some hundredths of a second, compiled and at many digits
 CHUNK, CHUNK_OF_DIGITS = 2**19, 64
+STRETCH = 64  # steps by Newton before a fixed point is tried again
 
 
 @dataclass(frozen=True)
@@ -31,7 +41,9 @@ class Trajectory:
     margin: the smallest of all steps in the charts of groups (`chart_margin.Position`; 1 where
     there is no edge; a lower bound for the exponential where it has no closed form). edges: how
     often the edge was met and got past; translates (r,): the number of the element B of the cover
-    with g = τ(hu) B, 0 for e.
+    with g = τ(hu) B, 0 for e. solver: how steps were solved ("fixed point", "Newton", or both with
+    the number of steps by Newton); of a fixed point, iterations are its sweeps, and contraction is
+    what a sweep leaves of an error, in the step that took most.
     """
 
     t: Vector
@@ -47,6 +59,8 @@ class Trajectory:
     margin: float
     edges: int
     translates: Vector
+    solver: str = "Newton"
+    contraction: float = 0.0
 
 
 def run_from(
@@ -62,12 +76,15 @@ def run_from(
     branch: the number of the branch of the step before, if it is known. Raises `StepFailure`, with
     the rows so far, if a step cannot be solved.
     """
-    machine, c = edge.machine, edge.coefficients(start.translate)
+    if edge.stages is not None:
+        machine, c = edge.stages, edge.stages.c
+    else:
+        machine, c = edge.machine, edge.coefficients(start.translate)
     run = machine.buffers(machine.lead(start.x, start.mu, c, start.guess), steps, every)
     run.translate = start.translate
     edge.begin(run, branch)
-    status = _advance(edge, run, progress)
-    rows = _rows(edge.context, run, -(-run.index // every) if status else steps // every + 1)
+    status = _advance(edge, run, progress, start.guess)
+    rows = _rows(edge, run, -(-run.index // every) if status else steps // every + 1)
     if status:
         raise failure_of_run(edge, run, status, rows)
     return rows
@@ -95,11 +112,29 @@ def _velocity(context: StepContext, run: Trajectory, row: int) -> Vector:
     return context.vector(run.u[row], run.u.shape[1])
 
 
-def _advance(edge: EdgePolicy, run: Run, progress: Callable[[int], None] | None) -> int:
-    """Advance to the run's end or a step that fails; the last status."""
+def _advance(
+    edge: EdgePolicy, run: Run, progress: Callable[[int], None] | None, guess: Vector
+) -> int:
+    """Advance to the run's end or a step that fails; the last status.
+
+    Where the fixed point of the stages does not contract, Newton takes over for a while, twice as
+    long each time.
+    """
     chunk = CHUNK if edge.context.numbers.dtype is np.float64 else CHUNK_OF_DIGITS
+    stages, stretch, until = edge.stages, STRETCH, 0
+    fixed = stages is not None
     while True:
-        status = edge.machine.advance(run, min(run.steps, run.index + chunk))
+        stop = min(run.steps, run.index + chunk)
+        if stages is not None and fixed:
+            status = stages.advance(run, stop)
+            if status:
+                taken_over(run, stages, edge.machine, guess)
+                fixed, until, stretch = False, run.index + stretch, 2 * stretch
+                continue
+        else:
+            first, stop = run.index, min(stop, until) if stages is not None else stop
+            status = edge.machine.advance(run, stop)
+            run.by_newton += run.index - first
         ended = run.index == run.steps
         if status in edge.handles:
             status = edge.resume(run, status)
@@ -107,10 +142,14 @@ def _advance(edge: EdgePolicy, run: Run, progress: Callable[[int], None] | None)
             progress(run.index)
         if status or ended:
             return status
+        if stages is not None and not fixed and run.index >= until:
+            taken_over(run, edge.machine, stages, guess)
+            fixed = True
 
 
-def _rows(context: StepContext, run: Run, count: int) -> Trajectory:
+def _rows(edge: EdgePolicy, run: Run, count: int) -> Trajectory:
     """The first `count` rows of a run."""
+    context = edge.context
     index, public = np.arange(count, dtype=np.int64) * run.every, context.numbers.public
     totals, us = run.totals, run.us[:count]
     if isinstance(context.geometry, OneStepGeometry) and count:
@@ -130,4 +169,14 @@ def _rows(context: StepContext, run: Run, count: int) -> Trajectory:
         margin=margin_of(totals[FARTHEST]),
         translates=run.translates[:count],
         edges=run.changes,
+        solver=_solver(edge, run),
+        contraction=float(totals[CONTRACTION] ** (1 / max(1, totals[SWEEPS]))),
     )
+
+
+def _solver(edge: EdgePolicy, run: Run) -> str:
+    if edge.stages is None:
+        return "Newton"
+    if not run.by_newton:
+        return "fixed point"
+    return f"fixed point, Newton in {run.by_newton} of {run.index} steps"

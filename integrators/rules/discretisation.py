@@ -14,6 +14,7 @@ from typing import Any
 
 from ..errors import BadInput
 from ..numbers.types import Column, Expression, Letter
+from .quadrature import GaussNodes
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,8 @@ class Discretisation:
     source: str = ""
     stages: int = 0
     splits: bool = False  # it treats the scene's fast potential L.fast(x) apart
+    #: where L_d is that of a polynomial with as many Gauss nodes as its degree: collocation
+    gauss_nodes: GaussNodes | None = None
 
     def applies(self, scene: Any) -> bool:
         """Whether the scene has all that the rule needs; `own` needs a discrete Lagrangian."""

@@ -43,6 +43,16 @@ class NodeValue:
             return (_legendre(j + 1, x)[0] - _legendre(j - 1, x)[0]) / (4 * j + 2)
 
 
+@dataclass(frozen=True)
+class GaussNodes:
+    """Gauss quadrature with so many nodes; called with digits: (node, weight) in order."""
+
+    count: int
+
+    def __call__(self, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
+        return rule("gauss", self.count, digits)
+
+
 @lru_cache(maxsize=64)
 def rule(family: str, count: int, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
     """(node, weight) in order, of "gauss" (count ≥ 1) or "lobatto" (count ≥ 2)."""

@@ -105,6 +105,8 @@ def _work(scheme: Scheme) -> list[str]:
     made = savings_made(flow)
     unknowns = len(flow.system.w)
     how = "one linear solve" if made["direct"] else "Newton's iteration"
+    if flow.stages is not None:
+        how = "a fixed point (Newton where that does not contract)"
     found = [f"unknowns       {unknowns} a step, by {how}"]
     found += [f"left out       {words}" for name, words in SAVINGS.items() if made[name]]
     try:
@@ -115,6 +117,8 @@ def _work(scheme: Scheme) -> list[str]:
     (timing,) = race([lambda: flow.trajectory(20 * STEPS, 20 * STEPS)], 0.3)
     cost = f"{timing.median / (20 * STEPS) * 1e6:.3g} µs"
     try:
+        if flow.stages is not None:
+            raise CannotMeasure("the operations are those of Newton's kernels")
         solve, update = operations(flow)
         cost = f"{solve * corrections + update:.0f} operations, {cost}"
     except CannotMeasure:

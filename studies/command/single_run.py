@@ -92,7 +92,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "retraction": scene.groupoid.retraction, "digits": digits,
         "step": float(step), "steps": run.steps,
         "t": numbers(run.t), "x": numbers(run.x), "u": numbers(run.u), "mu": numbers(run.mu),
-        "newton": {"mean": run.newton_mean, "max": run.newton_max},
+        "newton": {"mean": run.newton_mean, "max": run.newton_max, "solver": run.solver},
         "margin": run.margin, "edges": run.edges,
         "energy_error": None if off is None or not isfinite(off) else off,
         "seconds": seconds, "failure": None if failure is None else str(failure),
@@ -135,7 +135,8 @@ def _print_run(run: dict[str, Any]) -> None:
     print(f"{run['scene']} by {run['rule']}: {run['steps']} steps of {run['step']:.6g} "
           f"in {run['seconds']:.3g} s (with compilation, if it was the first time)")  # fmt: skip
     print(
-        f"Newton corrections a step: {run['newton']['mean']:.3f} mean, {run['newton']['max']} most"
+        f"{run['newton']['solver']}, corrections a step: "
+        f"{run['newton']['mean']:.3f} mean, {run['newton']['max']} most"
     )
     if run["margin"] < 1:
         met = f"; its edge was met {run['edges']} times" if run["edges"] else ""

@@ -52,6 +52,7 @@ class _Flow(Flow):
     """A flow with its kernels as Python, and a change of their text."""
 
     edit: Edit | None = None
+    stages = None  # the faults are in Newton's kernels
 
     @cached_property
     def _kernels(self) -> Kernels:

@@ -317,7 +317,7 @@ def test_double_precision_is_50_digits_rounded(scene, rule):
     for part in ("x", "u", "mu"):
         gap = np.abs(getattr(short, part) - getattr(long, part).astype(float))
         assert gap.max(initial=0) < 2e-14
-    assert 1 < short.newton_mean < 4
+    assert 1 < short.newton_mean < 12  # sweeps of a fixed point
     sparse = flow_of(scene, rule, digits=16).trajectory(20, 5)
     assert np.array_equal(sparse.mu, short.mu[::5])
     assert short.u.shape == (21, len(SCENES[scene].v0))

@@ -1,0 +1,128 @@
+"""Vectors of lanes as numpy's arrays: what Python runs where machine code has vectors.
+
+And the tables of Gauss nodes, which machine code has as constants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import reduce
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..numbers import Arithmetic, LazyModule
+from ..numbers.types import Mpf, Number, Vector
+
+mpmath: Any = LazyModule("mpmath")
+
+#: digits ↦ (node, weight) in order, on [0, 1]
+Nodes: TypeAlias = Callable[[int], Sequence[tuple[Mpf, Mpf]]]
+#: sweeps of a fixed point for each digit: more, and Newton's method is the better one
+SWEEPS = 4
+
+
+def lane_namespace(nodes: Nodes, count: int, numbers: Arithmetic, widest: int) -> dict[str, Any]:
+    """What the text of a collocation step uses, beside its own functions.
+
+    widest: lanes of a vector in machine code.
+    """
+    width = count if numbers.digits > 16 else min(widest, 2 ** (count - 1).bit_length())
+    functions = {
+        name: elementwise(f) for name, f in numbers.namespace().items()
+        if callable(f) and name.islower() and name not in ("zeros", "array", "linear_solve")
+    }  # fmt: skip
+    own = {} if numbers.digits == 16 else {**functions, "helper": elementwise}
+    return own | {
+        "lane": lambda v, j: v[j],
+        "total": lambda v: sum(v),
+        "larger": np.maximum,
+        "largest": max,
+        "read_lanes": lambda a, i, count: a[i : i + count].copy(),
+        "write_lanes": _write,
+        "WIDTH": width,
+        **tables(nodes, count, width, numbers),
+        "MOST_SWEEPS": SWEEPS * numbers.digits,
+    }  # fmt: skip
+
+
+def _write(array: Vector, index: int, lanes: Vector, count: int) -> None:
+    array[index : index + count] = lanes
+
+
+def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of numbers, also of arrays: of each lane by itself."""
+
+    def of_lanes(*given: Any) -> Any:
+        length = next((len(g) for g in given if isinstance(g, np.ndarray)), None)
+        if length is None:
+            return function(*given)
+        rows = [
+            function(*(g[j] if isinstance(g, np.ndarray) else g for g in given))
+            for j in range(length)
+        ]
+        if not isinstance(rows[0], (tuple, list, np.ndarray)):
+            return np.array(rows, dtype=object)
+        return tuple(np.array(column, dtype=object) for column in zip(*rows, strict=True))
+
+    return of_lanes
+
+
+def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[str, Any]:
+    """MU, WEIGHTS, OF_VELOCITY, OF_MOMENTUM of `stage_driver`: of each part, columns of lanes.
+
+    μ_ij = a_ij/b_j, of which the smaller one of a pair is 1 less the other: exact in binary.
+    """
+    with mpmath.workdps(numbers.digits + 30):
+        c, b = zip(*nodes(numbers.digits + 30), strict=True)
+        basis = [_lagrange(c, j) for j in range(count)]
+        mu = [[numbers.number(_integral(basis[j], c[i]) / b[j]) for j in range(count)]
+              for i in range(count)]  # fmt: skip
+        for i in range(count):
+            mu[i][i] = numbers.number(mpmath.mpf(1) / 2)
+            for j in range(i):
+                low, high = ((i, j), (j, i)) if mu[i][j] < mu[j][i] else ((j, i), (i, j))
+                mu[low[0]][low[1]] = 1 - mu[high[0]][high[1]]
+        later = [1 + e for e in c]
+        ends = (*c, mpmath.mpf(1))
+        extended = [_lagrange(ends, j) for j in range(count + 1)]
+        velocity = [[numbers.number(_at(e, t)) for e in basis] for t in later]
+        momentum = [[numbers.number(_at(e, t)) for e in extended] for t in later]
+        weights = [[numbers.number(e)] for e in b]
+    none = [0 * weights[0][0]]
+    return {
+        "MU": _parts(mu, width, numbers, mu[-1]),
+        "WEIGHTS": tuple(part[0] for part in _parts(weights, width, numbers, none)),
+        "OF_VELOCITY": _parts(velocity, width, numbers, velocity[-1]),
+        "OF_MOMENTUM": _parts(momentum, width, numbers, momentum[-1]),
+    }
+
+
+def _parts(
+    rows: list[list[Number]], width: int, numbers: Arithmetic, last: list[Number]
+) -> tuple[tuple[Vector, ...], ...]:
+    """The columns of each `width` rows as lanes; `last` fills lanes without a row."""
+    filled = rows + [last] * (-len(rows) % width)
+    return tuple(
+        tuple(np.array(column, dtype=numbers.dtype) for column in zip(*part, strict=True))
+        for part in (filled[i : i + width] for i in range(0, len(filled), width))
+    )
+
+
+def _lagrange(nodes: Sequence[Mpf], j: int) -> list[Mpf]:
+    """Coefficients, from the constant on, of the polynomial that is 1 at node j, 0 at others."""
+    p = [mpmath.mpf(1)]
+    for k, node in enumerate(nodes):
+        if k != j:
+            shifted, same = [0, *p], [*p, 0]
+            p = [(a - node * e) / (nodes[j] - node) for a, e in zip(shifted, same, strict=True)]
+    return p
+
+
+def _at(p: list[Mpf], t: Mpf) -> Mpf:
+    return reduce(lambda total, e: total * t + e, reversed(p))
+
+
+def _integral(p: list[Mpf], t: Mpf) -> Mpf:
+    """∫₀ᵗ of a polynomial."""
+    return _at([mpmath.mpf(0), *(e / (i + 1) for i, e in enumerate(p))], t)

@@ -1,0 +1,91 @@
+"""What is computed in all lanes of a vector at once: sums, sizes, sines.
+
+A lane is a stage of a rule, and one instruction computes four or eight of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from .llvm_values import OF_LANES, TYPES, Array, Value, lanes_among
+
+
+def of_lanes(name: str) -> Callable[[Any], Any]:
+    """Decorator: this computes the function of that name in all lanes."""
+
+    def keep(function: Any) -> Any:
+        OF_LANES[name] = function
+        return function
+
+    return keep
+
+
+def _intrinsic(routine: Any, name: str, *lanes: Value) -> Value:
+    """An intrinsic of LLVM's that has a form for vectors."""
+    kind = lanes[0].kind
+    place, type_ = f"@llvm.{name}.{kind}f64", TYPES[kind]
+    types = ", ".join([type_] * len(lanes))
+    routine.declared[place] = f"declare {type_} {place}({types})"
+    given = ", ".join(f"{type_} {e.name}" for e in lanes)
+    return routine.get(kind, f"call {routine.fast}{type_} {place}({given})")
+
+
+OF_LANES["sqrt"] = lambda routine, x: _intrinsic(routine, "sqrt", x)
+OF_LANES["fabs"] = lambda routine, x: _intrinsic(routine, "fabs", x)
+
+
+# -- what the driver of the stages asks for --------------------------------------------------------
+
+
+def lane(routine: Any, numbers: Any, j: int) -> Any:
+    """Lane j as a number."""
+    return routine.lane(numbers, j)
+
+
+def total(routine: Any, numbers: Any) -> Any:
+    """The sum of all lanes, in any order."""
+    kind = numbers.kind
+    place = f"@llvm.vector.reduce.fadd.{kind}f64"
+    routine.declared[place] = f"declare double {place}(double, {TYPES[kind]})"
+    zero = "double 0x8000000000000000"
+    return routine.get("f", f"call reassoc double {place}({zero}, {TYPES[kind]} {numbers.name})")
+
+
+def larger(routine: Any, one: Any, other: Any) -> Any:
+    """The larger number in each lane; the second where one of them is no number."""
+    kind = lanes_among([one, other]) or "f"
+    a, b = routine.operand(kind, one), routine.operand(kind, other)
+    test = f"<{kind[1:]} x i1>" if kind != "f" else "i1"
+    bare = b.removeprefix(f"{TYPES[kind]} ")
+    above = routine.get("b", f"fcmp ogt {a}, {bare}").name
+    return routine.get(kind, f"select {test} {above}, {a}, {b}")
+
+
+def largest(routine: Any, numbers: Any) -> Any:
+    """The largest lane; no number where the last lane is none."""
+    count = int(numbers.kind[1:])
+    while count > 1:
+        type_, half = TYPES[numbers.kind], count // 2
+        parts = []
+        for first in (0, count - half):
+            places = ", ".join(f"i32 {first + j}" for j in range(half))
+            cut = f"shufflevector {type_} {numbers.name}, {type_} poison, <{half} x i32> <{places}>"
+            parts.append(routine.get(f"v{half}", cut))
+        numbers, count = larger(routine, *parts), half
+    return routine.lane(numbers, 0)
+
+
+def read_lanes(routine: Any, array: Array, index: Any, count: int) -> Any:
+    """Entries of an array from `index` on as lanes."""
+    place = array._place(index)
+    return routine.get(f"v{count}", f"load {TYPES[f'v{count}']}, ptr {place}, align 8")
+
+
+def write_lanes(routine: Any, array: Array, index: Any, numbers: Any, count: int) -> None:
+    """Lanes into an array from `index` on."""
+    place = array._place(index)
+    routine.do(f"store {routine.operand(f'v{count}', numbers)}, ptr {place}, align 8")
+
+
+PRIMITIVES = {f.__name__: f for f in (lane, total, larger, largest, read_lanes, write_lanes)}

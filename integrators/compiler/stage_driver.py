@@ -1,0 +1,264 @@
+"""The driver of collocation: a step is a fixed point, its stages are the lanes of vectors.
+
+As `driver`, this is text of a module: `stage_text` puts it behind the kernels. Stages that are more
+than a vector has lanes are several vectors, its parts, so that numbers stay in registers: w, π and
+their like are tuples, over the parts, of tuples over the components, of lanes. For each part MU
+(μ_ij, a column for each j, μ_ij + μ_ji = 1 exactly), WEIGHTS (b), OF_VELOCITY and OF_MOMENTUM (from
+the nodes of a step to those of the next) come from `lanes.tables`.
+"""
+
+# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
+# mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
+
+
+def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mus, counts, totals):
+    """Step from `index` to `stop`, write each every-th row; returns (index, status).
+
+    As `driver.advance`, with the stages of the last step as memory.
+    """
+    x, mu, ex, emu = tuple([load(state, at) for at in LAYOUT.parts[:4]])
+    c = load(coefficients[0], slice(0, RULE.width))
+    weights = tuple([c[0] * e for e in WEIGHTS])
+    age = int(state[LAYOUT.memory])
+    memory = LAYOUT.memory + 1
+    u = load(state, slice(memory, memory + LAYOUT.m))
+    lost = load(state, slice(memory + LAYOUT.m, memory + 2 * LAYOUT.m))
+    stages = memory + 2 * LAYOUT.m
+    xi = load_lanes(state, stages)
+    mz = load_lanes(state, stages + LAYOUT.m * LAYOUT.lanes)
+    total_count, most, size = load(totals, slice(CORRECTIONS, FARTHEST))
+    farthest, reach = totals[FARTHEST], totals[REACH]
+    shrunk, sweeps = totals[CONTRACTION], totals[SWEEPS]
+    status = OK
+    row = (index + every - 1) // every
+    wait = row * every - index
+    while index < stop:
+        if wait == 0:
+            save(xs[row], 0, x)
+            save(mus[row], 0, mu)
+        w, p = guess(RULE, x, mu, xi, mz, weights, c, age)
+        end, xi, mz, lost, count, size, ratio, apart, status = collocate(
+            RULE, x, mu, w, p, lost, xi, mz, weights, c
+        )
+        total_count += count
+        if count > most:
+            most, shrunk, sweeps = count, ratio, 1.0 * apart
+        if status != OK:
+            break
+        if RULE.watched:
+            farthest, status = watch(RULE, x, end[0], farthest, reach, c)
+            if status != OK:
+                break
+        u = tuple([e / c[0] for e in end[0]])
+        if wait == 0:
+            save(us[row], 0, u)
+            counts[row] = count
+            row += 1
+            wait = every
+        dx, dmu = RULE.update(x, end[0], end[1], end[2], end[3], ex, emu, c)
+        x, ex = accumulate(x, dx)
+        mu, emu = accumulate(mu, dmu)
+        age = 1
+        wait -= 1
+        index += 1
+    save(state, 0, x + mu + ex + emu)
+    state[LAYOUT.memory] = 1.0 * age
+    save(state, memory, u + lost)
+    save_lanes(state, stages, xi)
+    save_lanes(state, stages + LAYOUT.m * LAYOUT.lanes, mz)
+    save(totals, CORRECTIONS, (total_count, most, size))
+    totals[FARTHEST] = farthest
+    totals[CONTRACTION] = shrunk
+    totals[SWEEPS] = sweeps
+    return index, status
+
+
+def load_lanes(state, at):
+    """All parts of m components."""
+    return tuple(
+        [
+            tuple(
+                [read_lanes(state, at + (q * LAYOUT.m + i) * WIDTH, WIDTH) for i in range(LAYOUT.m)]
+            )
+            for q in range(PARTS)
+        ]
+    )
+
+
+def save_lanes(state, at, parts):
+    """Write all parts of m components."""
+    for i, v in enumerate(sum(parts, ())):
+        write_lanes(state, at + i * WIDTH, v, WIDTH)
+
+
+def guess(system, x, mu, xi, mz, weights, c, age):
+    """(w, π) at the nodes: velocity and momentum of the last step, which no chart has a part in,
+    continued as polynomials and brought into the chart at x."""
+    if age == 0:
+        none = tuple([tuple([0 * b for e in mu]) for b in weights])
+        return none, tuple([tuple([a + e for a, e in zip(part, mu)]) for part in none])
+    v, momenta = at_nodes(OF_VELOCITY, xi), at_nodes(OF_MOMENTUM, mz)
+    momenta = tuple(
+        [
+            tuple([a + table[-1] * e for a, e in zip(part, mu)])
+            for table, part in zip(OF_MOMENTUM, momenta)
+        ]
+    )
+    w = at_nodes(MU, times(weights, v))
+    if system.rotating:
+        for _ in range(INNER):
+            turned = tuple([system.moved(x, a, b, c) for a, b in zip(w, v)])
+            w = at_nodes(MU, times(weights, turned))
+        momenta = tuple([system.pulled(x, a, b, c) for a, b in zip(w, momenta)])
+    return w, momenta
+
+
+def at_nodes(tables, parts):
+    """Σ_j table[j] value_j at all nodes, of each component."""
+    return tuple(
+        [
+            tuple(
+                [
+                    balanced(
+                        [table[j] * lane(parts[j // WIDTH][i], j % WIDTH) for j in range(COUNT)]
+                    )
+                    for i in range(len(parts[0]))
+                ]
+            )
+            for table in tables
+        ]
+    )
+
+
+def balanced(terms):
+    """Their sum, in two halves: the longest path is half as long."""
+    half = len(terms) // 2
+    return sum(terms[:half]) + sum(terms[half:])
+
+
+def times(weights, parts):
+    """Each lane of each component, weighted."""
+    return tuple([tuple([b * e for e in part]) for b, part in zip(weights, parts)])
+
+
+def totals_of(parts):
+    """Σ over all stages of each component."""
+    return tuple([sum([total(part[i]) for part in parts]) for i in range(len(parts[0]))])
+
+
+def collocate(system, x, mu, w, p, lost, xi, mz, weights, c):
+    """((w₁, π₁, Σhbπ̇, Σhbf), ξ and μ at the nodes, π₀ − μ, sweeps, last change, ratio of changes
+    above round-off and the sweeps between these, status).
+
+    Sweeps are repeated until the next one would change less than round-off, or changes are
+    round-off and do not shrink; changes are compared with the size of each component. π₀ − μ is
+    corrected only where it is off by more than the stages: it would hand their errors on undamped.
+    """
+    none = tuple([0.0 for e in mu])
+    of_w, of_p, end, sum_p, sum_f, last = (
+        none,
+        none,
+        none,
+        none,
+        tuple([0.0 for _ in range(system.turning)]),
+        none,
+    )
+    before, best, stale, count, status = HUGE, HUGE, 0, 0, OK
+    first, ratio, apart = HUGE, 0.0, 0
+    gate, whole, change, going = 0.0, 0.0, HUGE, True
+    while going:
+        fields = tuple([system.field(x, a, b, c) for a, b in zip(w, p)])
+        dw = times(weights, tuple([e[0] for e in fields]))
+        dp = times(weights, tuple([e[1] for e in fields]))
+        xi, mz = tuple([e[3] for e in fields]), tuple([e[4] for e in fields])
+        new_w = at_nodes(MU, dw)
+        start = tuple([b + e for b, e in zip(lost, mu)])
+        new_p = tuple([plus(part, start) for part in at_nodes(MU, dp)])
+        if count < 2:
+            of_w, of_p = scales(new_w), scales(new_p)
+            whole = smallest(of_p)
+            gate = norm(lost) * whole / 8
+            gate = 1 / 64 if gate == 0 else gate
+        change = largest_change(w, new_w, of_w, p, new_p, of_p)
+        w, p, count = new_w, new_p, count + 1
+        rate = change / before if before < HUGE else 1.0
+        stale = 0 if change < best else stale + 1
+        best = change if change < best else best
+        if count == 2:
+            first = change
+        elif count > 2 and change > NOISE:
+            ratio, apart = change / first, count - 2
+        before = change
+        settled = count > 1 and (
+            change * rate <= SMALLEST * EPS or (stale > 0 and change < 64 * EPS)
+        )
+        if stale > 2 or count >= MOST_SWEEPS or not change < HUGE:
+            settled = stale > 2 and change < NOISE
+            status = OK if settled else NOT_CONVERGED if change < HUGE else SINGULAR
+            going = False
+        if settled or (system.shifted and change < gate):
+            end, sum_p = totals_of(dw), totals_of(dp)
+            sum_f = totals_of(times(weights, tuple([e[2] for e in fields])))
+            last = tuple([(a + b) + e for a, b, e in zip(sum_p, lost, mu)])
+            going = going and not settled
+            if system.shifted:
+                more = system.shift(x, end, last, sum_p, sum_f, lost, c)
+                off = norm(more) * whole
+                last = plus(last, more)
+                if (settled or 2 * change < off) and off > 8 * EPS and status == OK:
+                    lost, p = plus(lost, more), tuple([plus(part, more) for part in p])
+                    before, best, stale, gate = HUGE, HUGE, 0, off / 16
+                    going = count < MOST_SWEEPS
+                    status = OK if going else NOT_CONVERGED
+    if not norm(end) + norm(last) < HUGE:
+        status = SINGULAR
+    return (end, last, sum_p, sum_f), xi, mz, lost, count, change, ratio, apart, status
+
+
+def scales(parts):
+    """1/|component|, none beyond a thousand times the smallest of them."""
+    sizes = tuple(
+        [largest(largest_of(tuple([abs(part[i]) for part in parts]))) for i in range(len(parts[0]))]
+    )
+    most = largest_of(sizes)
+    return tuple([1 / larger(e, most / 1024 + 1 / HUGE) for e in sizes])
+
+
+def largest_of(numbers):
+    """The largest of some numbers, or in each lane."""
+    most = numbers[0]
+    for e in numbers[1:]:
+        most = larger(most, e)
+    return most
+
+
+def smallest(numbers):
+    """The least of some numbers."""
+    least = HUGE
+    for e in numbers:
+        least = e if e < least else least
+    return least
+
+
+def largest_change(w, new_w, of_w, p, new_p, of_p):
+    """The largest change of a component at a node, by the component's size."""
+    changes = 0 * w[0][0]
+    for a, b, e, f in zip(w, new_w, p, new_p):
+        for old, new, scale in zip(a + e, b + f, of_w + of_p):
+            changes = larger(abs(old - new) * scale, changes)
+    return largest(changes)
+
+
+def watch(system, x, w, farthest, reach, c):
+    """(the largest size so far, status): whether the step is beyond the edge of its chart."""
+    sizes, rests = system.extents(x, w, c)
+    for size in tuple([abs(e) for e in sizes]) + tuple([of_rest(e) for e in rests]):
+        if not size <= reach:
+            return farthest, EDGE
+        farthest = size if size > farthest else farthest
+    return farthest, OK
+
+
+def of_rest(rest):
+    """The size of what is 0 at the edge and negative beyond."""
+    return 1 / (rest * rest) if rest > 0 else HUGE

@@ -1,0 +1,52 @@
+"""A rule with stages on Gauss nodes as a collocation method, as plain data for the compiler."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..numbers.types import Assignment, Column, Expression, Letters, SymbolicMatrix
+
+
+@dataclass(frozen=True, eq=False)
+class StageSystem:
+    """The vector field in canonical coordinates (w, π) of the chart at x, and the ends of a step.
+
+    Derived in `equations.stage_equations`, where the letters are explained. q: h first, then the
+    parameters; x, w, p, xi, m: letters of the base point, of w, π, ξ and of μ = Lᵀπ; dp, turn:
+    letters of the sums Σ h b_i π̇_i and Σ h b_i f_i.
+    nodes: of `count` nodes, called with digits it gives (node, weight) in order, on [0, 1].
+
+    before, after: definitions of the field that ξ needs and that need ξ; mass, right: the equations
+    mass·ξ = right; rates: (ẇ, π̇), turned: f, in these letters. moved: L(x, w) ξ, pulled:
+    L(x, w)⁻ᵀ m; both None where L = 1. right_field: R(x, w); gain: μ′ − μ, increment: x′ − x, from
+    w, p, dp, turn at the end of a step. extents: as in `System`.
+    """
+
+    name: str
+    nodes: Any
+    q: Letters
+    x: Letters
+    w: Letters
+    p: Letters
+    xi: Letters
+    m: Letters
+    dp: Letters
+    turn: Letters
+    before: tuple[Assignment, ...]
+    mass: SymbolicMatrix
+    right: Column
+    after: tuple[Assignment, ...]
+    rates: tuple[Column, Column]
+    turned: Column
+    moved: Column | None
+    pulled: Column | None
+    right_field: SymbolicMatrix
+    gain: Column
+    increment: Column
+    extents: tuple[tuple[str, Expression], ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Stages."""
+        return int(self.nodes.count)

@@ -1,0 +1,187 @@
+"""The text of a collocation step: kernels with a stage in each lane, and their driver.
+
+`field(x, w, p, c) → (ẇ, π̇, f, ξ, μ)` in lanes; and of the ends of a step, in plain numbers,
+`shift(x, w, p, dp, turn, lost, c) → change of π₀ − μ`, `update(x, w, p, dp, turn, ex, eμ, c) →
+(dx, dμ)`, `extents(x, w, c)`; and for the start of the iteration `moved(x, w, ξ, c) → L ξ`,
+`pulled(x, w, μ, c) → L⁻ᵀ μ`, in lanes again. The first coefficient is h.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ..numbers import Coefficients, function_text, sympy, with_tables
+from ..numbers.types import Assignment, Expression, Expressions, Letter
+from .elimination import Equations, solve
+from .layout import StageLayout
+from .stage_system import StageSystem
+
+
+class NoShortForm(Exception):
+    """A linear system that is solved by a loop over rows, which lanes do not have."""
+
+
+def stage_text(system: StageSystem) -> str:
+    """The text of all kernels of a collocation step, and of its driver."""
+    kernels = StageText(system)
+    text = kernels.text  # which finds the coefficients
+    layout = StageLayout(n=len(system.x), m=len(system.w), solved=len(system.w), reused=0,
+                         width=len(kernels.coefficients.values), iterated=True,
+                         count=system.count)  # fmt: skip
+    facts = [
+        f"LAYOUT = {layout}",
+        f"COUNT, PARTS = {system.count}, -(-{system.count} // WIDTH)",
+        f"RULE = {kernels.record}",
+        "SYSTEMS = RULE,",
+        "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 32",
+    ]
+    files = (Path(__file__).with_name(f"{n}.py") for n in ("stage_driver", "tuple_operations"))
+    driver = "\n\n".join(file.read_text(encoding="utf-8") for file in files)
+    for name in ("at_nodes", "balanced", "times"):
+        driver = driver.replace(f"def {name}(", f"@kernel\ndef {name}(")
+    parts = [f"# {system.name}", text, "\n".join(facts), driver]
+    return with_tables("\n\n".join(parts))
+
+
+class StageText:
+    """Writes the kernels of a collocation step.
+
+    Raises `NoShortForm` where the mass matrix is too large to be eliminated in lanes.
+    """
+
+    def __init__(self, system: StageSystem) -> None:
+        self.system = system
+        self.coefficients = Coefficients(system.q)
+        self.coefficients.symbol(system.q[0])
+
+    def _hoist(self, entries: Expressions) -> list[Expression]:
+        return [self.coefficients.hoist(e) for e in entries]
+
+    def _written(self, assignments: Any) -> list[Assignment]:
+        return [(list(letters), self._hoist(values)) for letters, values in assignments]
+
+    def _function(
+        self,
+        name: str,
+        arguments: dict[str, Any],
+        results: Sequence[Expressions],
+        before: list[Assignment],
+    ) -> str:
+        c = [f"c{i}" for i in range(len(self.coefficients.values))]
+        return f"@kernel\n{function_text(name, {**arguments, 'c': c}, results, before)}"
+
+    @cached_property
+    def turning(self) -> list[int]:
+        """The entries of f that are no entries of π̇, and not 0."""
+        force, pairs = (
+            self.system.turned,
+            zip(self.system.turned, self.system.rates[1], strict=True),
+        )
+        return [i for i, (f, p) in enumerate(pairs) if f != p and force[i] != 0]
+
+    @cached_property
+    def shifted(self) -> bool:
+        """Whether π₀ is not μ: only where R is not 1, or f not π̇."""
+        return self.system.right_field != sympy.eye(len(self.system.w)) or bool(self.turning)
+
+    @cached_property
+    def text(self) -> str:
+        """All functions."""
+        system = self.system
+        kernels = [self._field(), self._update()]
+        if self.shifted:
+            kernels.append(self._shift())
+        if system.moved is not None and system.pulled is not None:
+            for name, letters, values in (("moved", system.xi, system.moved),
+                                          ("pulled", system.m, system.pulled)):  # fmt: skip
+                given = {"x": system.x, "w": system.w, "given": letters}
+                kernels.append(self._function(name, given, [self._hoist(values)], []))
+        if system.extents:
+            kinds = [self._hoist([e for kind, e in system.extents if kind == wanted])
+                     for wanted in ("size", "rest")]  # fmt: skip
+            given = {"x": system.x, "w": system.w}
+            kernels.append(self._function("extents", given, list(kinds), []))
+        numbered = {s: sympy.Symbol(f"q{i}", real=True) for i, s in enumerate(system.q)}
+        c = [e.xreplace(numbered) for e in self.coefficients.values]
+        kernels.append(function_text("prepare", {"q": numbered.values()}, [c]))
+        kernels.append("def carry(x, c):\n    return ()\n")
+        return "\n\n".join(kernels)
+
+    @property
+    def record(self) -> str:
+        """What the driver is given."""
+        system = self.system
+        names = ["field", "update", "prepare", "carry"]
+        names += ["shift"] * self.shifted + ["extents"] * bool(system.extents)
+        names += ["moved", "pulled"] * (system.moved is not None)
+        facts = {"affine": False, "watched": bool(system.extents), "shifted": self.shifted,
+                 "turning": len(self.turning),
+                 "rotating": system.moved is not None,
+                 "width": len(self.coefficients.values)}  # fmt: skip
+        entries = {name: name for name in names} | facts
+        return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
+
+    # -- the kernels ----------------------------------------------------------------------------
+
+    def _field(self) -> str:
+        system = self.system
+        before = self._written(system.before)
+        order = list(range(len(system.w)))
+        xi, steps = solve(system.mass, system.right, self.coefficients, order)
+        for letters, values in steps:
+            if isinstance(values, Equations):
+                raise NoShortForm("the mass matrix ties many velocities together")
+            before.append((letters, self._hoist(values)))
+        before.append((list(system.xi), self._hoist(xi)))
+        before += self._written(system.after)
+        wdot, pdot = map(self._hoist, system.rates)
+        turned = self._hoist([system.turned[i] for i in self.turning])
+        given = {"x": system.x, "w": system.w, "p": system.p}
+        results = [wdot, pdot, turned, list(system.xi), list(system.m)]
+        return self._function("field", given, results, before)
+
+    @property
+    def _turns(self) -> dict[Letter, Expression]:
+        """Σ h b_i f_i: the sum of π̇, a sum of its own, or 0."""
+        system = self.system
+        own: dict[int, Letter] = {i: system.turn[k] for k, i in enumerate(self.turning)}
+        return {
+            t: own.get(i, sympy.Integer(0) if system.turned[i] == 0 else system.dp[i])
+            for i, t in enumerate(system.turn)
+        }
+
+    @property
+    def _ends(self) -> dict[str, Any]:
+        system = self.system
+        return {"x": system.x, "w": system.w, "p": system.p, "dp": system.dp,
+                "turn": system.turn[: len(self.turning)]}  # fmt: skip
+
+    def _shift(self) -> str:
+        """R₁⁻ᵀ(μ + Σhbf − R₁ᵀπ₁) from δ = π₀ − μ, with what cancels left out."""
+        system = self.system
+        lost = [sympy.Symbol(f"lo0_{i}", real=True) for i in range(len(system.w))]
+        slope = system.right_field.T
+        p, own = sympy.Matrix(list(system.p)), self._turns.values()
+        excess = (slope - sympy.eye(len(lost))) * p
+        right = sympy.Matrix([
+            turn - dp - d - e
+            for turn, dp, d, e in zip(own, system.dp, lost, excess, strict=True)
+        ])  # fmt: skip
+        change, steps = solve(slope, right, self.coefficients, list(range(len(lost))))
+        if any(isinstance(values, Equations) for _, values in steps):
+            raise NoShortForm("R ties many directions together")
+        return self._function("shift", {**self._ends, "lost": lost}, [self._hoist(change)],
+                              self._written(steps))  # fmt: skip
+
+    def _update(self) -> str:
+        """What x and μ grow by, less what the sums before lost."""
+        system = self.system
+        ex, emu = ([sympy.Symbol(f"{name}_{i}", real=True) for i in range(count)]
+                   for name, count in (("ex", len(system.x)), ("emu", len(system.w))))  # fmt: skip
+        gain = system.gain.xreplace(self._turns)
+        grown = [[a - e for a, e in zip(self._hoist(column), lost, strict=True)]
+                 for column, lost in ((system.increment, ex), (gain, emu))]  # fmt: skip
+        return self._function("update", {**self._ends, "ex": ex, "emu": emu}, grown, [])

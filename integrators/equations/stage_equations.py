@@ -1,0 +1,97 @@
+"""Rules with stages on Gauss nodes, as collocation in canonical coordinates of the chart.
+
+Arrows (x, w) from x form a manifold with coordinates w, on which the Lagrangian is
+Λ_x(w, ẇ) = l(z, ξ) with z = b(x, w; 1) and ẇ = L(x, w) ξ. With π = ∂Λ/∂ẇ, that is μ_z = Lᵀπ at z,
+
+    ẇ = L ξ,    π̇ = F − ∂_w(π·L ξ),    F = L⁻ᵀ ρ̂(z)ᵀ ∂l/∂x (z, ξ),    ∂l/∂ξ (z, ξ) = μ_z,
+
+for ∂z/∂w = ρ̂(z) L⁻¹ (e← moves the end of an arrow by ρ). A Galerkin rule with a polynomial of
+degree s on s Gauss nodes is the Gauss collocation of this field (Marsden, West 2001, 2.6): it is
+stationary in the stages, π at the nodes being π₀ + h Σ a_ij π̇_j. It ends in F⁺ = L₁ᵀ π₁.
+
+But π₀ is not μ. The momentum at the start is the derivative of L_d along e→, which moves x and
+with it the chart that the polynomial is written in. e→ keeps z and ξ where it moves w by R(x, w) a,
+so that
+
+    F⁻/h = μ = R₁ᵀ π₁ − h Σ b_i f_i,    f = ρ̂(x)ᵀ ∂Λ/∂x = Rᵀ F − ρ̂(x)ᵀ ∂_x(π·L ξ)
+
+f is the rate of the momentum Rᵀπ along e→, and π₀ − μ the error of the quadrature of it: 0 on pairs
+(R = 1, f = π̇), of order h^(2s+1) elsewhere. With π₀ = μ the map would not be symplectic.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from ..compiler import StageSystem
+from ..groupoids import chart_extents
+from ..numbers import jacobian, opaque, replaced, sympy
+from ..numbers.types import Assignment, Column, Expression
+from ..rules import GaussNodes
+from .continuous import mass_matrix, momentum
+from .discrete_equations import DiscreteEquations
+from .symbols import SceneSymbols, column, vector
+
+
+def no_stages(equations: DiscreteEquations) -> str:
+    """Why a step of these equations is no collocation; "" if it is one."""
+    s, rule = equations.s, equations.rule
+    if rule.gauss_nodes is None:
+        return "the rule has no stages on Gauss nodes"
+    if equations.mark or s.given is not None:
+        return "the discrete equations are not those of the rule"
+    state = s.x.col_join(s.u)
+    if mass_matrix(s).free_symbols & set(s.u):
+        return "the Lagrangian is not quadratic in the velocity"
+    slope = jacobian([s.lagrangian], state)
+    if s.groupoid.left_is_identity and not jacobian(slope, state).free_symbols & set(state):
+        return "the equations are linear, and one correction solves them"
+    return ""
+
+
+@lru_cache(maxsize=256)
+def stage_system(s: SceneSymbols, nodes: GaussNodes) -> StageSystem:
+    """The field and the ends of a step of a scene's Lagrangian, by stages on these nodes."""
+    g, one = s.groupoid, sympy.Integer(1)
+    n, m = len(s.x), len(s.u)
+    w, p, xi, mz = (vector(f"{letter}0", m) for letter in ("ww", "pp", "xi", "mm"))
+    z, force = vector("zz0", n), vector("ff0", m)
+    dp, turn = vector("dp0", m), vector("tu0", m)
+    L, R = g.L(s.x, w, one), g.R(s.x, w, one)
+    at_z = dict(zip([*s.x, *s.u], [*z, *xi], strict=True))
+
+    def placed(entries: Column) -> Column:
+        return column(replaced(entries, at_z))
+
+    before: list[Assignment] = [(list(z), list(g.target(s.x, w, one)))] if n else []
+    before.append((list(mz), list(L.T * p)))
+    momentum_at_rest = column(momentum(s)).xreplace(dict.fromkeys(s.u, sympy.Integer(0)))
+    mass = mass_matrix(s)
+    mass = sympy.Matrix(m, m, replaced(mass, at_z))
+    after: list[Assignment] = []
+    pull = g.inverse_left(s.x, w, one).T
+    F, turned = 0 * p, 0 * p
+    if n:
+        slope = placed(jacobian([s.lagrangian], s.x).T)
+        after = [(list(force), list(g.rho(z, one).T * slope))]
+        F = pull * force
+        turned = R.T * F - g.rho(s.x, one).T * _slope_of_left(L, p, xi, s.x)
+    difference = (L - R).applyfunc(lambda e: e if opaque(e) else e.expand())
+    moving = None if g.left_is_identity else L * xi
+    return StageSystem(
+        name=s.name, nodes=nodes, q=tuple(s.q), x=tuple(s.x), w=tuple(w), p=tuple(p),
+        xi=tuple(xi), m=tuple(mz), dp=tuple(dp), turn=tuple(turn), before=tuple(before),
+        mass=mass, right=mz - placed(momentum_at_rest), after=tuple(after),
+        rates=(L * xi, F - _slope_of_left(L, p, xi, w)), turned=turned, moved=moving,
+        pulled=None if moving is None else pull * mz, right_field=R, gain=difference.T * p + turn,
+        increment=g.increment(s.x, w, one), extents=tuple(chart_extents(g, s.x, w, one)),
+    )  # fmt: skip
+
+
+def _slope_of_left(L: Expression, p: Column, xi: Column, by: Column) -> Column:
+    """∂(π·L ξ)/∂(a column), the sum over ξ inside that over π."""
+    if not L.free_symbols & set(by):
+        return 0 * by
+    return column(
+        sympy.Add(*[a * e for a, e in zip(p, L.diff(letter) * xi, strict=True)]) for letter in by
+    )

@@ -1,0 +1,99 @@
+"""Rules with stages on Gauss nodes: the fixed point of collocation is Newton's step."""
+
+import numpy as np
+import pytest
+
+from discmech.integrators import Scheme, cayley, exponential, rules
+from tests.objects import SCENES
+
+#: one scene on each kind of groupoid, and what stays with Newton
+ON_EACH = (
+    "pendulum", "kepler", "double-pendulum", "rigid-body", "kirchhoff", "sl2",
+    "heavy-top", "spherical-pendulum", "wong", "rotor-body", "reduced-kepler", "moving-mass",
+    "rigid-body-by-hand", "heavy-top-by-hand", "affine-group", "affine-on-line", "framed-plane",
+    "moebius", "stereographic", "carried-along",
+)  # fmt: skip
+#: derived and compiled in a second or two
+SHORT = ("pendulum", "kepler", "rigid-body", "heavy-top", "affine-on-line")
+STEPS = 12
+
+
+def both(scene, rule, step, digits=16):
+    """The flow of a rule, and one whose steps are Newton's alone."""
+    scheme = Scheme(scene, rules.get(rule))
+    fixed, newton = (scheme.flow(step, digits) for _ in range(2))
+    newton.stages = None
+    return fixed, newton
+
+
+def distance(one, other):
+    """The largest difference of two runs, by the size of the quantity."""
+    pairs = [(getattr(one, name), getattr(other, name)) for name in ("x", "mu", "u")]
+    return max(float(abs(a - b).max() / (1 + abs(b).max())) for a, b in pairs if b.size)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n in SHORT else pytest.mark.slow) for n in ON_EACH]
+)
+def test_it_is_newtons_step(name):
+    scene = SCENES[name]
+    fixed, newton = both(scene, "gauss-2", 2 * scene.step)
+    run, wanted = fixed.trajectory(STEPS), newton.trajectory(STEPS)
+    assert run.solver == "fixed point" and wanted.solver == "Newton"
+    assert 0 <= run.contraction < 1
+    assert distance(run, wanted) < 64 * STEPS * 2.0**-53
+
+
+@pytest.mark.parametrize("name", ["pendulum", "heavy-top"])
+def test_fifty_digits_need_no_elimination(name):
+    scene = SCENES[name]
+    fixed, newton = both(scene, "gauss-2", scene.step, digits=50)
+    assert distance(fixed.trajectory(2), newton.trajectory(2)) < 1e-50
+
+
+@pytest.mark.parametrize(
+    ("name", "retraction"),
+    [("rigid-body", cayley), ("rigid-body", exponential),
+     pytest.param("heavy-top", cayley, marks=pytest.mark.slow),
+     pytest.param("heavy-top", exponential, marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_in_both_charts_with_coarse_steps(name, retraction):
+    """With long steps π₀ differs from μ by 10⁻⁷ and more."""
+    fixed, newton = both(SCENES[name].with_retraction(retraction), "gauss-2", "0.25")
+    run = fixed.trajectory(STEPS)
+    assert run.solver == "fixed point"
+    assert distance(run, newton.trajectory(STEPS)) < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("name", "rule", "why"),
+    [
+        ("harmonic", "gauss-2", "the equations are linear, and one correction solves them"),
+        ("kepler", "lobatto-3", "the rule has no stages on Gauss nodes"),
+        ("kepler", "midpoint", "the rule has no stages on Gauss nodes"),
+        ("kepler", "triple-jump:gauss-2", "a composition has steps of several sizes"),
+    ],
+)
+def test_where_newton_does_all_it_says_why(name, rule, why):
+    fixed, _ = both(SCENES[name], rule, "0.1")
+    assert fixed.stages is None and fixed.by_newton == why
+    assert fixed.trajectory(1).solver == "Newton"
+
+
+def test_stiff_scenes_go_on_by_newton():
+    """With a step of several periods of the stiff spring nothing contracts."""
+    scene = SCENES["spring-pendulum"]
+    fixed, newton = both(scene, "gauss-2", "1")
+    run, wanted = fixed.trajectory(40), newton.trajectory(40)
+    assert run.solver == "fixed point, Newton in 40 of 40 steps"
+    assert np.array_equal(run.mu, wanted.mu)
+
+
+def test_a_negative_step_goes_back():
+    """On pairs a Gauss rule is its own adjoint."""
+    fixed, _ = both(SCENES["kepler"], "gauss-3", "0.1")
+    back, _ = both(SCENES["kepler"], "gauss-3", "-0.1")
+    run = fixed.trajectory(20)
+    again = back.trajectory(20, x0=run.x[-1], mu0=run.mu[-1])
+    assert abs(again.mu[-1] - run.mu[0]).max() < 1e-13
+    assert abs(again.x[-1] - run.x[0]).max() < 1e-13
