@@ -135,14 +135,18 @@ class EvolutionOperator:
 
     @in_own_numbers
     def pullback_defect(self, x: Vector, u: Vector) -> Number:
-        """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) at g = (x, u), with TΨ through the bisections."""
+        """How far PΨᵀ Ω PΨ is from Ω at g = (x, u) (`entrywise_defect`), through the bisections."""
         *maps, end = self._step(x, u)
-        here, there = self.context.maps_at(x, u), self.context.maps_at(*end)
-        return pullback_defect(self.context.geometry, here, there, self._tangent(*maps))
+        geometry = self.context.geometry
+        here, there = geometry.tracked(x, u), geometry.tracked(*end)
+        found = pullback_defect(geometry, here, there, self._tangent(*maps))
+        return self.context.number(found)
 
     # -- Newton on arrows -----------------------------------------------------------------------
 
-    def following(self, y: Vector, goal: Vector, start: Vector, scale: Number = 0) -> Vector | None:
+    def following(
+        self, y: Vector, goal: Vector, start: Vector, scale: Number | Vector = 0
+    ) -> Vector | None:
         """The v with F⁻(R_Υ(y, v)) = goal, m, by Newton from a start; None if it diverges.
 
         All in the context's numbers; scale: the size of v below which round-off is absolute.

@@ -12,7 +12,7 @@ import numpy as np
 from ..equations import DiscreteEquations, DiscretisedScene
 from ..errors import SMALLER, CannotMeasure, StepFailure
 from ..geometry import Arrow, LocalGeometry, Maps, OneStepGeometry, StagesNotFound
-from ..numbers import Arithmetic, listed
+from ..numbers import Arithmetic, arithmetic, listed
 from ..numbers.types import Number, Numbers, Vector
 from .translates import GroupChart
 
@@ -65,6 +65,12 @@ class StepContext:
     def h(self) -> Number:
         """The step in this arithmetic."""
         return self.q[0]
+
+    @cached_property
+    def exactly(self) -> StepContext:
+        """The same step to twice the digits: what speaks of the maps has no round-off there."""
+        parts = tuple(part.exactly for part in self.substeps)
+        return StepContext(self.scheme, arithmetic(2 * self.numbers.digits), self.step, parts)
 
     @cached_property
     def chart(self) -> GroupChart:
@@ -126,7 +132,7 @@ class StepContext:
         with self.numbers.working():
             (x, u), mu = self.vectors(x, u), self.vector(mu, len(self.equations.u))
             geometry = self.geometry_in(translate)
-            return Arrow(x, mu, geometry, geometry.at(x, u))
+            return Arrow(x, u, mu, geometry, geometry.at(x, u))
 
     def vectors(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
         """An x and a u (or μ), checked and rounded (`vector`)."""

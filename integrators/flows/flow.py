@@ -21,10 +21,17 @@ from ..compiler import (
 )
 from ..equations import DiscretisedScene, no_stages, stage_system, step_system
 from ..errors import BadInput
-from ..geometry import Arrow, LocalGeometry, Maps, frobenius, poisson_defect, pullback_defect
+from ..geometry import (
+    Arrow,
+    LocalGeometry,
+    Maps,
+    in_round_offs,
+    poisson_defect,
+    pullback_defect,
+)
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational
 from .initial_state import Start, Starting
-from .newton_step import Step, arrow_before, step_from
+from .newton_step import arrow_before, arrow_from, round_off_from, step_from
 from .run import Trajectory, element_of, first_u, run_from
 
 __all__ = ["Flow", "Trajectory"]
@@ -178,24 +185,37 @@ class Flow:
             ]
 
     def pullback_defect(self, x: Numbers, u: Numbers) -> Number:
-        """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) at (x, u) (design of the symplecticity study)."""
+        """How far Ψ is from PΨᵀ Ω PΨ = Ω at (x, u): `entrywise_defect`, to twice the digits."""
         with self.numbers.working():
-            here, there = self._two_arrows(x, u)
-            tangent = self.geometry.tangent(here, there)
-            return pullback_defect(self.geometry, here, there, tangent)
+            x, u = self.context.vectors(x, u)
+            after = self.next_arrow(self._one_arrow(x, u), x, u)
+        exactly = self.context.exactly
+        with exactly.numbers.working():
+            (x, u), (_, near) = exactly.vectors(x, u), exactly.vectors(*after)
+            here = exactly.maps_at(x, u)
+            v = arrow_from(exactly, here["target"], here["plus"] / exactly.h, near)
+            geometry = exactly.geometry
+            here, there = geometry.tracked(x, u), geometry.tracked(here["target"], v)
+            tangent, root = geometry.tangent(here, there), exactly.numbers.eps**0.5
+            found = pullback_defect(geometry, here, there, tangent, root)
+        return self._in_own_numbers(found)
 
     def poisson_defect(
         self, x: Numbers, mu: Numbers, *, u0: Numbers | None = None, bracket_sign: int = 1
     ) -> Number:
-        """‖M Π Mᵀ − Π′‖ / (‖M‖²‖Π′‖) at (x, μ): M the derivative of the dual step.
+        """How far the dual step is from M Π Mᵀ = Π′ at (x, μ), M its derivative there.
 
-        u0: where Newton starts; a run's own u is needed near a chart's edge (default: v0).
-        bracket_sign = −1 flips the bracket of Π: a control, seen where there is a base and a group.
+        It is an `entrywise_defect`, to twice the digits. u0: where Newton starts; a run's own u is
+        needed near a chart's edge (default: v0). bracket_sign = −1 flips the bracket of Π: a
+        control, seen where there is a base and a group.
         """
-        with self.numbers.working():
-            x, mu = self.context.vectors(x, mu)
-            step = self._step_from(x, mu, u0)
-            return poisson_defect(self.geometry, x, mu, step, bracket_sign)
+        exactly = self.context.exactly
+        with exactly.numbers.working():
+            x, mu = exactly.vectors(x, mu)
+            step = step_from(exactly, x, mu, self._guess(u0))
+            root = exactly.numbers.eps**0.5
+            found = poisson_defect(exactly.geometry, x, mu, step, bracket_sign, root)
+        return self._in_own_numbers(found)
 
     def step_defect(
         self,
@@ -208,15 +228,18 @@ class Flow:
     ) -> Number:
         """How far a step (x, μ) ↦ (after_x, after_mu) is from the discrete equations.
 
-        ‖(x′, μ′) − (after_x, after_mu)‖ / (‖M‖ (‖(x, μ)‖ + ‖(x′, μ′)‖)), (x′, μ′) and its
-        derivative M from the Legendre maps themselves: no kernel has a part in it.
+        The largest gap of an entry over what round-off may do to it (`step_round_off`), times the
+        unit of round-off: at most ε if nothing else did it. The step to compare with is that of
+        the Legendre maps themselves, to twice the digits: no kernel has a part in it.
         """
-        with self.numbers.working():
-            (x, mu), taken = self.context.vectors(x, mu), self.context.vectors(after_x, after_mu)
-            *wanted, m = self._step_from(x, mu, u0)
-            gap = frobenius(np.concatenate(wanted) - np.concatenate(taken))
-            size = frobenius(np.concatenate([x, mu])) + frobenius(np.concatenate(wanted))
-            return self.context.number(gap / (frobenius(m) * size) if size else gap)
+        exactly = self.context.exactly
+        with exactly.numbers.working():
+            (x, mu), taken = exactly.vectors(x, mu), exactly.vectors(after_x, after_mu)
+            guess = self._guess(u0)
+            *wanted, bound = round_off_from(exactly, x, mu, guess)
+            gap = np.concatenate(wanted) - np.concatenate(taken)
+            found = in_round_offs(gap, bound)
+        return self._in_own_numbers(found)
 
     def tangent(self, x: Numbers, u: Numbers) -> Matrix:
         """TΨ at (x, u), (n+m)×(n+m)."""
@@ -225,14 +248,22 @@ class Flow:
 
     def _two_arrows(self, x: Numbers, u: Numbers) -> tuple[Maps, Maps]:
         """The maps at (x, u) and at Ψ(x, u)."""
-        self.context.check_one_arrow()
         x, u = self.context.vectors(x, u)
-        here = self.context.maps_at(x, u)
+        here = self._one_arrow(x, u)
         return here, self.context.maps_at(*self.next_arrow(here, x, u))
 
-    def _step_from(self, x: Vector, mu: Vector, u0: Numbers | None) -> Step:
+    def _one_arrow(self, x: Vector, u: Vector) -> Maps:
+        self.context.check_one_arrow()
+        return self.context.maps_at(x, u)
+
+    def _guess(self, u0: Numbers | None) -> Vector:
+        """Where Newton starts: u0 or the scene's v0, to twice the digits."""
         guess = self.scheme.scene.v0 if u0 is None else u0
-        return step_from(self.context, x, mu, self.context.vector(guess, len(self.scheme.u)))
+        return self.context.exactly.vector(guess, len(self.scheme.u))
+
+    def _in_own_numbers(self, value: Number) -> Number:
+        with self.numbers.working():
+            return self.context.number(self.numbers.number(value))
 
     @property
     def geometry(self) -> LocalGeometry:

@@ -10,16 +10,17 @@ from typing import Any
 import numpy as np
 
 from ..bisections import EvolutionOperator, StepContext
-from ..geometry import Maps, OneStepGeometry
-from ..numbers import Matrix, Vector
-
-#: (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′)
-Step = tuple[Vector, Vector, Matrix]
+from ..geometry import Maps, OneStepGeometry, Step, step_round_off
+from ..numbers import Vector
 
 
 def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
     """The u with F⁻(x, u) = hμ, by Newton from the guess; raises `StepFailure` if it diverges."""
-    u = EvolutionOperator(context).following(x, context.h * mu, guess)
+    geometry, operator = context.geometry, EvolutionOperator(context)
+    inverse = context.maps_at(x, guess)["minus_u"]
+    inverse = abs(context.numbers.solve(inverse, context.numbers.identity(len(mu))))
+    scale = geometry.round_off_of_u(x, guess, inverse, 0 * abs(x), abs(mu))
+    u = operator.following(x, context.h * mu, guess, scale)
     if u is None:
         raise context.failure("the step was not found", {"x": x, "mu": mu})
     return u
@@ -52,13 +53,30 @@ def _step_of_map(context: StepContext, x: Vector, mu: Vector, near: Vector) -> S
 
 
 def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
-    """The step on the dual from (x, μ): substeps one after another."""
-    total = context.numbers.identity(len(x) + len(mu))
+    """The step on the dual from (x, μ): substeps one after another, its derivative `Tracked`."""
+    total: Any = context.numbers.identity(len(x) + len(mu))
     for part in context.parts:
         if isinstance(part.geometry, OneStepGeometry):
             x, mu, derivative = _step_of_map(part, x, mu, guess)
         else:
             guess = arrow_from(part, x, mu, guess)
-            x, mu, derivative = step_along(part, part.maps_at(x, guess))
+            after_x, after_mu, derivative = step_along(part, part.geometry.tracked(x, guess))
+            x, mu = after_x.value, after_mu.value
         total = derivative @ total
     return x, mu, total
+
+
+def round_off_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
+    """(x′, μ′) of `step_from`, and what round-off does to them, n+m units (`step_round_off`)."""
+    errors = 0 * abs(np.concatenate([x, mu]))
+    for part in context.parts:
+        if isinstance(part.geometry, OneStepGeometry):
+            start = part.geometry.start(x, mu, guess)
+            errors = part.geometry.step_round_off(x, mu, start, errors)
+            x, mu, _ = _step_of_map(part, x, mu, guess)
+            continue
+        guess = arrow_from(part, x, mu, guess)
+        here = part.maps_at(x, guess)
+        errors = step_round_off(part.geometry, x, mu, guess, here, errors)
+        x, mu = here["target"], here["plus"] / part.h
+    return x, mu, errors

@@ -13,7 +13,19 @@ import numpy as np
 
 from ..compiler import cached_text, text_key
 from ..equations import DiscreteEquations, step_system
-from ..numbers import Arithmetic, inlined, newton, numeric_function, numeric_text
+from ..numbers import (
+    Arithmetic,
+    Tracked,
+    errors_of,
+    inlined,
+    newton,
+    numeric_function,
+    numeric_text,
+    rounded,
+    solve,
+    tracked,
+    with_running_errors,
+)
 from ..numbers.types import Letters, Matrix, Number, Numbers, Vector
 
 #: the results of `local` in order; F± are of L_d itself, not divided by h
@@ -24,8 +36,8 @@ _PARTS = (
 #: the further results with internal stages s: they complete the derivatives along s = s(x, u)
 _OF_STAGES = ("minus_s", "plus_s", "stages_x", "stages_u", "stages_s")
 
-#: a scheme's maps and derivatives at a point, by name
-Maps = dict[str, np.ndarray]
+#: a scheme's maps and derivatives at a point, by name: arrays, plain or `Tracked`
+Maps = dict[str, Any]
 
 
 def slopes(maps: Maps, name: str) -> Matrix:
@@ -51,11 +63,22 @@ class LocalGeometry:
         Internal stages are solved for, and derivatives are along ∂L_d/∂s = 0 (Schur complements).
         Raises `StagesNotFound` if Newton from s = 0 does not converge.
         """
-        values = self._value("local", x, u, self.stages(x, u), self.q)
+        return self._completed(self._value("local", x, u, self.stages(x, u), self.q))
+
+    def tracked(self, x: Vector, u: Vector) -> Maps:
+        """`at` as `Tracked` arrays, for an u that solves F⁻(x, u) = hμ to round-off."""
+        inverse = abs(self.numbers.solve(self.at(x, u)["minus_u"], self.numbers.identity(self.m)))
+        of_u = self.round_off_of_u(x, u, inverse, 0 * abs(x), self.numbers.zeros(self.m))
+        arrow = rounded(u, of_u)
+        at = rounded(x, 0 * abs(x))
+        values = self._errors("local")(at, arrow, self._rounded_stages(x, u, at, arrow), self._q)
+        return self._completed([tracked(value) for value in values])
+
+    def _completed(self, values: Any) -> Maps:
         names = (*_PARTS, *(_OF_STAGES if self.k else ()))
         parts: Maps = dict(zip(names, values, strict=True))
         if self.k:
-            follow = -self.numbers.solve(parts.pop("stages_s"), slopes(parts, "stages"))
+            follow = -solve(self.numbers, parts.pop("stages_s"), slopes(parts, "stages"))
             for name in ("minus", "plus"):
                 through = parts.pop(f"{name}_s") @ follow
                 parts[f"{name}_x"] = parts[f"{name}_x"] + through[:, : self.n]
@@ -77,6 +100,39 @@ class LocalGeometry:
             raise StagesNotFound
         return stages
 
+    def with_round_off(self, x: Vector, u: Vector, of_x: Vector, of_u: Vector) -> list[Tracked]:
+        """(b, F⁻, F⁺) at (x, u) as `Tracked` vectors, for errors of_x and of_u of x and u."""
+        at, arrow = rounded(x, of_x), rounded(u, of_u)
+        stages = self._rounded_stages(x, u, at, arrow)
+        return [tracked(value) for value in self._errors("values")(at, arrow, stages, self._q)]
+
+    def round_off_of_u(
+        self, x: Vector, u: Vector, inverse: Matrix, of_x: Vector, of_mu: Vector
+    ) -> Vector:
+        """The error that round-off leaves in u, m units ε: both sides of F⁻(x, u) = hμ are rounded.
+
+        inverse: |(∂F⁻/∂u)⁻¹|. of_x and of_mu: the errors of x and μ.
+        """
+        minus = self.with_round_off(x, u, of_x, abs(u))[1]
+        return abs(u) + inverse @ (minus.error + abs(minus.value) + abs(self.q[0]) * of_mu)
+
+    def _rounded_stages(self, x: Vector, u: Vector, at: Vector, arrow: Vector) -> Vector:
+        stages = self.stages(x, u)
+        if not self.k:
+            return stages
+        given = self._errors("stage values")(at, arrow, rounded(stages, 0), self._q)
+        slope = self._value("stages", x, u, stages, self.q)[1]
+        inverse = abs(self.numbers.solve(slope, self.numbers.identity(self.k)))
+        return rounded(stages, abs(stages) + inverse @ errors_of(given))
+
+    @property
+    def _q(self) -> Vector:
+        """Step and parameters, each rounded once."""
+        return rounded(np.array(self.q, dtype=self.numbers.dtype))
+
+    def _errors(self, what: str) -> Callable[..., Any]:
+        return _with_errors(self.equations, self.numbers, what)
+
     def branch(self, x: Vector, u: Vector) -> Number:
         """The number of the branch at (x, u), where L_d is given on the group."""
         return self._value("branch", x, u, self.q)
@@ -84,17 +140,22 @@ class LocalGeometry:
     def _value(self, what: str, *arguments: Numbers) -> Any:
         return _function(self.equations, self.numbers, what)(*arguments)
 
-    def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Matrix:
+    def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Tracked:
         """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
-        rho, c = self._value("natural", x, self.q)  # ρ̂, n×m, and Ĉ as [θ, γ, ν]
-        bracket = -bracket_sign * sum((mu[t] * c[t] for t in range(self.m)), 0 * c[0])
-        return np.block([[self.numbers.zeros(self.n, self.n), rho], [-rho.T, bracket]])
+        # ρ̂, n×m, and Ĉ as [θ, γ, ν]
+        rho, c = map(tracked, self._errors("natural")(rounded(x, 0 * abs(x)), self._q))
+        zero, squares = self.numbers.zeros(self.m, self.m), range(self.m)
+        bracket = sum((Tracked(mu[t] * c.value[t], abs(mu[t]) * c.error[t]) for t in squares),
+                      Tracked(zero))  # fmt: skip
+        anchor = self.numbers.zeros(self.n, self.n)
+        bracket = -bracket if bracket_sign > 0 else bracket
+        return tracked(np.block([[Tracked(anchor), rho], [-rho.T, bracket]]))
 
     def tangent(self, here: Maps, there: Maps) -> Matrix:
         """TΨ: (δx, δu) ↦ (δy, δv), from F⁻(y, v) = F⁺(x, u), y = b(x, u)."""
         top = slopes(here, "target")
         pushed = slopes(here, "plus") - there["minus_x"] @ top
-        return np.vstack([top, self.numbers.solve(there["minus_u"], pushed)])
+        return np.vstack([top, solve(self.numbers, there["minus_u"], pushed)])
 
     def prolongation(self, here: Maps, there: Maps, tangent: Matrix) -> Matrix:
         """PΨ on (a, c), 2m×2m: a* = −c, L(y,v) c* = δv + R(y,v) c, with δx = −ρa, δu = Ra + Lc."""
@@ -102,7 +163,7 @@ class LocalGeometry:
         into = np.block([[-here["rho"], self.numbers.zeros(n, m)], [here["R"], here["L"]]])
         only_c = np.hstack([self.numbers.zeros(m, m), self.numbers.identity(m)])
         pushed = (tangent @ into)[n:] + there["R"] @ only_c
-        return np.vstack([-only_c, self.numbers.solve(there["L"], pushed)])
+        return np.vstack([-only_c, solve(self.numbers, there["L"], pushed)])
 
     def omega(self, here: Maps) -> Matrix:
         """Ω on (a, c), 2m×2m, with W_γμ = L^θ_μ ∂F⁻_γ/∂u^θ.
@@ -119,16 +180,25 @@ class LocalGeometry:
         n, m = self.n, self.m
         dx = np.hstack([self.numbers.identity(n), self.numbers.zeros(n, m)])
         rhs = np.hstack([-here["minus_x"], h * self.numbers.identity(m)])
-        along = np.vstack([dx, self.numbers.solve(here["minus_u"], rhs)])
+        along = np.vstack([dx, solve(self.numbers, here["minus_u"], rhs)])
         return np.vstack([slopes(here, "target") @ along, slopes(here, "plus") @ along / h])
 
 
 @lru_cache(maxsize=512)
 def _function(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
     """A function of `_TEXTS` of equations in an arithmetic, derived once; its text is on disk."""
+    return numeric_function(_text(equations, what), numbers)
+
+
+def _text(equations: DiscreteEquations, what: str) -> str:
     key = text_key(what, step_system(equations), *equations.fields, equations.mark)
-    text = cached_text(f"{what}_{key}.txt", lambda: _TEXTS[what](equations))
-    return numeric_function(text, numbers)
+    return cached_text(f"{what.replace(' ', '_')}_{key}.txt", lambda: _TEXTS[what](equations))
+
+
+@lru_cache(maxsize=512)
+def _with_errors(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Any:
+    """The same in `running_error` numbers."""
+    return with_running_errors(_text(equations, what), numbers)
 
 
 def _local_text(equations: DiscreteEquations) -> str:
@@ -147,6 +217,17 @@ def _stages_text(equations: DiscreteEquations) -> str:
     s, stages = equations.s, equations.at_points.stage_equations
     parts = [list(stages), equations.at_points.total(stages, s.stages)]
     return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
+
+
+def _values_text(equations: DiscreteEquations) -> str:
+    s, at = equations.s, equations.at_points
+    vectors = {"x": s.x, "u": s.u, "s": s.stages}
+    return text_of(equations, vectors, [list(m) for m in (at.target, at.minus, at.plus)])
+
+
+def _stage_values_text(equations: DiscreteEquations) -> str:
+    s, stages = equations.s, equations.at_points.stage_equations
+    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, [list(stages)])
 
 
 def _branch_text(equations: DiscreteEquations) -> str:
@@ -169,7 +250,8 @@ def _one_step_text(equations: Any) -> str:
 
 
 _TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
-          "natural": _natural_text, "one_step": _one_step_text}  # fmt: skip
+          "natural": _natural_text, "one_step": _one_step_text, "values": _values_text,
+          "stage values": _stage_values_text}  # fmt: skip
 
 
 def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
@@ -178,16 +260,3 @@ def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: 
     before = inlined(equations.definitions(flat))
     definitions = [(list(d.letters), list(d.values)) for d in before]
     return numeric_text({**vectors, "q": equations.s.q}, results, definitions)
-
-
-def frobenius(matrix: Matrix) -> Number:
-    """√Σ|entry|², in any arithmetic."""
-    return sum(entry * entry for entry in matrix.ravel()) ** 0.5
-
-
-def relative_defect(pulled: Matrix, given: Matrix, map_: Matrix) -> Number:
-    """‖pulled − given‖ / (‖map‖² ‖given‖): a few units of round-off whatever the conditioning."""
-    difference = frobenius(pulled - given)
-    if difference == 0:
-        return difference  # also where there is nothing to keep: Π = 0 on an abelian group
-    return difference / (frobenius(map_) ** 2 * frobenius(given))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..equations import SceneSymbols, legendre_inverse, rates
-from ..numbers import Arithmetic, newton, numeric
+from ..numbers import Arithmetic, Tracked, newton, numeric, rounded, solve, tracked
 from ..numbers.types import Matrix, Numbers, Vector
 from .local_geometry import LocalGeometry, StagesNotFound
 
@@ -45,27 +45,46 @@ class OneStepGeometry(LocalGeometry):
         parts = [f] * len(equations.slopes) + [xi] * len(equations.velocities)
         return np.concatenate(parts)
 
-    def step(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Vector, Matrix]:
+    def step(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Vector, Tracked]:
         """(x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′), (n+m)×(n+m), by Newton from a start.
 
-        Exact, from the implicit function theorem. Raises `StepNotFound` if Newton diverges.
+        Exact, from the implicit function theorem, and `Tracked`. Raises `StepNotFound` if Newton
+        diverges.
         """
-        solve = self.numbers.solve
+        still = self.numbers.zeros(self.n + self.m)
+        _, slope, rows_z, grown, by_w, by_z = self._solved(x, mu, start, still)
+        one = self.numbers.identity(self.n + self.m)
+        derivative = one + by_z - by_w @ solve(self.numbers, slope, rows_z)
+        return x + grown.value[: self.n], mu + grown.value[self.n :], derivative
+
+    def step_round_off(self, x: Vector, mu: Vector, start: Vector, errors: Vector) -> Vector:
+        """What round-off does to (x′, μ′), n+m units ε (`defects.step_round_off`)."""
+        grown = self._solved(x, mu, start, errors)[3]
+        before = abs(np.concatenate([x, mu]))
+        after = abs(np.concatenate([x, mu]) + grown.value)
+        return errors + before + grown.error + after
+
+    def _solved(self, x: Vector, mu: Vector, start: Vector, errors: Vector) -> list[Tracked]:
+        """The results of `one_step` at the unknowns that solve its rows, for errors of (x, μ)."""
+        at, momentum = rounded(x, errors[: self.n]), rounded(mu, errors[self.n :])
 
         def parts(w: Vector) -> Any:
             return self._value("one_step", x, mu, w, self.q)
 
         def change(w: Vector) -> Vector:
             rows, slope, *_ = parts(w)
-            return -solve(slope, rows)
+            return -self.numbers.solve(slope, rows)
 
-        w = newton(change, start, sum(map(abs, start)), self.numbers.eps)
+        def round_off(w: Vector) -> Vector:
+            rows = tracked(self._errors("one_step")(at, momentum, rounded(w), self._q)[0])
+            inverse = self.numbers.solve(parts(w)[1], self.numbers.identity(len(w)))
+            return abs(w) + abs(inverse) @ rows.error
+
+        w = newton(change, start, round_off(start), self.numbers.eps)
         if w is None:
             raise StepNotFound
-        _, slope, rows_z, grown, by_w, by_z = parts(w)
-        one = self.numbers.identity(self.n + self.m)
-        derivative = one + by_z - by_w @ solve(slope, rows_z)
-        return x + grown[: self.n], mu + grown[self.n :], derivative
+        unknowns = rounded(w, round_off(w))
+        return [tracked(e) for e in self._errors("one_step")(at, momentum, unknowns, self._q)]
 
     def at(self, x: Numbers, u: Numbers) -> Any:
         """Raises `CannotMeasure`: a map has no Legendre maps at arrows."""

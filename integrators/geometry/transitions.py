@@ -11,10 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numbers.types import Matrix, Number, Vector
-from .local_geometry import LocalGeometry, Maps, frobenius, relative_defect
-
-#: (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′)
-Step = tuple[Vector, Vector, Matrix]
+from .defects import poisson_defect, pullback_defect
+from .local_geometry import LocalGeometry, Maps
 
 
 @dataclass(frozen=True)
@@ -22,44 +20,32 @@ class Arrow:
     """An arrow g with its (x, μ), its translate's geometry, and the maps at g (`geometry.at`)."""
 
     x: Vector
+    u: Vector
     mu: Vector
     geometry: LocalGeometry
     at: Maps
 
 
 def residual(here: Arrow, there: Arrow) -> Number:
-    """‖F⁺(g) − F⁻(g′)‖/h relative to ‖μ′‖ + 1."""
+    """The largest |F⁺(g) − F⁻(g′)| relative to the largest of |F⁺(g)| and |F⁻(g′)|."""
     geometry = here.geometry
     with geometry.numbers.working():
-        gap = (here.at["plus"] - there.at["minus"]) / geometry.q[0]
-        return _public(geometry, frobenius(gap) / (1 + frobenius(there.mu)))
+        ends = here.at["plus"], there.at["minus"]
+        size = max(abs(e) for end in ends for e in end)
+        gap = max(abs(ends[0] - ends[1]))
+        return geometry.numbers.public([gap / size if gap else gap])[0]
 
 
 def defects(here: Arrow, there: Arrow) -> tuple[Number, Number]:
     """The defects (pullback, Poisson) of the step from g to g′, as in `Flow`."""
     geometry = here.geometry
     with geometry.numbers.working():
-        tangent = geometry.tangent(here.at, there.at)
-        step = there.x, there.mu, geometry.dual_step(here.at, geometry.q[0])
-        pullback = pullback_defect(geometry, here.at, there.at, tangent)
-        return pullback, poisson_defect(geometry, here.x, here.mu, step)
-
-
-def pullback_defect(geometry: LocalGeometry, here: Maps, there: Maps, tangent: Matrix) -> Number:
-    """‖PΨᵀ Ω PΨ − Ω‖ / (‖PΨ‖²‖Ω‖) of TΨ = tangent, (n+m)×(n+m), between two arrows' maps."""
-    p = geometry.prolongation(here, there, tangent)
-    before, after = geometry.omega(here), geometry.omega(there)
-    return _public(geometry, relative_defect(p.T @ after @ p, before, p))
-
-
-def poisson_defect(
-    geometry: LocalGeometry, x: Vector, mu: Vector, step: Step, bracket_sign: int = 1
-) -> Number:
-    """‖M Π Mᵀ − Π′‖ / (‖M‖²‖Π′‖) of a step (x′, μ′, M) from (x, μ), M its derivative."""
-    after_x, after_mu, m = step
-    before = geometry.poisson_tensor(x, mu, bracket_sign)
-    after = geometry.poisson_tensor(after_x, after_mu, bracket_sign)
-    return _public(geometry, relative_defect(m @ before @ m.T, after, m))
+        at, after = (arrow.geometry.tracked(arrow.x, arrow.u) for arrow in (here, there))
+        step = there.x, there.mu, geometry.dual_step(at, geometry.q[0])
+        found = [pullback_defect(geometry, at, after, geometry.tangent(at, after)),
+                 poisson_defect(geometry, here.x, here.mu, step)]  # fmt: skip
+        pullback, poisson = geometry.numbers.public(found)
+        return pullback, poisson
 
 
 def regularity(arrow: Arrow) -> float:
@@ -81,7 +67,3 @@ def _along(arrow: Arrow) -> Matrix:
     """e→_μ(F⁻_γ), m×m, in double precision."""
     with arrow.geometry.numbers.working():
         return np.asarray(arrow.at["minus_u"] @ arrow.at["R"], dtype=float)
-
-
-def _public(geometry: LocalGeometry, value: Number) -> Number:
-    return geometry.numbers.public([value])[0]

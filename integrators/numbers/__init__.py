@@ -42,16 +42,18 @@ from .multi_output import InArithmetic, as_one_number, collect, entry, opaque, r
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
 from .printing import Call, Coefficients, Parameters, Together, code, function_text
+from .running_error import Tracked, errors_of, rounded, solve, tracked, with_running_errors
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
     "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function", "InArithmetic",
     "LazyModule", "Letters", "Matrix", "Multiple", "Number", "Numbers", "Parameters",
-    "Together", "Vector", "arithmetic", "as_one_number", "code", "collect", "entry",
-    "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested",
-    "exact_rational", "exact_vector", "first_violation", "flatten", "floats_exact",
+    "Together", "Tracked", "Vector", "arithmetic", "as_one_number", "code", "collect", "entry",
+    "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices",
+    "exact_nested", "exact_rational", "exact_vector", "first_violation", "flatten", "floats_exact",
     "function_text", "inlined", "is_zero", "jacobian", "listed", "needed", "newton",
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
-    "random_columns", "random_point", "register", "registered_function", "replaced", "run_text",
-    "shown", "symbols_of", "sympy", "to_sympy", "with_tables", "written_out",
+    "random_columns", "random_point", "register", "registered_function", "replaced", "rounded",
+    "run_text", "shown", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
+    "with_running_errors", "with_tables", "written_out",
 ]  # fmt: skip

@@ -104,7 +104,8 @@ class Double:
     def multiples(self, step: Fraction, index: np.ndarray) -> Vector:
         """step·k for whole numbers k, each rounded once."""
         top, bottom = step.numerator, step.denominator
-        if len(index) and abs(top) * int(index[-1]) < 2**53 and bottom < 2**53:
+        largest = max(int(index[-1]), 1) if len(index) else 0
+        if largest and abs(top) * largest < 2**53 and bottom < 2**53:
             return np.asarray(index * top / bottom)
         return np.array([float(step * int(k)) for k in index])
 
@@ -195,7 +196,8 @@ class Multiple:
 
     def _gauss_jordan(self, a: Matrix, b: Matrix) -> tuple[Number, Matrix]:
         """(det a, a⁻¹ b) with row exchanges, b a matrix; (0, nothing of use) if a is singular."""
-        a, b, det = a.copy(), b.astype(object), self._gmpy2.mpfr(1)
+        one = self._gmpy2.mpfr(1)  # integers among the entries would be divided as floats
+        a, b, det = a * one, b.astype(object) * one, one
         for p in range(len(a)):
             row = p + int(np.argmax(abs(a[p:, p])))
             if row != p:

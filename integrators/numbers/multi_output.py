@@ -130,6 +130,11 @@ def opaque(expression: Expression) -> bool:
     return bool(expression.atoms(InArithmetic))
 
 
+def registered_names() -> list[str]:
+    """The names of all functions that generated text may call."""
+    return list(_TEXTS)
+
+
 def is_table(function: Expression) -> bool:
     """Whether generated text may call it by its name."""
     return type(function).__name__ in _TEXTS

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
+
 from .types import Number, Vector
 
 #: corrections: from a start in the basin some ten reach 50 digits, the others are for far starts
@@ -17,12 +19,13 @@ STAGNANT = 2**12
 
 
 def newton(
-    change: Callable[[Vector], Vector], start: Vector, scale: Number, eps: Number
+    change: Callable[[Vector], Vector], start: Vector, scale: Number | Vector, eps: Number
 ) -> Vector | None:
     """The solution by Newton from `start` to round-off, or None; `change` gives the correction.
 
     It ends when a correction is round-off of the solution (or of `scale`), or when corrections
-    near it no longer halve.
+    near it no longer halve. Sizes are sums of absolute values; with a vector as scale each
+    component is held against its own, so that units do not matter.
     """
     point, before = start, None
     for _ in range(MOST):
@@ -31,8 +34,12 @@ def newton(
         except (ArithmeticError, ValueError):  # Python's own functions outside their domain
             return None
         point = point + step
-        size = sum(abs(c) for c in step)
-        unit = eps * max(scale, sum(abs(c) for c in point))
+        if isinstance(scale, np.ndarray):
+            whole = zip(abs(step), scale, abs(point), strict=True)
+            size, unit = max((c / max(s, p) for c, s, p in whole if c != 0), default=0), eps
+        else:
+            size = sum(abs(c) for c in step)
+            unit = eps * max(scale, sum(abs(c) for c in point))
         stagnant = before is not None and size >= before / 2 and size < STAGNANT * unit
         if not size < math.inf:  # nor is it nan
             return None

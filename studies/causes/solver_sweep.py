@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.flows import Flow, Start, Trajectory, arrow_from, first_u, step_along
+from discmech.integrators.bisections import StepContext
+from discmech.integrators.flows import Flow, Trajectory, arrow_from, step_along
 from discmech.integrators.geometry import poisson_defect, pullback_defect
-from discmech.integrators.numbers import newton
 
 from ..core.case import Case
 from .diagnosis import named
@@ -55,27 +55,18 @@ def _of_maps(
     flow: Flow, run: Trajectory, places: range, kind: str, limit: float
 ) -> dict[str, Any] | None:
     """Pullback or Poisson form: the defect at solutions that are left off by ever less."""
-    residual = solved = own = 0.0
-    swept = dict.fromkeys(TOLERANCES, 0.0)
-    for k in places:
-        defect, left, given, polished, shift = _at(flow, kind, run.x[k], run.u[k], run.mu[k])
-        residual, own = max(residual, left), max(own, defect(given))
-        solved = max(solved, defect(polished))
-        for tolerance in TOLERANCES:
-            swept[tolerance] = max(swept[tolerance], defect(polished + tolerance * shift))
-    evidence = {"residual": residual, "own": own, "solved": solved,
-                "swept": [[t, d] for t, d in swept.items()]}  # fmt: skip
-    if solved > limit:
-        said = f" ({solved:.1e} at round-off, {_said(swept)})"
-        return named("structure", _STRUCTURE.format(kind=kind, said=said), evidence)
-    if own <= limit:
+    solved, swept = 0.0, dict.fromkeys(TOLERANCES, 0.0)
+    with flow.context.exactly.numbers.working():
+        for k in places:
+            defect, polished, shift = _at(flow.context.exactly, kind, run.x[k], run.u[k], run.mu[k])
+            solved = max(solved, defect(polished))
+            for tolerance in TOLERANCES:
+                swept[tolerance] = max(swept[tolerance], defect(polished + tolerance * shift))
+    if solved <= limit:
         return None
-    return named(
-        "solver residual",
-        f"steps are solved to {residual:.1e} only, which leaves a defect of {own:.1e}; it sinks "
-        f"with what is left ({_said(swept)}), and solved to round-off it is {solved:.1e}.",
-        evidence,
-    )
+    said = f" ({solved:.1e} at round-off, {_said(swept)})"
+    evidence = {"solved": solved, "swept": [[t, d] for t, d in swept.items()]}
+    return named("structure", _STRUCTURE.format(kind=kind, said=said), evidence)
 
 
 def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[str, Any] | None:
@@ -143,37 +134,30 @@ def _step(flow: Flow, x: Any, mu: Any, guess: Any, off: float) -> tuple[Any, Any
 
 
 def _at(
-    flow: Flow, kind: str, x: Any, u: Any, mu: Any
-) -> tuple[Callable[[np.ndarray], float], float, np.ndarray, np.ndarray, np.ndarray]:
-    """At one point: (defect as a function of the velocity that was solved for, its relative
-    residual in the flow, that velocity, the same to round-off, its change for a residual of 1)."""
-    context, geometry, numbers = flow.context, flow.geometry, flow.numbers
-    x, u = context.vectors(x, u)
-    here = context.maps_at(x, u)
+    context: StepContext, kind: str, x: Any, u: Any, mu: Any
+) -> tuple[Callable[[np.ndarray], float], np.ndarray, np.ndarray]:
+    """At one point: (defect as a function of the velocity that was solved for, that velocity to
+    round-off, its change for a residual of 1)."""
+    geometry, numbers = context.geometry, context.numbers
+    (x, u), (_, mu) = context.vectors(x, u), context.vectors(x, mu)
+    root = numbers.eps**0.5
     if kind == "pullback":
-        base, wanted = here["target"], here["plus"]
-        own = flow.next_arrow(here, x, u)[1]
+        here = geometry.tracked(x, u)
+        base, wanted = here["target"].value, here["plus"].value
 
         def defect(v: np.ndarray) -> float:
-            there = context.maps_at(base, v)
+            there = geometry.tracked(base, v)
             tangent = geometry.tangent(here, there)
-            return float(pullback_defect(geometry, here, there, tangent))
+            return float(pullback_defect(geometry, here, there, tangent, root))
     else:
-        mus = np.array([numbers.number(e) for e in mu], dtype=numbers.dtype)
-        base, wanted = x, mus * context.h
-        own = first_u(flow.edge, Start(x, mus, u))
+        base, wanted = x, mu * context.h
 
         def defect(v: np.ndarray) -> float:
-            step = step_along(context, context.maps_at(base, v))
-            return float(poisson_defect(geometry, base, mus, step))
+            b, after, along = step_along(context, geometry.tracked(base, v))
+            step = b.value, after.value, along
+            return float(poisson_defect(geometry, base, mu, step, resolution=root))
 
-    def change(v: np.ndarray) -> np.ndarray:
-        at = context.maps_at(base, v)
-        return np.asarray(numbers.solve(at["minus_u"], wanted - at["minus"]))
-
-    polished = newton(change, own, 0, numbers.eps)
-    polished = own if polished is None else polished
+    polished = arrow_from(context, base, wanted / context.h, u)
     size = max(abs(e) for e in wanted) or numbers.number(1)
-    off = float(max(abs(context.maps_at(base, own)["minus"] - wanted)) / size)
     shift = numbers.solve(context.maps_at(base, polished)["minus_u"], 0 * wanted + size)
-    return defect, off, own, polished, np.asarray(shift)
+    return defect, polished, np.asarray(shift)

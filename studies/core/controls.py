@@ -8,10 +8,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
-from discmech.integrators.flows import Flow
-from discmech.integrators.geometry import poisson_defect, relative_defect
+from discmech.integrators.flows import Flow, arrow_from
+from discmech.integrators.geometry import poisson_defect, pullback_defect
 from discmech.integrators.rules import MAPS
 
 from .case import scheme_of
@@ -31,15 +29,15 @@ DAMPING = "1e-6"
 def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:
     """Poisson defects of a Runge–Kutta method along its own trajectory, at the flow's step."""
     own = scheme_of(flow.scheme.scene, RUNGE_KUTTA[name]).flow(flow.step, flow.digits)
-    geometry: Any = own.geometry
-    start, defects = flow.trajectory(0), list[float]()
-    with own.numbers.working():
-        x, mu = own.context.vectors(start.x[0], start.mu[0])
-        near = own.context.vector(flow.scheme.scene.v0, len(mu))
+    exactly, start, defects = own.context.exactly, flow.trajectory(0), list[float]()
+    geometry: Any = exactly.geometry
+    with exactly.numbers.working():
+        x, mu = exactly.vectors(start.x[0], start.mu[0])
+        near, root = exactly.vector(flow.scheme.scene.v0, len(mu)), exactly.numbers.eps**0.5
         for _ in range(points):
             try:
                 step = geometry.step(x, mu, geometry.start(x, mu, near))
-                defect = float(poisson_defect(geometry, x, mu, step))
+                defect = float(poisson_defect(geometry, x, mu, step, resolution=root))
             except (ArithmeticError, ValueError):
                 break
             if not defect < math.inf:
@@ -51,16 +49,14 @@ def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:
 
 def damped_defect(flow: Flow, x: Any, u: Any) -> float:
     """Pullback defect of the evolution with F⁻(y, v) = (1 − δ) F⁺(x, u), through its own TΨ."""
-    numbers, geometry = flow.numbers, flow.geometry
+    exactly, v = flow.context.exactly, flow.evolve(x, u)[1]
+    geometry, numbers = exactly.geometry, exactly.numbers
     with numbers.working():
         kept = 1 - numbers.number(DAMPING)
-        x = np.array([numbers.number(e) for e in x], dtype=numbers.dtype)
-        u = np.array([numbers.number(e) for e in u], dtype=numbers.dtype)
-        here = geometry.at(x, u)
-        here = {**here, **{part: kept * here[part] for part in ("plus", "plus_x", "plus_u")}}
-        y = here["target"]
-        v = flow.inverse_legendre(y, here["plus"] / numbers.number(flow.step))
-        there = geometry.at(y, [numbers.number(e) for e in v])
-        p = geometry.prolongation(here, there, geometry.tangent(here, there))
-        before, after = geometry.omega(here), geometry.omega(there)
-        return float(relative_defect(p.T @ after @ p, before, p))
+        x, u = exactly.vectors(x, u)
+        here = geometry.tracked(x, u)
+        here |= {part: kept * here[part] for part in ("plus", "plus_x", "plus_u")}
+        y, mu = here["target"].value, here["plus"].value / exactly.h
+        there = geometry.tracked(y, arrow_from(exactly, y, mu, exactly.vector(v, len(u))))
+        tangent = geometry.tangent(here, there)
+        return float(pullback_defect(geometry, here, there, tangent, numbers.eps**0.5))

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from discmech.integrators import Scheme
-from discmech.integrators.numbers import first_violation
+from discmech.integrators.numbers import first_violation, tracked
 
 from .faults import Fault
 from .sites import IN_RULE, faulty_scheme, sound_scheme
@@ -79,7 +79,7 @@ def _same_up_to_factor(fault: Fault, name: str) -> str:
         for x, u, mu in zip(run.x, run.u, run.mu, strict=True):
             x, u, mu = ([flow.numbers.number(e) for e in part] for part in (x, u, mu))
             at: tuple[Any, ...] = (flow.geometry.at(x, u),) if name == "omega" else (x, mu)
-            given = getattr(flow.geometry, name)(*at)
+            given = tracked(getattr(flow.geometry, name)(*at)).value
             new = fault.operate(given, None)
             place = np.unravel_index(int(np.argmax(np.abs(given).astype(float))), given.shape)
             factor = new[place] / given[place]

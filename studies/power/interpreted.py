@@ -15,6 +15,7 @@ from discmech.integrators import Scheme
 from discmech.integrators.compiler import SINGULAR, Kernels, interpreted, kernel_text
 from discmech.integrators.equations import DiscreteEquations
 from discmech.integrators.flows import Flow
+from discmech.integrators.numbers import Tracked, tracked
 
 Edit = Callable[[str], str]
 Form = tuple[str, Callable[[Any], Any]]
@@ -43,8 +44,14 @@ class InterpretedScheme(Scheme):
         made.edit = self.edit
         if self.form is not None:
             name, change = self.form
-            given = getattr(made.geometry, name)
-            setattr(made.geometry, name, lambda *arguments: change(given(*arguments)))
+            geometry = made.context.exactly.geometry
+            given = getattr(geometry, name)
+
+            def changed(*arguments: Any) -> Tracked:
+                form = tracked(given(*arguments))
+                return Tracked(change(form.value), abs(change(form.error)))
+
+            setattr(geometry, name, changed)
         return made
 
 

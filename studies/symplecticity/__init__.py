@@ -14,14 +14,15 @@ STUDY = Study(
         "points, also at the largest stable step"
     ),
     judged=(
-        "≤ 1e-13, at 50 digits ≤ 1e-45; Runge–Kutta, a damped residual and a flipped bracket "
-        "must be caught"
+        "≤ 1e-13, at 50 digits ≤ 1e-45, in any units; steps within their round-off; "
+        "Runge–Kutta, a damped residual and a flipped bracket must be caught"
     ),
     about=(
         "At many points of a trajectory the exact derivative of one step is tested twice: the "
         "pullback of the symplectic form on the groupoid, and the Poisson bracket on the dual. "
-        "Both defects are relative and must be at the level of round-off. It can mislead: at "
-        "small steps every consistent method is symplectic to round-off, so the schemes are "
+        "Each entry is relative to the terms it is made of, and must be at the level of "
+        "round-off. It can mislead: at small steps every consistent method is nearly symplectic, "
+        "so the schemes are "
         "tested at large steps, and methods known to be wrong, the controls, have to be caught "
         "by the same test."
     ),

@@ -85,8 +85,10 @@ def test_the_derivative_is_that_of_differences(scene, name):
     n = len(s.x)
     start = flow.trajectory(0)
     with flow.numbers.working():
-        *_, m = flow._step_from(*flow.context.vectors(start.x[0], start.mu[0]), None)
-        m = flow.numbers.public(m)
+        x, mu = flow.context.vectors(start.x[0], start.mu[0])
+        near = flow.context.vector(s.scene.v0, len(mu))
+        *_, m = flow.geometry.step(x, mu, flow.geometry.start(x, mu, near))
+        m = flow.numbers.public(m.value)
     direction = np.array([mpmath.mpf(e) for e in np.random.default_rng(3).uniform(-1, 1, len(m))])
     ends = []
     for sign in (1, -1):

@@ -62,14 +62,17 @@ def wrong_start(flow):
 
 def damped(flow):
     """F⁺ is a little too small, consistently."""
-    sound = flow.geometry.at
+    for geometry in (flow.context.geometry, flow.context.exactly.geometry):
+        for name in ("at", "tracked"):
+            setattr(geometry, name, _damped(getattr(geometry, name), geometry.numbers))
 
+
+def _damped(sound, numbers):
     def at(x, u):
-        here = sound(x, u)
-        return {k: v * (1 - flow.numbers.number("1e-6")) if k.startswith("plus") else v
-                for k, v in here.items()}  # fmt: skip
+        kept = 1 - numbers.number("1e-6")
+        return {k: v * kept if k.startswith("plus") else v for k, v in sound(x, u).items()}
 
-    flow.geometry.at = at
+    return at
 
 
 def drifting(flow):
@@ -84,8 +87,8 @@ def impatient(flow):
 
 def crooked(flow):
     """F⁺ of every substep is a little too small."""
-    for part in set(flow.parts):
-        damped(part)
+    for part in {*flow.parts, *flow.context.exactly.parts}:
+        part.geometry.tracked = _damped(part.geometry.tracked, part.numbers)
 
 
 def cause(case):

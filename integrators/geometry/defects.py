@@ -1,0 +1,84 @@
+"""How far a step is from keeping its forms, and how far round-off may carry it: without units.
+
+Both are judged entry by entry, against the sum of the absolute terms that the entry is made of. So
+neither a unit of mass, length or time nor a large block beside a small one hides an error.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..numbers import tracked
+from ..numbers.types import Number, Vector
+from .local_geometry import LocalGeometry, Maps
+
+#: (x′, μ′) and the derivative of (x, μ) ↦ (x′, μ′), plain or `Tracked`
+Step: TypeAlias = tuple[Any, Any, Any]
+
+
+def entrywise_defect(map_: Any, form: Any, wanted: Any, resolution: Number) -> Number:
+    """The largest entry of |M Π Mᵀ − Π′| over |M||Π||Mᵀ| + |Π′|; 0 where both are 0.
+
+    map_: M (k×l), form: Π (l×l), wanted: Π′ (k×k), plain or `Tracked`. Where an entry is made of
+    zeros that are known to round-off only, its error bound is added, times `resolution`: 1 where
+    numbers have the digits that are judged, √ε where they have twice as many.
+    """
+    map_, form, wanted = map(tracked, (map_, form, wanted))
+    gap = map_ @ form @ map_.T - wanted
+    terms = abs(map_.value) @ abs(form.value) @ abs(map_.value).T + abs(wanted.value)
+    scale = terms + resolution * gap.error
+    return in_round_offs(gap.value.ravel(), scale.ravel())
+
+
+def pullback_defect(
+    geometry: LocalGeometry, here: Maps, there: Maps, tangent: Any, resolution: Number = 1
+) -> Number:
+    """`entrywise_defect` of PΨᵀ Ω PΨ = Ω for TΨ = tangent, (n+m)×(n+m), of two arrows' maps."""
+    p = geometry.prolongation(here, there, tangent)
+    before, after = geometry.omega(here), geometry.omega(there)
+    return entrywise_defect(p.T, after, before, resolution)
+
+
+def poisson_defect(
+    geometry: LocalGeometry,
+    x: Vector,
+    mu: Vector,
+    step: Step,
+    bracket_sign: int = 1,
+    resolution: Number = 1,
+) -> Number:
+    """`entrywise_defect` of M Π Mᵀ = Π′ for a step (x′, μ′, M) from (x, μ), M its derivative."""
+    after_x, after_mu, m = step
+    before = geometry.poisson_tensor(x, mu, bracket_sign)
+    after = geometry.poisson_tensor(after_x, after_mu, bracket_sign)
+    return entrywise_defect(m, before, after, resolution)
+
+
+def step_round_off(
+    geometry: LocalGeometry, x: Vector, mu: Vector, u: Vector, here: Maps, errors: Vector
+) -> Vector:
+    """What round-off does to (x′, μ′) in one step from (x, μ) along (x, u), n+m units ε.
+
+    A bound to first order: every operation of F⁻, F⁺ and b rounds (`running_error`), F⁻ = hμ is
+    solved to the round-off of its two sides, and so are the stages. here: the maps at (x, u).
+    errors: those of (x, μ) at the start, which are handed on.
+    """
+    numbers, h, n = geometry.numbers, geometry.q[0], geometry.n
+    of_x, of_mu = errors[:n], abs(mu) + errors[n:]
+    inverse = abs(numbers.solve(here["minus_u"], numbers.identity(geometry.m)))
+    of_u = geometry.round_off_of_u(x, u, inverse, of_x, of_mu)
+    b, minus, plus = geometry.with_round_off(x, u, of_x, of_u)
+    after = of_mu + abs(here["plus"] / h) + (minus.error + plus.error) / abs(h)
+    return np.concatenate([b.error + abs(b.value), after])
+
+
+def in_round_offs(gap: Vector, bound: Vector) -> Number:
+    """The largest |gap| over its bound, entry by entry; 0 where there is no gap, 1 where no bound.
+
+    With a `step_round_off` as bound it is at most ε where nothing but round-off made the gap.
+    """
+    pairs = zip(abs(gap), bound, strict=True)
+    found = [g / (b if b else g) for g, b in pairs if g != 0]
+    return max(found, key=lambda d: (d != d, d), default=0 * abs(gap).sum())

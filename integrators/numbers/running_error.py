@@ -1,0 +1,272 @@
+"""Running error analysis: numbers that carry a bound of what round-off has done to them.
+
+Each operation adds one rounding of its result to what its operands hand on (Higham, Accuracy and
+Stability of Numerical Algorithms, 3.3). So an evaluation in another precision ε is off by at most
+`error`·ε, to first order, whatever cancels: sums of absolute terms, operations and the conditioning
+of every function are counted in, and units of length, time and mass with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .arithmetic import Arithmetic
+from .multi_output import registered_names
+from .numeric import run_text
+from .types import Number, Vector
+
+#: derivative of a function at (argument, value), of the functions in generated text
+_SLOPES: dict[str, Callable[[Any, Number, Number], Number]] = {
+    "sin": lambda f, a, v: f["cos"](a),
+    "cos": lambda f, a, v: f["sin"](a),
+    "tan": lambda f, a, v: 1 + v * v,
+    "asin": lambda f, a, v: 1 / f["sqrt"](1 - a * a),
+    "acos": lambda f, a, v: 1 / f["sqrt"](1 - a * a),
+    "atan": lambda f, a, v: 1 / (1 + a * a),
+    "sinh": lambda f, a, v: f["cosh"](a),
+    "cosh": lambda f, a, v: f["sinh"](a),
+    "tanh": lambda f, a, v: 1 - v * v,
+    "exp": lambda f, a, v: v,
+    "log": lambda f, a, v: 1 / a,
+    "sqrt": lambda f, a, v: 1 / (2 * v),
+}
+
+
+class RunningError:
+    """A number and a bound of its error in units of round-off: value ± error·ε."""
+
+    __slots__ = ("error", "value")
+
+    def __init__(self, value: Number, error: Number = 0) -> None:
+        self.value, self.error = value, error
+
+    def __add__(self, other: Any) -> RunningError:
+        other = _running(other)
+        total = self.value + other.value
+        return RunningError(total, self.error + other.error + abs(total))
+
+    def __mul__(self, other: Any) -> RunningError:
+        other = _running(other)
+        product = self.value * other.value
+        error = abs(self.value) * other.error + abs(other.value) * self.error
+        return RunningError(product, error + abs(product))
+
+    def __truediv__(self, other: Any) -> RunningError:
+        other = _running(other)
+        ratio = self.value / other.value
+        error = (self.error + abs(ratio) * other.error) / abs(other.value)
+        return RunningError(ratio, error + abs(ratio))
+
+    def __pow__(self, power: Any) -> RunningError:
+        power = _running(power)
+        value = self.value**power.value
+        slope = power.value * self.value ** (power.value - 1) if power.value else 0
+        error = abs(slope) * self.error if self.error else 0
+        if power.error:
+            error += abs(value) * power.error * abs(np.log(float(abs(self.value))))
+        return RunningError(value, error + abs(value))
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __sub__(self, other: Any) -> RunningError:
+        return self + -_running(other)
+
+    def __rsub__(self, other: Any) -> RunningError:
+        return -self + other
+
+    def __rtruediv__(self, other: Any) -> RunningError:
+        return _running(other) / self
+
+    def __rpow__(self, other: Any) -> RunningError:
+        return _running(other) ** self
+
+    def __neg__(self) -> RunningError:
+        return RunningError(-self.value, self.error)
+
+    def __pos__(self) -> RunningError:
+        return self
+
+    def __abs__(self) -> RunningError:
+        return RunningError(abs(self.value), self.error)
+
+
+def _running(value: Any) -> RunningError:
+    return value if isinstance(value, RunningError) else RunningError(value)
+
+
+class Tracked:
+    """An array of numbers with a bound of each one's error: the same by whole matrices.
+
+    It goes through numpy's functions that only move entries (stack, block, transpose) and through
+    @, +, − and `solve`.
+    """
+
+    __array_ufunc__ = None  # a plain array leaves its operators to this class
+
+    def __init__(self, value: np.ndarray, error: np.ndarray | None = None) -> None:
+        self.value, self.error = value, 0 * abs(value) if error is None else error
+
+    def __array_function__(self, function: Any, types: Any, arguments: Any, more: Any) -> Tracked:
+        values = _each(arguments, lambda e: tracked(e).value)
+        errors = _each(arguments, lambda e: tracked(e).error)
+        return Tracked(function(*values, **more), function(*errors, **more))
+
+    def __matmul__(self, other: Any) -> Tracked:
+        other = tracked(other)
+        a, b = abs(self.value), abs(other.value)
+        error = self.error @ b + a @ (other.error + len(b) * b)
+        return Tracked(self.value @ other.value, error)
+
+    def __rmatmul__(self, other: Any) -> Tracked:
+        return tracked(other) @ self
+
+    def __add__(self, other: Any) -> Tracked:
+        other = tracked(other)
+        total = self.value + other.value
+        return Tracked(total, self.error + other.error + abs(total))
+
+    def __neg__(self) -> Tracked:
+        return Tracked(-self.value, self.error)
+
+    def __sub__(self, other: Any) -> Tracked:
+        return self + -tracked(other)
+
+    def __rsub__(self, other: Any) -> Tracked:
+        return -self + other
+
+    def __truediv__(self, number: Number) -> Tracked:
+        value = self.value / number
+        return Tracked(value, self.error / abs(number) + 2 * abs(value))
+
+    def __getitem__(self, place: Any) -> Tracked:
+        return Tracked(self.value[place], self.error[place])
+
+    @property
+    def T(self) -> Tracked:
+        """The transpose."""
+        return Tracked(self.value.T, self.error.T)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The array's shape."""
+        return self.value.shape
+
+    def __mul__(self, number: Number) -> Tracked:
+        value = self.value * number
+        return Tracked(value, self.error * abs(number) + 2 * abs(value))
+
+    __radd__, __rmul__ = __add__, __mul__
+
+
+def _each(nested: Any, change: Callable[[Any], Any]) -> Any:
+    if isinstance(nested, list | tuple):
+        return [_each(e, change) for e in nested]
+    return change(nested) if isinstance(nested, np.ndarray | Tracked) else nested
+
+
+def tracked(array: Any) -> Tracked:
+    """An array as `Tracked`: of `RunningError`s with their errors, of plain numbers without."""
+    if isinstance(array, Tracked):
+        return array
+    array = np.asarray(array)
+    if array.dtype == object:
+        return Tracked(values_of(array), errors_of(array))
+    return Tracked(array)
+
+
+def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
+    """a⁻¹ b of plain or tracked arrays (`Arithmetic.solve`); a is k×k, b has k rows."""
+    if not isinstance(a, Tracked) and not isinstance(b, Tracked):
+        return numbers.solve(a, b)
+    a, b = tracked(a), tracked(b)
+    x = numbers.solve(a.value, b.value)
+    inverse = abs(numbers.solve(a.value, numbers.identity(len(a.value))))
+    left = (a.error + len(a.value) * abs(a.value)) @ abs(x) + b.error
+    return Tracked(x, inverse @ left)
+
+
+def rounded(values: Vector, errors: Any = None) -> Vector:
+    """Numbers with their errors (by default one rounding each) as `RunningError`, same shape."""
+    values = np.asarray(values)
+    errors = abs(values) if errors is None else np.broadcast_to(errors, values.shape)
+    pairs = zip(values.ravel(), errors.ravel(), strict=True)
+    found = np.empty(values.size, dtype=object)
+    found[:] = [RunningError(value, error) for value, error in pairs]
+    return found.reshape(values.shape)
+
+
+def errors_of(found: Vector) -> Vector:
+    """The errors of an array of `RunningError`s or plain numbers, which have none."""
+    return np.array([_running(e).error for e in found.ravel()]).reshape(found.shape)
+
+
+def values_of(found: Vector) -> Vector:
+    """The values of an array of `RunningError`s or plain numbers."""
+    return np.array([_running(e).value for e in found.ravel()]).reshape(found.shape)
+
+
+def with_running_errors(text: str, numbers: Arithmetic) -> Callable[..., Any]:
+    """The function of a text that `numeric_text` wrote, on `RunningError`s of an arithmetic.
+
+    Functions that stand in front of it (series, functions of matrices) are taken as one operation
+    each, whose derivatives are difference quotients: only the size of an error is asked for.
+    """
+    plain = numbers.namespace()
+    with numbers.working():
+        names = dict(run_text(text, plain))  # a copy: those functions go on with plain numbers
+        names |= {name: _tracked(plain, name) for name in _SLOPES}
+        names |= {"atan2": _atan2(plain), "abs": abs, "R": lambda e: RunningError(plain["R"](e))}
+        names["PI"] = RunningError(plain["PI"], plain["PI"])
+        names["constant"] = lambda name: rounded(plain["constant"](name))[()]
+        names |= {name: _as_one(names[name], numbers)
+                  for name in registered_names() if name in names}  # fmt: skip
+        names["array"] = lambda entries, *shape: np.array(entries, dtype=object).reshape(shape)
+        # the function alone: what stands in front was run on plain numbers
+        return run_text(text[text.rindex("def function(") :], names)["function"]
+
+
+def _tracked(plain: dict[str, Any], name: str) -> Callable[[Any], RunningError]:
+    def function(argument: Any) -> RunningError:
+        argument = _running(argument)
+        value = plain[name](argument.value)
+        error = 0
+        if argument.error:
+            slope = _SLOPES[name](plain, argument.value, value)
+            error = abs(slope) * argument.error
+        return RunningError(value, error + abs(value))
+
+    return function
+
+
+def _atan2(plain: dict[str, Any]) -> Callable[[Any, Any], RunningError]:
+    def function(y: Any, x: Any) -> RunningError:
+        y, x = _running(y), _running(x)
+        value, square = plain["atan2"](y.value, x.value), x.value**2 + y.value**2
+        error = abs(x.value) * y.error + abs(y.value) * x.error
+        return RunningError(value, (error / square if error else 0) + abs(value))
+
+    return function
+
+
+def _as_one(function: Callable[..., Any], numbers: Arithmetic) -> Callable[..., Any]:
+    """A function of numbers as one operation on numbers with errors."""
+    nearby = numbers.eps**0.5
+
+    def whole(*arguments: Any) -> Any:
+        flat = [_running(e) for e in arguments]
+        values = [e.value for e in flat]
+        found = np.array(function(*values), dtype=object)
+        errors = abs(found)
+        for k, argument in enumerate(flat):
+            if argument.error:
+                moved = list(values)
+                moved[k] = moved[k] + nearby
+                change = np.array(function(*moved), dtype=object) - found
+                errors = errors + abs(change) / nearby * argument.error
+        result = rounded(found, errors)
+        return result if found.shape else result[()]
+
+    return whole

@@ -1,0 +1,211 @@
+"""Verdicts in every system of units: a scene told in others has the same, and so have controls.
+
+In units of which the old length is X, the old time T and the old action A, the base and velocities
+of a pair are multiplied by X and X/T, velocities of a group by 1/T, and the Lagrangian by A/T.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+import pytest
+
+from discmech.integrators import (
+    Scene,
+    Scheme,
+    StepFailure,
+    lie_group,
+    pair,
+    product,
+    rules,
+    scenes,
+    so,
+)
+from discmech.studies.core import controls
+from discmech.studies.symplecticity.measuring import limit, limits
+
+
+def _spinning(x, v, p):
+    """A sprung mass that carries a body, whose spin drives it: lengths beside angles."""
+    spin = sum(i * v[1 + k] ** 2 for k, i in enumerate((1, 2, 3)))
+    return (v[0] ** 2 + spin - x[0] ** 2) / 2 + v[0] * v[3] / 4 + x[0] * v[2] / 5
+
+
+SPINNING = Scene("spinning-mass", product(pair(1), lie_group(so(3))), _spinning,
+                 x0=["0.5"], v0=["0.3", "0.7", "0.6", "0.5"], step="0.1")  # fmt: skip
+#: scene → which components of x, and of u, hold a length; one of each kind of groupoid, one stiff
+LENGTHS = {"harmonic": ({0}, {0}), "pendulum": ((), ()), "kepler": ({0, 1}, {0, 1}),
+           "fpu": (range(6), range(6)), "rigid-body": ((), ()), "heavy-top": ((), ()),
+           "rotor-body": ((), ()), "spinning-mass": ({0}, {0})}  # fmt: skip
+#: where no power of a length leaves the doubles at 10^±150: x² is as far as they go
+QUADRATIC = ("harmonic", "spinning-mass")
+#: a step of three unknowns is solved by a determinant, the cube of an action
+CUBED = ("rigid-body", "heavy-top")
+UNITS = ("length", "time", "action")
+
+
+@dataclass(frozen=True)
+class Units:
+    """How many of the new units the old ones of length, time and action are, as powers of ten."""
+
+    length: int = 0
+    time: int = 0
+    action: int = 0
+
+    def of(self, name):
+        return Fraction(10) ** getattr(self, name)
+
+    def __str__(self):
+        return ",".join(f"{n} 1e{getattr(self, n)}" for n in UNITS if getattr(self, n)) or "own"
+
+
+def others():
+    for name in LENGTHS:
+        for power in (10, -10, 150, -150):
+            for unit in UNITS:
+                if unit == "length" and not LENGTHS[name][0]:
+                    continue
+                if unit == "length" and abs(power) > 10 and name not in QUADRATIC:
+                    continue
+                # a step beyond 1e±100 is refused
+                least = {"time": 90, "action": 100 if name in CUBED else 150}.get(unit, 150)
+                yield name, Units(**{unit: max(-least, min(least, power))})
+
+
+@cache
+def derived(name):
+    """The scheme in letters for the units, so that it is derived once."""
+    scene = SPINNING if name == SPINNING.name else scenes.get(name)
+    n, m = scene.groupoid.dim_x, scene.groupoid.dim_u
+
+    def lagrangian(x, v, p):
+        own_x, own_v = x.copy(), v * p.time_unit
+        for i in LENGTHS[name][0]:
+            own_x[i] = x[i] / p.length_unit
+        for i in LENGTHS[name][1]:
+            own_v[i] = own_v[i] / p.length_unit
+        return p.action_unit / p.time_unit * scene.lagrangian(own_x, own_v, p)
+
+    letters = {f"{unit}_unit": 1 for unit in UNITS}
+    told = scene.with_values(name=f"{name}-told", symmetries=(), fast=None)
+    told = Scene(told.name, told.groupoid, lagrangian, {**scene.parameters, **letters},
+                 scene.x0, scene.v0, scene.duration, scene.step)  # fmt: skip
+    assert (n, m) == (told.groupoid.dim_x, told.groupoid.dim_u)
+    return Scheme(told, rules.trapezoidal), scene
+
+
+def in_units(name, units):
+    """The scheme of the scene as told in other units."""
+    scheme, scene = derived(name)
+    of_x, of_u = LENGTHS[name]
+    length, time = units.of("length"), units.of("time")
+    return scheme.at(
+        x0=[e * (length if i in of_x else 1) for i, e in enumerate(scene.x0)],
+        v0=[e * (length if i in of_u else 1) / time for i, e in enumerate(scene.v0)],
+        duration=scene.duration * time, step=scene.step * time,
+        parameters={f"{unit}_unit": units.of(unit) for unit in UNITS},
+    )  # fmt: skip
+
+
+def defects(name, units, steps=4):
+    """The worst (pullback, Poisson, residual) of a run in double precision."""
+    scheme = in_units(name, units)
+    flow = scheme.flow(scheme.scene.step)
+    run = flow.trajectory(steps)
+    found = []
+    for k in (0, steps - 1):
+        x, u, mu = run.x[k], run.u[k], run.mu[k]
+        found.append((flow.pullback_defect(x, u), flow.poisson_defect(x, mu, u0=u),
+                      flow.step_defect(x, mu, run.x[k + 1], run.mu[k + 1], u0=u)))  # fmt: skip
+    return dict(zip(("pullback", "poisson", "residual"), map(max, zip(*found, strict=True)),
+                    strict=True))  # fmt: skip
+
+
+every_unit = pytest.mark.parametrize(
+    ("name", "units"), [pytest.param(*of, id=f"{of[0]} {of[1]}") for of in others()]
+)
+
+
+@every_unit
+def test_sound_schemes_keep_their_forms_and_their_equations_in_every_unit(name, units):
+    allowed = limits(16)
+    for kind, value in defects(name, units).items():
+        assert value <= allowed[kind], kind
+
+
+@every_unit
+def test_controls_are_caught_in_every_unit(name, units):
+    scheme = in_units(name, units)
+    flow = scheme.flow(scheme.scene.step)
+    caught = 1e3 * limit(16)
+    for control in ("explicit Euler", "Heun"):
+        assert max(controls.runge_kutta_defects(flow, control, 2)) >= caught, control
+    run = flow.trajectory(2)
+    assert controls.damped_defect(flow, run.x[1], run.u[1]) >= caught
+    if name in ("heavy-top", "rotor-body", "spinning-mass"):
+        flipped = flow.poisson_defect(run.x[1], run.mu[1], u0=run.u[1], bracket_sign=-1)
+        assert flipped >= caught
+
+
+@every_unit
+@pytest.mark.parametrize("part", ("x", "mu"))
+def test_a_step_that_is_off_in_any_one_component_is_caught_in_every_unit(name, units, part):
+    """By a part in 10⁸ of it: a large component hides no small one."""
+    scheme = in_units(name, units)
+    flow = scheme.flow(scheme.scene.step)
+    run = flow.trajectory(2)
+    x, u, mu = run.x[1], run.u[1], run.mu[1]
+    for component in range(getattr(run, part).shape[1]):
+        after = {"x": run.x[2].copy(), "mu": run.mu[2].copy()}
+        after[part][component] *= 1 + 1e-8
+        if not after[part][component]:
+            continue
+        found = flow.step_defect(x, mu, after["x"], after["mu"], u0=u)
+        assert found > limits(16)["residual"], component
+
+
+@pytest.mark.parametrize("name", CUBED)
+@pytest.mark.parametrize("power", (150, -150))
+def test_units_that_no_double_holds_are_refused(name, power):
+    scheme = in_units(name, Units(action=power))
+    with pytest.raises(StepFailure, match="no longer finite"):
+        scheme.flow(scheme.scene.step).trajectory(1)
+
+
+def test_what_is_zero_on_both_sides_is_no_defect():
+    """The plane x₃ = 0 of a central force is kept exactly; a push out of it is no round-off."""
+    flat = Scene("flat", pair(3), lambda x, v, p: (v.dot(v) - x.dot(x)) / 2,
+                 x0=[1, 0, 0], v0=[0, 1, 0], step="0.1")  # fmt: skip
+    flow = Scheme(flat, rules.midpoint).flow(flat.step)
+    run = flow.trajectory(1)
+    assert flow.pullback_defect(run.x[0], run.u[0]) <= 1e-40
+    assert flow.poisson_defect(run.x[0], run.mu[0]) <= 1e-40
+    assert flow.step_defect(run.x[0], run.mu[0], run.x[1], run.mu[1]) <= 2.0**-52
+    assert flow.step_defect(run.x[0], run.mu[0], run.x[1] + [0, 0, 1e-30], run.mu[1]) == 1
+
+
+def test_an_equilibrium_of_forces_that_cancel_is_no_defect():
+    """What is left of two springs' pulls is round-off of each, not of their sum."""
+
+    def lagrangian(x, v, p):
+        return v[0] ** 2 / 2 - 3 * (x[0] - p.a) ** 2 / 2 - (x[0] + 3 * p.a) ** 2 / 2
+
+    still = Scene("held", pair(1), lagrangian, {"a": "1/3"}, x0=[0], v0=[0], step="0.1")
+    flow = Scheme(still, rules.midpoint).flow(still.step)
+    run = flow.trajectory(3)
+    for k in range(3):
+        found = flow.step_defect(run.x[k], run.mu[k], run.x[k + 1], run.mu[k + 1], u0=run.u[k])
+        assert found <= limits(16)["residual"]
+    assert flow.step_defect(run.x[0], run.mu[0], run.x[1], run.mu[1] + 1e-12) > 1e-13
+
+
+def test_integers_among_the_entries_of_a_matrix_are_no_floats():
+    """At 50 digits 1/3 in an elimination is a third to 50 digits."""
+    from discmech.integrators.numbers import arithmetic
+
+    numbers = arithmetic(50)
+    with numbers.working():
+        a = np.array([[3, 1], [1, 2]], dtype=object)
+        left = a @ numbers.solve(a, np.array([1, 0], dtype=object)) - [1, 0]
+        assert max(abs(left)) < 1e-60
