@@ -1,22 +1,37 @@
 """What a one-step map sees of a scene: its vector field, energy and Poisson tensor on the dual.
 
-Every answer is a column of letters, and the map's expressions stay small however often it asks:
-what a letter stands for is kept in blocks, through which derivatives go (`chain_rule`).
+Every answer stands for a letter, and the map's expressions stay small however often it asks: what
+a letter stands for is kept in blocks, through which derivatives go (`chain_rule`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
+from functools import cache, cached_property
+from typing import Any, cast
 
 from ..errors import BadInput
-from ..numbers import floats_exact, jacobian, replaced, sympy
+from ..groupoids import LieGroup
+from ..numbers import floats_exact, jacobian, parts_of, replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from .chain_rule import Block, ChainRule, partials
 from .continuous import closed_velocity, energy, momentum, rates
 from .symbols import SceneSymbols, column, vector
+
+
+@cache
+def _answer() -> Any:
+    """Functions of a letter and of the unknowns and states that it depends on: no formulas."""
+
+    def derivative(self: Any, s: Letter) -> Expression:
+        raise BadInput(
+            "it differentiates what s gave, which is no formula; s.df is the derivative of s.f, "
+            "s.dH that of s.H."
+        )
+
+    members = {"_eval_derivative": derivative, "_eval_is_real": lambda self: True}
+    return type("answer", (sympy.Function,), members)
 
 
 @dataclass(eq=False)
@@ -33,15 +48,17 @@ class DualSystem:
     """The scene as a one-step map sees it, on the dual algebroid with states z = (x, μ).
 
     n, m: the lengths of x and μ. parameters: the scene's, by name. groupoid: the scene's. Answers
-    are letters of their own, so differentiating one by z gives nothing: ask `dH` for a gradient.
+    have no formula: a map that differentiates one, or replaces something in it, is told so.
     """
 
     def __init__(self, s: SceneSymbols, unknowns: Sequence[Column] = ()) -> None:
         self._s, self.groupoid, self.parameters = s, s.groupoid, s.parameters
         self.n, self.m = len(s.x), len(s.mu)
         self.chain = ChainRule()
-        #: columns of letters that expressions may hold
-        self._columns = [s.x, s.mu, *unknowns]
+        #: columns of letters that stand for nothing else
+        self._given = [s.x, s.mu, *unknowns]
+        #: each letter that was answered, as the map sees it
+        self._seen: dict[Letter, Expression] = {}
         #: ξ at points where it has no closed form: unknowns of the step, and the rows they solve
         self.velocities: list[Column] = []
         self.velocity_rows: list[Column] = []
@@ -51,24 +68,35 @@ class DualSystem:
 
     def f(self, z: Column) -> Column:
         """The vector field (ẋ, μ̇) at z, (n+m)×1."""
-        return self._answer("zf", z, self._rates)
+        return self._shown(self._field(self._at(z)))
+
+    def df(self, z: Column) -> SymbolicMatrix:
+        """The derivative of the vector field at z, (n+m)×(n+m).
+
+        Raises `BadInput` where ξ(x, μ) has no closed form.
+        """
+        at = self._at(z)
+        if self.velocities:
+            raise BadInput("s.df needs a closed form of ξ(x, μ), which this scene has not.")
+        return self._shown(self.chain.total(self._field(at), column([*at.x, *at.mu])))
 
     def xi(self, z: Column) -> Column:
         """The velocity ξ = ∂H/∂μ at z, m×1."""
-        return self._at(z).xi
+        return self._shown(self._at(z).xi)
 
     def H(self, z: Column) -> Expression:
         """The energy ⟨μ, ξ⟩ − l(x, ξ) at z."""
-        at, slope = self._at(z), self.dH(z)
+        at = self._at(z)
         if "zh" not in at.answers:
-            value = column([replaced([energy(self._s)], self._letters(at))[0]])
-            by = [(at.x, slope[: self.n, :].T), (at.mu, slope[self.n :, :].T)]
-            self._named(at, "zh", value, [part for part in by if len(part[0])])
-        return at.answers["zh"][0]
+            value = column(replaced([energy(self._s)], self._letters(at)))
+            by = [(at.x, self._force(at).T), (at.mu, at.xi.T)]
+            at.answers["zh"] = self._named("zh", value, [part for part in by if len(part[0])])
+        return self._shown(at.answers["zh"])[0]
 
     def dH(self, z: Column) -> Column:
         """The gradient (∂H/∂x, ∂H/∂μ) of the energy at z, (n+m)×1; the second part is ξ."""
-        return self._answer("zg", z, self._force).col_join(self._at(z).xi)
+        at = self._at(z)
+        return self._shown(self._force(at).col_join(at.xi))
 
     def B(self, z: Column) -> SymbolicMatrix:
         """The Poisson tensor at z, (n+m)×(n+m): the vector field is B dH.
@@ -81,7 +109,7 @@ class DualSystem:
         for nu, c in enumerate(self.groupoid.structure_functions(at.x, s.h)):
             bracket -= (c / s.h) * at.mu[nu]
         top = sympy.zeros(self.n).row_join(rho)
-        return top.col_join((-rho.T).row_join(bracket)).applyfunc(sympy.sympify)
+        return self._shown(top.col_join((-rho.T).row_join(bracket)))
 
     def split(self, z: Column) -> tuple[Column, Column]:
         """(x, μ) of a state, n×1 and m×1."""
@@ -98,14 +126,14 @@ class DualSystem:
 
     def chart_velocity(self, sigma: Column, xi: Column) -> Column:
         """σ̇ with d/dt τ(σ) = τ(σ) ξ in the chart of a group, m×1."""
-        at = self._named_values("zs", sigma)
-        return self.groupoid.L(self._s.x, at, sympy.Integer(1)) * xi
+        at = self._named("zs", self.letters(sigma))
+        return self._shown(self.groupoid.L(self._s.x, at, sympy.Integer(1))) * xi
 
     def coadjoint(self, sigma: Column, mu: Column) -> Column:
         """Ad*_{τ(σ)} μ of a group, m×1: what μ becomes when g = τ(σ) is the motion."""
-        at = self._named_values("zs", sigma)
-        right = self.groupoid.tau.inverse_right_field(self.groupoid.algebra, at)  # type: ignore[attr-defined]
-        return (right * self.groupoid.L(self._s.x, at, sympy.Integer(1))).T * mu
+        at, group = self._named("zs", self.letters(sigma)), cast(LieGroup, self.groupoid)
+        right = group.tau.inverse_right_field(group.algebra, at)
+        return self._shown(right * group.L(self._s.x, at, sympy.Integer(1))).T * mu
 
     @cached_property
     def degree(self) -> int | None:
@@ -122,6 +150,35 @@ class DualSystem:
 
     # -- letters ---------------------------------------------------------------------------------
 
+    def letters(self, given: Iterable[Expression]) -> Column:
+        """What a map gives, with the letters that its answers stand for.
+
+        Raises `BadInput` if it replaced something in an answer.
+        """
+        found = replaced(map(floats_exact, given), {seen: e for e, seen in self._seen.items()})
+        if any(isinstance(part, _answer()) for part in parts_of(found)):
+            raise BadInput("it replaces letters in what s gave: ask s again, at the other state.")
+        return column(found)
+
+    def _shown(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
+        """The matrix as the map sees it: its letters as answers, which know what they depend on."""
+        for letter in symbols_of(matrix) & self.chain.owner.keys() - self._seen.keys():
+            self._seen[letter] = _answer()(letter, *sorted(self._bases(letter), key=str))
+        return sympy.Matrix(*matrix.shape, replaced(map(sympy.sympify, matrix), self._seen))
+
+    def _bases(self, letter: Letter) -> set[Letter]:
+        """The letters of states and unknowns that a letter depends on."""
+        pending, seen = {letter}, set[Letter]()
+        while pending:
+            seen |= pending
+            values = [self._value(e) for e in pending if e in self.chain.owner]
+            pending = symbols_of(values) - seen
+        return seen & {e for part in self._given for e in part}
+
+    def _value(self, letter: Letter) -> Expression:
+        block = self.chain.owner[letter]
+        return block.values[list(block.letters).index(letter)]
+
     def _check(self, z: Any) -> None:
         shape = getattr(z, "shape", None)
         if shape != (self.n + self.m, 1):
@@ -130,52 +187,49 @@ class DualSystem:
 
     def _at(self, z: Column) -> Point:
         self._check(z)
-        values = tuple(map(floats_exact, z))
+        given = self.letters(z)
+        values = tuple(given)
         if values not in self._points:
             s = self._s
-            given = column(values)
             if values != (*s.x, *s.mu):
-                given = self._named_values("za", given)
-            x, mu = given[: self.n, :], given[self.n :, :]
-            xi = closed_velocity(s)
-            if xi is None:
-                xi = vector(f"zv{len(self.velocities)}", self.m)
-                self._columns.append(xi)
-                self.velocities.append(xi)
-                at = Point(x, mu, xi)
-                self.velocity_rows.append(column(replaced(momentum(s), self._letters(at))) - mu)
+                given = self._named("za", given)
+            at = Point(given[: self.n, :], given[self.n :, :], s.u)
+            closed = closed_velocity(s)
+            if closed is None:
+                at.xi = vector(f"zv{len(self.velocities)}", self.m)
+                self._given.append(at.xi)
+                self.velocities.append(at.xi)
+                row = column(replaced(momentum(s), self._letters(at))) - at.mu
+                self.velocity_rows.append(row)
             else:
-                swap = dict(zip([*s.x, *s.mu], given, strict=True))
-                xi = self._named_values("zv", column(replaced(xi, swap)))
-            self._points[values] = Point(x, mu, xi)
+                at.xi = self._named("zv", column(replaced(closed, self._letters(at))))
+            self._points[values] = at
         return self._points[values]
 
-    def _answer(self, name: str, z: Column, value: Callable[[Point], Column]) -> Column:
-        at = self._at(z)
-        if name not in at.answers:
-            self._named(at, name, value(at))
-        return at.answers[name]
-
-    def _rates(self, at: Point) -> Column:
-        return column(replaced(rates(self._s), self._letters(at)))
+    def _field(self, at: Point) -> Column:
+        """(ẋ, μ̇) at a point, as letters."""
+        if "zf" not in at.answers:
+            values = column(replaced(rates(self._s), self._letters(at)))
+            at.answers["zf"] = self._named("zf", values)
+        return at.answers["zf"]
 
     def _force(self, at: Point) -> Column:
-        """∂H/∂x = −∂l/∂x, n×1."""
-        slope = jacobian([self._s.lagrangian], self._s.x)
-        return -column(replaced(slope, self._letters(at)))
+        """∂H/∂x = −∂l/∂x at a point, as letters, n×1."""
+        if "zg" not in at.answers:
+            slope = jacobian([self._s.lagrangian], self._s.x)
+            values = -column(replaced(slope, self._letters(at)))
+            at.answers["zg"] = self._named("zg", values)
+        return at.answers["zg"]
 
     def _letters(self, at: Point) -> dict[Expression, Expression]:
         s = self._s
         return dict(zip([*s.x, *s.u, *s.mu], [*at.x, *at.xi, *at.mu], strict=True))
 
-    def _named(self, at: Point, name: str, values: Column, by: Any = None) -> None:
-        at.answers[name] = self._named_values(name, values, by)
-
-    def _named_values(self, name: str, values: Column, by: Any = None) -> Column:
+    def _named(self, name: str, values: Column, by: Any = None) -> Column:
         """Letters for the values; by: their derivatives, where these are known."""
         letters = vector(f"{name}{len(self.chain.blocks)}", len(values))
         if len(values):
-            slopes = partials(values, self._columns) if by is None else by
+            known = [*self._given, *(block.letters for block in self.chain.blocks)]
+            slopes = partials(values, known) if by is None else by
             self.chain.add(Block(letters, values, slopes, summed=True))
-            self._columns.append(letters)
         return letters

@@ -154,11 +154,15 @@ class OneStepEquations:
                 f"gives {what} {found}; a state (x, μ) has {size} entries, "
                 f"{len(self.x)} of x and {len(self.u)} of μ"
             )
-        return column(self.s.scalar(e, f"map {self.rule.name}", self.rule.formula) for e in entries)
+        scalars = [self.s.scalar(e, f"map {self.rule.name}", self.rule.formula) for e in entries]
+        try:
+            return self.view.letters(scalars)
+        except BadInput as error:
+            raise self._bad(f"cannot be used: {error}") from None
 
     def _bad(self, what: str) -> BadInput:
         place = f"{self._place}: " if self._place else ""
-        return BadInput(f"{place}{self.s.name}: map {self.rule.name} {what}.")
+        return BadInput(f"{place}{self.s.name}: map {self.rule.name} {what.rstrip('.')}.")
 
     def _check_letters(self) -> None:
         used = self.definitions(self.rows, self.increment)

@@ -13,7 +13,7 @@ import sympy
 from discmech import BadInput, Scene, Scheme, StepFailure, one_step, pair, scenes
 from discmech.integrators.equations import DualSystem, SceneSymbols, energy
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.numbers import arithmetic, numeric
+from discmech.integrators.numbers import arithmetic, evaluate_matrix, needed, numeric, random_point
 from discmech.integrators.rules import MAPS, dual_gauss, get, newmark
 from discmech.studies.work_precision.peers.equations import equations_of
 
@@ -139,10 +139,8 @@ def test_the_field_is_the_bracket_with_the_energy(scene):
     s = SceneSymbols(scenes.get(scene))
     view = DualSystem(s)
     z = sympy.Matrix([*s.x, *s.mu])
-    gap = view.f(z) - view.B(z) * view.dH(z)
-    gradient = view.chain.total([view.H(z)], z).T - view.dH(z)
-    from discmech.integrators.numbers import evaluate_matrix, needed, random_point
-
+    gap = view.letters(view.f(z) - view.B(z) * view.dH(z))
+    gradient = view.chain.total(view.letters([view.H(z)]), z).T - view.letters(view.dH(z))
     point = random_point([*z, *s.q], [s.h])
     for matrix in (gap, gradient):
         used = needed(view.chain.definitions(), list(matrix))
@@ -217,6 +215,34 @@ def test_without_a_closed_form_of_the_velocity(name):
     assert bool(s.flow("0.05").poisson_defect(run.x[3], run.mu[3]) < 1e-15) is symplectic
 
 
+@mpmath.workdps(60)
+@pytest.mark.parametrize("scene", ["pendulum", "rigid-body", "heavy-top"])
+def test_a_map_may_ask_for_the_derivative_of_the_field(scene):
+    """The linearly implicit midpoint rule."""
+
+    @one_step(order=2, implicit=True)
+    def rosenbrock(s, z, Z, h):
+        return Z - z - h * s.f(z) - h * s.df(z) * (Z - z) / 2
+
+    s, errors = Scheme(scenes.get(scene), rosenbrock), []
+    for h in (sympy.Rational("1e-4"), sympy.Rational("5e-5")):
+        once, twice = (s.flow(h / k, digits=50).trajectory(k) for k in (1, 2))
+        errors.append(size(state(once) - state(twice)))
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.01)
+    assert s.self_adjoint is (scene != "pendulum")  # Kahan's method where the field is quadratic
+    flow = s.flow("0.01", digits=50)
+    start, n = flow.trajectory(0), len(s.x)
+    with flow.numbers.working():
+        *_, m = flow._step_from(*flow.context.vectors(start.x[0], start.mu[0]), None)
+        m = flow.numbers.public(m)
+    ends = []
+    for sign in (1, -1):
+        z = state(start) + sign * mpmath.mpf(10) ** -15
+        ends.append(np.concatenate(flow.dual_step(z[:n], z[n:])))
+    slope = (ends[0] - ends[1]) * 10**15 / 2
+    assert size(slope - m.sum(axis=1)) < 1e-25
+
+
 # -- what has no meaning, and bad input -----------------------------------------------------------
 
 
@@ -277,6 +303,8 @@ def wrong(formula, **how):
         (lambda s, z, h, K: z, {"stages": 1}, r"return Z, \[1 residuals\]"),
         (lambda s, z, h, K: (z, [z]), {"stages": 1}, "does not determine its stages"),
         (lambda s, z, h: ["a"] * 4, {}, "not an expression"),
+        (lambda s, z, h: z + h * s.f(z).jacobian(z) * s.f(z), {}, "s.df is the derivative of s.f"),
+        (lambda s, z, h: z + h * s.f(z).subs(z[0], 1), {}, "ask s again, at the other state"),
     ],
 )
 def test_wrong_maps_say_so_in_one_sentence(formula, how, said):
