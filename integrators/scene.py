@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -55,6 +56,17 @@ class OnGroup:
     order: int | None = None
 
 
+def takes_time(function: Callable[..., Any] | None) -> bool:
+    """Whether a function of (x, v, p) has a fourth argument without a default, the time t."""
+    if function is None:
+        return False
+    try:
+        given = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):  # of a callable that tells nothing
+        return False
+    return sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given) == 4
+
+
 def on_group(
     formula: Callable[..., Any] | None = None,
     *,
@@ -72,7 +84,10 @@ class Scene:
     """A mechanical system: Lagrangian, groupoid, parameters, start and symmetries.
 
     lagrangian(x, v, p): sympy columns x (n×1) and v (m×1, natural velocities: ẋ = ρ̂(x)v), and p
-    with one attribute a parameter (a list parameter is a column, a list of lists a matrix).
+    with one attribute a parameter (a list parameter is a column, a list of lists a matrix);
+    lagrangian(x, v, p, t) depends on the time too.
+    force(x, v, p) or force(x, v, p, t): m components in the natural basis of A*, what
+    d/dt ∂l/∂ξ = ρ̂ᵀ ∂l/∂x + ad* … + f gets beside the Lagrangian (Lagrange–d'Alembert).
     fast(x, p): the part of the potential that makes the stiff motion, for rules that treat it apart
     (`imex`); `lagrangian` subtracts it all the same.
     discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such; or
@@ -97,6 +112,7 @@ class Scene:
     title: str = ""
     discrete_lagrangian: Callable[..., Any] | None = None
     fast: Callable[..., Any] | None = None
+    force: Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -114,6 +130,11 @@ class Scene:
         given = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
         if not given or (given == 2 and not isinstance(self.discrete_lagrangian, OnGroup)):
             raise BadInput(f"{self.name}: give either lagrangian= or discrete_lagrangian=.")
+        if self.force is not None and not (callable(self.force) and not self.discrete_lagrangian):
+            raise BadInput(
+                f"{self.name}: force= is a function of (x, v, p) or (x, v, p, t) beside a "
+                "lagrangian=; a discrete Lagrangian has no points that it could act at."
+            )
         if not isinstance(self.parameters, Mapping):
             raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")
         for key in self.parameters:
@@ -134,6 +155,11 @@ class Scene:
         for quantity in self.symmetries:
             if not isinstance(quantity, Conserved):
                 raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
+
+    @property
+    def timed(self) -> bool:
+        """Whether the Lagrangian or the force depends on the time."""
+        return takes_time(self.lagrangian) or takes_time(self.force)
 
     @property
     def parameter_values(self) -> list[Any]:

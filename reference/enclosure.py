@@ -190,11 +190,10 @@ def _stretches(rates: BallRates, piece: _Piece) -> int:
 
 def _scales(equations: Equations, witness: _Witness, sweep: Sweep) -> list[Any]:
     """A power of two for each state, near the largest component that its block has at a step."""
-    n, m = equations.dim_x, equations.dim_u
     tops = [[path(0) for path in piece.paths] for piece in witness.pieces]
     tops.append([exact(z) for z in sweep.states[Fraction(0)]])
     scale = []
-    for block in (slice(0, n), slice(n, n + m), slice(n + m, None)):
+    for block in map(equations.block, ("x", "v", "attitude", "time")):
         parts = [top[block] for top in tops]
         most = largest(z for part in parts for z in part)
         mantissa, exponent = map(int, most.man_exp())

@@ -1,10 +1,10 @@
 """The continuous Euler-Lagrange equations of a scene on its Lie algebroid.
 
     dx/dt = rho(x) xi,
-    d/dt dl/dxi^g = rho^i_g dl/dx^i - C^n_{gm} xi^m dl/dxi^n
+    d/dt dl/dxi^g = rho^i_g dl/dx^i - C^n_{gm} xi^m dl/dxi^n + f_g
 
-(Weinstein 1996; Martinez 2001), with anchor rho and structure functions C derived here, from the
-matrices of the algebra or from the target and product that a user gave:
+(Weinstein 1996; Martinez 2001), f the scene's force, with anchor rho and structure functions C
+derived here, from the matrices of the algebra or from the target and product that a user gave:
 
     pair     rho = 1,                      C = 0
     group    rho = 0 (no base),            [e_m, e_n] = C^g_{mn} e_g
@@ -17,6 +17,7 @@ Everything is exact: sympy expressions with rational (or algebraic) coefficients
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Equations:
-    """dz/dt = rates(z), z = (x, xi, attitude row by row): exact and explicit.
+    """dz/dt = rates(z), z = (x, xi, attitude row by row, t if it counts): exact and explicit.
 
     ``assignments`` are intermediate values, to be evaluated in this order before ``rates``.
     """
@@ -47,6 +48,15 @@ class Equations:
     dim_x: int
     dim_u: int
     attitude_size: int
+    timed: bool = False
+    forced: bool = False
+
+    def block(self, name: str) -> slice:
+        """Where a block of states stands: x, v, attitude or time."""
+        ends = [0, self.dim_x, self.dim_x + self.dim_u]
+        ends += [ends[-1] + self.attitude_size**2, len(self.states)]
+        at = ("x", "v", "attitude", "time").index(name)
+        return slice(ends[at], ends[at + 1])
 
 
 def base_and_velocity(scene: Any) -> tuple[sympy.Matrix, sympy.Matrix]:
@@ -58,39 +68,72 @@ def base_and_velocity(scene: Any) -> tuple[sympy.Matrix, sympy.Matrix]:
     return x, v
 
 
-def exact_lagrangian(scene: Any, x: sympy.Matrix, v: sympy.Matrix) -> sympy.Expr:
-    """l(x, v) with the scene's parameters in it; floats written in it count as exact."""
+def time_symbol() -> sympy.Symbol:
+    """t, of which a Lagrangian or a force may be a function."""
     import sympy
 
+    return sympy.Symbol("t", real=True)
+
+
+def exact_lagrangian(scene: Any, x: sympy.Matrix, v: sympy.Matrix) -> sympy.Expr:
+    """l(x, v), or l(x, v, t), with the scene's parameters in it; floats in it count as exact."""
     if scene.lagrangian is None:
         raise ReferenceFailure(
             f"scene {scene.name} has no continuous Lagrangian, so nothing to refer to; "
             "give it lagrangian=..., or measure it without a reference"
         )
-    values = parameter_values(scene)
+    return _exact(scene, "Lagrangian", scene.lagrangian, x, v)[0]
+
+
+def exact_force(scene: Any, x: sympy.Matrix, v: sympy.Matrix) -> tuple[sympy.Expr, ...]:
+    """The components of the scene's force, like `exact_lagrangian`; none where none acts."""
+    if getattr(scene, "force", None) is None:
+        return ()
+    found = _exact(scene, "force", scene.force, x, v)
+    if len(found) != len(v):
+        raise ReferenceFailure(
+            f"the force of scene {scene.name} has {len(found)} components where its groupoid has "
+            f"dim_u = {len(v)}; give {len(v)}"
+        )
+    return found
+
+
+def _exact(
+    scene: Any, what: str, function: Any, x: sympy.Matrix, v: sympy.Matrix
+) -> tuple[sympy.Expr, ...]:
+    """The entries of a function of (x, v, p) or (x, v, p, t)."""
+    import sympy
+
+    values, t = parameter_values(scene), time_symbol()
+    given = inspect.signature(function).parameters.values()
+    timed = sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given) == 4
+
+    def entries(parameters: Any) -> list[sympy.Expr]:
+        value = function(x, v, parameters, *([t] if timed else []))
+        many = hasattr(value, "shape") or isinstance(value, (list, tuple))
+        return [sympy.sympify(e) for e in (list(value) if many else [value])]
+
     try:
-        expression = sympy.sympify(_scalar(scene.lagrangian(x, v, values)))
-        if expression.has(sympy.Float):  # keep floats from eating the exact parameters
-            expression = _with_symbolic_parameters(scene, x, v, values)
-    except ReferenceFailure:
-        raise
+        found = entries(values)
+        if any(e.has(sympy.Float) for e in found):  # keep floats from eating the exact parameters
+            found = _with_symbolic_parameters(values, entries)
     except Exception as error:
         raise ReferenceFailure(
-            f"the Lagrangian of scene {scene.name} cannot be evaluated on symbols "
+            f"the {what} of scene {scene.name} cannot be evaluated on symbols "
             f"({type(error).__name__}: {error}); write it with sympy functions of x, v and p"
         ) from error
-    unknown = expression.free_symbols - set(x) - set(v)
+    unknown = set().union(*(e.free_symbols for e in found)) - {*x, *v, *([t] if timed else [])}
     if unknown:
         raise ReferenceFailure(
-            f"the Lagrangian of scene {scene.name} contains unknown symbols "
+            f"the {what} of scene {scene.name} contains unknown symbols "
             f"{', '.join(sorted(map(str, unknown)))}; make them parameters of the scene"
         )
-    if expression.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
+    if any(e.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo) for e in found):
         raise ReferenceFailure(
-            f"the Lagrangian of scene {scene.name} is not finite with these parameters; "
+            f"the {what} of scene {scene.name} is not finite with these parameters; "
             "change the parameter that makes it so"
         )
-    return expression
+    return tuple(found)
 
 
 def equations_of(scene: Any, attitude: bool = False) -> Equations:
@@ -105,11 +148,16 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
     momentum = sympy.Matrix([lagrangian.diff(v[g]) for g in range(m)])
     x_rates = structure.rho * v if n else sympy.zeros(0, 1)
     force = sympy.Matrix([_force(structure, lagrangian, momentum, x, v, g) for g in range(m)])
+    acting, t = exact_force(scene, x, v), time_symbol()
+    for g, component in enumerate(acting):
+        force[g] += component
+    timed = any(e.has(t) for e in (lagrangian, *acting))
     for g in range(m):
+        force[g] -= momentum[g].diff(t)
         force[g] -= sum((momentum[g].diff(x[i]) * x_rates[i] for i in range(n)), sympy.S.Zero)
     mass = sympy.Matrix(m, m, lambda i, j: momentum[i].diff(v[j]))
     assignments, v_rates = explicit_rates(
-        scene.name, mass, force, dict(zip([*x, *v], start, strict=True))
+        scene.name, mass, force, dict(zip([*x, *v, t], [*start, sympy.S.Zero], strict=True))
     )
     states, rates, size = [*x, *v], [*x_rates, *v_rates], 0
     if attitude:
@@ -124,10 +172,12 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
         states += list(matrix)
         rates += list(matrix * velocity)
         start = (*start, *sympy.eye(size))
+    if timed:
+        states, rates, start = [*states, t], [*rates, sympy.S.One], (*start, sympy.S.Zero)
     energy = sum((momentum[g] * v[g] for g in range(m)), sympy.S.Zero) - lagrangian
     return Equations(
         scene.name, tuple(states), start, tuple(assignments), tuple(rates), lagrangian,
-        tuple(momentum), energy, n, m, size,
+        tuple(momentum), energy, n, m, size, timed, bool(acting),
     )  # fmt: skip
 
 
@@ -149,12 +199,7 @@ def exact_start(scene: Any) -> tuple[sympy.Expr, ...]:
     )
 
 
-def _scalar(value: Any) -> Any:
-    """A 1x1 matrix (such as v.T*v) as its entry."""
-    return value[0] if getattr(value, "shape", None) == (1, 1) else value
-
-
-def _with_symbolic_parameters(scene: Any, x: Any, v: Any, values: Any) -> sympy.Expr:
+def _with_symbolic_parameters(values: Any, entries: Any) -> list[sympy.Expr]:
     import sympy
 
     substitution: dict[Any, Any] = {}
@@ -167,8 +212,7 @@ def _with_symbolic_parameters(scene: Any, x: Any, v: Any, values: Any) -> sympy.
             held = sympy.Dummy(real=True)
             substitution[held] = value
         setattr(symbols, name, held)
-    expression = sympy.sympify(_scalar(scene.lagrangian(x, v, symbols)))
-    return without_floats(expression).subs(substitution)
+    return [without_floats(e).subs(substitution) for e in entries(symbols)]
 
 
 def _force(

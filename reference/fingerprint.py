@@ -1,8 +1,8 @@
 """A scene's exact content in one short string: other mathematics, another string.
 
-It is a digest of the expressions themselves: the Lagrangian, the anchor, the structure functions,
-the attitude's matrices and the start. No two systems share it, however near they are at some
-points; the same formula written otherwise may have another, and is then computed anew.
+It is a digest of the expressions themselves: the Lagrangian, the force, the anchor, the structure
+functions, the attitude's matrices and the start. No two systems share it, however near they are at
+some points; the same formula written otherwise may have another, and is then computed anew.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from .algebroid import Algebroid
 
 
-def fingerprint(lagrangian: Any, structure: Algebroid, start: Sequence[Any]) -> str:
+def fingerprint(
+    lagrangian: Any, structure: Algebroid, start: Sequence[Any], force: Sequence[Any] = ()
+) -> str:
     """SHA-256 of the system."""
     known: dict[Any, str] = {}
     entries = [entry for matrix in structure.basis for entry in matrix]
@@ -23,6 +25,7 @@ def fingerprint(lagrangian: Any, structure: Algebroid, start: Sequence[Any]) -> 
     texts += [_digest(part, known) for part in (lagrangian, *start, *structure.rho, *entries)]
     for index, constant in sorted(structure.constants.items()):
         texts.append(f"{index} {_digest(constant, known)}")
+    texts += [f"force {_digest(component, known)}" for component in force]
     return _sha("\n".join(texts))
 
 

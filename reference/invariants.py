@@ -52,7 +52,7 @@ class Invariants:
                     if not digits >= worst:
                         worst, least = digits, name
         certain = EXACT if worst == math.inf else max(0, math.floor(worst))
-        words = f"{_listed(kept)} kept {said(certain)}"
+        words = f"{_listed(kept)} kept {said(certain)}" if kept else "no invariant to compare"
         if least and len(kept) > 1:
             words += f" ({least} least)"
         if broken:
@@ -62,11 +62,13 @@ class Invariants:
         return certain, words
 
     def _at(self, blocks: Blocks) -> list[tuple[Any, Any]]:
-        return self.function(*blocks["x"], *blocks["v"], *blocks["mu"], *blocks.get("attitude", ()))
+        behind = *blocks.get("attitude", ()), *blocks.get("time", ())
+        return self.function(*blocks["x"], *blocks["v"], *blocks["mu"], *behind)
 
     def _moving(self, blocks: Blocks) -> list[bool]:
         """Which of them have a derivative that is no rounding."""
-        found = self.rates(*blocks["x"], *blocks["v"], *blocks.get("attitude", ()))
+        behind = *blocks.get("attitude", ()), *blocks.get("time", ())
+        found = self.rates(*blocks["x"], *blocks["v"], *behind)
         return [abs(rate) > 1e-10 * scale for rate, scale in found]
 
 
@@ -83,11 +85,18 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
     states = list(equations.states)
     x = sympy.Matrix(n, 1, states[:n])
     mu = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"mu{i}", real=True))
-    names, values = ["energy"], [equations.energy]
+    names: list[str] = []
+    values: list[Any] = []
+    if not equations.timed and not equations.forced:  # else nothing keeps it
+        names, values = ["energy"], [equations.energy]
     for quantity in getattr(scene, "symmetries", ()):
         if quantity.attitude and not size:
             continue
-        base = sympy.Matrix(size, size, states[n + m :]) if quantity.attitude else x
+        base = (
+            sympy.Matrix(size, size, states[equations.block("attitude")])
+            if quantity.attitude
+            else x
+        )
         try:
             found = sympy.sympify(quantity.formula(base, mu, parameter_values(scene)))
         except Exception as error:

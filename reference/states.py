@@ -16,24 +16,25 @@ if TYPE_CHECKING:
 
 
 def momentum_function(equations: Equations) -> Callable[..., list[Any]]:
-    """dl/dv as a function of x and v, in mpmath."""
+    """dl/dv as a function of x, v and the time if it counts, in mpmath."""
     import sympy
 
-    states = equations.states[: equations.dim_x + equations.dim_u]
-    return sympy.lambdify(states, list(equations.momentum), "mpmath")
+    blocks = (equations.states[equations.block(name)] for name in ("x", "v", "time"))
+    return sympy.lambdify([z for part in blocks for z in part], list(equations.momentum), "mpmath")
 
 
 def blocks_of(equations: Equations, state: list[Any], working: int, momentum: Any = None) -> Blocks:
-    """One state (mpf numbers x, v, attitude) as blocks, with its momentum."""
+    """One state (mpf numbers in the equations' order) as blocks, with its momentum."""
     import mpmath
 
-    n, m = equations.dim_x, equations.dim_u
+    at = equations.block
     with mpmath.workdps(working):
-        mu = (momentum or momentum_function(equations))(*state[: n + m])
-        blocks = {"x": state[:n], "v": state[n : n + m], "mu": [mpmath.mpf(c) for c in mu]}
-    if len(state) > n + m:
-        blocks["attitude"] = state[n + m :]
-    return blocks
+        mu = (momentum or momentum_function(equations))(
+            *state[at("x")], *state[at("v")], *state[at("time")]
+        )
+        blocks = {"x": state[at("x")], "v": state[at("v")], "mu": [mpmath.mpf(c) for c in mu]}
+    behind = {name: state[at(name)] for name in ("attitude", "time")}
+    return blocks | {name: part for name, part in behind.items() if part}
 
 
 def all_blocks(equations: Equations, sweep: Sweep, working: int) -> dict[Fraction, Blocks]:
@@ -61,10 +62,10 @@ class BlockBounds:
         """
         from .balls import BallRates, around_zero, exact, largest
 
-        n, m = self.equations.dim_x, self.equations.dim_u
-        parts = {"x": errors[:n], "v": errors[n : n + m], "attitude": errors[n + m :]}
+        names = "x", "v", "attitude", "time"
+        parts = {name: errors[self.equations.block(name)] for name in names}
         found = {name: largest(part) for name, part in parts.items() if part}
-        state = [*blocks["x"], *blocks["v"], *blocks.get("attitude", ())]
+        state = [e for name in names for e in blocks.get(name, ())]
         box = [exact(z) + around_zero(e) for z, e in zip(state, errors, strict=True)]
         momentum, _ = BallRates(self.program)(box)
         wrong = (ball - exact(mu) for ball, mu in zip(momentum, blocks["mu"], strict=True))

@@ -47,7 +47,7 @@ class EvolutionOperator:
             raise BadInput(f"the context of an operator is {context!r}: give flow.context.")
         context.check_one_arrow()
         self.context, self.sigma, self.upsilon = context, sigma, upsilon
-        self.numbers, self.groupoid = context.numbers, context.scene.groupoid
+        self.numbers, self.groupoid = context.numbers, context.equations.groupoid
         self.n, self.m, self.vector = self.groupoid.dim_x, self.groupoid.dim_u, context.vector
         for bisection in (sigma, upsilon):
             if bisection is None:

@@ -135,9 +135,14 @@ class StepContext:
             return Arrow(x, u, mu, geometry, geometry.at(x, u))
 
     def vectors(self, x: Any, u: Any) -> tuple[np.ndarray, np.ndarray]:
-        """An x and a u (or μ), checked and rounded (`vector`)."""
-        equations = self.equations
-        return self.vector(x, len(equations.x)), self.vector(u, len(equations.u))
+        """An x and a u (or μ), checked and rounded (`vector`).
+
+        The time of an x without one is 0.
+        """
+        s = self.equations.s
+        if s.clocked:
+            x = s.with_time(() if x is None else x)
+        return self.vector(x, len(s.x)), self.vector(u, len(s.u))
 
     def vector(self, values: Any, length: int) -> Vector:
         """Numbers of this arithmetic (`vector_in`)."""

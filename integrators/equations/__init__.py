@@ -8,6 +8,7 @@ from .continuous import (
     initial_momentum,
     mass_matrix,
     momentum,
+    power,
     rates,
     vector_field,
 )
@@ -25,5 +26,5 @@ __all__ = [
     "DiscreteEquations", "DiscretisedScene", "DualSystem", "OneStepEquations", "SceneSymbols",
     "absolute_terms", "check_momentum", "check_start", "closed_velocity", "energy", "energy_terms",
     "field_parts", "initial_momentum", "legendre_inverse", "mass_matrix",
-    "momentum", "no_stages", "rates", "stage_system", "step_system", "vector_field",
+    "momentum", "no_stages", "power", "rates", "stage_system", "step_system", "vector_field",
 ]  # fmt: skip

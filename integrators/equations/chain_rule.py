@@ -24,8 +24,8 @@ class Block:
 
     summed: the values are sums over many nodes, or one of a long chain of them, so their
     derivatives get letters of their own.
-    A point at the fraction θ of the straight step has `theta`, and in `fields` how e→ and e← move
-    it (n×m each).
+    A point at the fraction θ of the straight step has `theta`, in `fields` how e→ and e← move it
+    (n×m each), and where a force acts in `displacement` how they displace it (m×m each).
     """
 
     letters: Column
@@ -34,6 +34,7 @@ class Block:
     summed: bool = False
     theta: Expression | None = None
     fields: tuple[SymbolicMatrix, SymbolicMatrix] | None = None
+    displacement: tuple[SymbolicMatrix, SymbolicMatrix] | None = None
 
     @property
     def is_end(self) -> bool:

@@ -88,7 +88,7 @@ def check_regular(maps: LegendreMaps, w: Column, scene: Scene, rule: Discretisat
 
 def check_start(s: SceneSymbols, scene: Scene) -> None:
     """Raise `BadInput` unless the start satisfies every constraint (as |Γ|² = 1), exactly."""
-    at = dict(zip([*s.x, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
+    at = dict(zip([*s.position, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
     for name, formula, wanted in _constraints(s, scene):
         if formula.free_symbols & set(s.mu):
             if scene.lagrangian is None:
@@ -125,7 +125,7 @@ def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Expressio
     """(name, formula in x and μ, its value) of the quantities with a value."""
     for quantity in scene.symmetries:
         if quantity.value is not None:
-            formula = s.call(quantity.formula, quantity.name, s.x, s.mu, s.parameters)
+            formula = s.call(quantity.formula, quantity.name, s.position, s.mu, s.parameters)
             wanted = to_sympy(exact(quantity.value, quantity.name))
             yield quantity.name, *_with_parameters(s, scene, [formula]), wanted
 

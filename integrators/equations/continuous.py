@@ -1,6 +1,8 @@
 """The continuous system on the dual algebroid: momentum, velocity, energy, vector field.
 
-ẋ = ρ̂(x) ξ,   μ̇_γ = ρ̂^i_γ ∂l/∂x^i − Ĉ^ν_{γμ} ξ^μ μ_ν,   μ = ∂l/∂ξ
+ẋ = ρ̂(x) ξ,   μ̇_γ = ρ̂^i_γ ∂l/∂x^i − Ĉ^ν_{γμ} ξ^μ μ_ν + f_γ,   μ = ∂l/∂ξ
+
+f is the scene's force; where the time is a coordinate, it passes at the rate 1.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from functools import lru_cache
 
 from ..errors import CannotMeasure
 from ..numbers import Arithmetic, jacobian, numeric, sympy
-from ..numbers.types import Column, Expression, Number, SymbolicMatrix
+from ..numbers.types import Column, Exact, Expression, Number, SymbolicMatrix
 from ..scene import Scene
 from .symbols import SceneSymbols
 
@@ -51,13 +53,22 @@ def energy(s: SceneSymbols) -> Expression:
     return s.mu.dot(s.u) - s.lagrangian
 
 
+def power(s: SceneSymbols) -> Expression:
+    """dH/dt = f·ξ − ∂l/∂t at (x, ξ), ξ in the letters `s.u`."""
+    work = s.force.dot(s.u) if s.forced else sympy.S.Zero
+    return work - s.lagrangian.diff(s.x[-1]) if s.clocked else work
+
+
 def rates(s: SceneSymbols) -> Column:
     """(ẋ, μ̇) at (x, ξ, μ), ξ in the letters `s.u`, (n+m)×1."""
     rho = s.groupoid.rho(s.x, s.h) / s.h
     mu_dot = rho.T * jacobian([s.lagrangian], s.x).T if len(s.x) else 0 * s.mu
     for nu, c in enumerate(s.groupoid.structure_functions(s.x, s.h)):
         mu_dot -= (c / s.h) * s.u * s.mu[nu]
-    return (rho * s.u).col_join(mu_dot)
+    x_dot = rho * s.u
+    if s.clocked:
+        x_dot[-1] += 1
+    return x_dot.col_join(mu_dot + s.force if s.forced else mu_dot)
 
 
 def vector_field(s: SceneSymbols) -> Column:
@@ -68,8 +79,10 @@ def vector_field(s: SceneSymbols) -> Column:
     return rates(s).xreplace(dict(zip(s.u, xi, strict=True)))
 
 
-def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> list[Number]:
-    """μ₀ = ∂l/∂ξ(x₀, v₀), in an arithmetic.
+def initial_momentum(
+    s: SceneSymbols, scene: Scene, numbers: Arithmetic, t0: Exact = 0
+) -> list[Number]:
+    """μ₀ = ∂l/∂ξ(x₀, v₀) at the time t₀, in an arithmetic.
 
     Raises `CannotMeasure` where the scene has only a discrete Lagrangian.
     """
@@ -80,7 +93,7 @@ def initial_momentum(s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> list
         )
     f = _momentum_function(s, numbers)
     with numbers.working():
-        x = [numbers.number(v) for v in scene.x0]
+        x = [numbers.number(v) for v in s.with_time(scene.x0, t0)]
         v = [numbers.number(v) for v in scene.v0]
         return list(f(x, v, [numbers.number(p) for p in scene.parameter_values]))
 

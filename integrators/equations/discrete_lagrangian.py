@@ -7,38 +7,20 @@ each derived once (`integrators.equations.terms`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
+from ..errors import BadInput
+from ..groupoids import Clocked, PairGroupoid
 from ..numbers import jacobian, sympy
-from ..numbers.types import Column, Expression, Expressions, Letter, Replacement
+from ..numbers.types import Column, Expression, Expressions, Replacement
 from ..rules import Discretisation
 from ..scene import OnGroup
 from .chain_rule import Block, ChainRule, partials
+from .covectors import Covectors, key_of
 from .on_group import Element
 from .rule_view import GroupoidForRule, LagrangianForRule, value_of_rule
 from .symbols import SceneSymbols, column, vector
 from .terms import CurveTerm, Node, Term
-
-
-@dataclass
-class Covectors:
-    """∂L_d along what it depends on, by the first letter of each column (`of`).
-
-    turned: what moving a base does to points b(base, W) of a curve, by e→(b) = 0 (m×1 each).
-    """
-
-    columns: dict[Letter | None, Column] = field(default_factory=dict)
-    turned: dict[Letter | None, Column] = field(default_factory=dict)
-
-    def of(self, letters: Column) -> Column:
-        """∂L_d/∂letters as a column."""
-        return self.columns.get(_key(letters), 0 * letters)
-
-    def add(self, letters: Column, value: Column) -> None:
-        """Add a part of ∂L_d/∂letters."""
-        if len(letters) and any(value):
-            self.columns[_key(letters)] = self.of(letters) + value
 
 
 class DiscreteLagrangian:
@@ -102,6 +84,11 @@ class DiscreteLagrangian:
             # no weighted sum: derived as it stands, letters bound by a Subs or an integral too
             weighted, names, weights = given.xreplace({c: c.written_out() for c in outer}), {}, []
             weighted = weighted.doit()
+        if self.s.forced and not len(weights):
+            raise BadInput(
+                f"{self.s.name}: a force acts where the rule asks for L, with the weight that L "
+                "has there, and this rule is no weighted sum of values of L; take another rule."
+            )
         weighted = self._resolved(weighted)
         values = {}
         for weight, (call, letter) in zip(weights, names.items(), strict=True):
@@ -129,7 +116,8 @@ class DiscreteLagrangian:
         if any(isinstance(b, Node) for b in self.chain.blocks) or len(self.s.stages):
             u = self.covectors.of(self.s.u)  # a sum over nodes: its derivatives get letters
             letters = vector(f"f{len(self.chain.blocks)}", len(u))
-            self.covectors.columns[_key(self.s.u)] = self.chain.add(Block(letters, u, summed=True))
+            block = Block(letters, u, summed=True)
+            self.covectors.columns[key_of(self.s.u)] = self.chain.add(block)
 
     # -- placing terms --------------------------------------------------------------------------
 
@@ -151,22 +139,38 @@ class DiscreteLagrangian:
     def _term(self, name: str) -> Term:
         s = self.s
         if name not in self._terms and name == "fast":
-            self._terms[name] = Term(s.x, s.fast_at(s.x))
+            self._terms[name] = Term(s.x, s.fast_at(s.x), column(()))
         elif name not in self._terms:
-            self._terms[name] = Term(s.x.col_join(s.u), s.lagrangian)
+            time = s.x[-1] if s.clocked else None
+            self._terms[name] = Term(s.x.col_join(s.u), s.lagrangian, s.force, time)
         return self._terms[name]
 
     def _straight(self, name: str, columns: list[Column], weight: Expression) -> Expression:
         """A term at letters that are known: its derivatives are the term's with other letters."""
         term = self._term(name)
-        gradient, block = term.placed(columns, f"g{len(self.chain.blocks)}")
+        (*gradient, force), block = term.placed(columns, f"g{len(self.chain.blocks)}")
         self.chain.add(block)
         if not len(self.s.stages):
             self.inline |= dict(zip(block.letters, block.values, strict=True))
         for letters, slope in zip(columns, gradient, strict=True):
             self.covectors.add(letters, weight * slope)
+        self._act(columns[0], weight * force)
         place = [e for letters in columns for e in letters]
         return term.value.xreplace(dict(zip(term.letters, place, strict=True)))
+
+    def _act(self, point: Column, force: Column) -> None:
+        """A weighted force at a point whose letters are known."""
+        if not len(force):
+            return
+        if any(point == c for c in (self.s.x, *(b.letters for b in self.moved))):
+            self.covectors.add_force(point, self.s.h * force)
+        elif isinstance(getattr(self.groupoid, "inner", self.groupoid), PairGroupoid):
+            self.covectors.add(point[: len(force), :], force)  # moved as it is displaced
+        else:
+            raise BadInput(
+                f"{self.s.name}: the rule asks for L at a point that is no b(x, w; h), so the "
+                "displacement of a force there is unknown; write the point with G.target."
+            )
 
     def _on_curve(
         self,
@@ -178,18 +182,21 @@ class DiscreteLagrangian:
         weight: Expression,
     ) -> Expression:
         """A term at a node of a curve (`CurveTerm`)."""
-        key = _key(base), None if point is None else _key(point), moving
+        key = key_of(base), None if point is None else key_of(point), moving
         if key not in self._curves:
             name, term = f"node{1 + len(self._curves)}", self._term("lagrangian")
             self._curves[key] = CurveTerm(self.groupoid, term, name, base, point, moving)
-        node = Node(self.chain, self._curves[key], self._chart(W), self._chart(D))
+        elapsed = self.groupoid.share(W) if isinstance(self.groupoid, Clocked) else 0
+        node = Node(self.chain, self._curves[key], self._chart(W), self._chart(D), elapsed)
         d = self.covectors
         for part, letters in node.columns.items():
             if letters is not None and len(letters):
                 d.add(letters, weight * node.gradient[part])
+        if point is not None:
+            self._act(point, weight * node.gradient["force"])
         if any(node.gradient["turned"]):
-            known = d.turned.get(_key(base), 0 * self.s.u)
-            d.turned[_key(base)] = known + weight * self.s.h * node.gradient["turned"]
+            known = d.turned.get(key_of(base), 0 * self.s.u)
+            d.turned[key_of(base)] = known + weight * self.s.h * node.gradient["turned"]
         return node.value
 
     # -- points, velocities, chart values -------------------------------------------------------
@@ -235,7 +242,10 @@ class DiscreteLagrangian:
             value = g.target(s.x, s.u, theta * s.h)
             parts = [(s.u, g.point_slope(s.x, s.u, s.h, theta, z)), *partials(value, [s.x])]
             fields = g.point_fields(s.x, s.u, s.h, theta, z)
-            self._points[theta] = block = Block(z, value, parts, theta=theta, fields=fields)
+            block = Block(z, value, parts, theta=theta, fields=fields)
+            if s.forced:
+                block.displacement = g.displacement_at(s.x, s.u, s.h, theta)
+            self._points[theta] = block
             self._add_moved(block)
         return self._points[theta]
 
@@ -282,7 +292,3 @@ def _same(args: Expressions, kind: Any) -> Expressions | None:
     rest = args[0].args[1:]
     whole = all(a.args == (i, *rest) for i, a in enumerate(args))
     return rest if whole else None
-
-
-def _key(letters: Column) -> Letter | None:
-    return letters[0] if len(letters) else None

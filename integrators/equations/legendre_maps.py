@@ -66,6 +66,12 @@ class LegendreMaps:
             d_z = d.of(block.letters)
             minus, plus = minus + right.T * d_z, plus + left.T * d_z
             gain += (left - right).T * d_z
+            if block.displacement is not None:
+                force = d.force_at(block.letters, s.u)
+                right, left = (c.T * force for c in block.displacement)
+                minus, plus, gain = minus + right, plus + left, gain + (left - right)
+        at_start = d.force_at(s.x, s.u)  # the start is displaced by −a
+        minus, gain = minus - at_start, gain + at_start
         return {"minus": minus, "plus": plus, "gain": gain}
 
     @cached_property

@@ -3,7 +3,7 @@
 Arrows (x, w) from x form a manifold with coordinates w, on which the Lagrangian is
 Λ_x(w, ẇ) = l(z, ξ) with z = b(x, w; 1) and ẇ = L(x, w) ξ. With π = ∂Λ/∂ẇ, that is μ_z = Lᵀπ at z,
 
-    ẇ = L ξ,    π̇ = F − ∂_w(π·L ξ),    F = L⁻ᵀ ρ̂(z)ᵀ ∂l/∂x (z, ξ),    ∂l/∂ξ (z, ξ) = μ_z,
+    ẇ = L ξ,   π̇ = F − ∂_w(π·L ξ),   F = L⁻ᵀ (ρ̂(z)ᵀ ∂l/∂x + force)(z, ξ),   ∂l/∂ξ (z, ξ) = μ_z,
 
 for ∂z/∂w = ρ̂(z) L⁻¹ (e← moves the end of an arrow by ρ). A Galerkin rule with a polynomial of
 degree s on s Gauss nodes is the Gauss collocation of this field (Marsden, West 2001, 2.6): it is
@@ -41,6 +41,8 @@ def no_stages(equations: DiscreteEquations) -> str:
     if equations.mark or s.given is not None:
         return "the discrete equations are not those of the rule"
     state = s.x.col_join(s.u)
+    if s.clocked:
+        return "the time is one of the coordinates"
     if mass_matrix(s).free_symbols & set(s.u):
         return "the Lagrangian is not quadratic in the velocity"
     slope = jacobian([s.lagrangian], state)
@@ -71,11 +73,14 @@ def stage_system(s: SceneSymbols, nodes: GaussNodes) -> StageSystem:
     after: list[Assignment] = []
     pull = g.inverse_left(s.x, w, one).T
     F, turned = 0 * p, 0 * p
-    if n:
-        slope = placed(jacobian([s.lagrangian], s.x).T)
-        after = [(list(force), list(g.rho(z, one).T * slope))]
+    if n or s.forced:
+        acting = placed(s.force) if s.forced else 0 * p
+        slope = g.rho(z, one).T * placed(jacobian([s.lagrangian], s.x).T) if n else 0 * p
+        after = [(list(force), list(slope + acting))]
         F = pull * force
-        turned = R.T * F - g.rho(s.x, one).T * _slope_of_left(L, p, xi, s.x)
+        turned = R.T * F
+        if n:
+            turned -= g.rho(s.x, one).T * _slope_of_left(L, p, xi, s.x)
     difference = (L - R).applyfunc(lambda e: e if opaque(e) else e.expand())
     moving = None if g.left_is_identity else L * xi
     return StageSystem(

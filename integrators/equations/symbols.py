@@ -10,9 +10,10 @@ from types import SimpleNamespace
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure, line_of
+from ..groupoids import Clocked
 from ..numbers import Arithmetic, floats_exact, sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
-from ..scene import OnGroup, Scene
+from ..scene import OnGroup, Scene, takes_time
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(r"h|(x|u|v|w|y|d|s|r|g|B|iB|c_of_g|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
@@ -40,12 +41,18 @@ class SceneSymbols:
 
     def __init__(self, scene: Scene, stages: int = 0) -> None:
         self.name, self.groupoid = scene.name, scene.groupoid
+        self.n = scene.groupoid.dim_x
+        #: whether the time is the last entry of x: wherever something depends on it, and where a
+        #: force acts on a group without a base, whose points would not tell one another apart
+        self.clocked = scene.timed or (scene.force is not None and not self.n)
+        if self.clocked:
+            self.groupoid = Clocked(scene.groupoid)
         #: the discrete Lagrangian that the scene gives itself, or None
         self.given = scene.discrete_lagrangian
-        self._lagrangian, self._fast = scene.lagrangian, scene.fast
-        own = scene.groupoid.symbols
+        self._lagrangian, self._fast, self._force = scene.lagrangian, scene.fast, scene.force
+        own = self.groupoid.symbols
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
-        self.y = vector("y", scene.groupoid.dim_x)
+        self.y = vector("y", self.groupoid.dim_x)
         self.mu = vector("mu", scene.groupoid.dim_u)
         self.stages = vector("s", stages * scene.groupoid.dim_u)
         self.constants: dict[Letter, Callable[[int], Any]] = {}
@@ -63,6 +70,13 @@ class SceneSymbols:
         """These letters without the constants, which are those of one rule."""
         other = copy(self)
         other.constants = {}
+        return other
+
+    def without_force(self) -> SceneSymbols:
+        """These letters for the scene without its force."""
+        other = self.for_another_rule()
+        other._force = None
+        other.__dict__.pop("force", None)
         return other
 
     @staticmethod
@@ -130,6 +144,21 @@ class SceneSymbols:
     def constant_values(self, digits: int) -> Replacement:
         """The constants as sympy numbers of that many digits."""
         return {c: sympy.Float(value(digits), digits) for c, value in self.constants.items()}
+
+    @property
+    def position(self) -> Column:
+        """x without the time, n×1."""
+        return self.x[: self.n, :]
+
+    def with_time(self, x: Iterable[Any], t: Any = 0) -> list[Any]:
+        """A point of `position` with the time t behind it where x holds one."""
+        given = list(x)
+        return [*given, t] if self.clocked and len(given) == self.n else given
+
+    @property
+    def forced(self) -> bool:
+        """Whether a force acts."""
+        return self._force is not None
 
     def call(self, function: Callable[..., Any], what: str, *arguments: Any) -> Expression:
         """The scalar that a function of the user's gives for symbols.
@@ -209,7 +238,39 @@ class SceneSymbols:
             raise CannotMeasure(
                 f"{self.name} has only a discrete Lagrangian, so this cannot be asked."
             )
-        return self.call(self._lagrangian, "its Lagrangian", x, v, self.parameters)
+        arguments = self._at_point(self._lagrangian, x, v)
+        return self.call(self._lagrangian, "its Lagrangian", *arguments)
+
+    def _at_point(self, function: Callable[..., Any], x: Column, v: Column) -> tuple[Any, ...]:
+        """The arguments of a function of (x, v, p) or (x, v, p, t)."""
+        time = (x[self.n],) if takes_time(function) else ()
+        return x[: self.n, :], v, self.parameters, *time
+
+    @cached_property
+    def force(self) -> Column:
+        """f(x, u), m×1; without entries where none acts.
+
+        Raises `BadInput` for another number of components, unknown letters and infinite ones.
+        """
+        if self._force is None:
+            return column(())
+        what = "its force"
+        given = self.evaluated(self._force, what, *self._at_point(self._force, self.x, self.u))
+        entries = list(given) if hasattr(given, "__iter__") or hasattr(given, "shape") else [given]
+        found = column(self.scalar(e, what, self._force) for e in entries)
+        if len(found) != len(self.u):
+            raise BadInput(
+                f"{self._at(self._force, what)} has {len(found)} components, but the velocity has "
+                f"{len(self.u)}: give one for each."
+            )
+        if found.has(sympy.nan, sympy.zoo, sympy.oo):
+            raise BadInput(f"{self._at(self._force, what)} is not finite.")
+        if foreign := found.free_symbols - {*self.x, *self.u, *self.parameter_list}:
+            raise BadInput(
+                f"{self._at(self._force, what)} holds the unknown symbol {min(map(str, foreign))}; "
+                "write it with x, v, p and t."
+            )
+        return found
 
     def discrete_lagrangian_at(self, x: Column, arrow: Any, h: Expression) -> Expression:
         """L_d(x, u; h), or L_d(x, g; h) where it is given on the group, as the scene gives it."""

@@ -24,32 +24,41 @@ from .symbols import column, vector
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """A scalar `value` in `letters`: a column of point coordinates, then velocities."""
+    """A scalar `value` in `letters`: a column of point coordinates, then velocities.
+
+    force: the force that acts where the value is asked, none or m×1. time: the letter that no
+    displacement moves, if the point holds one.
+    """
 
     letters: Column
     value: Expression
+    force: Column
+    time: Letter | None = None
 
     @cached_property
-    def gradient(self) -> Column:
-        """∂value/∂letters, a column."""
-        return jacobian([self.value], self.letters).T
+    def covector(self) -> Column:
+        """∂value/∂letters, then the force."""
+        gradient = jacobian([self.value], self.letters).T
+        if self.time is not None:
+            gradient[list(self.letters).index(self.time)] = sympy.S.Zero
+        return gradient.col_join(self.force)
 
     @cached_property
-    def hessian(self) -> SymbolicMatrix:
-        """∂²value/∂letters², square."""
-        return jacobian(self.gradient, self.letters)
+    def slopes(self) -> SymbolicMatrix:
+        """∂covector/∂letters: the Hessian of the value, and what the force adds."""
+        return jacobian(self.covector, self.letters)
 
     def placed(self, columns: list[Column], letter: str) -> tuple[list[Column], Block]:
-        """(gradient at a place, in a part a column; its block).
+        """(gradient at a place, in a part a column, and the force last; its block).
 
-        columns: the letters of the place, point and velocity. Those entries of the gradient that
-        are sums or functions get letters.
+        columns: the letters of the place, point and velocity. Those entries that are sums or
+        functions get letters.
         """
         place = [e for part in columns for e in part]
         swap = dict(zip(self.letters, place, strict=True))
-        entries = replaced([*self.gradient, *self.hessian], swap)
-        values, size = entries[: len(place)], len(place)
-        hessian = sympy.Matrix(size, size, entries[size:])
+        entries = replaced([*self.covector, *self.slopes], swap)
+        height, size = len(self.covector), len(place)
+        values, slopes = entries[:height], sympy.Matrix(height, size, entries[height:])
         rows = [i for i, e in enumerate(values) if not (e.is_Symbol or e.is_Number)]
         block = Block(vector(letter, len(rows)), column(values[i] for i in rows))
         for row, name in zip(rows, block.letters, strict=True):
@@ -59,9 +68,9 @@ class Term:
             end = at + len(part)
             gradient.append(column(values[at:end]))
             if len(part):
-                block.partials.append((part, hessian[rows, at:end]))
+                block.partials.append((part, slopes[rows, at:end]))
             at = end
-        return gradient, block
+        return [*gradient, column(values[at:])], block
 
 
 class CurveTerm:
@@ -85,6 +94,8 @@ class CurveTerm:
         self.name = name
         m, one = groupoid.dim_u, sympy.Integer(1)
         self.W, self.D = vector("cw0", m), vector("cd0", m)
+        #: what the function takes: W, D and, where there is a time, how much of it W takes
+        self.arguments = [*self.W, *self.D]
         self.columns = {"W": self.W, "D": self.D, "base": base, "point": point}
         self.chain = ChainRule()
         self.results: list[Expression] = []
@@ -97,6 +108,9 @@ class CurveTerm:
             z = point
         else:
             z, value = vector("zz0", len(base)), groupoid.target(base, self.W, one)
+            if term.time is not None:
+                self.arguments.append(sympy.Symbol("ct0", real=True))
+                value[-1] = base[-1] + self.arguments[-1]
             slope = groupoid.point_slope(base, self.W, one, one, z)
             self.chain.add(Block(z, value, [(self.W, slope), *partials(value, [base])]))
         xi, by = self.D, {"D": sympy.eye(m)}
@@ -105,25 +119,28 @@ class CurveTerm:
             xi, by = quotients(
                 self.chain, velocity, {k: self.columns[k] for k in ("W", "D", "base")}
             )
-        (at_z, at_xi), block = term.placed([z, xi], "gg0")
+        (at_z, at_xi, force), block = term.placed([z, xi], "gg0")
         self.chain.add(block)
         if point is None and len(z):
             along = slope.T * at_z
+            if len(force):
+                along += groupoid.inverse_left(base, self.W, one).T * force
         turned = groupoid.R(base, self.W, one).T * along if any(along) else along
         zero = {"W": 0 * self.W, "D": 0 * self.D, "base": 0 * base}
         outputs = {k: by[k].T * at_xi if k in by else zero[k] for k in zero}
         outputs["W"] += along
         outputs |= {"point": 0 * z if point is None else at_z, "turned": turned}
+        outputs["force"] = 0 * force if point is None else force
         self._value = term.value.xreplace(dict(zip(term.letters, [*z, *xi], strict=True)))
-        #: ∂Λ by the chart values W, D and by the base; by the point where that is known; and what
-        #: the motion of the base adds by e→(b) = 0: in letters of results
+        #: ∂Λ by the chart values W, D and by the base; by the point where that is known, and the
+        #: force there; what the motion of the base adds by e→(b) = 0: in letters of results
         self.gradient = {part: slopes.applyfunc(self._result) for part, slopes in outputs.items()}
         #: the letters that are entries of ∂Λ/∂(W, D), up to a sign: (which entry, sign)
         self._in_gradient = {
             sign * e: (i, sign)
             for i, e in enumerate([*self.gradient["W"], *self.gradient["D"]])
             for sign in (1, -1)
-            if sign * e in self.letters
+            if sign * e in self.letters and not len(force)  # a force is no gradient
         }
 
     @property
@@ -179,18 +196,24 @@ class CurveTerm:
         if self._function is None or len(self._function.results) < len(self.results):
             definitions = tuple(self.chain.definitions())
             results = tuple(self.results)
-            self._function = Function(self.name, (*self.W, *self.D), definitions, results)
+            self._function = Function(self.name, tuple(self.arguments), definitions, results)
         return self._function
 
 
 class Node:
-    """One placement of a `CurveTerm`, at letters W and D of the scheme; a block of its results."""
+    """One placement of a `CurveTerm`, at letters W and D of the scheme; a block of its results.
 
-    def __init__(self, chain: ChainRule, term: CurveTerm, W: Column, D: Column) -> None:
+    elapsed: the time that W takes, where the term asks for it.
+    """
+
+    def __init__(
+        self, chain: ChainRule, term: CurveTerm, W: Column, D: Column, elapsed: Expression
+    ) -> None:
         self.chain, self.term = chain, term
+        self.arguments = [*W, *D, elapsed][: len(term.arguments)]
         self.columns = {**term.columns, "W": W, "D": D}
         self._prefix = f"t{len(chain.blocks)}"
-        self._swap = dict(zip([*term.W, *term.D], [*W, *D], strict=True))
+        self._swap = dict(zip(term.arguments, self.arguments, strict=True))
         self._theirs: dict[Letter, Letter] = {}
         self.letters: tuple[Letter, ...] = ()
         chain.add(self)
@@ -224,7 +247,7 @@ class Node:
         letters = tuple(
             sympy.Symbol(f"{self._prefix}_{i}", real=True) for i in range(len(function.results))
         )
-        return Definition(letters, (), function, (*self.columns["W"], *self.columns["D"]))
+        return Definition(letters, (), function, tuple(self.arguments))
 
 
 def quotients(

@@ -91,10 +91,12 @@ class Flow:
         mu0: Any = None,
         u0: Any = None,
         element0: Any = None,
+        t0: Any = 0,
         progress: Callable[[int], None] | None = None,
     ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), each every-th a row.
 
+        t0: the time of the start (exact), on which the motion depends where the scene does.
         Memory grows with the rows, not with the steps. u0 is only the first guess of Newton. Where
         L_d is given on the group, element0 (N×N) may be the first step g instead: μ0 = F⁻/h.
         `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)
@@ -106,7 +108,7 @@ class Flow:
             if not whole or value < least:
                 raise BadInput(f"{name} is {value!r}: give a whole number from {least}.")
         with self.numbers.working():
-            start = self.starting.at(x0, mu0, u0, element0)
+            start = self.starting.at(x0, mu0, u0, element0, exact_rational(t0, "t0"))
             if mu0 is not None:
                 self.starting.check(start)
             return run_from(self.edge, start, int(steps), int(every), progress)
@@ -161,7 +163,7 @@ class Flow:
         """(x, μ) ↦ (b, μ′) on the dual algebroid, with u from F⁻(x, u) = hμ."""
         with self.numbers.working():
             run = run_from(self.edge, self.starting.at(x, mu), 1)
-            return run.x[-1], run.mu[-1]
+            return run.base[-1], run.mu[-1]
 
     def inverse_legendre(self, x: Numbers, mu: Numbers) -> Vector:
         """A u with F⁻(x, u) = hμ; of several the one that Newton reaches from v0."""

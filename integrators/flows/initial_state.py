@@ -11,15 +11,17 @@ from ..bisections import EdgePolicy
 from ..equations import check_momentum, check_start, initial_momentum
 from ..errors import BadInput
 from ..numbers import Matrix, Vector
+from ..numbers.types import Exact
 
 
 class Start(NamedTuple):
-    """x, μ, and a guess of the first solution: u in the chart of a translate."""
+    """x, μ, and a guess of the first solution: u in the chart of a translate; and its time."""
 
     x: Vector
     mu: Vector
     guess: Vector
     translate: int = 0
+    t0: Exact = 0
 
 
 class Starting:
@@ -28,15 +30,15 @@ class Starting:
     def __init__(self, edge: EdgePolicy) -> None:
         self.edge, self.context = edge, edge.context
 
-    def at(self, x0: Any, mu0: Any, u0: Any = None, element0: Any = None) -> Start:
+    def at(self, x0: Any, mu0: Any, u0: Any = None, element0: Any = None, t0: Exact = 0) -> Start:
         """The start of a run with these arguments (`Flow.trajectory`); None: the scene's own.
 
         Raises `BadInput` for what does not fit, `StepFailure` where FL is singular at element0.
         """
-        if x0 is None and mu0 is None and u0 is None and element0 is None:
+        if x0 is None and mu0 is None and u0 is None and element0 is None and t0 == 0:
             return self.own
         if element0 is None:
-            return self._with_momentum(x0, mu0, u0)
+            return self._with_momentum(x0, mu0, u0, t0)
         if mu0 is not None or u0 is not None:
             raise BadInput(
                 f"{self.context.scene.name}: element0 says what mu0 and u0 are; leave these out."
@@ -56,17 +58,18 @@ class Starting:
         if not self.context.one_step:
             check_momentum(self.context.equations.s, self.context.scene, start.x, start.mu)
 
-    def _with_momentum(self, x0: Any, mu0: Any, u0: Any) -> Start:
+    def _with_momentum(self, x0: Any, mu0: Any, u0: Any, t0: Exact = 0) -> Start:
         context, scene = self.context, self.context.scene
         guess = scene.v0 if u0 is None else u0
         if mu0 is None:
             if x0 is not None:
                 scene = scene.with_values(x0=x0)
                 check_start(context.equations.s, scene)
-            mu0 = initial_momentum(context.equations.s, scene, context.numbers)
-        x, guess = context.vectors(scene.x0 if x0 is None else x0, guess)
+            mu0 = initial_momentum(context.equations.s, scene, context.numbers, t0)
+        at = scene.x0 if x0 is None else x0
+        x, guess = context.vectors(context.equations.s.with_time(at, t0), guess)
         mu = context.vector(mu0, len(context.equations.u))
-        return Start(x, mu, context.start(x, mu, guess))
+        return Start(x, mu, context.start(x, mu, guess), t0=t0)
 
     def _with_element(self, element: Any, x0: Any) -> Start:
         """The start x, F⁻(x, g)/h of a first step g, an N×N matrix."""

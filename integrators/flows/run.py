@@ -22,6 +22,7 @@ from ..compiler import (
 from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
 from ..numbers import Matrix, Vector
+from ..numbers.types import Exact
 from .failures import failure_of_run
 from .initial_state import Start
 
@@ -35,7 +36,8 @@ class Trajectory:
     """Rows of a run: the first is the start, then each every-th step.
 
     t (r,), x (r, n), u (r, m), mu (r, m): row k holds x_k, μ_k = F⁻/h in the natural basis, and the
-    u that leaves x_k; of a one-step map, which has no arrows, ξ(x_k, μ_k).
+    u that leaves x_k; of a one-step map, which has no arrows, ξ(x_k, μ_k). base: x with the time as
+    last column where the equations hold it, else x: what the flow's own functions take.
     iterations (r,): Newton corrections of that row's step. newton_mean and
     newton_max: over all steps, with or without a row; newton_residual: size of the last correction.
     margin: the smallest of all steps in the charts of groups (`chart_margin.Position`; 1 where
@@ -59,6 +61,7 @@ class Trajectory:
     margin: float
     edges: int
     translates: Vector
+    base: Matrix
     solver: str = "Newton"
     contraction: float = 0.0
 
@@ -84,7 +87,8 @@ def run_from(
     run.translate = start.translate
     edge.begin(run, branch)
     status = _advance(edge, run, progress, start.guess)
-    rows = _rows(edge, run, -(-run.index // every) if status else steps // every + 1)
+    count = -(-run.index // every) if status else steps // every + 1
+    rows = _rows(edge, run, count, start.t0)
     if status:
         raise failure_of_run(edge, run, status, rows)
     return rows
@@ -147,17 +151,18 @@ def _advance(
             fixed = True
 
 
-def _rows(edge: EdgePolicy, run: Run, count: int) -> Trajectory:
-    """The first `count` rows of a run."""
+def _rows(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
+    """The first `count` rows of a run that began at the time t0."""
     context = edge.context
     index, public = np.arange(count, dtype=np.int64) * run.every, context.numbers.public
-    totals, us = run.totals, run.us[:count]
+    totals, us, base = run.totals, run.us[:count], public(run.xs[:count])
+    t = context.numbers.multiples(context.step, index)
     if isinstance(context.geometry, OneStepGeometry) and count:
         near = np.repeat(context.vector(context.scene.v0, us.shape[1])[None], count, axis=0)
         us = context.geometry.velocities(run.xs[:count], run.mus[:count], near)
     return Trajectory(
-        t=public(context.numbers.multiples(context.step, index)),
-        x=public(run.xs[:count]),
+        t=public(t + context.numbers.number(t0) if t0 else t),
+        x=base[:, : context.equations.s.n],
         u=public(us),
         mu=public(run.mus[:count]),
         iterations=run.counts[:count],
@@ -169,6 +174,7 @@ def _rows(edge: EdgePolicy, run: Run, count: int) -> Trajectory:
         margin=margin_of(totals[FARTHEST]),
         translates=run.translates[:count],
         edges=run.changes,
+        base=base,
         solver=_solver(edge, run),
         contraction=float(totals[CONTRACTION] ** (1 / max(1, totals[SWEEPS]))),
     )

@@ -25,7 +25,8 @@ class Scheme(DiscretisedScene):
         Nothing is derived or compiled again. Raises `BadInput` for values that do not fit, and for
         another Lagrangian or groupoid.
         """
-        if derived := set(values) & {"lagrangian", "groupoid", "discrete_lagrangian", "fast"}:
+        functions = {"lagrangian", "groupoid", "discrete_lagrangian", "fast", "force"}
+        if derived := set(values) & functions:
             raise BadInput(
                 f"{self.scene.name}: another {min(derived)} makes another scheme; "
                 "derive it: Scheme(scene.with_values(...), rule)."

@@ -85,6 +85,17 @@ class LocalGeometry:
                 parts[f"{name}_u"] = parts[f"{name}_u"] + through[:, self.n :]
         return parts
 
+    def discrete_force(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
+        """What the force adds to F⁻/h and F⁺/h at an arrow, m each, in the natural basis.
+
+        Raises `StagesNotFound` as `at`.
+        """
+        given = x, u, self.stages(x, u), self.q
+        free = LocalGeometry(self.equations.unforced, self.numbers, self.q)
+        both = zip(*(g._value("local", *given)[4:6] for g in (self, free)), strict=True)
+        minus, plus = ((with_force - without) / self.q[0] for with_force, without in both)
+        return minus, plus
+
     def stages(self, x: Numbers, u: Numbers) -> Vector:
         """The s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; empty without stages."""
         if not self.k:

@@ -8,6 +8,7 @@ from typing import Any
 from .action import ActionGroupoid, RowAction, action
 from .axioms import check_axioms
 from .chart_margin import chart_extents, chart_reach, margin_of
+from .clocked import Clocked
 from .connection import ConnectionGroupoid
 from .groupoid import Groupoid
 from .lie_group import LieGroup, RetractionGroupoid, lie_group
@@ -16,7 +17,7 @@ from .pair import PairGroupoid, pair
 from .product import ProductGroupoid
 
 __all__ = [
-    "ActionGroupoid", "ConnectionGroupoid", "Groupoid", "LieGroup", "LocalGroupoid",
+    "ActionGroupoid", "Clocked", "ConnectionGroupoid", "Groupoid", "LieGroup", "LocalGroupoid",
     "PairGroupoid", "ProductGroupoid", "RetractionGroupoid", "RowAction", "action", "chart_extents",
     "chart_reach", "check_axioms", "lie_group", "margin_of", "pair", "product",
 ]  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 from ..algebras import MatrixAlgebra
@@ -69,12 +69,6 @@ class ActionGroupoid(RetractionGroupoid):
             return super().point_fields(x, u, h, theta, z)
         right, more = (self.rho(z, h) * self._at(m, u=u, h=h) for m in self._partial(theta))
         return right, right + more
-
-    @lru_cache(maxsize=32)  # noqa: B019 - a handful of groupoids live as long as the program
-    def _partial(self, theta: Expression) -> FieldPair:
-        """The retraction's lag and lead at θ, in `symbols`."""
-        arguments = self.algebra, self.symbols["h"] * self.symbols["u"], theta
-        return self.tau.lag(*arguments), self.tau.lead(*arguments)
 
 
 class RowAction(ActionGroupoid):

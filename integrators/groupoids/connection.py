@@ -83,6 +83,8 @@ class ConnectionGroupoid(ProductGroupoid):
         n, block = self.parts[0].dim_u, self.parts[1].inverse_left(x[:0, :], xi, h)
         return self._sheared(-block * self.L(x, w, h)[n:, :n], block)
 
+    displacement_at = Groupoid.displacement_at  # the connection ties both parts together
+
     def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
         """h times the structure functions of (ē_i, e_a): curvature, and the bracket with A."""
         n, k = (g.dim_u for g in self.parts)

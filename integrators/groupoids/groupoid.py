@@ -141,6 +141,18 @@ class Groupoid(ABC):
         along = self.target(x, u, theta * h).jacobian(x) * self.rho(x, h)
         return slope * self.R(x, u, h) - along, slope * self.L(x, u, h)
 
+    def displacement_at(self, x: Column, u: Column, h: Expression, theta: Expression) -> FieldPair:
+        """How e→ and e← displace the fraction θ of the arrow in left trivialisation, m×m each.
+
+        c_θ = L(x, θu)⁻¹ (θ (R(x, u) a + L(x, u) c) − R(x, θu) a) for a e→ + c e←: −a at the start,
+        c at the end, −(1 − θ)a + θc on pairs. The point b(x, u; θh) is moved by ρ times that.
+        """
+        one = sympy.eye(self.dim_u)
+        if theta in (0, 1):
+            return (theta - 1) * one, theta * one
+        back, part = self.inverse_left(x, u, theta * h), self.R(x, u, theta * h)
+        return back * (theta * self.R(x, u, h) - part), back * theta * self.L(x, u, h)
+
     # -- derivation -------------------------------------------------------------------------
 
     @cached_property

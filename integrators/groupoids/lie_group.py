@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 from ..algebras import MatrixAlgebra
@@ -77,6 +77,19 @@ class RetractionGroupoid(Groupoid):
     def _inverse_left(self) -> SymbolicMatrix:
         s = self.symbols
         return self._fitting.inverse_left_field(self.algebra, s["h"] * s["u"])
+
+    def displacement_at(self, x: Column, u: Column, h: Expression, theta: Expression) -> FieldPair:
+        """(lag, lag + lead) of the retraction."""
+        if theta in (0, 1):
+            return super().displacement_at(x, u, h, theta)
+        lag, lead = (self._at(m, u=u, h=h) for m in self._partial(theta))
+        return lag, lag + lead
+
+    @lru_cache(maxsize=32)  # noqa: B019 - a handful of groupoids live as long as the program
+    def _partial(self, theta: Expression) -> FieldPair:
+        """The retraction's lag and lead at θ, in `symbols`."""
+        arguments = self.algebra, self.symbols["h"] * self.symbols["u"], theta
+        return self._fitting.lag(*arguments), self._fitting.lead(*arguments)
 
     def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
         """h times the structure constants of the algebra."""

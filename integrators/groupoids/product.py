@@ -123,6 +123,12 @@ class ProductGroupoid(Groupoid):
         right, left = (sympy.Matrix.diag(*blocks) for blocks in zip(*fields, strict=True))
         return right, left
 
+    def displacement_at(self, x: Column, u: Column, h: Expression, theta: Expression) -> FieldPair:
+        own = zip(self.parts, self.base(x), self.fibre(u), strict=True)
+        fields = [g.displacement_at(y, w, h, theta) for g, y, w in own]
+        right, left = (sympy.Matrix.diag(*blocks) for blocks in zip(*fields, strict=True))
+        return right, left
+
     @cached_property
     def _inversion(self) -> Column:
         s = self.symbols

@@ -14,6 +14,7 @@ NAMES = (
     "rigid-body", "rigid-body-so4", "kirchhoff", "sl2", "moser-veselov",
     "heavy-top", "lagrange-top", "kovalevskaya-top", "spherical-pendulum",
     "reduced-kepler", "rotor-body", "wong",
+    "damped-pendulum", "duffing", "driven-heavy-top", "kapitza-pendulum",
 )  # fmt: skip
 
 

@@ -42,7 +42,7 @@ def of_order(
     """
     scheme = case.scheme.base
     wanted = scheme.order
-    if wanted is None or scheme.one_step:  # no L_d to ask
+    if wanted is None or scheme.one_step or scheme.s.clocked:  # no L_d(x, u) to ask
         return None
     found = truncation(scheme)
     evidence: dict[str, Any] = {
@@ -188,7 +188,7 @@ def _residuals(flow: Flow) -> tuple[float, float]:
     more = replace(first, numbers=arithmetic(flow.digits + 34))
     residual = noise = 0.0
     size = _size(run.mu)
-    for x, u, mu in zip(run.x, run.u, run.mu, strict=True):
+    for x, u, mu in zip(run.base, run.u, run.mu, strict=True):
         maps = []
         for at in (first, more):
             with at.numbers.working():

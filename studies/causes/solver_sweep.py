@@ -58,7 +58,8 @@ def _of_maps(
     solved, swept = 0.0, dict.fromkeys(TOLERANCES, 0.0)
     with flow.context.exactly.numbers.working():
         for k in places:
-            defect, polished, shift = _at(flow.context.exactly, kind, run.x[k], run.u[k], run.mu[k])
+            at = run.base[k], run.u[k], run.mu[k]
+            defect, polished, shift = _at(flow.context.exactly, kind, *at)
             solved = max(solved, defect(polished))
             for tolerance in TOLERANCES:
                 swept[tolerance] = max(swept[tolerance], defect(polished + tolerance * shift))
@@ -80,17 +81,17 @@ def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[
     swept = dict.fromkeys((*TOLERANCES, 0.0), 0.0)
     size = max(float(abs(e)) for e in run.mu.ravel()) or 1.0
     for k in places:
-        (x, u), (_, mu) = (flow.context.vectors(run.x[k], v[k]) for v in (run.u, run.mu))
+        (x, u), (_, mu) = (flow.context.vectors(run.base[k], v[k]) for v in (run.u, run.mu))
 
         def defect(after_x: Any, after_mu: Any, k: int = k) -> float:
-            return float(flow.step_defect(run.x[k], run.mu[k], after_x, after_mu, u0=run.u[k]))
+            return float(flow.step_defect(run.base[k], run.mu[k], after_x, after_mu, u0=run.u[k]))
 
         first = flow.parts[0]
         here = first.maps_at(x, u)
         off = max(off, float(max(abs(here["minus"] / first.h - mu))) / size)
         if len(flow.parts) == 1:
             own = max(own, defect(here["target"], mu + (here["plus"] - here["minus"]) / first.h))
-        taken = max(taken, defect(run.x[k + 1], run.mu[k + 1]))
+        taken = max(taken, defect(run.base[k + 1], run.mu[k + 1]))
         for tolerance in swept:
             swept[tolerance] = max(
                 swept[tolerance], defect(*_step(flow, x, mu, u, tolerance * size))

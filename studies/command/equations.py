@@ -58,7 +58,7 @@ def written(scheme: Scheme) -> Written:
             letters[symbol] = f"{letter}({', '.join(shown)})"
     values = [(p.letters, p.values) for p in points]
     if len(s.x):
-        values.append((s.y, scheme.scene.groupoid.target(s.x, s.u, s.h)))
+        values.append((s.y, scheme.groupoid.target(s.x, s.u, s.h)))
     return Written(
         letters,
         terms(s.lagrangian) if scheme.scene.lagrangian else [],

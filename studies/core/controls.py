@@ -32,7 +32,7 @@ def runge_kutta_defects(flow: Flow, name: str, points: int) -> list[float]:
     exactly, start, defects = own.context.exactly, flow.trajectory(0), list[float]()
     geometry: Any = exactly.geometry
     with exactly.numbers.working():
-        x, mu = exactly.vectors(start.x[0], start.mu[0])
+        x, mu = exactly.vectors(start.base[0], start.mu[0])
         near, root = exactly.vector(flow.scheme.scene.v0, len(mu)), exactly.numbers.eps**0.5
         for _ in range(points):
             try:

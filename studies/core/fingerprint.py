@@ -98,9 +98,9 @@ def _derived(scheme: Scheme) -> str:
     parts: list[Any] = [repr(facts), step_system(scheme.equations)]
     parts += scheme.equations.fields
     if scene.lagrangian is not None:
-        parts.append([s.lagrangian])
+        parts.append([s.lagrangian, *s.force])
     for q in scene.symmetries:
-        x: Any = s.x
+        x: Any = s.position
         if q.attitude:
             whole = scheme_of(groups, scheme.rule).s
             size = scene.groupoid.algebra.size  # type: ignore[attr-defined]

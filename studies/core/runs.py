@@ -54,8 +54,8 @@ def with_terms(scheme: DiscretisedScene, quantity: Any, digits: int) -> Rows:
     entries = list(quantity) if hasattr(quantity, "shape") else [quantity]
     entries = [scheme.s.scalar(e, "conserved quantity") for e in entries]
     numbers = arithmetic(digits)
-    f = _of_states(scheme.s, entries, list(map(absolute_terms, entries)), numbers)
-    return lambda run: _in_rows(scheme, f, run, numbers)
+    f = of_states(scheme.s, entries, list(map(absolute_terms, entries)), numbers)
+    return lambda run: in_rows(scheme, f, run, numbers)
 
 
 def energy_with_terms(scheme: DiscretisedScene, digits: int) -> Rows:
@@ -65,21 +65,21 @@ def energy_with_terms(scheme: DiscretisedScene, digits: int) -> Rows:
     """
     numbers = arithmetic(digits)
     f, inverse = _energy(scheme.s, numbers), legendre_inverse(scheme.s, numbers)
-    return lambda run: _in_rows(scheme, f, run, numbers, inverse)
+    return lambda run: in_rows(scheme, f, run, numbers, inverse)
 
 
 @lru_cache(maxsize=256)
 def _energy(s: SceneSymbols, numbers: Arithmetic) -> Any:
-    return _of_states(s, [energy(s)], [energy_terms(s)], numbers)
+    return of_states(s, [energy(s)], [energy_terms(s)], numbers)
 
 
-def _of_states(s: SceneSymbols, values: list[Any], terms: list[Any], numbers: Arithmetic) -> Any:
-    """f(x, ξ, μ, parameters) → (values, terms); in double precision of columns."""
+def of_states(s: SceneSymbols, values: list[Any], terms: list[Any], numbers: Arithmetic) -> Any:
+    """f(x, ξ, μ, parameters) → (values, terms), x with its time; columns in double precision."""
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return numeric(letters, [values, terms], numbers, columns=isinstance(numbers, Double))
 
 
-def _in_rows(
+def in_rows(
     scheme: DiscretisedScene, f: Any, run: Any, numbers: Arithmetic, inverse: Any = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """f in every row of a run; with ξ(x, μ) where the inverse Legendre map is given."""
@@ -92,7 +92,7 @@ def _in_rows(
 
     with numbers.working():
         p = [numbers.number(v) for v in scheme.scene.parameter_values]
-        x, mu = of(run.x), of(run.mu)
+        x, mu = of(getattr(run, "base", run.x)), of(run.mu)
         xi = mu
         if inverse is not None:
             # u is near to ξ; states that another method made come without it

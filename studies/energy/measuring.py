@@ -9,6 +9,7 @@ import numpy as np
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.fitting import fit_line
 from ..core.runs import bins, energy_errors, long_run
+from . import balance
 
 NAME = "energy"
 NEEDS = "it needs a Lagrangian."
@@ -37,7 +38,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     In a chaotic scene the mean of the band wanders, slowly and to a side that depends on round-off.
     Where its edges seem to move as well, and not steadily, the case runs eight times as long, and
     32 times: what wanders shrinks against the band.
+
+    Where a force or the time changes the energy, it is measured against their work (`balance`).
     """
+    if balance.applies(case):
+        return balance.measure(case, progress)
     steps = case.steps or (10**6 if case.digits == 16 else 1000)
     for more in LONGER:
         run = long_run(case, case.scheme, more * steps, progress)
@@ -107,6 +112,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     wanders between two edges that stand by that measure, nothing drifts either.
     """
     band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
+    if balance.applies(case):
+        return _judge_balance(case, measurement)
     duration = measurement["duration"]
     expected = {"slope_limit": _allowed(case, band) / duration}
     if not np.isfinite(band):
@@ -127,3 +134,19 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         f"which is {abs(slope) * duration / band:.0%} of its band.",
         expected,
     )
+
+
+def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """The balance of energy and work sinks with the step as the method's order has it.
+
+    A band of round-off alone has no order, and passes.
+    """
+    band, order = (measurement["measured"][k] for k in ("band", "balance_order"))
+    expected = balance.wanted(case)
+    least = expected["balance_order"]
+    if not np.isfinite(band):
+        return Verdict("fail", "the energy is no longer finite.", expected)
+    if band <= _allowed(case, 0.0) or least is None or (order is not None and order >= least):
+        return Verdict("pass", "", expected)
+    said = "does not sink" if order is None else f"sinks with the step's power {order:.2f} only"
+    return Verdict("fail", f"the balance of energy and work {said}.", expected)

@@ -22,6 +22,8 @@ ENERGY = (
 
 def _wanted(expected: dict[str, Any]) -> str:
     limit = expected.get("slope_limit")
+    if "balance_order" in expected:
+        return f"energy less work: order ≥ {expected['balance_order']}"
     return (
         pairs(expected) if number(limit) is None else f"slope or both edges ≤ {scientific(limit)}"
     )
@@ -37,6 +39,8 @@ def _slope(measured: dict[str, Any]) -> str:
 
 def _got(measured: dict[str, Any]) -> str:
     band = scientific(measured.get("band"))
+    if "balance_order" in measured:
+        return f"energy less work: {band}, order {measured['balance_order']:.2f}"
     return f"band {band}, slope {_slope(measured)}, of the edges {_edges(measured)}"
 
 

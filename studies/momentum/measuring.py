@@ -11,6 +11,8 @@ import numpy as np
 
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow
+from discmech.integrators.numbers import first_violation
+from discmech.integrators.rules import Composition
 from discmech.integrators.scene import Conserved, Scene
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
@@ -21,15 +23,43 @@ NEEDS = "it needs a scene that declares symmetries or Casimirs."
 DIGITS = (16, 50)
 ROWS = 400
 MOST_STRETCHES = 2000
+WORKED = 200  # steps over which a quantity that a force changes is compared with its work
 
 
 def cases(choice: Choice) -> list[Case]:
-    """Every scene with a quantity that is kept to round-off, by every rule."""
-    return [c for c in plain_cases(NAME, choice, DIGITS) if _kept(c)]
+    """Every scene with a quantity that is kept to round-off, by every rule.
+
+    What a force changes is measured against its work; a composition does not say the work of its
+    substeps.
+    """
+    return [c for c in plain_cases(NAME, choice, DIGITS) if _measured(c)]
+
+
+def _measured(case: Case) -> list[Conserved]:
+    composed = isinstance(case.rule, Composition)
+    return [
+        q for q in case.scene.symmetries if q.to_roundoff and not (composed and _worked(case, q))
+    ]
 
 
 def _kept(case: Case) -> list[Conserved]:
-    return [q for q in case.scene.symmetries if q.to_roundoff]
+    return [q for q in _measured(case) if not _worked(case, q)]
+
+
+def _worked(case: Case, q: Conserved) -> bool:
+    """Whether the scene's force does work on a quantity: ∂J/∂μ·f is not zero everywhere."""
+    return case.scene.force is not None and _moved(_scheme(case, q.attitude), q)
+
+
+@cache
+def _moved(scheme: Scheme, q: Conserved) -> bool:
+    s = scheme.s
+    given = formula_of(scheme, q)
+    values = list(given) if hasattr(given, "shape") else [given]
+    letters = {mu: u for mu, u in zip(s.mu, s.u, strict=True)}  # any μ will do
+    work = [sum(e.diff(mu).xreplace(letters) * f for mu, f in zip(s.mu, s.force, strict=True))
+            for e in values]  # fmt: skip
+    return first_violation(work, [*s.u]) is not None
 
 
 @cache
@@ -44,7 +74,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     attitude run on the scene with the attitude as base; the others do without it.
     """
     steps = case.steps or (10**6 if case.digits == 16 else 100)
-    kept = _kept(case)
+    kept, measured = _kept(case), _measured(case)
     series: dict[str, np.ndarray] = {}
     for attitude in (False, True):
         whole = [q for q in kept if q.attitude is attitude and q.stretch is None]
@@ -57,8 +87,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     for q in kept:
         if q.stretch is not None:
             series[q.name] = _over_stretches(case, q, steps, progress)
+    worked = [q for q in measured if q not in kept]
+    series |= {q.name: _less_work(case, q) for q in worked}
     rows = []
     each = {q.name: 1 if q.stretch is None else interval(steps) for q in kept}
+    each |= {q.name: interval(steps) for q in worked}
     for first, last in bins(steps // interval(steps) + 1, ROWS):
         step = min((last - 1) * interval(steps), steps)
         drift = {
@@ -68,6 +101,32 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         rows.append({"step": step, "time": float(step * case.scene.step), "drift": drift})
     worst = {name: float(drift.max()) for name, drift in series.items()}
     return {"rows": rows, "measured": {"drift": worst}, "steps": steps}
+
+
+def _less_work(case: Case, q: Conserved) -> np.ndarray:
+    """Per step: how far a quantity's change is from what the discrete force does to it.
+
+    Without the force every arrow has one J at both ends (discrete Noether theorem), so a step from
+    (x, μ) to (y, μ′) has J(y, μ′ − f⁺/h) = J(x, μ − f⁻/h): of a J that is linear in μ the change is
+    the work of f± on its symmetry. Relative to the absolute terms.
+    """
+    scheme = _scheme(case, q.attitude)
+    flow = scheme.flow(case.scene.step, case.digits)
+    run = flow.trajectory(WORKED)
+    rows_of = with_terms(scheme, formula_of(scheme, q), case.digits)
+    with flow.numbers.working():
+        at = flow.context
+        forces = [flow.geometry.discrete_force(*at.vectors(x, u))
+                  for x, u in zip(run.base, run.u, strict=True)]  # fmt: skip
+        minus, plus = (np.array(part)[:-1] for part in zip(*forces, strict=True))
+        number = np.vectorize(flow.numbers.number, otypes=[flow.numbers.dtype])
+        mu = number(run.mu)
+        before, terms = rows_of(replace(run, base=run.base[:-1], mu=mu[:-1] - minus, u=run.u[:-1]))
+        after, later = rows_of(replace(run, base=run.base[1:], mu=mu[1:] - plus, u=run.u[1:]))
+        gaps, scale = np.abs(after - before).max(axis=1), np.maximum(terms, later).max(axis=1)
+        return np.array(
+            [0.0, *(float(g / s) if g else 0.0 for g, s in zip(gaps, scale, strict=True))]
+        )
 
 
 def _steps_of(q: Conserved, steps: int) -> int:
@@ -87,7 +146,7 @@ def _scheme(case: Case, attitude: bool) -> Scheme:
 
 def formula_of(scheme: Scheme, q: Conserved) -> Any:
     """The quantity in the scheme's symbols; an attitude is handed on as a matrix."""
-    x: Any = scheme.x
+    x: Any = scheme.s.position
     if q.attitude:
         size = scheme.scene.groupoid.algebra.size  # type: ignore[attr-defined]
         x = x.reshape(size, size)
@@ -119,6 +178,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     eps = 2.0**-53 if case.digits == 16 else 10.0 ** (-case.digits)
     limit = 1e-12 if case.digits == 16 else 1e4 * eps
     over = {q.name: _steps_of(q, measurement["steps"]) for q in _kept(case)}
+    over |= {q.name: WORKED for q in _measured(case) if q.name not in over}
     walk = eps * math.sqrt(max(over.values()))
     expected = {"limit": limit, "random_walk": walk, "over": over}
     drifting = {k: v for k, v in measurement["measured"]["drift"].items() if not v <= limit}
@@ -139,6 +199,8 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     from ..causes.diagnosis import named
 
     drift = measurement["measured"]["drift"]
+    if case.scene.force is not None:
+        return None
     plain = [q for q in _kept(case) if q.name in drift and not q.attitude and q.stretch is None]
     if not plain or case.scheme.element is not None or case.scheme.one_step:
         return None
@@ -149,12 +211,12 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     rows_of = with_terms(scheme, formula_of(scheme, worst), 30)
     with flow.numbers.working():
         at, h = flow.context, flow.context.h
-        arrows = [at.maps_at(*at.vectors(x, u)) for x, u in zip(run.x, run.u, strict=True)]
+        arrows = [at.maps_at(*at.vectors(x, u)) for x, u in zip(run.base, run.u, strict=True)]
         before = np.array([here["minus"] / h for here in arrows])
         after = np.array([here["plus"] / h for here in arrows])
-        ends = np.array([here["target"] for here in arrows]).reshape(run.x.shape)
+        ends = np.array([here["target"] for here in arrows]).reshape(run.base.shape)
     start, terms = rows_of(replace(run, mu=before))
-    end, later = rows_of(replace(run, x=ends, mu=after))
+    end, later = rows_of(replace(run, base=ends, mu=after))
     scale = max(float(abs(t)) for part in (terms, later) for t in part.ravel()) or 1.0
     gap = max(float(abs(e)) for e in (end - start).ravel()) / scale
     evidence = {"quantity": worst.name, "gap": gap}

@@ -36,6 +36,18 @@ How a formula is checked:
 Upper index of a matrix: row. $h$ is the step, and also an arrow, as in the paper.
 """
 
+CONCLUSIONS = """\
+## 5 Conclusions and future work
+
+No displayed formula. What the last paragraph hopes for, and what of it runs here:
+
+- forced or dissipative systems: on every groupoid, by the displacement of a fraction of an arrow
+  (`docs/forces-and-time.md`);
+- explicitly time-dependent systems: each point of a rule has its time (`docs/forces-and-time.md`);
+- holonomic and nonholonomic constraints, frictional contact, multisymplectic field theories,
+  discrete optimal control: not yet.
+"""
+
 OVER = {
     EVERYWHERE: "40 digits, all groupoids",
     MATRIX: "40 digits, matrix groups and actions",
@@ -58,7 +70,7 @@ def page() -> str:
         definitions=count[DEFINITION],
         misprints=len(MISPRINTS),
     )
-    parts = [introduction, _misprints(), *map(_section, SECTIONS)]
+    parts = [introduction, _misprints(), *map(_section, SECTIONS), CONCLUSIONS]
     return "\n".join(parts)
 
 

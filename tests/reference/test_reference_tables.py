@@ -37,7 +37,8 @@ def test_every_scene_has_a_table_that_fits(name):
     assert len(table.rows) >= 4 and scene.duration in {row.t for row in table.rows}
     for row in table.rows:
         assert row.certain_digits == 50 and row.certainty == "enclosure" and row.bound < 1e-50
-        assert "energy" in row.evidence
+        if scene.force is None and not scene.timed:  # else nothing keeps the energy
+            assert "energy" in row.evidence
         assert int(re.search(r"extrapolation agrees to (\d+) digits", row.evidence)[1]) >= 50
 
 

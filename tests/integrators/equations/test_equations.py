@@ -23,7 +23,9 @@ from tests.objects import (
 
 DIGITS = 60
 EPS = Rational(1, 10**40)
-ALL = [*SCHEMES, ("heavy-top", "two-thirds"), ("kepler", "two-thirds")]
+#: what the definitions of section 3 are of: L_d alone, and no time
+PLAIN = [(s, r) for s, r in SCHEMES if SCENES[s].force is None and not SCENES[s].timed]
+ALL = [*PLAIN, ("heavy-top", "two-thirds"), ("kepler", "two-thirds")]
 every_scheme = pytest.mark.parametrize(("scene", "rule"), named(ALL))
 NUMBERS = {"h": Rational(3, 10), "x": Rational(1, 8), "u": Rational(2, 3)}
 

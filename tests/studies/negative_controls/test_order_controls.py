@@ -111,3 +111,24 @@ def test_nothing_but_round_off_is_inconclusive(monkeypatch):
 
 def test_every_point_that_is_left_out_has_a_reason(monkeypatch):
     assert all(row["used"] or row["why_not"] for row in free_motion(monkeypatch)["rows"])
+
+
+@pytest.mark.parametrize("name", ["damped-pendulum", "driven-heavy-top"])
+def test_a_flipped_force_does_not_converge(name, monkeypatch):
+    scene = scenes.get(name)
+    force = (
+        (lambda x, v, p, t: [-e for e in scene.force(x, v, p, t)])
+        if scene.timed
+        else (lambda x, v, p: [-e for e in scene.force(x, v, p)])
+    )
+    flipped = scene.with_values(force=force)
+    monkeypatch.setattr("discmech.reference.solution", reference_of(scene))
+    found = measured("order", flipped, "midpoint", steps=100)
+    assert found["verdict"] == "fail"
+
+
+def reference_of(scene):
+    """The reference of this scene, whichever is asked for."""
+    from discmech.reference import solution
+
+    return lambda other, t, digits=50: solution(scene, t, digits)

@@ -1,0 +1,100 @@
+"""A groupoid with the time beside its base: for Lagrangians and forces that depend on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..numbers import sympy
+from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
+from .groupoid import Groupoid
+
+
+class Clocked(Groupoid):
+    """The arrows of `inner` over (x, t): the target of (x, t, w; h) has the time t + θh, w = θu.
+
+    θ is read off w: on a curve w(u, s) in the chart it is the slope by u at the identity. No
+    displacement moves the time, so e→ and e← are those of `inner`.
+    """
+
+    by_user = False
+
+    def __init__(self, inner: Groupoid) -> None:
+        self.inner, self.kind, self.retraction = inner, inner.kind, inner.retraction
+        self.dim_x, self.dim_u = inner.dim_x + 1, inner.dim_u
+        #: what the chart of `inner` is built from
+        self.algebra = getattr(inner, "algebra", None)
+
+    @property
+    def name(self) -> str:
+        return self.inner.name
+
+    def share(self, w: Column) -> Expression:
+        """θ of a chart value w(u, s) = θu + …"""
+        slope = w[0].diff(self.symbols["u"][0])
+        return slope.xreplace(dict.fromkeys(slope.free_symbols & {*self.symbols["u"]}, 0))
+
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
+        """(b, t + θh)."""
+        return self._of("target", x, u, h).col_join(self._later(x, u, h))
+
+    def _later(self, x: Column, u: Column, h: Expression) -> Column:
+        return sympy.Matrix([x[-1] + h * self.share(u)])
+
+    def _of(self, what: str, x: Column, *rest: Any) -> Any:
+        return getattr(self.inner, what)(x[:-1, :], *rest)
+
+    def _with_row(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
+        """A zero row below: nothing moves the time."""
+        return matrix.col_join(sympy.zeros(1, matrix.cols))
+
+    def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
+        return self._of("product", x, u, v, h)
+
+    def element(self, u: Column, h: Expression) -> SymbolicMatrix:
+        return self.inner.element(u, h)
+
+    def inverse_left(self, x: Column, w: Column, h: Expression) -> SymbolicMatrix:
+        return self._of("inverse_left", x, w, h)
+
+    def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
+        return self._with_row(self._of("rho", x, h))
+
+    def L(self, x: Column, u: Column, h: Expression) -> SymbolicMatrix:
+        return self._of("L", x, u, h)
+
+    def R(self, x: Column, v: Column, h: Expression) -> SymbolicMatrix:
+        return self._of("R", x, v, h)
+
+    def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
+        functions: list[SymbolicMatrix] = self._of("structure_functions", x, h)
+        return functions
+
+    def group_parts(self, x: Column, u: Column, h: Expression) -> list[tuple[Groupoid, Column]]:
+        parts: list[tuple[Groupoid, Column]] = self._of("group_parts", x, u, h)
+        return parts
+
+    def inversion(self, x: Column, u: Column, h: Expression) -> Column:
+        return self._of("inversion", x, u, h)
+
+    @property
+    def _inversion(self) -> Column:
+        return self.inner._inversion
+
+    def increment(self, x: Column, u: Column, h: Expression) -> Column:
+        """(b − x, θh)."""
+        return self._of("increment", x, u, h).col_join(sympy.Matrix([h * self.share(u)]))
+
+    def point_slope(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> SymbolicMatrix:
+        return self._with_row(self._of("point_slope", x, u, h, theta, z[:-1, :]))
+
+    def point_fields(
+        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
+    ) -> FieldPair:
+        right, left = self._of("point_fields", x, u, h, theta, z[:-1, :])
+        return self._with_row(right), self._with_row(left)
+
+    def displacement_at(self, x: Column, u: Column, h: Expression, theta: Expression) -> FieldPair:
+        pair: FieldPair = self._of("displacement_at", x, u, h, theta)
+        return pair

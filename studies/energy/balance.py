@@ -1,0 +1,87 @@
+"""The energy of a forced or time-dependent motion against the work that is done on it.
+
+    dH/dt = f·ξ − ∂l/∂t
+
+holds along the motion, and no discrete law stands behind it: the balance of a run, H less the work
+so far, is off by the method's error and by that of the sum that the work is (trapezoidal rule). So
+it is asked how this sinks with the step.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme
+from discmech.integrators.equations import (
+    SceneSymbols,
+    energy,
+    energy_terms,
+    legendre_inverse,
+    power,
+)
+from discmech.integrators.flows import Trajectory
+from discmech.integrators.numbers import Arithmetic, arithmetic
+
+from ..core.case import Case, Progress
+from ..core.runs import in_rows, of_states
+
+HALVINGS = 3
+#: by which the order may miss that of the method, or 2, which is that of the sum
+MISSED = 0.2
+
+
+def applies(case: Case) -> bool:
+    """Whether the energy is changed by a force or by the time."""
+    return case.scene.force is not None or case.scene.timed
+
+
+def balance(scheme: Scheme, run: Trajectory, digits: int) -> np.ndarray:
+    """(H − H₀ − work)/scale per row, signed, scale as of energy errors."""
+    numbers = arithmetic(digits)
+    f, inverse = _rates(scheme.s, numbers), legendre_inverse(scheme.s, numbers)
+    values, terms = in_rows(scheme, f, run, numbers, inverse)
+    with numbers.working():
+        steps = np.diff(np.array([numbers.number(t) for t in run.t]))
+        work = np.cumsum(steps * (values[1:, 1] + values[:-1, 1]) / 2)
+        errors = values[1:, 0] - values[0, 0] - work
+        scale = terms[:, 0].max() or 1
+        return np.concatenate([[0.0], np.asarray(errors / scale, dtype=float)])
+
+
+@lru_cache(maxsize=256)
+def _rates(s: SceneSymbols, numbers: Arithmetic) -> Any:
+    return of_states(s, [energy(s), power(s)], [energy_terms(s), energy_terms(s)], numbers)
+
+
+def measure(case: Case, progress: Progress) -> dict[str, Any]:
+    """Rows {time, error} at the smallest step; measured: band, slope and the balance's order."""
+    first = case.steps or case.scene.steps_for(case.scene.step)
+    bands = []
+    for k in range(HALVINGS):
+        steps = first * 2**k
+        progress(f"{case.scene.name} {case.label}: {steps} steps", k / HALVINGS)
+        run = case.scheme.flow(case.scene.duration / steps, case.digits).trajectory(steps)
+        errors = balance(case.scheme, run, case.digits)
+        bands.append(float(np.ptp(errors)))
+    times = np.asarray(run.t, dtype=float)
+    coarse, fine = bands[-2:]
+    order = math.log2(coarse / fine) if fine > 0 and coarse > 0 else None
+    slope = float(errors[-1] / times[-1])
+    spread = max(1, len(times) // 1000)
+    return {
+        "rows": [{"time": float(t), "error": float(e)}
+                 for t, e in zip(times[::spread], errors[::spread], strict=True)],
+        "measured": {"band": fine, "slope": slope, "slope_interval": [slope, slope],
+                     "edge_slopes": None, "balance_order": order},
+        "duration": float(times[-1]),
+    }  # fmt: skip
+
+
+def wanted(case: Case) -> dict[str, Any]:
+    """The least order of the balance; None where the rule declares none."""
+    order = case.scheme.order
+    return {"balance_order": None if order is None else min(order, 2) - MISSED}

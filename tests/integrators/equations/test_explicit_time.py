@@ -1,0 +1,139 @@
+"""Explicit time: each point of a rule has its own, and a start may be at any time."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy
+
+from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
+from discmech.integrators.rules import compose, discretisation
+from discmech.reference import solution
+from tests.objects import flow, scheme
+from tests.studies.cached_results import measured
+
+
+def swung(x, v, p, t):
+    """A mass and a spring that both change with the time."""
+    return (2 + sympy.sin(t)) * v[0] ** 2 / 2 - (1 + t / 3) * x[0] ** 2 / 2
+
+
+def swelling(x, v, p, t):
+    """A body whose moments of inertia grow: no base, so the time alone tells points apart."""
+    return sum((1 + i + t / 2) * v[i] ** 2 for i in range(3)) / 2
+
+
+def held(**more):
+    return Scene(**{"name": "swung", "groupoid": pair(1), "lagrangian": swung, "x0": [1],
+                    "v0": ["0.3"], "step": "0.05", "duration": 2, **more})  # fmt: skip
+
+
+SWUNG = held()
+SWELLING = held(name="swelling", groupoid=lie_group(so(3)), lagrangian=swelling, x0=[],
+                v0=["0.5", "-0.3", "0.7"])  # fmt: skip
+ORDERS = {"rectangle": 1, "midpoint": 2, "trapezoidal": 2, "gauss-2": 4, "lobatto-3": 4}
+
+
+def errors(one, steps):
+    """‖(x, μ) − reference‖ at t = 1."""
+    exact = solution(one.scene, 1, 30)
+    wanted = np.array([float(e) for e in (*exact.x, *exact.mu)])
+    runs = [one.flow(Fraction(1, n)).trajectory(n, every=n) for n in steps]
+    return [float(np.linalg.norm(np.concatenate([r.x[-1], r.mu[-1]]) - wanted)) for r in runs]
+
+
+def order(one, steps=(16, 32)):
+    coarse, fine = errors(one, steps)
+    return float(np.log2(coarse / fine))
+
+
+@pytest.mark.parametrize("rule", ORDERS)
+@pytest.mark.parametrize("scene", [SWUNG, SWELLING], ids=lambda s: s.name)
+def test_every_point_of_a_rule_has_its_time(scene, rule):
+    one = Scheme(scene, rules.get(rule))
+    assert order(one) == pytest.approx(ORDERS[rule], abs=0.15)
+
+
+@pytest.mark.parametrize("scene", [SWUNG, SWELLING], ids=lambda s: s.name)
+def test_substeps_and_adjoints_have_theirs(scene):
+    one = Scheme(scene, compose(rules.get("rectangle"), "triple-jump"))
+    assert order(one) == pytest.approx(4, abs=0.2)
+
+
+@discretisation(order=2)
+def late(L, G, x, u, h):
+    """The midpoint rule with everything at t_k."""
+    middle = G.target(x, u, h / 2)
+    middle[-1] = x[-1]
+    return h * L(middle, u)
+
+
+def test_everything_at_the_time_of_the_start_is_of_first_order():
+    assert order(Scheme(SWUNG, late), (64, 128)) == pytest.approx(1, abs=0.1)
+    assert order(Scheme(SWUNG, rules.get("midpoint")), (64, 128)) == pytest.approx(2, abs=0.1)
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+@pytest.mark.parametrize("rule", ["rectangle", "midpoint", "gauss-2"])
+@pytest.mark.parametrize("scene", [SWUNG, SWELLING], ids=lambda s: s.name)
+def test_the_form_is_kept_at_each_step(scene, rule, digits):
+    """Without a force L_d(t_k) is a generating function of the step, whatever the time."""
+    if digits == 50 and rule == "gauss-2":
+        pytest.skip("two rules at 50 digits are enough")
+    made = Scheme(scene, rules.get(rule)).flow("0.1", digits)
+    run = made.trajectory(12, t0="0.3")
+    limit = 1e-13 if digits == 16 else 1e-45
+    for k in (0, 5, 11):
+        assert made.pullback_defect(run.base[k], run.u[k]) < limit
+        assert made.poisson_defect(run.base[k], run.mu[k], u0=run.u[k]) < limit
+        ahead = run.base[k + 1], run.mu[k + 1]
+        assert made.step_defect(run.base[k], run.mu[k], *ahead, u0=run.u[k]) < limit
+
+
+def test_a_run_may_start_at_any_time():
+    """Two halves, the second from where and when the first ended, are the whole."""
+    made = flow("kapitza-pendulum", "midpoint", "0.01")
+    whole = made.trajectory(40, t0="0.25")
+    first = made.trajectory(20, t0="0.25")
+    then = made.trajectory(20, x0=first.x[-1], mu0=first.mu[-1], u0=first.u[-1], t0="0.45")
+    assert whole.t[0] == 0.25 and whole.t[-1] == pytest.approx(0.65, abs=1e-15)
+    assert whole.x.shape == (41, 1) and whole.base.shape == (41, 2)
+    assert np.abs(whole.base[:, 1] - whole.t).max() < 1e-15
+    assert np.abs(then.x[-1] - whole.x[-1]).max() < 1e-13
+    assert np.abs(made.trajectory(40).x - whole.x).max() > 1e-3  # another time, another motion
+    with pytest.raises(BadInput, match="t0"):
+        made.trajectory(1, t0=float("nan"))
+
+
+def test_the_time_changes_nothing_where_nothing_depends_on_it():
+    made = flow("pendulum", "midpoint", "0.1")
+    assert np.array_equal(made.trajectory(5, t0=3).x, made.trajectory(5).x)
+    assert made.trajectory(5, t0=3).t[0] == 3
+    assert not scheme("pendulum", "midpoint").s.clocked
+    rubbed = scenes.get("damped-pendulum")
+    assert not rubbed.timed and not Scheme(rubbed, rules.get("midpoint")).s.clocked
+
+
+@pytest.mark.parametrize("name", ["kapitza-pendulum", "duffing", "driven-heavy-top"])
+def test_there_and_back(name):
+    """Φ₋ₕ from t + h is the inverse of a self-adjoint Φₕ from t."""
+    made, back = (scheme(name, "trapezoidal").flow(h) for h in ("0.01", "-0.01"))
+    run = made.trajectory(3, t0="0.2")
+    again = back.trajectory(1, x0=run.base[3], mu0=run.mu[3], u0=run.u[2])
+    assert np.abs(again.base[1] - run.base[2]).max() < 1e-14
+    assert np.abs(again.mu[1] - run.mu[2]).max() < 1e-13
+    y, v = made.evolve(run.base[1], run.u[1])
+    x, u = made.devolve(y, v)
+    assert np.abs(y - run.base[2]).max() < 1e-13 and np.abs(u - run.u[1]).max() < 1e-11
+
+
+@pytest.mark.parametrize("name", ["kapitza-pendulum", "duffing", "damped-pendulum"])
+def test_energy_is_compared_with_the_work_that_is_done(name):
+    found = measured("energy", name, "midpoint", steps=400)
+    assert found["verdict"] == "pass"
+    assert found["measured"]["balance_order"] == pytest.approx(2, abs=0.2)
+
+
+def test_energy_of_a_wrong_time_is_not_balanced():
+    found = measured("energy", SWUNG, late, steps=400)
+    assert found["verdict"] == "fail" and "balance" in found["reason"]

@@ -1,0 +1,248 @@
+"""Forces: virtual work of the integral principle, exact derivatives, orders, no cost."""
+
+from functools import cache
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+
+from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
+from discmech.integrators.compiler import kernel_text
+from discmech.reference import solution
+from tests.objects import GROUPOIDS, arrows, scheme
+
+DIGITS = 50
+
+
+def rubbed(x, v, p):
+    """Friction of the axes that couples them, on any groupoid."""
+    return [-v[i] / (4 + i) - v[i] * v[i - 1] / 7 for i in range(len(v))]
+
+
+def with_force(name, force=rubbed):
+    return scenes.get(name).with_values(name=f"forced-{name}", force=force)
+
+
+#: a scene of each kind of groupoid: pairs, a group, an action, pairs with a group
+FORCED = ("spring-pendulum", "rigid-body", "heavy-top", "rotor-body")
+#: (scene, rule): every kind of groupoid meets every plain rule, two a rule with stages
+MET = [
+    *((name, rule) for name in FORCED for rule in ("rectangle", "midpoint", "trapezoidal")),
+    ("spring-pendulum", "gauss-2"), ("heavy-top", "gauss-2"),
+]  # fmt: skip
+
+
+@cache
+def forced(name, rule):
+    return Scheme(with_force(name), rules.get(rule))
+
+
+DEAR = pytest.mark.slow
+FRACTIONS = [
+    pytest.param(name, theta, marks=[DEAR] if "expon" in name and 0 < theta < 1 else [])
+    for name in GROUPOIDS
+    for theta in (0, sympy.Rational(1, 3), 1)
+]
+
+
+@pytest.mark.parametrize(("name", "theta"), FRACTIONS)
+def test_what_displaces_a_fraction_of_an_arrow(name, theta):
+    """(−ρa, R(x, θu) a + L(x, θu) c_θ) is what the fraction θ of the displaced arrow has become."""
+    g, h = GROUPOIDS[name], sympy.Rational(1, 10)
+    s, theta = g.symbols, sympy.sympify(theta)
+    point = arrows(g, "generic", h)
+    x, u = point["x"], point["u"]
+    at = {**dict(zip(s["x"], x, strict=True)), **dict(zip(s["u"], u, strict=True)), s["h"]: h}
+    right, left = (
+        sympy.Matrix(f).subs(at) for f in g.displacement_at(s["x"], s["u"], s["h"], theta)
+    )
+    R, L = g.R(x, u, theta * h), g.L(x, u, theta * h)
+    gaps = [R + L * right - theta * g.R(x, u, h), L * left - theta * g.L(x, u, h)]
+    if theta == 0:  # the chart of no step: −a and 0
+        gaps = [right + sympy.eye(g.dim_u), left]
+    assert all(abs(e.evalf(30)) < 1e-20 for gap in gaps for e in gap)
+
+
+def points_of(rule, stage, u, h):
+    """(θ, w(θ), dw/dθ, weight) where a rule asks for the force, in mpmath.
+
+    Without dw/dθ the rule asks for it at the velocity u.
+    """
+    if rule == "trapezoidal":
+        return [(mpmath.mpf(c), c * u, None, h / 2) for c in (0, 1)]
+    if rule == "midpoint":
+        return [(mpmath.mpf(1) / 2, u / 2, None, h)]
+    nodes = [(1 - 1 / mpmath.sqrt(3)) / 2, (1 + 1 / mpmath.sqrt(3)) / 2]
+    # w = θu + s Q, Q = ∫P over the Legendre polynomial P = 2θ − 1
+    return [(c, c * u + stage * (c * c - c), u + stage * (2 * c - 1), h / 2) for c in nodes]
+
+
+@pytest.mark.parametrize("rule", ["midpoint", "trapezoidal", "gauss-2"])
+def test_the_force_has_the_work_of_the_integral_principle(rule):
+    """Heavy top: ∫ f·(A⁻¹ δA) over a displaced path of attitudes, which nobody trivialised.
+
+    A(θ) = A₀ τ(hw(θ)); a e→ + c e← displaces A₀ by −a and the end by c, and the path between is
+    that of the displaced arrow's chart. Compared at 50 digits, δ by a central difference.
+    """
+    flow = forced("heavy-top", rule).flow("1/5", 70)
+    basis = [mpmath.matrix(e.tolist()) for e in so(3).matrices]
+
+    def hat(w):
+        return sum((w[i] * basis[i] for i in range(3)), mpmath.zeros(3))
+
+    def vee(matrix):
+        return np.array([mpmath.fsum(matrix[i, j] * e[i, j] for i in range(3) for j in range(3)) / 2
+                         for e in basis])  # fmt: skip
+
+    def cayley(w):
+        one = mpmath.eye(3)
+        return (one - hat(w) / 2) ** -1 * (one + hat(w) / 2)
+
+    def uncayley(g):
+        one = mpmath.eye(3)
+        return vee(2 * (g - one) * (g + one) ** -1)
+
+    with mpmath.workdps(70):
+        h = mpmath.mpf(1) / 5
+        values = [mpmath.mpf(k) / 7 for k in (2, 3, -1, 3, -2, 5, 1, -4, 2)]
+        u, a, c = (np.array(values[i : i + 3]) for i in (0, 3, 6))
+        x = [mpmath.mpf(k) / 7 for k in (2, 3, 6)]
+        with flow.numbers.working():
+            at = flow.context.vectors(x, u)
+            own = [flow.geometry.stages(*at), *flow.geometry.discrete_force(*at)]
+            stage, minus, plus = map(flow.numbers.public, own)
+        eps = mpmath.mpf(10) ** -22
+
+        def path(t, theta, w):
+            """A(θ) of the arrow displaced by t(a e→ + c e←), A₀ = 1."""
+            start, end = cayley(-t * a), cayley(h * u) * cayley(t * c)
+            moved = uncayley(start**-1 * end) / h
+            return start * cayley(h * (w + theta * (moved - u)))
+
+        wanted = mpmath.mpf(0)
+        for theta, w, dw, weight in points_of(rule, stage, u, h):
+            shift = vee(path(0, theta, w) ** -1 * (path(eps, theta, w) - path(-eps, theta, w)))
+            xi = u
+            if dw is not None:
+                ahead, behind = (cayley(h * (w + e * dw)) for e in (eps, -eps))
+                xi = vee(cayley(h * w) ** -1 * (ahead - behind)) / (2 * eps) / h
+            f = [-xi[i] / (4 + i) - xi[i] * xi[i - 1] / 7 for i in range(3)]
+            wanted += weight * mpmath.fsum(f * shift) / (2 * eps)
+        work = mpmath.fsum([*(minus * a), *(plus * c)])
+        assert abs(work - wanted) < mpmath.mpf(10) ** -40 * abs(wanted)
+
+
+@pytest.mark.parametrize(("name", "rule"), MET)
+def test_the_derivative_of_a_step_is_exact(name, rule):
+    """FL and its like against central differences, with a force that is no gradient."""
+    flow = forced(name, rule).flow("0.1", DIGITS)
+    n, eps = len(flow.scheme.x), flow.numbers.number("1e-15")
+    with flow.numbers.working():
+        z = np.concatenate(flow.context.vectors(flow.scheme.scene.x0, flow.scheme.scene.v0))
+        here = flow.geometry.at(z[:n], z[n:])
+        for j in range(len(z)):
+            step = np.array([eps if i == j else 0 * eps for i in range(len(z))])
+            up, down = (flow.geometry.at(e[:n], e[n:]) for e in (z + step, z - step))
+            for part in ("minus", "plus"):
+                slopes = np.hstack([here[f"{part}_x"], here[f"{part}_u"]])[:, j]
+                assert max(abs((up[part] - down[part]) / (2 * eps) - slopes)) < 1e-20
+
+
+def errors(one, steps):
+    """‖(x, μ) − reference‖ at the end of half a unit of time, of a scheme at these steps."""
+    exact = solution(one.scene, "0.5", 30)
+    wanted = np.array([float(e) for e in (*exact.x, *exact.mu)])
+    runs = [one.flow(sympy.Rational(1, 2 * n)).trajectory(n, every=n) for n in steps]
+    return [float(np.linalg.norm(np.concatenate([r.x[-1], r.mu[-1]]) - wanted)) for r in runs]
+
+
+def order(found):
+    return float(np.log2(found[0] / found[1]))
+
+
+@pytest.mark.parametrize(("name", "rule"), MET)
+def test_orders_against_the_forced_equations(name, rule):
+    one = forced(name, rule)
+    assert order(errors(one, (16, 32))) == pytest.approx(one.order, abs=0.12)
+
+
+def test_a_force_ends_symmetry_of_the_rectangle_rule_on_a_group():
+    """Without a base every rule is h·l(u), and of order 2; a force at one end is not symmetric."""
+    assert scheme("rigid-body", "rectangle").order == 2
+    assert forced("rigid-body", "rectangle").order == 1
+    assert forced("rigid-body", "trapezoidal").self_adjoint
+
+
+def one_ended(scheme_of_both):
+    """The trapezoidal rule with all of the force at the start of the step."""
+    with_it, free = scheme_of_both.at_points, scheme_of_both.equations.unforced.at_points
+    minus = 2 * with_it.minus - free.minus
+    equations = scheme_of_both.equations.altered(
+        "force at one end", minus=minus, plus=free.plus, gain=free.plus - minus
+    )
+    return Scheme(scheme_of_both.scene, scheme_of_both.rule, equations)
+
+
+@pytest.mark.parametrize("name", FORCED)
+def test_a_force_at_one_end_only_is_of_first_order(name):
+    one = one_ended(forced(name, "trapezoidal"))
+    assert order(errors(one, (512, 1024))) == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.parametrize("name", FORCED)
+def test_a_flipped_force_is_caught(name):
+    right = forced(name, "midpoint")
+    flipped = Scheme(with_force(name, lambda x, v, p: [-e for e in rubbed(x, v, p)]), right.rule)
+    exact = solution(right.scene, "0.5", 30)
+    run = flipped.flow("1/64").trajectory(32, every=32)
+    assert np.abs(run.mu[-1] - np.array([float(e) for e in exact.mu])).max() > 1e-3
+
+
+def test_who_has_no_force_pays_for_none():
+    """The operations of kernels as they were before there were forces; no force, the same text."""
+    counts = {
+        ("pendulum", "trapezoidal"): 20, ("heavy-top", "trapezoidal"): 309,
+        ("rigid-body", "midpoint"): 218, ("kepler", "gauss-2"): 330,
+    }  # fmt: skip
+    for (name, rule), wanted in counts.items():
+        text = kernel_text(scheme(name, rule).flow("0.1").system)
+        kernels = text.split("SINGLE, MIXED")[0]
+        assert sum(map(kernels.count, "+-*/")) == wanted
+    zero = with_force("pendulum", lambda x, v, p: [0]).with_values(name="pendulum")
+    texts = {kernel_text(Scheme(s, rules.get("trapezoidal")).flow("0.1").system)
+             for s in (zero, scenes.get("pendulum"))}  # fmt: skip
+    assert len(texts) == 1
+
+
+def pendulum(**more):
+    return Scene(**{"name": "bad", "groupoid": pair(1), "x0": [1], "v0": [0],
+                    "lagrangian": lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2,
+                    **more})  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("force", "said"),
+    [
+        (lambda x, v, p: [x[0], x[0]], "has 2 components, but the velocity has 1"),
+        (lambda x, v, p: [sympy.Symbol("z") * v[0]], "holds the unknown symbol z"),
+        (lambda x, v, p: [v[0] / sympy.Integer(0)], "is not finite"),
+        (lambda x, v, p: [p.mass], "asks for what is not there"),
+        (lambda x, v, p: None, "is None, not an expression"),
+        (lambda x, v: [v[0]], "could not be evaluated with symbols"),
+    ],
+)
+def test_a_force_that_fits_nothing_is_said_in_a_sentence(force, said):
+    with pytest.raises(BadInput, match=said):
+        Scheme(pendulum(force=force), rules.get("midpoint"))
+
+
+def test_a_force_needs_a_lagrangian_and_a_rule_that_sums_its_values():
+    with pytest.raises(BadInput, match="force= is a function"):
+        pendulum(force=3)
+    with pytest.raises(BadInput, match="beside a lagrangian="):
+        Scene("bad", lie_group(so(3)), v0=[1, 0, 0], force=rubbed,
+              discrete_lagrangian=lambda x, u, h, p: h * u.dot(u))  # fmt: skip
+    square = rules.Discretisation("squared", lambda L, G, x, u, h: h * L(x, u) ** 2)
+    with pytest.raises(BadInput, match="no weighted sum of values of L"):
+        Scheme(pendulum(force=rubbed), square)
