@@ -11,6 +11,10 @@ from typing import Any
 _OURS = Path(__file__).resolve().parent
 
 
+#: what a function of the user's may raise and is told in our words; an interrupt is none of it
+RAISED = (Exception, SystemExit, GeneratorExit)
+
+
 class DiscmechError(Exception):
     """Base of every exception that this project raises on purpose."""
 

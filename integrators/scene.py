@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import partial
@@ -151,6 +151,8 @@ class Scene:
         put("step", exact_rational(step, f"{self.name}: step"))
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
+        if not isinstance(self.symmetries, Iterable):
+            raise BadInput(f"{self.name}: symmetries is {self.symmetries!r}; give a list.")
         put("symmetries", tuple(self.symmetries))
         for quantity in self.symmetries:
             if not isinstance(quantity, Conserved):

@@ -43,13 +43,14 @@ def check(
     """
     from .core import lookup
     from .core.case import Choice
+    from .core.options import digits_in, listed, whole
     from .core.running import run_study
 
     chosen = Choice(
-        scenes=tuple(lookup.scene(s) if isinstance(s, str) else s for s in scenes),
-        rules=tuple(lookup.rule(r) if isinstance(r, str) else r for r in rules),
-        digits=tuple(digits),
-        steps=steps,
+        scenes=tuple(map(lookup.scene_given, listed("scenes", scenes))),
+        rules=tuple(map(lookup.rule_given, listed("rules", rules))),
+        digits=tuple(digits_in(str(d)) for d in listed("digits", digits)),
+        steps=None if steps is None else whole("steps")(str(steps)),
     )
     return run_study(get(study), chosen)
 

@@ -45,11 +45,13 @@ def digest(*parts: str) -> str:
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write to another name, then rename: nobody ever sees half a file."""
-    handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".new")
+    """Write to another name, then rename: nobody ever sees half a file, even after a crash."""
+    handle, draft = tempfile.mkstemp(dir=path.parent, prefix=path.name[:40], suffix=".new")
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(content.encode() if isinstance(content, str) else content)
+            file.flush()
+            os.fsync(file.fileno())
         os.replace(draft, path)
     except BaseException:
         Path(draft).unlink(missing_ok=True)

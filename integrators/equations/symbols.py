@@ -9,9 +9,9 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
-from ..errors import BadInput, CannotMeasure, line_of
+from ..errors import RAISED, BadInput, CannotMeasure, line_of
 from ..groupoids import Clocked
-from ..numbers import Arithmetic, floats_exact, sympy
+from ..numbers import Arithmetic, floats_exact, refuse_long, sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene, takes_time
 
@@ -183,7 +183,7 @@ class SceneSymbols:
                 f"{self._at(function, what, error)} asks for what is not there ({error}); "
                 f"the parameters are: {known}."
             ) from error
-        except Exception as error:
+        except RAISED as error:
             # a function made for numbers alone says that a symbol has the wrong type
             fix = "write it with sympy functions" if isinstance(error, TypeError) else "fix it"
             raise BadInput(
@@ -216,6 +216,8 @@ class SceneSymbols:
                 f"{self._at(function, what)} is {value!r}, not an expression in its "
                 f"arguments{forgot}"
             ) from None
+        found = (int(n) for r in expression.atoms(sympy.Rational) for n in (r.p, r.q))
+        refuse_long(found, self._at(function, what))
         return floats_exact(expression)
 
     @cached_property

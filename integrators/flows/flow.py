@@ -34,6 +34,8 @@ from .initial_state import Start, Starting
 from .newton_step import arrow_before, arrow_from, round_off_from, step_from
 from .run import Trajectory, element_of, first_u, run_from
 
+MOST_STEPS = 2**53  # the last whole number that double precision counts to
+
 __all__ = ["Flow", "Trajectory"]
 
 TINIEST = Fraction(1, 10**100)  # steps whose squares and inverses are far from over- and underflow
@@ -105,8 +107,11 @@ class Flow:
         """
         for name, value, least in (("steps", steps, 0), ("every", every, 1)):
             whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-            if not whole or value < least:
-                raise BadInput(f"{name} is {value!r}: give a whole number from {least}.")
+            if not whole or not least <= value <= MOST_STEPS:
+                raise BadInput(
+                    f"{name} is {value!r}: give a whole number from {least}, "
+                    "up to 2**53, the last that double precision counts to."
+                )
         with self.numbers.working():
             start = self.starting.at(x0, mu0, u0, element0, exact_rational(t0, "t0"))
             if mu0 is not None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from ..errors import BadInput, line_of
+from ..errors import RAISED, BadInput, line_of
 from ..numbers import floats_exact, sympy
 from ..numbers.types import Column, Expression
 from .groupoid import Groupoid
@@ -79,7 +79,7 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
             raise ValueError(f"{entries} are no finite expressions")
     except BadInput:
         raise
-    except Exception as error:
+    except RAISED as error:
         raise BadInput(
             f"{said(error)} could not be evaluated with symbols ({type(error).__name__}: {error}); "
             "write it with sympy functions."

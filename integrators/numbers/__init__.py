@@ -27,6 +27,7 @@ from .exact import (
     flatten,
     floats_exact,
     listed,
+    refuse_long,
     to_sympy,
 )
 from .identities import (
@@ -53,7 +54,7 @@ __all__ = [
     "exact_nested", "exact_rational", "exact_vector", "first_violation", "flatten", "floats_exact",
     "function_text", "inlined", "is_zero", "jacobian", "listed", "needed", "newton",
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
-    "random_columns", "random_point", "register", "registered_function", "replaced", "rounded",
-    "run_text", "shown", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
+    "random_columns", "random_point", "refuse_long", "register", "registered_function", "replaced",
+    "rounded", "run_text", "shown", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
     "with_running_errors", "with_tables", "written_out",
 ]  # fmt: skip

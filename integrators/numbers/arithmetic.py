@@ -21,6 +21,7 @@ from .lazy import sympy
 from .types import Exact, Expression, Matrix, Mpf, Number, Numbers, Vector
 
 #: digits computed beyond those that are asked for: a run loses fewer by cancellation
+MOST_DIGITS = 10_000
 GUARD_DIGITS = 12
 
 #: sympy function → its name in generated text; math, numpy and gmpy2 have each (abs is built in)
@@ -221,8 +222,9 @@ _of_digits = cache(lambda digits: Double() if digits == 16 else Multiple(digits)
 
 def arithmetic(digits: int) -> Arithmetic:
     """The arithmetic of that many decimal digits; 16 is double precision."""
-    if type(digits) is not int or digits < 16:
+    if type(digits) is not int or not 16 <= digits <= MOST_DIGITS:
         raise BadInput(
-            f"digits is {digits!r}: give 16 (double precision) or a larger whole number."
+            f"digits is {digits!r}: give 16 (double precision) or a larger whole number, "
+            f"up to {MOST_DIGITS}."
         )
     return _of_digits(digits)

@@ -6,6 +6,7 @@ once, and high precision never sees a rounded one.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from fractions import Fraction
 from numbers import Complex, Real
@@ -15,15 +16,38 @@ from ..errors import BadInput
 from .lazy import sympy
 from .types import Exact, Expression
 
+#: bits of a numerator or denominator: Python writes no integer of more than 4,300 digits
+LARGEST = 14_000
+
 
 def exact(value: Any, what: str) -> Exact:
     """`value` as a Fraction, or unchanged if it is an exact sympy number.
 
-    Raises `BadInput` (naming `what`) for text that is no number, for nan and for infinities.
+    Raises `BadInput` (naming `what`) for text that is no number, for nan and for infinities, and
+    for numbers of more than 4,200 digits.
     """
+    number = _read(value, what)
+    if isinstance(number, Fraction):
+        refuse_long((number.numerator, number.denominator), what)
+    return number
+
+
+def refuse_long(integers: Iterable[int], what: str) -> None:
+    """Raise `BadInput` if one of the integers is longer than Python writes them."""
+    bits = max((n.bit_length() for n in integers), default=0)
+    if bits > LARGEST:
+        raise BadInput(
+            f"{what} has a number of about {bits * 3 // 10} digits: choose units that fit the "
+            "motion."
+        )
+
+
+def _read(value: Any, what: str) -> Exact:
     if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
         raise BadInput(f"{what} is {value!r}: give a number, not a truth value.")
     if isinstance(value, str):
+        if re.search(r"[eE][+-]?0*[1-9]\d{4}", value):  # its integer alone would fill the memory
+            raise BadInput(f"{what} is {value}: choose units that fit the motion.")
         try:
             return Fraction(value.strip())
         except (ValueError, ZeroDivisionError):
@@ -71,7 +95,7 @@ def exact_vector(values: Any, length: int, what: str) -> tuple[Exact, ...]:
 def listed(values: Any, length: int, what: str) -> list[Any]:
     """The `length` entries as they are; raises `BadInput` (naming `what`) for another shape."""
     many = isinstance(values, Iterable) or hasattr(values, "shape")  # a sympy column too
-    if isinstance(values, str) or not many:
+    if isinstance(values, str) or not many or getattr(values, "shape", None) == ():
         raise BadInput(f"{what} is {values!r}: give a list of {length} numbers.")
     entries = list(values)
     if len(entries) != length:
@@ -81,7 +105,8 @@ def listed(values: Any, length: int, what: str) -> list[Any]:
 
 def exact_nested(value: Any, what: str) -> Any:
     """Numbers, lists and lists of lists of numbers, exact throughout (tuples for lists)."""
-    if not isinstance(value, str) and isinstance(value, Iterable):
+    many = isinstance(value, Iterable) and getattr(value, "shape", None) != ()
+    if many and not isinstance(value, str):
         return tuple(exact_nested(entry, f"{what}[{i}]") for i, entry in enumerate(value))
     return exact(value, what)
 

@@ -75,8 +75,10 @@ def discretisation(
         raise BadInput(f"the internal stages of a rule are a whole number from 0, not {stages!r}.")
 
     def make(formula: Callable[..., Any]) -> Discretisation:
+        if not callable(formula):
+            raise BadInput(f"a rule is a function (L, G, x, u, h), not {formula!r}.")
         count = len(inspect.signature(formula).parameters)
-        label = name or formula.__name__.replace("_", "-")
+        label = str(name or getattr(formula, "__name__", "rule").replace("_", "-"))
         if count != 5 + (stages > 0):
             wanted = "six: (L, G, x, u, h, s)" if stages else "five: (L, G, x, u, h)"
             raise BadInput(

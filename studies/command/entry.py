@@ -30,7 +30,12 @@ GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns 0 pass, 1 fail, 2 bad input, 3 inconclusive."""
-    options = _parser().parse_args(arguments)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    parser = _parser()
+    for word in words:
+        if word.startswith("--") and word.endswith("=--"):  # to argparse an option of no value
+            parser.error(f"argument {word[:-3]}: expected one argument")
+    options = parser.parse_args(words)
     try:
         return int(options.action(options))
     except BadInput as error:

@@ -22,8 +22,11 @@ def write(file: str, text: str) -> None:
         return
     from discmech.integrators.compiler import write_atomically
 
-    path = Path(file)
+    path = Path(file).resolve()  # what a link points to is written, not the link
     try:
+        if path.exists() and not path.is_file():  # a device, a pipe
+            path.write_text(text + "\n", encoding="utf-8")
+            return
         mode = path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask()
         write_atomically(path, text + "\n")
         path.chmod(mode)  # what was written beside is for its owner alone
@@ -41,13 +44,16 @@ def writable(file: str | None) -> None:
     """Say before hours of measuring that the result could not be written."""
     if file in (None, "-"):
         return
-    path = Path(str(file))
-    why = (
-        "Is a directory" if path.is_dir()
-        else "No such folder" if not path.parent.is_dir()
-        else "Permission denied" if not os.access(path.parent, os.W_OK)
-        else ""
-    )  # fmt: skip
+    path = Path(str(file)).resolve()
+    try:
+        why = (
+            "Is a directory" if path.is_dir()
+            else "No such folder" if not path.parent.is_dir()
+            else "" if os.access(path if path.exists() else path.parent, os.W_OK)
+            else "Permission denied"
+        )  # fmt: skip
+    except OSError as error:  # a name that is too long, a link to itself
+        why = str(error.strerror)
     if why:
         raise BadInput(f"{file} cannot be written ({why}); name another file.")
 

@@ -42,6 +42,24 @@ def scene(word: str) -> Scene:
     return _only(scenes_of([word]), word, "scenes")
 
 
+def rule_given(thing: Any) -> Discretisation:
+    """A rule, or the one that a word names; raises `BadInput` for anything else."""
+    if isinstance(thing, Discretisation):
+        return thing
+    if isinstance(thing, str):
+        return rule(thing)
+    raise BadInput(f"{thing!r} is no rule: give one, or its name.")
+
+
+def scene_given(thing: Any) -> Scene:
+    """A scene, or the one that a word names; raises `BadInput` for anything else."""
+    if isinstance(thing, Scene):
+        return thing
+    if isinstance(thing, str):
+        return scene(thing)
+    raise BadInput(f"{thing!r} is no scene: give one, or its name.")
+
+
 def word_for(thing: Discretisation | Scene) -> str:
     """The word that `rule` or `scene` finds it by: with its file, if it comes from one."""
     file = file_of(thing)

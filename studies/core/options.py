@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -43,16 +43,24 @@ def refuse(sentence: str) -> NoReturn:
     raise BadInput(sentence)
 
 
-def whole(what: str, most: int | None = None) -> Callable[[str], int]:
-    """A reader of whole numbers from 1, up to `most`."""
+def listed(what: str, given: Any) -> list[Any]:
+    """The entries of a list; a word, or anything else that is none, is the only one."""
+    if given is None:
+        refuse(f"{what} is None: give a list.")
+    several = isinstance(given, Iterable) and not isinstance(given, str)
+    return list(given) if several else [given]
+
+
+def whole(what: str, most: int = 2**53) -> Callable[[str], int]:
+    """A reader of whole numbers from 1, up to `most`: double precision counts to 2⁵³."""
 
     def read(text: str) -> int:
         try:
             value = int(text)
         except ValueError:
             value = 0
-        if value < 1 or (most is not None and value > most):
-            end = "" if most is None else f" to {most}"
+        if not 1 <= value <= most:
+            end = f" to {most}" if most < 2**53 or value > most else ""
             refuse(f"{what} is {text!r}: give a whole number from 1{end}.")
         return value
 
@@ -62,7 +70,7 @@ def whole(what: str, most: int | None = None) -> Callable[[str], int]:
 def digits_in(text: str) -> int:
     """A precision."""
     value = whole("--digits")(text)
-    if not 16 <= value <= 10_000:
+    if not 16 <= value <= 10_000:  # as arithmetic() has it
         refuse(f"--digits is {value}: give 16 (double precision) up to 10000.")
     return value
 

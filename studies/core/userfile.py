@@ -13,6 +13,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.errors import RAISED
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
     except SyntaxError as error:
         where = path if error.filename in (None, str(file)) else error.filename
         raise BadInput(f"{where}, line {error.lineno}: {error.msg}; mend the line.") from None
-    except (Exception, SystemExit) as error:
+    except RAISED as error:
         what = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
         line = _line_in(file, error)
         raise BadInput(f"{path}{f', line {line}' if line else ''}: {what}") from None

@@ -89,9 +89,9 @@ def _assert(
     if order is not None and (type(order) is not int or order < 1):
         raise BadInput(f"the order asked for is {order!r}: give a whole number from 1.")
     try:
-        where = lookup.scene(scene) if isinstance(scene, str) else scene
+        where = lookup.scene_given(scene)
         where = where if retraction is None else in_chart(where, retraction)
-        asked = lookup.rule(rule) if isinstance(rule, str) else rule
+        asked = lookup.rule_given(rule)
     except BadInput as error:
         raise BadInput(str(error)) from None  # the traceback is the test's own
     if order is not None or at_least is not None:

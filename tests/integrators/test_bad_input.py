@@ -251,3 +251,37 @@ def test_it_is_refused_in_a_sentence(case):
     assert "\n" not in text.strip()
     assert len(text) < 300
     assert isinstance(caught.value, DiscmechError) and isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize("raised", [SystemExit(3), GeneratorExit(), KeyError("a")])
+def test_whatever_a_rule_raises_is_told_with_its_line(raised):
+    def rule(L, G, x, u, h):
+        raise raised
+
+    with pytest.raises(BadInput, match=f"could not be evaluated.*{type(raised).__name__}"):
+        _ = with_rule(rule).FL
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: plain(duration=10**6000),
+        lambda: plain(parameters={"a": "1e99999"}),
+        lambda: with_rule(lambda L, G, x, u, h: h * L(x, u) * 10**6000).FL,
+    ],
+)
+def test_numbers_that_nobody_can_print_are_refused(make):
+    with pytest.raises(BadInput, match="choose units that fit the motion"):
+        make()
+
+
+def test_what_is_no_list_no_function_and_no_number_of_digits():
+    for make, words in (
+        (lambda: plain(x0=np.array(1.0)), "x0 is array"),
+        (lambda: plain(symmetries=3), "symmetries is 3"),
+        (lambda: discretisation(order=2)(3), "a rule is a function"),
+        (lambda: Scheme(plain(), midpoint).flow("0.1", 10**9), "up to 10000"),
+        (lambda: Scheme(plain(), midpoint).flow("0.1").trajectory(1, 2**60), r"up to 2\*\*53"),
+    ):
+        with pytest.raises(BadInput, match=words):
+            make()

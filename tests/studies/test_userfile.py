@@ -109,6 +109,7 @@ def test_what_a_file_prints_does_not_go_to_standard_output(file, capsys):
         (RULE + "x = y\n", r"^mine.py, line 9: NameError: name 'y' is not defined"),
         (RULE + "import not_there\n", "^mine.py, line 9: ModuleNotFoundError"),
         (RULE + "raise SystemExit(3)\n", "^mine.py, line 9: SystemExit: 3"),
+        (RULE + "raise GeneratorExit\n", "^mine.py, line 9: GeneratorExit"),
         (RULE.replace("order=2", "order=0"), "^mine.py, line 6: the order of a rule"),
         (RULE.replace("u, h):", "u):"), "^mine.py, line 6: rule two-thirds: .* 4 arguments"),
         ("x = 1\n", "^mine.py defines no rule and no scene"),

@@ -1,0 +1,155 @@
+"""Odd inputs of every kind, at random: the answer is an exception of ours, or it works."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import discmech
+from discmech.integrators.errors import DiscmechError
+from discmech.reference import ReferenceFailure
+from discmech.studies.command.entry import main
+
+OURS = (DiscmechError, ReferenceFailure)
+X = sympy.Symbol("x")
+
+numbers = st.one_of(
+    st.integers(-3, 3), st.integers(), st.sampled_from([30, 400, 4000]).map(lambda k: 10**k),
+    st.floats(), st.fractions(), st.complex_numbers(), st.booleans(),
+    st.sampled_from([np.float32(1.5), np.int64(3), np.array(1.0), np.bool_(True)]),
+    st.sampled_from([sympy.pi, sympy.I, sympy.oo, sympy.nan, sympy.sqrt(2), X, sympy.Integer(2)]),
+)  # fmt: skip
+words = st.one_of(
+    st.text(max_size=20),
+    st.sampled_from(["1/3", "0.1", "1e999999", "nan", "-", "__class__", "a b"]),
+)
+others = st.one_of(
+    st.none(), st.binary(max_size=5), st.sampled_from([object(), int, len, ..., {}, set(), b""]),
+    st.sampled_from([sympy.Matrix([[1, 2]]), sympy.Function("f")(X), sympy.floor(X), X > 0]),
+    st.sampled_from([np.zeros(3), np.zeros((2, 2)), np.array([None]), np.array(["a"])]),
+)  # fmt: skip
+odd = st.recursive(
+    st.one_of(numbers, words, others),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(words, inner, max_size=2)),
+    max_leaves=4,
+)
+
+
+def kinetic(x, v, p):
+    return v[0] ** 2 / 2 - x[0] ** 2 / 2
+
+
+def scene(**changes):
+    given_too = {"name": "odd", "groupoid": discmech.pair(1), "lagrangian": kinetic,
+                 "x0": [1], "v0": [0], "duration": 1}  # fmt: skip
+    return discmech.Scene(**given_too | changes)
+
+
+def run(a_scene, rule=discmech.midpoint, step="1/10", digits=16, steps=2, **start):
+    return discmech.Scheme(a_scene, rule).flow(step, digits).trajectory(steps, **start)
+
+
+def rule_giving(value):
+    return discmech.discretisation(name="odd")(lambda L, G, x, u, h: value)
+
+
+FLOW = discmech.Scheme(scene(), discmech.midpoint).flow("1/10")
+PLACES = {
+    **{f"scene {name}": lambda v, name=name: scene(**{name: v})
+       for name in ("name", "groupoid", "parameters", "x0", "v0", "duration", "step",
+                    "symmetries")},
+    "parameter": lambda v: scene(parameters={"a": v}),
+    "lagrangian": lambda v: run(scene(lagrangian=v)),
+    "value of a lagrangian": lambda v: run(scene(lagrangian=lambda x, u, p: v)),
+    "term of a lagrangian": lambda v: run(scene(lagrangian=lambda x, u, p: kinetic(x, u, p) + v)),
+    "value of a rule": lambda v: run(scene(), rule_giving(v)),
+    "conserved": lambda v: scene(symmetries=[discmech.Conserved("J", v)]),
+    "pair": lambda v: discmech.pair(v), "so": lambda v: discmech.so(v),
+    "se": lambda v: discmech.se(v), "lie_group": lambda v: discmech.lie_group(v),
+    "action": lambda v: discmech.action(v),
+    "retraction": lambda v: discmech.lie_group(discmech.so(3), v),
+    "product": lambda v: discmech.product(v, discmech.pair(1)),
+    "target": lambda v: discmech.Scheme(scene(groupoid=discmech.LocalGroupoid(
+        1, 1, target=lambda x, u, h: v, product=lambda x, u, w, h: [u[0] + w[0]])),
+        discmech.midpoint).rho,
+    "dimension": lambda v: discmech.LocalGroupoid(
+        v, 1, target=lambda x, u, h: x, product=lambda x, u, w, h: u),
+    "basis": lambda v: discmech.MatrixAlgebra("a", v),
+    "order of a rule": lambda v: discmech.discretisation(order=v)(lambda L, G, x, u, h: 0),
+    "rule": lambda v: discmech.Scheme(scene(), v), "scene": lambda v: discmech.Scheme(v, None),
+    "step of a flow": lambda v: discmech.Scheme(scene(), discmech.midpoint).flow(v),
+    "digits": lambda v: discmech.Scheme(scene(), discmech.midpoint).flow("1/10", v),
+    "steps": lambda v: FLOW.trajectory(v) if not isinstance(v, int) or v < 100 else None,
+    "every": lambda v: FLOW.trajectory(3, v),
+    "start x": lambda v: FLOW.trajectory(1, x0=v, mu0=[1]),
+    "start mu": lambda v: FLOW.trajectory(1, x0=[1], mu0=v),
+    "evolve": lambda v: FLOW.evolve(v, [1]), "devolve": lambda v: FLOW.devolve([1], v),
+    "defect": lambda v: FLOW.pullback_defect([1], v),
+    "poisson": lambda v: FLOW.poisson_defect(v, [1]),
+    "check study": lambda v: discmech.check(v, ["harmonic"], ["midpoint"], [16], 8),
+    "check scene": lambda v: v != [] and discmech.check("order", v, ["midpoint"], [16], 8),
+    "check rule": lambda v: v != [] and discmech.check("order", ["harmonic"], v, [16], 8),
+    "reference scene": lambda v: discmech.solution(v, 1, digits=20),
+    "reference time": lambda v: discmech.solution("harmonic", v, digits=20),
+    "reference digits": lambda v: (
+        None if isinstance(v, int) and v > 100 else discmech.solution("harmonic", 1, digits=v)),
+}  # fmt: skip
+SETTINGS = settings(
+    deadline=None, suppress_health_check=list(HealthCheck), print_blob=True,
+    max_examples=int(os.environ.get("DISCMECH_ODD_INPUTS", "150")),
+)  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("place", PLACES)
+def test_odd_values_are_refused_in_our_words(place):
+    @SETTINGS
+    @given(odd)
+    def ask(value):
+        with contextlib.suppress(*OURS):
+            PLACES[place](value)
+
+    ask()
+
+
+FLAGS = ("--rule", "--step", "--steps", "--every", "--digits", "--retraction", "--on-edge",
+         "--time", "--scene", "--study", "--control", "--jobs", "--budget", "--folder")  # fmt: skip
+COMMANDS = ("run", "order", "reference", "verify", "compare", "explain", "new", "list", "momentum")
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_odd_words_end_with_an_exit_code_of_ours(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    @settings(SETTINGS, max_examples=10 * SETTINGS.max_examples)
+    @given(
+        st.sampled_from(COMMANDS), st.lists(words, max_size=2),
+        st.lists(st.tuples(st.sampled_from(FLAGS), st.booleans(), words), min_size=1, max_size=3),
+    )  # fmt: skip
+    def ask(command, places, options):
+        asked = [command, *places]
+        for flag, joined, word in options:
+            asked += [f"{flag}={word}"] if joined else [flag, word]
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+            try:
+                code = main(asked)
+            except SystemExit as ended:  # argparse
+                code = ended.code
+        assert code in (0, 1, 2, 3)
+
+    ask()
+
+
+def test_our_exceptions_are_told_from_others():
+    with pytest.raises(ZeroDivisionError), contextlib.suppress(*OURS):
+        Fraction(1, 0)
