@@ -12,7 +12,7 @@ from functools import cache, cached_property
 from typing import Any, cast
 
 from ..errors import BadInput
-from ..groupoids import LieGroup
+from ..groupoids import RetractionGroupoid
 from ..numbers import floats_exact, jacobian, parts_of, replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from .chain_rule import Block, ChainRule, partials
@@ -63,6 +63,7 @@ class DualSystem:
         self.velocities: list[Column] = []
         self.velocity_rows: list[Column] = []
         self._points: dict[tuple[Expression, ...], Point] = {}
+        self._charts: dict[tuple[Expression, ...], Column] = {}
 
     # -- what a map may ask ----------------------------------------------------------------------
 
@@ -124,16 +125,39 @@ class DualSystem:
         """A letter for an exact number, given as a function digits → mpf."""
         return self._s.constant(value)
 
+    def act(self, x: Column, sigma: Column) -> Column:
+        """x·τ(σ), n×1, where the groupoid is that of a group or its action."""
+        target = self.groupoid.target(x, self._chart(sigma), sympy.Integer(1))
+        return self._shown(target) if self.n else x
+
     def chart_velocity(self, sigma: Column, xi: Column) -> Column:
         """σ̇ with d/dt τ(σ) = τ(σ) ξ in the chart of a group, m×1."""
-        at = self._named("zs", self.letters(sigma))
-        return self._shown(self.groupoid.L(self._s.x, at, sympy.Integer(1))) * xi
+        left = self.groupoid.L(self._s.x, self._chart(sigma), sympy.Integer(1))
+        return self._shown(left) * xi
 
-    def coadjoint(self, sigma: Column, mu: Column) -> Column:
-        """Ad*_{τ(σ)} μ of a group, m×1: what μ becomes when g = τ(σ) is the motion."""
-        at, group = self._named("zs", self.letters(sigma)), cast(LieGroup, self.groupoid)
+    def coadjoint(self, sigma: Column, mu: Column, inverse: bool = False) -> Column:
+        """Ad*_{τ(σ)} μ of a group, m×1: what μ becomes when g = τ(σ) is the motion.
+
+        inverse: Ad*_{τ(σ)⁻¹} μ.
+        """
+        if mu.is_zero_matrix:
+            return mu
+        at, one = self._chart(sigma), sympy.Integer(1)
+        group = cast(RetractionGroupoid, self.groupoid)
+        if inverse:
+            left = group.tau.inverse_left_field(group.algebra, at)
+            return self._shown(left * group.R(self._s.x, at, one)).T * mu
         right = group.tau.inverse_right_field(group.algebra, at)
-        return self._shown(right * group.L(self._s.x, at, sympy.Integer(1))).T * mu
+        return self._shown(right * group.L(self._s.x, at, one)).T * mu
+
+    def _chart(self, sigma: Column) -> Column:
+        """Letters for coordinates in the chart of a group."""
+        if self.groupoid.retraction is None:
+            raise BadInput(f"it asks for a chart, and {self.groupoid.name} is of no group.")
+        values = self.letters(sigma)
+        if tuple(values) not in self._charts:
+            self._charts[tuple(values)] = self._named("zs", values)
+        return self._charts[tuple(values)]
 
     @cached_property
     def degree(self) -> int | None:

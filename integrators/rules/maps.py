@@ -159,24 +159,32 @@ def discrete_gradient(s: Any, z: Column, Z: Column, h: Letter) -> Column:
 @one_step(
     order=4,
     name="rkmk-4",
-    kinds=("group",),
+    kinds=("group", "action"),
     source=f"{_HLW}, IV.8; Munthe-Kaas, Appl. Numer. Math. 29 (1999), 115; "
     "Engø, Faltinsen, SIAM J. Numer. Anal. 39 (2001), 128: by the coadjoint action",
 )
 def rkmk_4(s: Any, z: Column, h: Letter) -> Column:
-    """The classical Runge–Kutta method for σ in g = τ(σ), which moves μ by the coadjoint action.
+    """The classical Runge–Kutta method for σ and p, where x·τ(σ) and Ad*_τ(σ) p are the state.
 
-    Coadjoint orbits are kept, so Casimirs are; τ is the groupoid's own retraction.
+    On a group p is constant, and coadjoint orbits are kept. Beside a base p is moved by the force
+    there, and orbits of the action are kept. τ is the groupoid's own retraction.
     """
+    x, mu = s.split(z)
 
-    def slope(sigma: Column) -> Column:
-        return s.chart_velocity(sigma, s.xi(s.coadjoint(sigma, z)))
+    def slopes(sigma: Column, p: Column) -> tuple[Column, Column]:
+        at = s.join(s.act(x, sigma), s.coadjoint(sigma, p))
+        return s.chart_velocity(sigma, s.xi(at)), s.coadjoint(sigma, force(at), inverse=True)
 
-    k1 = s.xi(z)
-    k2 = slope(h * k1 / 2)
-    k3 = slope(h * k2 / 2)
-    k4 = slope(h * k3)
-    return s.coadjoint(h * (k1 + 2 * k2 + 2 * k3 + k4) / 6, z)
+    def force(at: Column) -> Column:
+        return s.B(at)[s.n :, : s.n] * s.dH(at)[: s.n, :]
+
+    along = [(s.xi(z), force(z))]
+    for part in (h / 2, h / 2, h):
+        of_sigma, of_p = along[-1]
+        along.append(slopes(part * of_sigma, mu + part * of_p))
+    (a1, b1), (a2, b2), (a3, b3), (a4, b4) = along
+    sigma, p = h * (a1 + 2 * a2 + 2 * a3 + a4) / 6, mu + h * (b1 + 2 * b2 + 2 * b3 + b4) / 6
+    return s.join(s.act(x, sigma), s.coadjoint(sigma, p))
 
 
 #: by name, as `discmech list` has them: those that keep something first, then the explicit ones

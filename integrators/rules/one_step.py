@@ -69,7 +69,8 @@ def one_step(
 
     With implicit=True the function is (s, z, Z, h) and gives the residual in the new Z; with
     stages=k it is (s, z, h, K) and gives (Z, residuals of the stages) (`OneStepMap`). kinds: kinds
-    of groupoid on which the map exists ("pair", "group", "action", "product"); all if empty.
+    of groupoid on which the map exists ("pair", "group", "action", "product", "local"); all if
+    empty.
     Raises `BadInput` if the order is no positive whole number, stages no whole number from 0, both
     implicit and stages are given, or the arguments are others.
     """

@@ -79,7 +79,7 @@ def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], 
     if not rules and not own:
         raise BadInput(
             f"{path} defines no rule and no scene: decorate a function with @discretisation() or "
-            "make a Scene(...) at the top level."
+            "@one_step(), or make a Scene(...) at the top level."
         )
     return rules, own
 
