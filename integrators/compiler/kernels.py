@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +20,7 @@ from .kernel_text import module_text
 from .lanes import lane_namespace
 from .layout import Layout, StageLayout
 from .llvm_values import Array
-from .machine_code import compiled, vector_width
+from .machine_code import address, compiled, vector_width
 from .stage_system import StageSystem
 from .stage_text import stage_text
 from .system import System, written
@@ -30,7 +30,8 @@ from .system import System, written
 class Kernels:
     """The functions of one system in one arithmetic.
 
-    advance: the driver (`driver.advance`). prepare, carry: one of each system, of the rule and of
+    advance: the driver (`driver.advance`), place: what stands for an array among its arguments, the
+    address in machine code. prepare, carry: one of each system, of the rule and of
     its adjoint; q ↦ c and (x, c) ↦ k. affine: whether one correction solves a substep of it.
     huge: what no size reaches; root_eps: √ε.
     """
@@ -42,6 +43,7 @@ class Kernels:
     layout: Layout
     huge: Number
     root_eps: Number
+    place: Callable[[Any], Any] = field(default=lambda array: array)
 
 
 @lru_cache(maxsize=512)
@@ -54,7 +56,13 @@ def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozense
     if isinstance(numbers, Multiple):
         return interpreted(text, numbers)
     names = names_of(text, numbers)
-    return _kernels(names, compiled(_file_name(system), text, names, _arrays(names["LAYOUT"])))
+    return _compiled(system, text, names)
+
+
+def _compiled(system: System | StageSystem, text: str, names: dict[str, Any]) -> Kernels:
+    """Kernels in machine code."""
+    advance = compiled(_file_name(system), text, names, _arrays(names["LAYOUT"]))
+    return replace(_kernels(names, advance), place=address)
 
 
 def _arrays(at: Layout) -> dict[str, Array]:
@@ -91,7 +99,7 @@ def compile_stages(system: StageSystem, numbers: Arithmetic) -> Kernels:
     names = names_of(text, numbers, **given)
     if isinstance(numbers, Multiple):
         return _kernels(names, names["advance"])
-    return _kernels(names, compiled(_file_name(system), text, names, _arrays(names["LAYOUT"])))
+    return _compiled(system, text, names)
 
 
 def text_key(*parts: Any) -> str:

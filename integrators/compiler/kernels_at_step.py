@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from itertools import accumulate
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -24,7 +25,8 @@ class Run:
 
     state: x, μ and what stands behind them (`Layout`); c: the coefficients in use, one row each
     substep. translates: of each row, the translate that its u is written in; changes: how often
-    an edge was met; by_newton: steps taken by Newton's method.
+    an edge was met; by_newton: steps taken by Newton's method. places: what the driver is
+    given for `placed`, state, coefficients and totals, and for the rows.
     """
 
     state: Vector
@@ -41,6 +43,8 @@ class Run:
     translate: int = 0
     changes: int = 0
     by_newton: int = 0
+    places: Any = ()
+    placed: tuple[Any, ...] = (None, None, None)
 
     @property
     def lead(self) -> Lead:
@@ -67,6 +71,8 @@ class KernelsAtStep:
         self.kinds = np.array(kinds, dtype=np.int64)
         self.layout = kernels.layout
         self._known: dict[tuple[int, int], Matrix] = {}
+        self._kinds_place = kernels.place(self.kinds)
+        self._places: dict[int, Any] = {}
 
     @cached_property
     def c(self) -> Matrix:
@@ -107,17 +113,56 @@ class KernelsAtStep:
 
     def buffers(self, lead: Lead, steps: int, every: int) -> Run:
         """Empty rows for a run; raises `BadInput` if they do not fit into memory."""
-        rows, dtype, at = steps // every + 1, self.numbers.dtype, self.layout
-        try:
-            xs, us, mus = (np.zeros((rows, k), dtype=dtype) for k in (at.n, at.m, at.m))
-            counts, translates = np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=np.int64)
+        state, c = lead
+        rows, n, m = steps // every + 1, self.layout.n, self.layout.m
+        ends = [*accumulate((ENTRIES, rows * n, rows * m, rows * m))]
+        try:  # all in two blocks: a short run should not take long to begin
+            block = np.zeros(ends[-1], dtype=self.numbers.dtype)
+            whole = np.zeros(2 * rows, dtype=np.int64)
         except (MemoryError, ValueError):  # ValueError: more entries than an array can have
             raise BadInput(
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
+        totals = block[:ENTRIES]
+        totals[:] = self._totals
+        xs, us, mus = (
+            block[start : start + rows * k].reshape(rows, k)
+            for start, k in zip(ends, (n, m, m), strict=False)
+        )
+        run = Run(state, c, steps, every, xs, us, mus, whole[:rows], totals, whole[rows:])
+        place = self.kernels.place
+        first, counts = place(block), place(run.counts)
+        if isinstance(first, int):
+            x, u, mu = (first + 8 * end for end in ends[:3])
+            run.places = place(state), self._place_of(c), (x, u, mu, counts, first)
+            run.placed = state, c, totals
+        return run
+
+    def _place_of(self, c: Matrix) -> Any:
+        """What stands for coefficients; those of this step are asked for again and again."""
+        if id(c) not in self._places:
+            if not any(c is known for known in self._known.values()):
+                return self.kernels.place(c)
+            self._places[id(c)] = self.kernels.place(c)
+        return self._places[id(c)]
+
+    def _placed(self, run: Run) -> tuple[Any, Any, tuple[Any, ...]]:
+        """The places of a run's state, coefficients and rows."""
+        if not all(
+            a is b for a, b in zip(run.placed, (run.state, run.c, run.totals), strict=False)
+        ):
+            place = self.kernels.place
+            rows = (run.xs, run.us, run.mus, run.counts, run.totals)
+            run.places = place(run.state), self._place_of(run.c), tuple(map(place, rows))
+            run.placed = run.state, run.c, run.totals
+        return run.places
+
+    @cached_property
+    def _totals(self) -> Vector:
+        """Totals of a run that has not begun."""
         totals = self.numbers.zeros(ENTRIES)
         totals[REACH] = totals[BRANCH] = totals[SLACK] = self.kernels.huge
-        return Run(*lead, steps, every, xs, us, mus, counts, totals, translates)
+        return totals
 
     def lead(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> Lead:
         """(state, c) at (x, μ), nothing lost yet, one guess of each substep's u."""
@@ -182,10 +227,10 @@ class KernelsAtStep:
 
     def _loop(self, run: Run, stop: int, substeps: int) -> int:
         first = -(-run.index // run.every)
+        state, c, rows = self._placed(run)
         run.index, status = self.kernels.advance(
-            run.state, run.c, self.kinds, substeps, run.index, stop, run.every,
-            run.xs, run.us, run.mus, run.counts, run.totals,
-        )  # fmt: skip
+            state, c, self._kinds_place, substeps, run.index, stop, run.every, *rows
+        )
         if run.translate:
             run.translates[first : -(-run.index // run.every)] = run.translate
         return int(status)

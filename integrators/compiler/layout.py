@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate
 
 #: status of a run: all is well; Newton does not converge; a correction is no number; a step is at
@@ -35,7 +36,7 @@ class Layout:
     width: int
     iterated: bool
 
-    @property
+    @cached_property
     def parts(self) -> tuple[slice, ...]:
         """x, μ, what the sums of x and of μ lost to rounding, functions of x of the step before."""
         ends = [*accumulate((0, self.n, self.m, self.n, self.m, self.reused))]

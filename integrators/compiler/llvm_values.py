@@ -15,9 +15,7 @@ from typing import Any
 import numpy as np
 
 
-class _Types(dict[str, str]):
-    """LLVM's types by kind; of kind v8 are the eight lanes of a vector."""
-
+class _Types(dict[str, str]):  # v8: a vector of eight lanes
     def __missing__(self, kind: str) -> str:
         return f"<{kind[1:]} x double>"
 
@@ -52,6 +50,7 @@ class Routine:
     heap: list[str] = field(default_factory=list)
     count: int = 0
     open: bool = True  # whether an instruction would be reached here
+    known: dict[str, Any] = field(default_factory=dict)  # results in this block that may be wanted
     fast: str = ""
 
     def name(self, letter: str = "%t") -> str:
@@ -81,6 +80,7 @@ class Routine:
             self.jump(f"label %{label}")
         self.lines.append(f"{label}:")
         self.open = True
+        self.known.clear()
 
     def memory(self, kind: str, length: int = 1, columns: int | None = None) -> Array:
         """An array at the function's entry; LLVM makes a register of a single number."""

@@ -16,6 +16,7 @@ from typing import Any
 
 from .llvm_decisions import mathematical, whole
 from .llvm_lanes import PRIMITIVES
+from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are known
 from .llvm_statements import CONDITIONS, runnable
 from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, lanes_among
 

@@ -121,19 +121,25 @@ def _object(text: str, level: int) -> bytes:
 
 
 def _callable(engine: Any, names: Sequence[str], arrays: Mapping[str, Array]) -> Callable[..., Any]:
-    """The function `advance` of an engine, for numpy arrays and whole numbers."""
+    """The function `advance` of an engine, for arrays (or their addresses) and whole numbers."""
     types = [ctypes.c_void_p if n in arrays else ctypes.c_int64 for n in names]
     place = engine.get_function_address("advance")
     function = ctypes.CFUNCTYPE(None, *types, ctypes.c_void_p)(place)
+    pair = ctypes.c_int64 * 2
 
     def advance(*arguments: Any) -> tuple[int, int]:
-        out = np.empty(2, dtype=np.int64)
-        given = (a.ctypes.data if n in arrays else a for n, a in zip(names, arguments, strict=True))
-        function(*given, out.ctypes.data)
-        return int(out[0]), int(out[1])
+        out = pair()
+        function(*[address(a) if isinstance(a, np.ndarray) else a for a in arguments], out)
+        return out[0], out[1]
 
     advance.engine = engine  # type: ignore[attr-defined]  # which owns the code
     return advance
+
+
+def address(array: np.ndarray) -> int:
+    """Where an array's numbers begin."""
+    place: int = array.__array_interface__["data"][0]
+    return place
 
 
 def _tables(

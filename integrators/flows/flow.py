@@ -10,26 +10,12 @@ from typing import Any
 import numpy as np
 
 from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
-from ..compiler import (
-    Kernels,
-    KernelsAtStep,
-    NoShortForm,
-    StagesAtStep,
-    System,
-    compile,
-    compile_stages,
-)
-from ..equations import DiscretisedScene, no_stages, stage_system, step_system
+from ..compiler import Kernels, KernelsAtStep, StagesAtStep, System, compile
+from ..equations import DiscretisedScene, step_system
 from ..errors import BadInput
-from ..geometry import (
-    Arrow,
-    LocalGeometry,
-    Maps,
-    in_round_offs,
-    poisson_defect,
-    pullback_defect,
-)
+from ..geometry import Arrow, LocalGeometry, Maps, in_round_offs, poisson_defect, pullback_defect
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational
+from .collocation import collocation
 from .initial_state import Start, Starting
 from .newton_step import arrow_before, arrow_from, round_off_from, step_from
 from .run import Trajectory, element_of, first_u, run_from
@@ -300,34 +286,14 @@ class Flow:
         return POLICIES[self.on_edge](self.context, lambda: self.machine, self.stages)
 
     @cached_property
-    def by_newton(self) -> str:
-        """Why steps are solved by Newton's method alone; "" where a fixed point goes first."""
-        if self.context.substeps:
-            return "a composition has steps of several sizes"
-        if self.without:
-            return "a saving is left out"
-        if self.context.one_step:
-            return "the rule is a one-step map"
-        if reason := no_stages(self.context.equations):
-            return reason
-        return "" if self._stage_kernels is not None else "the mass matrix is too large"
-
-    @cached_property
-    def _stage_kernels(self) -> Kernels | None:
-        equations = self.context.equations
-        nodes = equations.rule.gauss_nodes
-        try:
-            return compile_stages(stage_system(equations.s, nodes), self.numbers)
-        except NoShortForm:
-            return None
-
-    @cached_property
     def stages(self) -> StagesAtStep | None:
         """The kernels of collocation at this step, None where Newton's method does all."""
-        if self.by_newton or self._stage_kernels is None:
-            return None
-        q = [self.context.q]
-        return StagesAtStep(self._stage_kernels, self.numbers, q, (0,), self.scheme.scene.name)
+        return collocation(self.context, self.without)[0]
+
+    @property
+    def by_newton(self) -> str:
+        """Why steps are solved by Newton's method alone; "" where a fixed point goes first."""
+        return collocation(self.context, self.without)[1]
 
     @cached_property
     def starting(self) -> Starting:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,13 +22,14 @@ from ..compiler import (
 )
 from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
-from ..numbers import Matrix, Vector
+from ..numbers import Arithmetic, Matrix, Vector
 from ..numbers.types import Exact
 from .failures import failure_of_run
 from .initial_state import Start
 
 #: steps between two reports of progress: some hundredths of a second, compiled and at many digits
 CHUNK, CHUNK_OF_DIGITS = 2**19, 64
+SHORT = 64  # rows of a run whose times are remembered
 STRETCH = 64  # steps by Newton before a fixed point is tried again
 
 
@@ -154,14 +156,13 @@ def _advance(
 def _rows(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
     """The first `count` rows of a run that began at the time t0."""
     context = edge.context
-    index, public = np.arange(count, dtype=np.int64) * run.every, context.numbers.public
+    public = context.numbers.public
     totals, us, base = run.totals, run.us[:count], public(run.xs[:count])
-    t = context.numbers.multiples(context.step, index)
-    if isinstance(context.geometry, OneStepGeometry) and count:
+    if context.one_step and isinstance(context.geometry, OneStepGeometry) and count:
         near = np.repeat(context.vector(context.scene.v0, us.shape[1])[None], count, axis=0)
         us = context.geometry.velocities(run.xs[:count], run.mus[:count], near)
     return Trajectory(
-        t=public(t + context.numbers.number(t0) if t0 else t),
+        t=_times(context.numbers, context.step, count, run.every, t0),
         x=base[:, : context.equations.s.n],
         u=public(us),
         mu=public(run.mus[:count]),
@@ -178,6 +179,18 @@ def _rows(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
         solver=_solver(edge, run),
         contraction=float(totals[CONTRACTION] ** (1 / max(1, totals[SWEEPS]))),
     )
+
+
+def _times(numbers: Arithmetic, step: Fraction, count: int, every: int, t0: Exact) -> Vector:
+    """The times of the first rows; those of short runs are remembered."""
+    times = _short_times if count <= SHORT else _short_times.__wrapped__
+    return times(numbers, step, count, every, t0).copy()
+
+
+@lru_cache(maxsize=64)
+def _short_times(numbers: Arithmetic, step: Fraction, count: int, every: int, t0: Exact) -> Vector:
+    t = numbers.multiples(step, np.arange(count, dtype=np.int64) * every)
+    return numbers.public(t + numbers.number(t0) if t0 else t)
 
 
 def _solver(edge: EdgePolicy, run: Run) -> str:

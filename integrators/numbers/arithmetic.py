@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from fractions import Fraction
 from functools import cache
 from typing import Any, TypeAlias
@@ -88,11 +88,9 @@ class Double:
         """A number that sympy knows by that name: GoldenRatio, EulerGamma, Catalan, …"""
         return self.number(getattr(sympy, name))
 
-    @contextmanager
-    def working(self) -> Iterator[None]:
+    def working(self) -> AbstractContextManager[Any]:
         """Context in which the arithmetic is done."""
-        with np.errstate(all="ignore"):
-            yield
+        return np.errstate(all="ignore")
 
     def public(self, array: Numbers) -> np.ndarray:
         """An array as the user gets it: of floats, or of mpmath's numbers."""
