@@ -47,8 +47,9 @@ class Point:
 class DualSystem:
     """The scene as a one-step map sees it, on the dual algebroid with states z = (x, μ).
 
-    n, m: the lengths of x and μ. parameters: the scene's, by name. groupoid: the scene's. Answers
-    have no formula: a map that differentiates one, or replaces something in it, is told so.
+    n, m: the lengths of x and μ; where something depends on the time, it is the last entry of x.
+    parameters: the scene's, by name. groupoid: the scene's. Answers have no formula: a map that
+    differentiates one, or replaces something in it, is told so.
     """
 
     def __init__(self, s: SceneSymbols, unknowns: Sequence[Column] = ()) -> None:
@@ -99,8 +100,19 @@ class DualSystem:
         at = self._at(z)
         return self._shown(self._force(at).col_join(at.xi))
 
+    def force(self, z: Column) -> Column:
+        """What the vector field has beside B dH at z, (n+m)×1: the scene's force on μ, the rate 1
+        of the time. Zeros where there is neither."""
+        s, at = self._s, self._at(z)
+        rates_of_x = [int(s.clocked and i == self.n - 1) for i in range(self.n)]
+        if not s.forced:
+            return column(map(sympy.Integer, [*rates_of_x, *[0] * self.m]))
+        if "zp" not in at.answers:
+            at.answers["zp"] = self._named("zp", column(replaced(s.force, self._letters(at))))
+        return self._shown(column([*rates_of_x, *at.answers["zp"]]))
+
     def B(self, z: Column) -> SymbolicMatrix:
-        """The Poisson tensor at z, (n+m)×(n+m): the vector field is B dH.
+        """The Poisson tensor at z, (n+m)×(n+m): the vector field is B dH + force.
 
         {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ.
         """
@@ -126,13 +138,14 @@ class DualSystem:
         return self._s.constant(value)
 
     def act(self, x: Column, sigma: Column) -> Column:
-        """x·τ(σ), n×1, where the groupoid is that of a group or its action."""
-        target = self.groupoid.target(x, self._chart(sigma), sympy.Integer(1))
-        return self._shown(target) if self.n else x
+        """x·τ(σ), n×1, where the groupoid is that of a group or its action; the time stays."""
+        place, clock = x[: self._s.n, :], x[self._s.n :, :]
+        target = self._group.target(self.letters(place), self._chart(sigma), sympy.Integer(1))
+        return self._shown(target).col_join(clock) if self._s.n else x
 
     def chart_velocity(self, sigma: Column, xi: Column) -> Column:
         """σ̇ with d/dt τ(σ) = τ(σ) ξ in the chart of a group, m×1."""
-        left = self.groupoid.L(self._s.x, self._chart(sigma), sympy.Integer(1))
+        left = self._group.L(self._s.position, self._chart(sigma), sympy.Integer(1))
         return self._shown(left) * xi
 
     def coadjoint(self, sigma: Column, mu: Column, inverse: bool = False) -> Column:
@@ -142,13 +155,17 @@ class DualSystem:
         """
         if mu.is_zero_matrix:
             return mu
-        at, one = self._chart(sigma), sympy.Integer(1)
-        group = cast(RetractionGroupoid, self.groupoid)
+        at, one, group = self._chart(sigma), sympy.Integer(1), self._group
         if inverse:
             left = group.tau.inverse_left_field(group.algebra, at)
-            return self._shown(left * group.R(self._s.x, at, one)).T * mu
+            return self._shown(left * group.R(self._s.position, at, one)).T * mu
         right = group.tau.inverse_right_field(group.algebra, at)
-        return self._shown(right * group.L(self._s.x, at, one)).T * mu
+        return self._shown(right * group.L(self._s.position, at, one)).T * mu
+
+    @property
+    def _group(self) -> RetractionGroupoid:
+        """The groupoid without the time."""
+        return cast(RetractionGroupoid, getattr(self.groupoid, "inner", self.groupoid))
 
     def _chart(self, sigma: Column) -> Column:
         """Letters for coordinates in the chart of a group."""

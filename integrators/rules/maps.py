@@ -112,7 +112,7 @@ def _newmark(g: Fraction, b: Fraction) -> OneStepMap:
         (x, mu), (X, M) = s.split(z), s.split(Z)
         force, end_force = (s.split(s.f(at))[1] for at in (z, Z))
         mean = mu + h * ((1 - 2 * beta) * force / 2 + beta * end_force)
-        speed = (s.xi(s.join(x, mean)) + s.xi(s.join(X, mean))) / 2
+        speed = (s.split(s.f(s.join(x, mean)))[0] + s.split(s.f(s.join(X, mean)))[0]) / 2
         return s.join(X - x - h * speed, M - mu - h * ((1 - gamma) * force + gamma * end_force))
 
     return method
@@ -139,7 +139,8 @@ def average_vector_field(s: Any, z: Column, Z: Column, h: Letter) -> Column:
     for i in range(nodes):
         c, b = (node_value(s, "gauss", nodes, i, what) for what in "cb")
         mean += b * s.dH(z + c * (Z - z))
-    return Z - z - h * s.B((z + Z) / 2) * mean
+    middle = (z + Z) / 2
+    return Z - z - h * (s.B(middle) * mean + s.force(middle))
 
 
 @one_step(
@@ -148,12 +149,14 @@ def average_vector_field(s: Any, z: Column, Z: Column, h: Letter) -> Column:
 def discrete_gradient(s: Any, z: Column, Z: Column, h: Letter) -> Column:
     """B at the middle times a discrete gradient ∇̄H with ∇̄H·(Z − z) = H(Z) − H(z).
 
-    It is singular at equilibria, where Z = z.
+    It is singular at equilibria, where Z = z. A time in H is that of the middle.
     """
-    moved, middle = Z - z, (z + Z) / 2
-    slope = s.dH(middle)
-    missing = (s.H(Z) - s.H(z) - slope.dot(moved)) / moved.dot(moved)
-    return moved - h * s.B(middle) * (slope + missing * moved)
+    middle = (z + Z) / 2
+    clock = s.join(s.split(s.force(z))[0], 0 * s.split(z)[1])  # 1 where z holds the time
+    start, end = (at + clock.multiply_elementwise(middle - at) for at in (z, Z))
+    slope, moved = s.dH(middle), end - start
+    missing = (s.H(end) - s.H(start) - slope.dot(moved)) / moved.dot(moved)
+    return Z - z - h * (s.B(middle) * (slope + missing * moved) + s.force(middle))
 
 
 @one_step(
@@ -170,21 +173,24 @@ def rkmk_4(s: Any, z: Column, h: Letter) -> Column:
     there, and orbits of the action are kept. τ is the groupoid's own retraction.
     """
     x, mu = s.split(z)
+    clock = s.split(s.force(z))[0]  # how x moves beside the group: as time does
 
-    def slopes(sigma: Column, p: Column) -> tuple[Column, Column]:
-        at = s.join(s.act(x, sigma), s.coadjoint(sigma, p))
-        return s.chart_velocity(sigma, s.xi(at)), s.coadjoint(sigma, force(at), inverse=True)
+    def state(after: Any, sigma: Column, p: Column) -> Column:
+        return s.join(s.act(x, sigma) + after * clock, s.coadjoint(sigma, p))
 
     def force(at: Column) -> Column:
-        return s.B(at)[s.n :, : s.n] * s.dH(at)[: s.n, :]
+        return s.B(at)[s.n :, : s.n] * s.dH(at)[: s.n, :] + s.split(s.force(at))[1]
 
     along = [(s.xi(z), force(z))]
     for part in (h / 2, h / 2, h):
         of_sigma, of_p = along[-1]
-        along.append(slopes(part * of_sigma, mu + part * of_p))
+        sigma = part * of_sigma
+        at = state(part, sigma, mu + part * of_p)
+        along.append((s.chart_velocity(sigma, s.xi(at)),
+                      s.coadjoint(sigma, force(at), inverse=True)))  # fmt: skip
     (a1, b1), (a2, b2), (a3, b3), (a4, b4) = along
     sigma, p = h * (a1 + 2 * a2 + 2 * a3 + a4) / 6, mu + h * (b1 + 2 * b2 + 2 * b3 + b4) / 6
-    return s.join(s.act(x, sigma), s.coadjoint(sigma, p))
+    return state(h, sigma, p)
 
 
 #: by name, as `discmech list` has them: those that keep something first, then the explicit ones

@@ -12,7 +12,7 @@ import numpy as np
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import first_violation
-from discmech.integrators.rules import Composition
+from discmech.integrators.rules import Composition, OneStepMap
 from discmech.integrators.scene import Conserved, Scene
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
@@ -30,13 +30,13 @@ def cases(choice: Choice) -> list[Case]:
     """Every scene with a quantity that is kept to round-off, by every rule.
 
     What a force changes is measured against its work; a composition does not say the work of its
-    substeps.
+    substeps, and a one-step map none.
     """
     return [c for c in plain_cases(NAME, choice, DIGITS) if _measured(c)]
 
 
 def _measured(case: Case) -> list[Conserved]:
-    composed = isinstance(case.rule, Composition)
+    composed = isinstance(case.rule, Composition | OneStepMap)
     return [
         q for q in case.scene.symmetries if q.to_roundoff and not (composed and _worked(case, q))
     ]
