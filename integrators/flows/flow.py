@@ -158,8 +158,6 @@ class Flow:
 
     def inverse_legendre(self, x: Numbers, mu: Numbers) -> Vector:
         """A u with F⁻(x, u) = hμ; of several the one that Newton reaches from v0."""
-        if self.scheme.one_step:
-            self.context.check_one_arrow()
         with self.numbers.working():
             return self.numbers.public(first_u(self.edge, self.starting.at(x, mu)))
 

@@ -101,6 +101,8 @@ def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> Vector:
 
     Raises `StepFailure` if Newton diverges, `BadInput` where that chart ends.
     """
+    if edge.context.one_step:
+        edge.context.check_one_arrow()
     run = run_from(edge, start, 0, branch=branch)
     if run.translates[0]:
         return np.asarray(edge.in_own_chart(element_of(edge.context, run, 0)))

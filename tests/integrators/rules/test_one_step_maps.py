@@ -245,7 +245,7 @@ def test_a_map_may_ask_for_the_derivative_of_the_field(scene):
 def test_no_omega_without_a_discrete_lagrangian():
     s = scheme("pendulum", "runge-kutta-4")
     flow = s.flow("0.1")
-    asked = (flow.evolve, flow.devolve, flow.pullback_defect, flow.tangent)
+    asked = (flow.evolve, flow.devolve, flow.pullback_defect, flow.tangent, flow.inverse_legendre)
     for ask in asked:
         with pytest.raises(
             CannotMeasure, match=r"runge-kutta-4 .* no discrete Lagrangian, so no Ω"
