@@ -18,21 +18,31 @@ from .numbers import exact_nested, exact_rational, exact_vector, flatten
 
 @dataclass(frozen=True)
 class Conserved:
-    """A quantity formula(x, mu, p) → expression or column of them.
+    """A quantity formula(x, mu, p) or formula(x, mu, p, h) → expression or column of them.
 
-    x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters. With
-    `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
+    x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters, h the step.
+    With `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
     quantity is a constraint: the start must have exactly this value (|Γ|² = 1). With `stretch` it
     is compared over so many steps at a time, the attitude starting anew at e: an attitude that
     grows exponentially (SL(2)) loses its digits over a whole run.
     """
 
     name: str
-    formula: Callable[[Any, Any, Any], Any]
+    formula: Callable[..., Any]
     kind: Literal["momentum map", "Casimir", "first integral"] = "momentum map"
     attitude: bool = False
     value: Any = None
     stretch: int | None = None
+
+    @property
+    def of_step(self) -> bool:
+        """Whether the quantity depends on the step h."""
+        given = inspect.signature(self.formula).parameters.values()
+        return sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in given) > 3
+
+    def at(self, x: Any, mu: Any, p: Any, h: Any) -> Any:
+        """The quantity in sympy columns x, mu, parameters p and the step h."""
+        return self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
 
     @property
     def to_roundoff(self) -> bool:

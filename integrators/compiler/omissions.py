@@ -5,11 +5,12 @@ Decided once, when kernels are generated, so that a step asks nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import lru_cache, partial
 
 import numpy as np
 
-from ..numbers import evaluate_at, needed, random_point, symbols_of
+from ..numbers import evaluate_at, needed, random_point, symbols_of, vanishes
 from ..numbers.types import Expression, Letter, Letters, Number, Replacement
 from .system import System
 
@@ -33,13 +34,18 @@ def is_affine(system: System) -> bool:
     first, other = (random_point(symbols, small=small, seed=i) for i in (0, 1))
     first |= random_point(system.mu)
     second = {**first, **{u: other[u] for u in system.w}}
-    for digits in (60, 400):  # as `identities.is_zero`: a difference may cancel many digits
-        one, two = (_at(system, point, digits) for point in (first, second))
-        if all(abs(a - b) < 10.0**-40 for a, b in zip(one, two, strict=True)):
-            return True
-        if any(abs(a - b) > 10.0**-20 for a, b in zip(one, two, strict=True)):
-            return False
-    return False
+
+    @lru_cache
+    def changes(digits: int) -> list[Number]:
+        """What the entries of the slope change by from one point to the other."""
+        ends = (_at(system, point, digits) for point in (first, second))
+        return [a - b for a, b in zip(*ends, strict=True)]
+
+    return all(vanishes(short, partial(_entry, changes, i)) for i, short in enumerate(changes(60)))
+
+
+def _entry(changes: Callable[[int], list[Number]], place: int) -> Number:
+    return changes(400)[place]
 
 
 def pivot_rows(system: System) -> list[int]:

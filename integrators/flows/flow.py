@@ -13,11 +13,12 @@ from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
 from ..compiler import Kernels, KernelsAtStep, StagesAtStep, System, compile
 from ..equations import DiscretisedScene, step_system
 from ..errors import BadInput
-from ..geometry import Arrow, LocalGeometry, Maps, in_round_offs, poisson_defect, pullback_defect
+from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational
+from . import exact_defects
 from .collocation import collocation
 from .initial_state import Start, Starting
-from .newton_step import arrow_before, arrow_from, round_off_from, step_from
+from .newton_step import arrow_before
 from .run import Trajectory, element_of, first_u, run_from
 
 MOST_STEPS = 2**53  # the last whole number that double precision counts to
@@ -178,18 +179,9 @@ class Flow:
     def pullback_defect(self, x: Numbers, u: Numbers) -> Number:
         """How far Ψ is from PΨᵀ Ω PΨ = Ω at (x, u): `entrywise_defect`, to twice the digits."""
         with self.numbers.working():
-            x, u = self.context.vectors(x, u)
-            after = self.next_arrow(self._one_arrow(x, u), x, u)
-        exactly = self.context.exactly
-        with exactly.numbers.working():
-            (x, u), (_, near) = exactly.vectors(x, u), exactly.vectors(*after)
-            here = exactly.maps_at(x, u)
-            v = arrow_from(exactly, here["target"], here["plus"] / exactly.h, near)
-            geometry = exactly.geometry
-            here, there = geometry.tracked(x, u), geometry.tracked(here["target"], v)
-            tangent, root = geometry.tangent(here, there), exactly.numbers.eps**0.5
-            found = pullback_defect(geometry, here, there, tangent, root)
-        return self._in_own_numbers(found)
+            at = self.context.vectors(x, u)
+            _, near = self.next_arrow(self._one_arrow(*at), *at)
+        return exact_defects.of_pullback(self.context, *at, near)
 
     def poisson_defect(
         self, x: Numbers, mu: Numbers, *, u0: Numbers | None = None, bracket_sign: int = 1
@@ -200,13 +192,7 @@ class Flow:
         needed near a chart's edge (default: v0). bracket_sign = −1 flips the bracket of Π: a
         control, seen where there is a base and a group.
         """
-        exactly = self.context.exactly
-        with exactly.numbers.working():
-            x, mu = exactly.vectors(x, mu)
-            step = step_from(exactly, x, mu, self._guess(u0))
-            root = exactly.numbers.eps**0.5
-            found = poisson_defect(exactly.geometry, x, mu, step, bracket_sign, root)
-        return self._in_own_numbers(found)
+        return exact_defects.of_poisson(self.context, x, mu, u0, bracket_sign)
 
     def step_defect(
         self,
@@ -223,14 +209,7 @@ class Flow:
         unit of round-off: at most ε if nothing else did it. The step to compare with is that of
         the Legendre maps themselves, to twice the digits: no kernel has a part in it.
         """
-        exactly = self.context.exactly
-        with exactly.numbers.working():
-            (x, mu), taken = exactly.vectors(x, mu), exactly.vectors(after_x, after_mu)
-            guess = self._guess(u0)
-            *wanted, bound = round_off_from(exactly, x, mu, guess)
-            gap = np.concatenate(wanted) - np.concatenate(taken)
-            found = in_round_offs(gap, bound)
-        return self._in_own_numbers(found)
+        return exact_defects.of_step(self.context, (x, mu), (after_x, after_mu), u0)
 
     def tangent(self, x: Numbers, u: Numbers) -> Matrix:
         """TΨ at (x, u), (n+m)×(n+m)."""
@@ -246,15 +225,6 @@ class Flow:
     def _one_arrow(self, x: Vector, u: Vector) -> Maps:
         self.context.check_one_arrow()
         return self.context.maps_at(x, u)
-
-    def _guess(self, u0: Numbers | None) -> Vector:
-        """Where Newton starts: u0 or the scene's v0, to twice the digits."""
-        guess = self.scheme.scene.v0 if u0 is None else u0
-        return self.context.exactly.vector(guess, len(self.scheme.u))
-
-    def _in_own_numbers(self, value: Number) -> Number:
-        with self.numbers.working():
-            return self.context.number(self.numbers.number(value))
 
     @property
     def geometry(self) -> LocalGeometry:

@@ -37,6 +37,7 @@ from .identities import (
     random_columns,
     random_point,
     shown,
+    vanishes,
 )
 from .lazy import LazyModule, sympy
 from .multi_output import InArithmetic, as_one_number, collect, entry, opaque, register, with_tables
@@ -56,5 +57,5 @@ __all__ = [
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
     "random_columns", "random_point", "refuse_long", "register", "registered_function", "replaced",
     "rounded", "run_text", "shown", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
-    "with_running_errors", "with_tables", "written_out",
+    "vanishes", "with_running_errors", "with_tables", "written_out",
 ]  # fmt: skip

@@ -7,12 +7,12 @@ that does not is caught with certainty in practice.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 
 from .evaluation import evaluate
 from .lazy import sympy
-from .types import Column, Exact, Expression, Letter, Replacement, SymbolicMatrix
+from .types import Column, Exact, Expression, Letter, Number, Replacement, SymbolicMatrix
 
 
 def _random_rational(generator: random.Random, small: bool) -> Exact:
@@ -40,14 +40,19 @@ def random_point(
 
 
 def is_zero(number: Expression) -> bool:
-    """Whether an exact number is zero: exactly if rational, else to 40 digits.
-
-    Computed with 60 digits, then, before it counts as different from zero, with 400.
-    """
+    """Whether an exact number is zero: exactly if rational, else by `vanishes`."""
     if number.is_Rational:
         return bool(number == 0)
-    bound = Fraction(1, 10**40)
-    return any(abs(evaluate(number, digits)) < bound for digits in (60, 400))
+    return vanishes(evaluate(number, 60), lambda: evaluate(number, 400))
+
+
+def vanishes(short: Number, long: Callable[[], Number]) -> bool:
+    """Whether a number is zero that is `short` with 60 digits and `long()` with 400.
+
+    What is left of a zero is round-off, and shrinks by the digits that are added; any other number
+    stays, however small its unit makes it.
+    """
+    return bool(short == 0) or bool(abs(long()) <= abs(short) * Fraction(1, 10**300))
 
 
 def first_violation(

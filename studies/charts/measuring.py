@@ -188,7 +188,7 @@ def _kept(scheme: Scheme, digits: int) -> list[Rows]:
     from ..momentum.measuring import formula_of
 
     kept = [q for q in scheme.scene.symmetries if q.to_roundoff and q.stretch is None]
-    return [with_terms(scheme, formula_of(scheme, q), digits) for q in kept]
+    return [with_terms(scheme, formula_of(scheme, q, STEP), digits) for q in kept]
 
 
 def _drift(case: Case, scheme: Scheme, run: Any) -> float | None:

@@ -9,7 +9,7 @@ STUDY = Study(
     title="Momentum maps",
     summary="momentum maps and Casimirs over 10⁶ steps",
     measured="every declared momentum map and Casimir over 10⁶ steps",
-    judged="≤ 1e-12, relative to the sum of absolute terms",
+    judged="≤ c·ε·√N of each quantity, relative to the sum of absolute terms",
     about=(
         "Every symmetry that a scene declares has a momentum map, and a Casimir where there is "
         "one, that the scheme keeps exactly but for round-off. The drift, relative to the sum "

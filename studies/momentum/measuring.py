@@ -11,7 +11,17 @@ import numpy as np
 
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow
-from discmech.integrators.numbers import first_violation
+from discmech.integrators.numbers import (
+    arithmetic,
+    errors_of,
+    exact_rational,
+    first_violation,
+    numeric_text,
+    rounded,
+    sympy,
+    to_sympy,
+    with_running_errors,
+)
 from discmech.integrators.rules import Composition, OneStepMap
 from discmech.integrators.scene import Conserved, Scene
 
@@ -24,6 +34,8 @@ DIGITS = (16, 50)
 ROWS = 400
 MOST_STRETCHES = 2000
 WORKED = 200  # steps over which a quantity that a force changes is compared with its work
+SAMPLES = 16  # rows whose round-off is analysed
+FARTHEST = 5  # standard deviations that the farthest point of a walk stays within
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -54,8 +66,7 @@ def _worked(case: Case, q: Conserved) -> bool:
 @cache
 def _moved(scheme: Scheme, q: Conserved) -> bool:
     s = scheme.s
-    given = formula_of(scheme, q)
-    values = list(given) if hasattr(given, "shape") else [given]
+    values = list(formula_of(scheme, q, scheme.scene.step))
     letters = {mu: u for mu, u in zip(s.mu, s.u, strict=True)}  # any μ will do
     work = [sum(e.diff(mu).xreplace(letters) * f for mu, f in zip(s.mu, s.force, strict=True))
             for e in values]  # fmt: skip
@@ -70,25 +81,30 @@ def _with_attitude(scene: Scene) -> Scene:
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Rows {step, time, drift: {name: worst so far in its stretch}}; measured: the worst of each.
 
-    A drift is |J_k − J_0| over the sum of the absolute values of J's terms. Quantities of the
-    attitude run on the scene with the attitude as base; the others do without it.
+    A drift is |J_k − J_0| over the sum of the absolute values of J's terms, but for constants.
+    Quantities of the attitude run on the scene with the attitude as base; the others do without it.
+    units: {name: (of a step, of the value)}, what round-off does, relative to the same sum, in ε.
     """
     steps = case.steps or (10**6 if case.digits == 16 else 100)
     kept, measured = _kept(case), _measured(case)
     series: dict[str, np.ndarray] = {}
+    units: dict[str, tuple[float, float]] = {}
     for attitude in (False, True):
         whole = [q for q in kept if q.attitude is attitude and q.stretch is None]
         if whole:
             scheme = _scheme(case, attitude)
             run = long_run(case, scheme, steps, progress)
             for q in whole:
-                rows_of = with_terms(scheme, formula_of(scheme, q), case.digits)
-                series[q.name] = relative_drifts(rows_of(run), case.digits)
+                formula = formula_of(scheme, q, case.scene.step)
+                found = with_terms(scheme, formula, case.digits)(run)
+                series[q.name] = relative_drifts(found, case.digits)
+                units[q.name] = round_offs(scheme, formula, run, found[1], case.digits)
     for q in kept:
         if q.stretch is not None:
-            series[q.name] = _over_stretches(case, q, steps, progress)
+            series[q.name], units[q.name] = _over_stretches(case, q, steps, progress)
     worked = [q for q in measured if q not in kept]
-    series |= {q.name: _less_work(case, q) for q in worked}
+    for q in worked:
+        series[q.name], units[q.name] = _less_work(case, q)
     rows = []
     each = {q.name: 1 if q.stretch is None else interval(steps) for q in kept}
     each |= {q.name: interval(steps) for q in worked}
@@ -100,20 +116,23 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         }
         rows.append({"step": step, "time": float(step * case.scene.step), "drift": drift})
     worst = {name: float(drift.max()) for name, drift in series.items()}
-    return {"rows": rows, "measured": {"drift": worst}, "steps": steps}
+    return {"rows": rows, "measured": {"drift": worst}, "steps": steps, "units": units}
 
 
-def _less_work(case: Case, q: Conserved) -> np.ndarray:
+def _less_work(case: Case, q: Conserved) -> tuple[np.ndarray, tuple[float, float]]:
     """Per step: how far a quantity's change is from what the discrete force does to it.
 
     Without the force every arrow has one J at both ends (discrete Noether theorem), so a step from
     (x, μ) to (y, μ′) has J(y, μ′ − f⁺/h) = J(x, μ − f⁻/h): of a J that is linear in μ the change is
     the work of f± on its symmetry. Relative to the absolute terms.
+    And what round-off does (`round_offs`).
     """
     scheme = _scheme(case, q.attitude)
     flow = scheme.flow(case.scene.step, case.digits)
     run = flow.trajectory(WORKED)
-    rows_of = with_terms(scheme, formula_of(scheme, q), case.digits)
+    formula = formula_of(scheme, q, case.scene.step)
+    rows_of = with_terms(scheme, formula, case.digits)
+    units = round_offs(scheme, formula, run, rows_of(run)[1], case.digits)
     with flow.numbers.working():
         at = flow.context
         forces = [flow.geometry.discrete_force(*at.vectors(x, u))
@@ -124,9 +143,8 @@ def _less_work(case: Case, q: Conserved) -> np.ndarray:
         before, terms = rows_of(replace(run, base=run.base[:-1], mu=mu[:-1] - minus, u=run.u[:-1]))
         after, later = rows_of(replace(run, base=run.base[1:], mu=mu[1:] - plus, u=run.u[1:]))
         gaps, scale = np.abs(after - before).max(axis=1), np.maximum(terms, later).max(axis=1)
-        return np.array(
-            [0.0, *(float(g / s) if g else 0.0 for g, s in zip(gaps, scale, strict=True))]
-        )
+        found = (float(g / s) if g else 0.0 for g, s in zip(gaps, scale, strict=True))
+        return np.array([0.0, *found]), units
 
 
 def _steps_of(q: Conserved, steps: int) -> int:
@@ -144,48 +162,104 @@ def _scheme(case: Case, attitude: bool) -> Scheme:
     return case.scheme_on(_with_attitude(case.scene) if attitude else case.scene)
 
 
-def formula_of(scheme: Scheme, q: Conserved) -> Any:
-    """The quantity in the scheme's symbols; an attitude is handed on as a matrix."""
+def formula_of(scheme: Scheme, q: Conserved, step: Any) -> Any:
+    """The quantity in the scheme's symbols; an attitude is handed on as a matrix.
+
+    Without its constant terms: they change nothing, and would hide what changes.
+    """
     x: Any = scheme.s.position
     if q.attitude:
         size = scheme.scene.groupoid.algebra.size  # type: ignore[attr-defined]
         x = x.reshape(size, size)
-    return q.formula(x, scheme.s.mu, scheme.s.parameters)
+    given = q.at(x, scheme.s.mu, scheme.s.parameters, to_sympy(exact_rational(step, "step")))
+    entries = [scheme.s.scalar(e, q.name, q.formula) for e in
+               (list(given) if hasattr(given, "shape") else [given])]  # fmt: skip
+    return sympy.Matrix([_varying(e, [*scheme.x, *scheme.s.mu]) for e in entries])
 
 
-def _over_stretches(case: Case, q: Conserved, steps: int, progress: Progress) -> np.ndarray:
-    """Per step: the drift since the stretch began, with x (the attitude) as at the start there."""
+def _varying(e: Any, letters: list[Any]) -> Any:
+    """The expression without the terms that hold none of the letters."""
+    multiplied = sympy.expand(e) if e.is_polynomial(*letters) else e
+    constant = multiplied.as_independent(*letters, as_Add=True)[0]
+    return e - constant if constant != 0 else e
+
+
+def round_offs(
+    scheme: Scheme, formula: Any, run: Any, terms: np.ndarray, digits: int
+) -> tuple[float, float]:
+    """What round-off does to a quantity: (where x and μ are rounded once, in its own evaluation).
+
+    In units ε of the sum of absolute terms; the most at SAMPLES rows (`running_error`).
+    """
+    numbers, s = arithmetic(digits), scheme.s
+    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+    text = numeric_text(letters, [list(formula)])
+    worst = [0.0, 0.0]
+    with numbers.working():
+        p = [numbers.number(v) for v in scheme.scene.parameter_values]
+        f = with_running_errors(text, numbers)
+        for row in np.unique(np.linspace(0, len(run.mu) - 1, SAMPLES).astype(int)):
+            x, mu = (np.array([numbers.number(e) for e in part[row]], numbers.dtype)
+                     for part in (run.base, run.mu))  # fmt: skip
+            own = max(errors_of(f(rounded(x, 0 * abs(x)), rounded(mu, 0 * abs(mu)), p)))
+            whole = max(errors_of(f(rounded(x), rounded(mu), p)))
+            scale = max(terms[row].max(), terms[0].max())
+            for place, value in enumerate((whole - own, own)):
+                worst[place] = max(worst[place], float(value / scale) if scale else 0.0)
+    return worst[0], worst[1]
+
+
+def _over_stretches(
+    case: Case, q: Conserved, steps: int, progress: Progress
+) -> tuple[np.ndarray, tuple[float, float]]:
+    """Per step: the drift since the stretch began, with x (the attitude) as at the start there.
+
+    And what round-off does (`round_offs`), the most of all stretches.
+    """
     assert q.stretch is not None
     scheme = _scheme(case, q.attitude)
     flow = scheme.flow(case.scene.step, case.digits)
-    rows_of = with_terms(scheme, formula_of(scheme, q), case.digits)
+    formula = formula_of(scheme, q, case.scene.step)
+    rows_of = with_terms(scheme, formula, case.digits)
     total = _steps_of(q, steps)
     drifts, mu, u = [np.zeros(1)], None, None
+    units = [(0.0, 0.0)]
     for done in range(0, total, q.stretch):
         run = flow.trajectory(min(q.stretch, total - done), x0=scheme.scene.x0, mu0=mu, u0=u)
-        drifts.append(relative_drifts(rows_of(run), case.digits)[1:])
+        found = rows_of(run)
+        drifts.append(relative_drifts(found, case.digits)[1:])
+        if done % (16 * q.stretch) == 0:
+            units.append(round_offs(scheme, formula, run, found[1], case.digits))
         mu, u = run.mu[-1], run.u[-1]
         progress(f"{case.scene.name} {case.label}: {q.name}", done / total)
-    return np.concatenate(drifts)
+    return np.concatenate(drifts), (max(u[0] for u in units), max(u[1] for u in units))
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
-    """Round-off: at most 1e-12 over 10⁶ steps, or 10⁴ units at more digits.
+    """Round-off: the walk of c·ε·√N that one rounding of x and μ a step makes, and J's own.
 
-    The walk of round-off, ε√N, stands beside it, N the most steps that a quantity was followed;
-    ``over`` says how many each was.
+    A rounding of relative size ε at most is ε/√3 in the mean square, and N of them leave a walk
+    whose farthest point is beyond FARTHEST standard deviations once in a million runs (Feller,
+    XIV). ``limits`` and ``over`` say what each quantity was allowed, over how many steps; ``limit``
+    is the largest. The bare walk ε√N stands beside it, N the most steps that one was followed.
     """
-    eps = 2.0**-53 if case.digits == 16 else 10.0 ** (-case.digits)
-    limit = 1e-12 if case.digits == 16 else 1e4 * eps
+    eps = float(arithmetic(case.digits).eps)
     over = {q.name: _steps_of(q, measurement["steps"]) for q in _kept(case)}
     over |= {q.name: WORKED for q in _measured(case) if q.name not in over}
+    walked = {q.name: min(over[q.name], q.stretch or over[q.name]) for q in _measured(case)}
+    units, substeps = measurement["units"], max(1, len(case.scheme.substeps))
+    limits = {name: eps * (FARTHEST / math.sqrt(3) * math.sqrt(steps * substeps) * units[name][0]
+                           + 2 * units[name][1]) for name, steps in walked.items()}  # fmt: skip
     walk = eps * math.sqrt(max(over.values()))
-    expected = {"limit": limit, "random_walk": walk, "over": over}
-    drifting = {k: v for k, v in measurement["measured"]["drift"].items() if not v <= limit}
+    expected = {"limit": max(limits.values(), default=0.0), "limits": limits,
+                "random_walk": walk, "over": over}  # fmt: skip
+    drift = measurement["measured"]["drift"]
+    drifting = {k: v / limits[k] for k, v in drift.items() if not v <= limits[k]}
     if not drifting:
         return Verdict("pass", "", expected)
-    name, value = max(drifting.items(), key=lambda item: item[1])
-    return Verdict("fail", f"{name} drifts by {value:.2g}, more than {limit:.0e}.", expected)
+    name = max(drifting, key=lambda k: drift[k])
+    said = f"{name} drifts by {drift[name]:.2g}, more than {limits[name]:.1e}"
+    return Verdict("fail", f"{said} in {over[name]} steps.", expected)
 
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
@@ -208,7 +282,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     scheme = _scheme(case, False).base
     flow = Flow(scheme, case.scene.step, 30)
     run = flow.trajectory(COUNT)
-    rows_of = with_terms(scheme, formula_of(scheme, worst), 30)
+    rows_of = with_terms(scheme, formula_of(scheme, worst, case.scene.step), 30)
     with flow.numbers.working():
         at, h = flow.context, flow.context.h
         arrows = [at.maps_at(*at.vectors(x, u)) for x, u in zip(run.base, run.u, strict=True)]

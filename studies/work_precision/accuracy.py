@@ -54,7 +54,9 @@ class Yardstick:
             self.reference = _reference(problem)
             self.floors |= self._rounded_start(equations)
         self.energy = energy_with_terms(problem.scheme, 16)
-        kept = [q for q in problem.scene.symmetries if q.to_roundoff and not q.attitude]
+        kept = [
+            q for q in problem.scene.symmetries if q.to_roundoff and not (q.attitude or q.of_step)
+        ]
         self.momenta = [
             with_terms(problem.scheme, q.formula(s.x, s.mu, s.parameters), 16) for q in kept
         ]

@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from sympy import Integer, Matrix
 
 from discmech.integrators import (
     Scene,
@@ -198,6 +199,19 @@ def test_an_equilibrium_of_forces_that_cancel_is_no_defect():
         found = flow.step_defect(run.x[k], run.mu[k], run.x[k + 1], run.mu[k + 1], u0=run.u[k])
         assert found <= limits(16)["residual"]
     assert flow.step_defect(run.x[0], run.mu[0], run.x[1], run.mu[1] + 1e-12) > 1e-13
+
+
+@pytest.mark.parametrize(("power", "offset"), [(-60, 0), (-150, 0), (0, 10**10)])
+def test_a_small_nonlinearity_is_no_affine_equation(power, offset):
+    """In small units, or seen from far, every derivative at a random point is small."""
+    kepler = scenes.get("kepler")
+    scene = kepler.with_values(
+        lagrangian=lambda x, v, p: Integer(10) ** power * kepler.lagrangian(
+            x - Matrix([offset, 0]), v, p),
+        x0=[kepler.x0[0] + offset, kepler.x0[1]], symmetries=(),
+    )  # fmt: skip
+    run = Scheme(scene, rules.midpoint).flow(kepler.step, 50).trajectory(2)
+    assert run.newton_mean > 1
 
 
 def test_integers_among_the_entries_of_a_matrix_are_no_floats():

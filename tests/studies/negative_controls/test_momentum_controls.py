@@ -147,3 +147,77 @@ def test_a_force_whose_work_is_counted_wrongly_is_caught(monkeypatch):
     monkeypatch.setattr(LocalGeometry, "discrete_force", flipped)
     found = measured("momentum", "driven-heavy-top", "trapezoidal", steps=100)
     assert found["verdict"] == "fail" and "μ·Γ" in found["reason"]
+
+
+def angular(x, mu):
+    return x[0] * mu[1] - x[1] * mu[0]
+
+
+@pytest.mark.parametrize("small", ["1/10000000000", "1/10000000000000"])
+@pytest.mark.parametrize("constant", [0, 10**12])
+def test_neither_a_large_constant_nor_a_short_run_hides_a_drift(small, constant):
+    """A drift of a part in 10¹³ in 100 steps, which over a million is a walk's."""
+    small = sympy.Rational(small)
+    moved = Conserved("moved", lambda x, mu, p: angular(x, mu) + small * x[0] + constant)
+    found = measured("momentum", scenes.get("kepler").with_values(symmetries=[moved]),
+                     midpoint, 16, 100)  # fmt: skip
+    assert found["verdict"] == "fail" and "moved" in found["reason"]
+
+
+@pytest.mark.parametrize("constant", [0, 10**12])
+def test_what_is_kept_passes_with_any_constant(constant):
+    kept = Conserved("kept", lambda x, mu, p: angular(x, mu) + constant)
+    scene = scenes.get("kepler").with_values(symmetries=[kept])
+    assert measured("momentum", scene, midpoint, 16, 100)["verdict"] == "pass"
+
+
+def far(offset):
+    """Kepler's problem seen from a point that far away."""
+    kepler = scenes.get("kepler")
+
+    def centre(x):
+        return x - sympy.Matrix([offset, 0])
+
+    about = Conserved("about the centre", lambda x, mu, p: angular(centre(x), mu))
+    return kepler.with_values(
+        name="far-kepler", lagrangian=lambda x, v, p: kepler.lagrangian(centre(x), v, p),
+        x0=[kepler.x0[0] + offset, kepler.x0[1]], symmetries=[about],
+    )  # fmt: skip
+
+
+@discretisation()
+def drifting_aside(L, G, x, u, h):
+    """The midpoint rule with a push across, of a part in 10¹²."""
+    return h * L(G.target(x, u, h / 2), u) + h * x[1] / 10**12
+
+
+@pytest.mark.parametrize(("rule", "verdict"), [(midpoint, "pass"), (drifting_aside, "fail")])
+def test_a_far_frame_hides_nothing_at_50_digits(rule, verdict):
+    """In double precision a state that far away knows no better."""
+    assert measured("momentum", far(10**10), rule, 50, 50)["verdict"] == verdict
+    assert measured("momentum", far(10**10), midpoint, 16, 500)["verdict"] == "pass"
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+@pytest.mark.parametrize(("part", "verdict"), [(4, "pass"), (3, "fail")])
+def test_a_quantity_may_depend_on_the_step(part, verdict, digits):
+    """Störmer–Verlet keeps μ² + (1 − h²/4) x² of the oscillator, at each step another."""
+    modified = Conserved(
+        "modified energy", lambda x, mu, p, h: mu[0] ** 2 + (1 - h**2 / part) * x[0] ** 2
+    )
+    scene = scenes.get("harmonic").with_values(
+        lagrangian=lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2, symmetries=[modified]
+    )
+    found = measured("momentum", scene, "trapezoidal", digits, 100)
+    assert found["verdict"] == verdict
+
+
+@pytest.mark.parametrize("power", [10, -10, 90, -90])
+def test_units_of_action_change_no_verdict(power):
+    scale = sympy.Integer(10) ** power
+    kepler = scenes.get("kepler")
+    told = kepler.with_values(lagrangian=lambda x, v, p: scale * kepler.lagrangian(x, v, p))
+    assert measured("momentum", told, midpoint, 16, 200)["verdict"] == "pass"
+    moved = Conserved("moved", lambda x, mu, p: angular(x, mu) + scale * x[0] / 10**12)
+    broken = told.with_values(symmetries=[moved])
+    assert measured("momentum", broken, midpoint, 16, 200)["verdict"] == "fail"
