@@ -63,9 +63,9 @@ class DiscretisedScene:
 def _derived(scene: Scene, rule: Discretisation) -> DiscreteEquations | OneStepEquations:
     check_axioms(scene.groupoid)
     of_step = rule.base if isinstance(rule, Composition) else rule
+    if refusal := of_step.refusal(scene):
+        raise CannotMeasure(refusal)
     if isinstance(of_step, OneStepMap):
-        if refusal := of_step.refusal(scene):
-            raise CannotMeasure(refusal)
         return OneStepEquations(SceneSymbols(scene), of_step)
     if scene.discrete_lagrangian is not None:
         of_step = own  # no rule has a say where L_d is given

@@ -8,13 +8,22 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, unknown
 from ..numbers.types import Column, Expression, Letter
 from .quadrature import GaussNodes
+
+#: where a rule may exist: what makes the groupoids, their kind, and how messages call them
+GROUPOIDS = {
+    "pair": ("pair", "pair groupoids"),
+    "lie_group": ("group", "Lie groups"),
+    "action": ("action", "action groupoids"),
+    "product": ("product", "products of groupoids"),
+    "LocalGroupoid": ("local", "local groupoids"),
+}
 
 
 @dataclass(frozen=True)
@@ -35,6 +44,8 @@ class Discretisation:
     source: str = ""
     stages: int = 0
     splits: bool = False  # it treats the scene's fast potential L.fast(x) apart
+    #: names of `GROUPOIDS`: where it exists; everywhere if empty
+    groupoids: tuple[str, ...] = ()
     #: where L_d is that of a polynomial with as many Gauss nodes as its degree: collocation
     gauss_nodes: GaussNodes | None = None
 
@@ -42,11 +53,17 @@ class Discretisation:
         """Whether the scene has all that the rule needs; `own` needs a discrete Lagrangian."""
         if (scene.discrete_lagrangian is not None) != (self.formula is own.formula):
             return False
-        return scene.fast is not None or not self.splits
+        return (scene.fast is not None or not self.splits) and not self.refusal(scene)
 
     def refusal(self, scene: Any) -> str:
-        """Why the rule has no meaning for the scene, a sentence; empty where none is needed."""
-        return ""
+        """Why the rule does not exist on the scene's groupoid, a sentence; empty where it does."""
+        if not self.groupoids or scene.groupoid.kind in {GROUPOIDS[e][0] for e in self.groupoids}:
+            return ""
+        where = " and ".join(GROUPOIDS[e][1] for e in self.groupoids)
+        return (
+            f"{self.name} exists on {where} only, so it is no method for {scene.name} "
+            f"({scene.groupoid.name})."
+        )
 
     def __call__(
         self, L: Any, G: Any, x: Column, u: Column, h: Letter, *s: list[Column]
@@ -61,36 +78,62 @@ def discretisation(
     source: str = "",
     stages: int = 0,
     splits: bool = False,
+    groupoids: str | Sequence[str] = (),
 ) -> Callable[[Callable[..., Any]], Discretisation]:
     """Decorator: make a rule of a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
 
-    `splits`: the rule treats the scene's fast potential, L.fast(x), apart. Raises `BadInput` if the
-    order is no positive whole number, stages no whole number from 0, or the arguments are others.
+    `splits`: the rule treats the scene's fast potential, L.fast(x), apart. groupoids: those on
+    which it exists, names of `GROUPOIDS` such as "pair"; all if none is given. Raises `BadInput` if
+    the order is no positive whole number, stages no whole number from 0, a groupoid unknown, or the
+    arguments are others.
     """
-    if callable(order):
-        raise BadInput("write @discretisation() with brackets, or @discretisation(order=2).")
-    if order is not None and (type(order) is not int or order < 1):
-        raise BadInput(f"the order of a rule is a whole number from 1, not {order!r}.")
-    if type(stages) is not int or stages < 0:
-        raise BadInput(f"the internal stages of a rule are a whole number from 0, not {stages!r}.")
+    where = checked("discretisation", "rule", order, stages, groupoids)
+    wanted = "(L, G, x, u, h, s)" if stages else "(L, G, x, u, h)"
 
     def make(formula: Callable[..., Any]) -> Discretisation:
-        if not callable(formula):
-            raise BadInput(f"a rule is a function (L, G, x, u, h), not {formula!r}.")
-        count = len(inspect.signature(formula).parameters)
-        label = str(name or getattr(formula, "__name__", "rule").replace("_", "-"))
-        if count != 5 + (stages > 0):
-            wanted = "six: (L, G, x, u, h, s)" if stages else "five: (L, G, x, u, h)"
-            raise BadInput(
-                f"rule {label}: the function takes {count} arguments, but a rule "
-                f"{'with stages ' if stages else ''}takes {wanted}."
-            )
-        if not re.fullmatch(r"[\w.-]{1,80}", label):
-            raise BadInput(f"a rule's name is {label!r}: use letters, digits, dots and dashes.")
-        about = source or inspect.getdoc(formula) or ""
-        return Discretisation(label, formula, order, about, stages, splits)
+        label, about = described("rule", formula, wanted, name, source)
+        return Discretisation(label, formula, order, about, stages, splits, where)
 
     return make
+
+
+def checked(
+    decorator: str, what: str, order: Any, stages: Any, groupoids: str | Sequence[str]
+) -> tuple[str, ...]:
+    """The groupoids as a tuple; raises `BadInput` for what a decorator cannot be given."""
+    if callable(order):
+        raise BadInput(f"write @{decorator}() with brackets, or @{decorator}(order=2).")
+    if order is not None and (type(order) is not int or order < 1):
+        raise BadInput(f"the order of a {what} is a whole number from 1, not {order!r}.")
+    if type(stages) is not int or stages < 0:
+        raise BadInput(
+            f"the internal stages of a {what} are a whole number from 0, not {stages!r}."
+        )
+    where = (groupoids,) if isinstance(groupoids, str) else tuple(groupoids)
+    for groupoid in where:
+        if groupoid not in GROUPOIDS:
+            raise unknown("groupoid", groupoid, GROUPOIDS)
+    return where
+
+
+def described(
+    what: str, formula: Any, wanted: str, name: str | None, source: str
+) -> tuple[str, str]:
+    """(name, source) of a function of the `wanted` arguments; raises `BadInput` for another."""
+    if not callable(formula):
+        raise BadInput(f"a {what} is a function {wanted}, not {formula!r}.")
+    count, needed = len(inspect.signature(formula).parameters), wanted.count(",") + 1
+    label = str(name or getattr(formula, "__name__", what).replace("_", "-"))
+    if count != needed:
+        words = {3: "three", 4: "four", 5: "five", 6: "six"}[needed]
+        stages = "with stages " if words == "six" else ""
+        raise BadInput(
+            f"{what} {label}: the function takes {count} arguments, but a {what} "
+            f"{stages}takes {words}: {wanted}."
+        )
+    if not re.fullmatch(r"[\w.-]{1,80}", label):
+        raise BadInput(f"a {what}'s name is {label!r}: use letters, digits, dots and dashes.")
+    return label, source or inspect.getdoc(formula) or ""
 
 
 def _given(L: Any, G: Any, x: Column, u: Column, h: Letter) -> Expression:

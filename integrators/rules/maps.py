@@ -78,7 +78,9 @@ def dual_gauss(nodes: int) -> OneStepMap:
     return collocation
 
 
-@one_step(order=2, stages=1, name="stoermer-verlet", kinds=("pair",), source=f"{_HLW}, I.1.4, VI.3")
+@one_step(
+    order=2, stages=1, name="stoermer-verlet", groupoids="pair", source=f"{_HLW}, I.1.4, VI.3"
+)
 def stoermer_verlet(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
     """Störmer–Verlet on T*Q, for any H(x, μ): the stage holds the slopes of x and of half μ."""
     (x, mu), (of_x, of_mu) = s.split(z), s.split(K[0])
@@ -104,7 +106,7 @@ def _newmark(g: Fraction, b: Fraction) -> OneStepMap:
     name = "newmark" if usual else f"newmark-{_decimal(g)}-{_decimal(b)}"
 
     @one_step(
-        order=2 if 2 * g == 1 else 1, implicit=True, name=name, kinds=("pair",),
+        order=2 if 2 * g == 1 else 1, implicit=True, name=name, groupoids="pair",
         source="Kane, Marsden, Ortiz, West, Int. J. Numer. Meth. Engng. 49 (2000), 1295",
     )  # fmt: skip
     def method(s: Any, z: Column, Z: Column, h: Letter) -> Column:
@@ -162,7 +164,7 @@ def discrete_gradient(s: Any, z: Column, Z: Column, h: Letter) -> Column:
 @one_step(
     order=4,
     name="rkmk-4",
-    kinds=("group", "action"),
+    groupoids=("lie_group", "action"),
     source=f"{_HLW}, IV.8; Munthe-Kaas, Appl. Numer. Math. 29 (1999), 115; "
     "Engø, Faltinsen, SIAM J. Numer. Anal. 39 (2001), 128: by the coadjoint action",
 )

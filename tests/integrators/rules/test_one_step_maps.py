@@ -10,11 +10,20 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech import BadInput, Scene, Scheme, StepFailure, one_step, pair, scenes
+from discmech import (
+    BadInput,
+    Scene,
+    Scheme,
+    StepFailure,
+    discretisation,
+    one_step,
+    pair,
+    scenes,
+)
 from discmech.integrators.equations import DualSystem, SceneSymbols, energy
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import arithmetic, evaluate_matrix, needed, numeric, random_point
-from discmech.integrators.rules import MAPS, dual_gauss, get, newmark
+from discmech.integrators.rules import MAPS, compose, dual_gauss, get, newmark
 from discmech.studies.work_precision.peers.equations import equations_of
 
 QUICK = ("pendulum", "rigid-body")
@@ -262,6 +271,18 @@ def test_where_a_map_does_not_exist():
         Scheme(scenes.get("pendulum"), get("rkmk-4"))
 
 
+def test_a_rule_that_exists_on_some_groupoids_only():
+    @discretisation(order=2, groupoids=["pair", "product"])
+    def mine(L, G, x, u, h):
+        return h * (L(x, u) + L(x + h * u, u)) / 2
+
+    assert mine.applies(scenes.get("kepler")) and not mine.applies(scenes.get("heavy-top"))
+    with pytest.raises(CannotMeasure, match="mine exists on pair groupoids and products"):
+        Scheme(scenes.get("heavy-top"), mine)
+    composed = compose(mine, "triple-jump")
+    assert composed.applies(scenes.get("kepler")) and composed.refusal(scenes.get("sl2"))
+
+
 @pytest.mark.parametrize(
     ("make", "said"),
     [
@@ -270,6 +291,9 @@ def test_where_a_map_does_not_exist():
         (lambda: one_step(stages=-1), "stages"),
         (lambda: one_step(implicit=True, stages=1), "leave implicit out"),
         (lambda: one_step()(lambda s, z: z), r"takes 2 arguments.*\(s, z, h\)"),
+        (lambda: one_step()(None), "a one-step map is a function"),
+        (lambda: one_step(groupoids="pairs"), "no groupoid .pairs.: did you mean pair?"),
+        (lambda: discretisation(groupoids=["group"]), "no groupoid .group."),
         (lambda: one_step(implicit=True)(lambda s, z, h: z), r"\(s, z, Z, h\)"),
         (lambda: one_step(name="a b")(lambda s, z, h: z), "name"),
         (lambda: dual_gauss(0), "from 1 to 20"),
