@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -78,7 +79,7 @@ def round_off(digits: int) -> float:
 
 
 def render(panels: Sequence[Panel], sheet: Sheet, library: dict[str, str]) -> Drawing:
-    """Draw the panels on one sheet. Glyphs and markers of the page go into `library`."""
+    """Draw the panels on one sheet. Markers and styles of the page go into `library`."""
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -86,7 +87,7 @@ def render(panels: Sequence[Panel], sheet: Sheet, library: dict[str, str]) -> Dr
     columns = max(1, min(sheet.columns, len(panels)))
     lines = math.ceil(len(panels) / columns)
     width, height = columns * sheet.width, lines * sheet.height
-    cells = []
+    cells, scales = [], []
     with matplotlib.rc_context(_RC):
         figure = Figure(figsize=(width, height), facecolor=PAPER)
         FigureCanvasAgg(figure)
@@ -104,13 +105,33 @@ def render(panels: Sequence[Panel], sheet: Sheet, library: dict[str, str]) -> Dr
             axes = figure.add_axes(rectangle)
             _dress(axes, panel, sheet)
             panel.draw(axes)
+            scales.append(_scales(axes, rectangle, 72 * width, 72 * height))
             cells.append((72 * x, 72 * line * sheet.height, 72 * sheet.width, 72 * sheet.height))
-        svg, png = BytesIO(), BytesIO()
-        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": "discmech"})
+        svg, words, png = BytesIO(), BytesIO(), BytesIO()
+        about = {"Date": None, "Creator": "discmech"}
+        figure.savefig(svg, format="svg", metadata=about)
+        with matplotlib.rc_context({"svg.fonttype": "none"}):  # the page has fonts of its own
+            figure.savefig(words, format="svg", metadata=about)
         figure.savefig(png, format="png", dpi=200, metadata={"Software": "discmech"})
     spoken = [panel.spoken for panel in panels]
-    inline = inline_panels(svg.getvalue(), cells, spoken, library)
+    inline = inline_panels(words.getvalue(), cells, spoken, scales, library)
     return Drawing(svg.getvalue(), png.getvalue(), inline, sheet.width, columns)
+
+
+def _scales(axes: Axes, rectangle: Sequence[float], width: float, height: float) -> str:
+    """Of x and y: [first place, last place, number there, number there, logarithmic], as JSON.
+
+    Places are in points of the drawing, downwards from its upper edge as SVG has them.
+    """
+    left, bottom, wide, tall = rectangle
+    places = [left * width, (left + wide) * width, (1 - bottom) * height,
+              (1 - bottom - tall) * height]  # fmt: skip
+    ends = [*axes.get_xlim(), *axes.get_ylim()]
+    logs = [int(axis.get_scale() == "log") for axis in (axes.xaxis, axes.yaxis)]
+    return json.dumps(
+        [[*(round(p, 2) for p in places[i : i + 2]), *map(float, ends[i : i + 2]), logs[i // 2]]
+         for i in (0, 2)]
+    )  # fmt: skip
 
 
 def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> None:

@@ -44,7 +44,7 @@ def plates(
 ) -> list[Plate]:
     """Every figure that these results (one a study) allow.
 
-    `library` collects the glyphs and markers that the inline panels refer to; the page has to
+    `library` collects the styles and markers that the inline panels refer to; the page has to
     hold them once. remembered: gives what was drawn of the same numbers before.
     """
     rules = dict.fromkeys(rule_name(case) for result in results for case in result["cases"])

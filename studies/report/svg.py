@@ -1,4 +1,4 @@
-"""From matplotlib's SVG to SVG for the page: panels apart, colours of the theme, shared glyphs."""
+"""From matplotlib's SVG to SVG for the page: panels apart, colours of the theme, shared styles."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ THEME = {
     "#855c00": "orange-words",
     "#000000": "ink",
 }
+FONTS = re.compile(r"\s*font-family: [^;]*;?")  # the page has its own
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}\b")
 _DECIMAL = re.compile(r"-?\d+\.\d+")
 _TRANSLATE = re.compile(r"translate\([^)]*\)")
@@ -39,23 +40,26 @@ def inline_panels(
     svg: bytes,
     cells: Sequence[tuple[float, float, float, float]],
     spoken: Sequence[str],
+    scales: Sequence[str],
     library: dict[str, str],
 ) -> list[str]:
     """The n-th axes of the drawing as an SVG of its own, cropped to the n-th cell (in points).
 
-    Glyphs and markers are moved to `library` (id → element), named by their content, so that a
+    scales: how places on its axes become numbers, as JSON. The drawing has its words as text.
+    Markers and styles are moved to `library` (id → element), named by their content, so that a
     page holds each of them once and no two panels quarrel about a name.
     """
     root = ET.fromstring(svg)
     defined = {e.get("id", ""): e for d in root.iter(f"{_ns(root)}defs") for e in d}
     groups = {e.get("id"): e for e in root.iter() if (e.get("id") or "").startswith("axes_")}
     found = []
-    for index, (cell, words) in enumerate(zip(cells, spoken, strict=True)):
+    for index, (cell, words, scale) in enumerate(zip(cells, spoken, scales, strict=True)):
         writer = _Writer(defined, library, f"{index} {words}")
         body = writer.text(groups[f"axes_{index + 1}"])
         own = f"<defs>{''.join(writer.own.values())}</defs>" if writer.own else ""
         box = " ".join(_round(f"{edge:.3f}") for edge in cell)
-        head = f'<svg class="plot" viewBox="{box}" role="img" aria-label="{escape(words)}">'
+        head = f'<svg class="plot" viewBox="{box}" role="img" data-axes="{scale}" '
+        head += f'aria-label="{escape(words)}">'
         found.append(f"{head}{own}{body}</svg>")
     return found
 
@@ -74,6 +78,8 @@ class _Writer:
         tag = element.tag.rpartition("}")[2]
         if tag in ("defs", "metadata", "style"):
             return ""
+        if tag == "text":
+            return self._words(element)
         attributes = dict(element.attrib)
         attributes.pop("id", None)
         if _HREF in attributes:
@@ -83,7 +89,32 @@ class _Writer:
         inner = "".join(self.text(child) for child in element)
         if tag == "g" and (not attributes or not inner):
             return inner
-        return _element(tag, attributes, inner)
+        return _element(tag, self._styled(attributes), inner)
+
+    def _styled(self, attributes: dict[str, str]) -> dict[str, str]:
+        """The attributes with a class of the page in place of the style."""
+        style = _tidy("style", FONTS.sub("", attributes.pop("style", ""))).strip("; ")
+        if not style:
+            return attributes
+        name = "s" + _digest(style)[:6]
+        self.library[name] = f"<style>.{name}{{{style}}}</style>"
+        return {"class": name, **attributes}
+
+    def _words(self, element: ET.Element) -> str:
+        """A text; of the letters of a formula those with one style on one line stand together."""
+        attributes = dict(element.attrib)
+        if re.match(r"rotate\(-?0 ", attributes.get("transform", "")):
+            del attributes["transform"]
+        spans: list[tuple[dict[str, str], str]] = []
+        for child in element:
+            here = {k: child.get(k, "") for k in ("style", "y")}
+            if spans and here == {k: spans[-1][0].get(k) for k in here}:
+                spans[-1] = (spans[-1][0], spans[-1][1] + (child.text or ""))
+            else:
+                spans.append(({"x": child.get("x", "0"), **here}, child.text or ""))
+        inner = escape(element.text or "") if not spans else ""
+        inner += "".join(_element("tspan", self._styled(a), escape(words)) for a, words in spans)
+        return _element("text", self._styled(attributes), inner)
 
     def _shared(self, name: str) -> str:
         """The page-wide name of a glyph or a marker."""
@@ -125,6 +156,7 @@ def _tidy(key: str, value: str) -> str:
     if key == "transform":
         return _TRANSLATE.sub(lambda m: _DECIMAL.sub(lambda n: _round(n[0]), m[0]), value)
     if key in ("x", "y", "width", "height"):
+        value = " ".join(value.split()[:1])  # one place for the first letter of a span
         return _DECIMAL.sub(lambda m: _round(m[0]), value)
     return value
 
