@@ -102,7 +102,8 @@ class Scene:
     (`imex`); `lagrangian` subtracts it all the same.
     discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such; or
     on_group(formula(x, g, h, p)) for one of the group element g, then with lagrangian= too if it
-    approximates a continuous system.
+    approximates a continuous system. mu0: the momentum of the start (m, natural basis: F⁻/h) where
+    there is a discrete Lagrangian only; v0 is then a first guess of u, 0 if it is left out.
     Numbers are exact (`exact`). `duration` is the time of a study's runs, `step` a step size that
     resolves the motion at second order (default: duration/1000).
 
@@ -123,6 +124,7 @@ class Scene:
     discrete_lagrangian: Callable[..., Any] | None = None
     fast: Callable[..., Any] | None = None
     force: Callable[..., Any] | None = None
+    mu0: Sequence[Any] | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -151,6 +153,14 @@ class Scene:
             if not str(key).isidentifier():
                 raise BadInput(f"{self.name}: parameter {key!r} is no name; use letters and _.")
         put("x0", exact_vector(self.x0, self.groupoid.dim_x, f"{self.name}: x0"))
+        if self.mu0 is not None:
+            if self.lagrangian is not None:
+                raise BadInput(
+                    f"{self.name}: mu0 follows from v0 by the Lagrangian; give v0 alone."
+                )
+            put("mu0", exact_vector(self.mu0, self.groupoid.dim_u, f"{self.name}: mu0"))
+            if isinstance(self.v0, tuple) and not self.v0:
+                put("v0", (0,) * self.groupoid.dim_u)
         put("v0", exact_vector(self.v0, self.groupoid.dim_u, f"{self.name}: v0"))
         put(
             "parameters",

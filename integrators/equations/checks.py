@@ -91,9 +91,12 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
     at = dict(zip([*s.position, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
     for name, formula, wanted in _constraints(s, scene):
         if formula.free_symbols & set(s.mu):
-            if scene.lagrangian is None:
+            if scene.mu0 is not None:
+                mu = list(map(to_sympy, scene.mu0))
+            elif scene.lagrangian is None:
                 continue  # the start's momentum is only given with the run
-            mu = _with_parameters(s, scene, momentum(s))
+            else:
+                mu = _with_parameters(s, scene, momentum(s))
             formula = formula.xreplace(dict(zip(s.mu, mu, strict=True)))
         value = formula.xreplace(at)
         if sympy.simplify(value - wanted) != 0:

@@ -82,14 +82,17 @@ def vector_field(s: SceneSymbols) -> Column:
 def initial_momentum(
     s: SceneSymbols, scene: Scene, numbers: Arithmetic, t0: Exact = 0
 ) -> list[Number]:
-    """μ₀ = ∂l/∂ξ(x₀, v₀) at the time t₀, in an arithmetic.
+    """μ₀ = ∂l/∂ξ(x₀, v₀) at the time t₀, or what the scene gives, in an arithmetic.
 
-    Raises `CannotMeasure` where the scene has only a discrete Lagrangian.
+    Raises `CannotMeasure` where the scene has only a discrete Lagrangian and gives no μ₀.
     """
+    if scene.mu0 is not None:
+        with numbers.working():
+            return [numbers.number(e) for e in scene.mu0]
     if scene.lagrangian is None:
         raise CannotMeasure(
             f"{scene.name} has only a discrete Lagrangian, so its start needs the momentum: "
-            "trajectory(..., mu0=...)."
+            "Scene(..., mu0=...), or trajectory(..., mu0=...)."
         )
     f = _momentum_function(s, numbers)
     with numbers.working():

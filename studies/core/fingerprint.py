@@ -49,7 +49,7 @@ def known_by_text(case: Case) -> bool:
 def of_scene(scene: Scene) -> Iterator[str]:
     """A scene's numbers, and the text that defines a scene of the bench's own."""
     yield from (scene.name, scene.groupoid.name, str(scene.groupoid.retraction))
-    yield repr((scene.parameters, scene.x0, scene.v0, scene.duration, scene.step))
+    yield repr((scene.parameters, scene.x0, scene.v0, scene.duration, scene.step, scene.mu0))
     if is_ours(scene):
         yield _text_of_scene(scene.name)
 
