@@ -36,9 +36,9 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
         if wait == 0:
             save(xs[row], 0, x)
             save(mus[row], 0, mu)
-        w, p = guess(RULE, x, mu, xi, mz, weights, c, age)
+        w, p, xi = guess(RULE, x, mu, xi, mz, weights, c, age)
         end, xi, mz, lost, count, size, ratio, apart, status = collocate(
-            RULE, x, mu, w, p, lost, xi, mz, weights, c
+            RULE, x, mu, w, p, lost, xi, mz, weights, c, age
         )
         total_count += count
         if count > most:
@@ -92,11 +92,11 @@ def save_lanes(state, at, parts):
 
 
 def guess(system, x, mu, xi, mz, weights, c, age):
-    """(w, π) at the nodes: velocity and momentum of the last step, which no chart has a part in,
+    """(w, π, ξ) at the nodes: velocity and momentum of the last step, which no chart has a part in,
     continued as polynomials and brought into the chart at x."""
     if age == 0:
         none = tuple([tuple([0 * b for e in mu]) for b in weights])
-        return none, tuple([tuple([a + e for a, e in zip(part, mu)]) for part in none])
+        return none, tuple([tuple([a + e for a, e in zip(part, mu)]) for part in none]), none
     v, momenta = at_nodes(OF_VELOCITY, xi), at_nodes(OF_MOMENTUM, mz)
     momenta = tuple(
         [
@@ -110,7 +110,7 @@ def guess(system, x, mu, xi, mz, weights, c, age):
             turned = tuple([system.moved(x, a, b, c) for a, b in zip(w, v)])
             w = at_nodes(MU, times(weights, turned))
         momenta = tuple([system.pulled(x, a, b, c) for a, b in zip(w, momenta)])
-    return w, momenta
+    return w, momenta, v
 
 
 def at_nodes(tables, parts):
@@ -146,13 +146,15 @@ def totals_of(parts):
     return tuple([sum([total(part[i]) for part in parts]) for i in range(len(parts[0]))])
 
 
-def collocate(system, x, mu, w, p, lost, xi, mz, weights, c):
+def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
     """((w₁, π₁, Σhbπ̇, Σhbf), ξ and μ at the nodes, π₀ − μ, sweeps, last change, ratio of changes
     above round-off and the sweeps between these, status).
 
-    Sweeps are repeated until the next one would change less than round-off, or changes are
-    round-off and do not shrink; changes are compared with the size of each component. π₀ − μ is
-    corrected only where it is off by more than the stages: it would hand their errors on undamped.
+    In a sweep π comes first, and w from the new π (the ξ in the force is the last one): where
+    positions and momenta alternate an error shrinks as in two sweeps. They are repeated until
+    the next one would change less than round-off, or changes are round-off and do not shrink;
+    changes are compared with the size of each component. π₀ − μ is corrected only where it is
+    off by more than the stages: it would hand their errors on undamped.
     """
     none = tuple([0.0 for e in mu])
     of_w, of_p, end, sum_p, sum_f, last = (
@@ -167,18 +169,19 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c):
     first, ratio, apart = HUGE, 0.0, 0
     gate, whole, change, going = 0.0, 0.0, HUGE, True
     while going:
-        fields = tuple([system.field(x, a, b, c) for a, b in zip(w, p)])
-        dw = times(weights, tuple([e[0] for e in fields]))
-        dp = times(weights, tuple([e[1] for e in fields]))
-        xi, mz = tuple([e[3] for e in fields]), tuple([e[4] for e in fields])
-        new_w = at_nodes(MU, dw)
+        forces = tuple([system.force(x, a, b, e, c) for a, b, e in zip(w, p, xi)])
+        dp = times(weights, tuple([e[0] for e in forces]))
         start = tuple([b + e for b, e in zip(lost, mu)])
         new_p = tuple([plus(part, start) for part in at_nodes(MU, dp)])
+        moves = tuple([system.velocity(x, a, b, c) for a, b in zip(w, new_p)])
+        dw = times(weights, tuple([e[0] for e in moves]))
+        xi, mz = tuple([e[1] for e in moves]), tuple([e[2] for e in moves])
+        new_w = at_nodes(MU, dw)
         if count < 2:
             of_w, of_p = scales(new_w), scales(new_p)
             whole = smallest(of_p)
             gate = norm(lost) * whole / 8
-            gate = 1 / 64 if gate == 0 else gate
+            gate = 1 / 64 if age == 0 else gate
         change = largest_change(w, new_w, of_w, p, new_p, of_p)
         w, p, count = new_w, new_p, count + 1
         rate = change / before if before < HUGE else 1.0
@@ -198,7 +201,7 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c):
             going = False
         if settled or (system.shifted and change < gate):
             end, sum_p = totals_of(dw), totals_of(dp)
-            sum_f = totals_of(times(weights, tuple([e[2] for e in fields])))
+            sum_f = totals_of(times(weights, tuple([e[1] for e in forces])))
             last = tuple([(a + b) + e for a, b, e in zip(sum_p, lost, mu)])
             going = going and not settled
             if system.shifted:

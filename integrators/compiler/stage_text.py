@@ -1,6 +1,7 @@
 """The text of a collocation step: kernels with a stage in each lane, and their driver.
 
-`field(x, w, p, c) → (ẇ, π̇, f, ξ, μ)` in lanes; and of the ends of a step, in plain numbers,
+`velocity(x, w, p, c) → (ẇ, ξ, μ)` and `force(x, w, p, ξ, c) → (π̇, f)` in lanes; and of the ends of
+a step, in plain numbers,
 `shift(x, w, p, dp, turn, lost, c) → change of π₀ − μ`, `update(x, w, p, dp, turn, ex, eμ, c) →
 (dx, dμ)`, `extents(x, w, c)`; and for the start of the iteration `moved(x, w, ξ, c) → L ξ`,
 `pulled(x, w, μ, c) → L⁻ᵀ μ`, in lanes again. The first coefficient is h.
@@ -13,7 +14,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ..numbers import Coefficients, function_text, sympy, with_tables
+from ..numbers import Coefficients, function_text, symbols_of, sympy, with_tables
 from ..numbers.types import Assignment, Expression, Expressions, Letter
 from .elimination import Equations, solve
 from .layout import StageLayout
@@ -36,7 +37,7 @@ def stage_text(system: StageSystem) -> str:
         f"COUNT, PARTS = {system.count}, -(-{system.count} // WIDTH)",
         f"RULE = {kernels.record}",
         "SYSTEMS = RULE,",
-        "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 32",
+        "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 4",
     ]
     files = (Path(__file__).with_name(f"{n}.py") for n in ("stage_driver", "tuple_operations"))
     driver = "\n\n".join(file.read_text(encoding="utf-8") for file in files)
@@ -91,7 +92,7 @@ class StageText:
     def text(self) -> str:
         """All functions."""
         system = self.system
-        kernels = [self._field(), self._update()]
+        kernels = [self._velocity(), self._force(), self._update()]
         if self.shifted:
             kernels.append(self._shift())
         if system.moved is not None and system.pulled is not None:
@@ -114,7 +115,7 @@ class StageText:
     def record(self) -> str:
         """What the driver is given."""
         system = self.system
-        names = ["field", "update", "prepare", "carry"]
+        names = ["velocity", "force", "update", "prepare", "carry"]
         names += ["shift"] * self.shifted + ["extents"] * bool(system.extents)
         names += ["moved", "pulled"] * (system.moved is not None)
         facts = {"affine": False, "watched": bool(system.extents), "shifted": self.shifted,
@@ -126,7 +127,8 @@ class StageText:
 
     # -- the kernels ----------------------------------------------------------------------------
 
-    def _field(self) -> str:
+    def _velocity(self) -> str:
+        """ẇ, ξ and μ at (w, π)."""
         system = self.system
         before = self._written(system.before)
         order = list(range(len(system.w)))
@@ -136,12 +138,18 @@ class StageText:
                 raise NoShortForm("the mass matrix ties many velocities together")
             before.append((letters, self._hoist(values)))
         before.append((list(system.xi), self._hoist(xi)))
-        before += self._written(system.after)
-        wdot, pdot = map(self._hoist, system.rates)
-        turned = self._hoist([system.turned[i] for i in self.turning])
+        results = [self._hoist(system.rates[0]), list(system.xi), list(system.m)]
         given = {"x": system.x, "w": system.w, "p": system.p}
-        results = [wdot, pdot, turned, list(system.xi), list(system.m)]
-        return self._function("field", given, results, before)
+        return self._function("velocity", given, results, _used(before, results))
+
+    def _force(self) -> str:
+        """π̇, and f where it is neither that nor 0, at (w, π) and a ξ."""
+        system = self.system
+        before = self._written([*system.before, *system.after])
+        turned = self._hoist([system.turned[i] for i in self.turning])
+        results = [self._hoist(system.rates[1]), turned]
+        given = {"x": system.x, "w": system.w, "p": system.p, "xi": system.xi}
+        return self._function("force", given, results, _used(before, results))
 
     @property
     def _turns(self) -> dict[Letter, Expression]:
@@ -185,3 +193,14 @@ class StageText:
         grown = [[a - e for a, e in zip(self._hoist(column), lost, strict=True)]
                  for column, lost in ((system.increment, ex), (gain, emu))]  # fmt: skip
         return self._function("update", {**self._ends, "ex": ex, "emu": emu}, grown, [])
+
+
+def _used(before: list[Assignment], results: Sequence[Expressions]) -> list[Assignment]:
+    """The definitions that the results use, directly or through others."""
+    wanted = symbols_of(e for column in results for e in column)
+    kept: list[Assignment] = []
+    for letters, values in reversed(before):
+        if wanted & set(letters):
+            kept.insert(0, (letters, values))
+            wanted |= symbols_of(values)
+    return kept
