@@ -1,5 +1,6 @@
 """Schemes and their flows: starts, steps, runs, failures."""
 
+from .ensemble import Ensemble
 from .flow import Flow, Trajectory
 from .initial_state import Start
 from .newton_step import arrow_from, step_along
@@ -7,5 +8,5 @@ from .run import first_u
 from .scheme import Scheme
 
 __all__ = [
-    "Flow", "Scheme", "Start", "Trajectory", "arrow_from", "first_u", "step_along",
+    "Ensemble", "Flow", "Scheme", "Start", "Trajectory", "arrow_from", "first_u", "step_along",
 ]  # fmt: skip

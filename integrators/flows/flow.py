@@ -17,6 +17,7 @@ from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational
 from . import exact_defects
 from .collocation import collocation
+from .ensemble import Ensemble, ensemble
 from .initial_state import Start, Starting
 from .newton_step import arrow_before
 from .run import Trajectory, element_of, first_u, run_from
@@ -104,6 +105,21 @@ class Flow:
             if mu0 is not None:
                 self.starting.check(start)
             return run_from(self.edge, start, int(steps), int(every), progress)
+
+    def ensemble(
+        self, x0s: Any = None, mu0s: Any = None, steps: int = 0, every: int = 1, **given: Any
+    ) -> Ensemble:
+        """Run from many starts at once, on all cores; rows as of `trajectory`, a member in front.
+
+        x0s (k, n) and mu0s (k, m); None: the scene's own for all. given: as to `trajectory`, for
+        all members. A member that fails does so alone (`Ensemble.failures`). Raises `BadInput` for
+        starts that do not fit.
+        """
+
+        def run(x0: Any, mu0: Any) -> Trajectory:
+            return self.trajectory(steps, every, x0=x0, mu0=mu0, **given)
+
+        return ensemble(run, x0s, mu0s, self.numbers, self.scheme.scene.name)
 
     def elements(self, run: Trajectory) -> np.ndarray:
         """The group elements g = τ(hu) B of a run's rows, (r, N, N); in Cayley's chart only.

@@ -1,0 +1,87 @@
+"""Many runs of one flow at once: on all cores, each failing by itself."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import BadInput, StepFailure
+from ..numbers import Double
+from ..numbers.types import Matrix, Vector
+from .run import Trajectory
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """The rows of many runs: t (r,), x (k, r, n), u (k, r, m), mu (k, r, m).
+
+    runs: the trajectory of each member, as far as it came. failures: {member: its `StepFailure`};
+    the rows that a failing member has not reached are not numbers.
+    """
+
+    t: Vector
+    x: Matrix
+    u: Matrix
+    mu: Matrix
+    runs: tuple[Trajectory, ...]
+    failures: dict[int, StepFailure]
+
+
+def ensemble(
+    run: Callable[[Any, Any], Trajectory], x0s: Any, mu0s: Any, numbers: Any, what: str
+) -> Ensemble:
+    """The runs from all starts. run: (x0, μ0) ↦ trajectory; what: how messages call it.
+
+    Machine code runs without Python's lock, so double precision has a thread for each core.
+    """
+    starts = list(zip(*_of_one_length(x0s, mu0s, what), strict=True))
+    failures: dict[int, StepFailure] = {}
+
+    def member(index: int) -> Trajectory:
+        try:
+            return run(*starts[index])
+        except StepFailure as failure:
+            if not isinstance(failure.trajectory, Trajectory):
+                raise
+            failures[index] = failure
+            return failure.trajectory
+
+    runs = [member(0)]  # what has to be compiled is compiled once
+    threads = _cores() if isinstance(numbers, Double) else 1
+    if threads > 1 and len(starts) > 1:
+        with ThreadPoolExecutor(threads) as pool:
+            runs += pool.map(member, range(1, len(starts)))
+    else:
+        runs += map(member, range(1, len(starts)))
+    t = max((r.t for r in runs), key=len)
+    x, u, mu = (
+        np.array([_filled(getattr(r, name), len(t), numbers) for r in runs])
+        for name in ("x", "u", "mu")
+    )
+    return Ensemble(t, x, u, mu, tuple(runs), dict(sorted(failures.items())))
+
+
+def _of_one_length(x0s: Any, mu0s: Any, what: str) -> tuple[Sequence[Any], Sequence[Any]]:
+    """Both lists of starts; None stands for the scene's own, in each member."""
+    given = [list(starts) for starts in (x0s, mu0s) if starts is not None]
+    if not given or len({len(starts) for starts in given}) > 1 or not given[0]:
+        counts = " and ".join(str(len(starts)) for starts in given) or "no"
+        raise BadInput(f"{what}: an ensemble of {counts} starts; give x0s and mu0s of one length.")
+    none = [None] * len(given[0])
+    return (none if x0s is None else list(x0s)), (none if mu0s is None else list(mu0s))
+
+
+def _filled(rows: Matrix, count: int, numbers: Any) -> Matrix:
+    """The rows with what is no number behind them, `count` in all."""
+    missing = numbers.public(np.full((count - len(rows), rows.shape[1]), np.nan))
+    return np.concatenate([rows, missing])
+
+
+def _cores() -> int:
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
