@@ -39,7 +39,9 @@ def assert_row(row, argument_lists):
     assert shown_wrong == set(row.misprints) - SLIPS
 
 
-@pytest.mark.parametrize("row", CHECKED, ids=label)
+@pytest.mark.parametrize("row", [
+    pytest.param(row, marks=pytest.mark.slow if row.place == "3.5-bench" else ()) for row in CHECKED
+], ids=label)  # fmt: skip
 def test_row(row):
     assert_row(row, [()] if row.how == SYMBOLIC else [(sample(n, *GENERIC),) for n in quick(row)])
 

@@ -47,6 +47,7 @@ def test_the_chart_bound_method_aliases(found):
     assert max(last) < 0.3
 
 
+@pytest.mark.slow
 def test_at_thirty_digits_it_is_judged_by_thirty_digits(monkeypatch):
     """The starts too are rotations to thirty digits, and the distances are not those of doubles."""
     monkeypatch.setattr(charts, "TURNS", (0.2, 0.49))

@@ -83,6 +83,7 @@ def test_a_gauge_term_moves_the_momenta_alone(scene):
     assert found["evidence"]["order_of_points"] == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_errors_on_no_straight_line_have_a_cause_too():
     """Local orders of 0.94, 0.97, 0.99 are no asymptotic window, and not those of order 2."""
 
