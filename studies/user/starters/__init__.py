@@ -1,0 +1,1 @@
+"""What `discmech new` writes, each as a user would write it."""
