@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
@@ -24,6 +24,11 @@ from .machine_code import address, compiled, vector_width
 from .stage_system import StageSystem
 from .stage_text import stage_text
 from .system import System, written
+
+
+def as_it_is(array: Any) -> Any:
+    """What functions of Python take for an array: the array."""
+    return array
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +48,7 @@ class Kernels:
     layout: Layout
     huge: Number
     root_eps: Number
-    place: Callable[[Any], Any] = field(default=lambda array: array)
+    place: Callable[[Any], Any] = as_it_is
 
 
 @lru_cache(maxsize=512)
