@@ -3,10 +3,11 @@
 from .ensemble import Ensemble
 from .flow import Flow, Trajectory
 from .initial_state import Start
-from .newton_step import arrow_from, step_along
+from .newton_step import arrow_from, round_off_from, step_along
 from .run import first_u
 from .scheme import Scheme
 
 __all__ = [
-    "Ensemble", "Flow", "Scheme", "Start", "Trajectory", "arrow_from", "first_u", "step_along",
+    "Ensemble", "Flow", "Scheme", "Start", "Trajectory", "arrow_from", "first_u",
+    "round_off_from", "step_along",
 ]  # fmt: skip

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +15,20 @@ from discmech.integrators.errors import CannotMeasure
 
 @dataclass(frozen=True)
 class Line:
-    """A least-squares line: slope, its 95 % interval, and the largest residual."""
+    """A least-squares line: slope, its interval (of 95 %), and the largest residual."""
 
     slope: float
     interval: tuple[float, float]
     residual: float
 
 
-def fit_line(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -> Line:
-    """Least squares through at least three points; raises `CannotMeasure` if there are fewer."""
+def fit_line(
+    x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray, level: float = 0.95
+) -> Line:
+    """Least squares through at least three points; raises `CannotMeasure` if there are fewer.
+
+    The interval of that level is for residuals that are independent of one another.
+    """
     if len(x) < 3:
         raise CannotMeasure(f"a line needs three points, not {len(x)}: take more --steps.")
     from scipy.special import stdtrit
@@ -32,8 +39,38 @@ def fit_line(x: Sequence[float] | np.ndarray, y: Sequence[float] | np.ndarray) -
     residuals = ys - ys.mean() - slope * dx
     freedom = len(xs) - 2
     error = math.sqrt(float(residuals @ residuals) / freedom / float(dx @ dx))
-    half = float(stdtrit(freedom, 0.975)) * error
+    half = float(stdtrit(freedom, (1 + level) / 2)) * error
     return Line(slope, (slope - half, slope + half), float(np.abs(residuals).max()))
+
+
+#: parts whose means stand for a series, the most first
+BATCHES = (64, 32, 16, 8)
+
+
+def batch_line(
+    times: np.ndarray, values: np.ndarray, level: float = 0.95, of: Callable[..., Any] = np.mean
+) -> Line:
+    """The line through the means of equal parts of a series whose neighbours are correlated.
+
+    (Batch means: Law, Simulation Modeling and Analysis, 9.5.) Errors of consecutive steps follow
+    one another, so as single points they promise a slope far better than it is known. Parts are
+    joined until what is left beside the line is uncorrelated, |r₁| ≤ 2/√parts. of: minima or maxima
+    of the parts instead. Of a series too short for parts each value is one.
+    """
+    line = None
+    for count in BATCHES:
+        if len(values) < 4 * count:
+            continue
+        edges = np.linspace(0, len(values), count + 1).astype(int)
+        parts = list(itertools.pairwise(edges.tolist()))
+        middles = np.array([times[a:b].mean() for a, b in parts])
+        found = np.array([of(values[a:b]) for a, b in parts])
+        line = fit_line(middles, found, level)
+        rest = found - found.mean() - line.slope * (middles - middles.mean())
+        size = float(rest @ rest)
+        if not size or abs(float(rest[1:] @ rest[:-1])) <= 2 * size / math.sqrt(count):
+            break
+    return fit_line(times, values, level) if line is None else line
 
 
 #: round-off of many steps (√N units) still bends errors that are this many floors large

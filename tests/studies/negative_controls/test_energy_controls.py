@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import sympy
+from scipy.signal import lfilter
 
-from discmech.integrators import scenes
+from discmech.integrators import one_step, scenes
 from discmech.integrators.equations.legendre_maps import LegendreMaps
 from discmech.integrators.rules import midpoint
+from discmech.studies.core.fitting import batch_line, fit_line
 from tests.studies.cached_results import measured, result
 
 
@@ -61,3 +63,36 @@ def test_an_update_that_loses_a_thousandth_a_step_fails_elsewhere_too(
     monkeypatch.setattr(LegendreMaps, "gain", property(gain))
     found = measured(study, scenes.get("pendulum").with_values(), midpoint, digits)
     assert found["verdict"] in ("fail", "inconclusive" if study == "order" else "fail")
+
+
+def rubbed(friction):
+    """The implicit midpoint rule with a friction that takes that share of μ in a unit of time."""
+
+    @one_step(order=2, implicit=True, name=f"rubbed-{friction}")
+    def rule(s, z, Z, h):
+        middle = (z + Z) / 2
+        _, mu = s.split(middle)
+        lost = s.join([0] * s.n, sympy.Rational(friction) * mu)
+        return Z - z - h * (s.f(middle) - lost)
+
+    return rule
+
+
+@pytest.mark.parametrize(
+    ("friction", "verdict"), [("0", "pass"), ("1e-7", "fail"), ("1e-8", "fail")]
+)
+def test_a_drift_that_is_certain_is_told_inside_the_band(friction, verdict):
+    """22 % and 3 % of the band over 20,000 steps, and as much a step in a longer run."""
+    found = measured("energy", "pendulum", rubbed(friction), 16, 20_000)
+    assert found["verdict"] == verdict, found["reason"]
+
+
+def test_neighbours_that_follow_one_another_promise_no_slope():
+    """A slow wander is as good as a few points: its 95 % interval holds the slope 0 that it has."""
+    t, held = np.arange(20_000.0), {"points": 0, "batches": 0}
+    for seed in range(40):
+        steps = np.random.default_rng(seed).normal(size=len(t))
+        wander = lfilter([1], [1, -0.999], steps)
+        for name, line in (("points", fit_line(t, wander)), ("batches", batch_line(t, wander))):
+            held[name] += line.interval[0] <= 0 <= line.interval[1]
+    assert held["points"] <= 10 and held["batches"] >= 28

@@ -132,3 +132,48 @@ def reference_of(scene):
     from discmech.reference import solution
 
     return lambda other, t, digits=50: solution(scene, t, digits)
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+@pytest.mark.parametrize("size", ["1e-4", "1e-8", "1e-12"])
+def test_an_inconsistent_rule_cannot_buy_its_order_by_a_small_error(size, digits):
+    """In the runs nothing of it is seen above the error of second order, or above round-off."""
+    found = result("order", "pendulum", inconsistent(sympy.Rational(size)), digits)
+    assert found["verdict"] == "fail"
+    assert "order 1.00" in found["reason"] or size == "1e-4"  # which shows in the runs
+
+
+@discretisation(order=2)
+def in_one_component(L, G, x, u, h):
+    """The midpoint rule, of first order in a component that weighs little."""
+    return h * L(G.target(x, u, h / 2), u) + h**2 * sympy.sin(x[1]) / 10**9
+
+
+def test_a_component_does_not_hide_behind_the_others():
+    found = result("order", "kepler", in_one_component, 50)
+    assert found["verdict"] == "fail" and "mu[1]" in found["reason"]
+
+
+def test_whole_periods_hide_nothing():
+    """Seen after whole periods, a wrong frequency shows in the phase; a gauge term does not."""
+    from fractions import Fraction
+
+    @discretisation(order=2)
+    def gauged(L, G, x, u, h):
+        end = G.target(x, u, h)
+        return (h * L(G.target(x, u, h / 2), u)
+                + h * (sympy.sin(end[0]) - sympy.sin(x[0])) / 10**6)  # fmt: skip
+
+    period = Fraction(62831853071795864769, 10**19)
+    scene = scenes.get("harmonic").with_values(duration=period, step=period / 64)
+    found = measured("order", scene, gauged, 50)
+    assert found["verdict"] == "fail" and "one step is of order 1.00" in found["reason"]
+
+
+@pytest.mark.parametrize("power", [10, -10, 150, -150])
+def test_units_of_action_change_no_order(power):
+    scale = sympy.Integer(10) ** power
+    pendulum = scenes.get("pendulum")
+    told = pendulum.with_values(lagrangian=lambda x, v, p: scale * pendulum.lagrangian(x, v, p))
+    assert measured("order", told, midpoint, 50)["verdict"] == "pass"
+    assert measured("order", told, inconsistent(sympy.Rational("1e-8")), 50)["verdict"] == "fail"

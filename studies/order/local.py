@@ -1,0 +1,98 @@
+"""The order of one very small step, from exact states: what no final time and no run can hide.
+
+A method of order p is off by O(h^{p+1}) after one step. With 50 digits that is seen at steps so
+small that every lower power would stand out, however small its factor; and in each component by
+itself.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from types import SimpleNamespace
+from typing import Any
+
+from discmech.integrators import Scheme
+from discmech.integrators.flows import Flow, round_off_from
+
+DIGITS, GUARD = 50, 15
+#: digits below the motion that the error of a step has at the expected order; where nothing is seen
+#: of it, the next: a constant may be as small as Kahan and Li's
+SMALL = (36, 24, 12)
+#: where steps are made, in steps of the scene from the start, where a motion may be at rest
+PLACES = (Fraction(7), Fraction(61, 5))
+NEAR = 0.1  # of a local order that is the expected one
+CLEAR = 1000  # round-offs above which an error is the method's, to a part in a thousand
+
+
+@dataclass(frozen=True)
+class LocalOrder:
+    """The lowest order that one step shows, and the component of x or μ that shows it.
+
+    None where nothing but round-off is seen. step: the larger of the two steps compared.
+    """
+
+    order: float | None
+    component: str
+    step: float
+
+
+@lru_cache(maxsize=256)
+def local_order(scheme: Scheme) -> LocalOrder:
+    """From steps h and h/2 at `PLACES`, h^{p+1} ≈ 10^{-SMALL} scene steps; raises what runs raise.
+
+    Where time enters, the only place is the start.
+    """
+    for small in SMALL:
+        found = _at(scheme, small)
+        if found.order is not None:
+            break
+    return found
+
+
+def _at(scheme: Scheme, digits: int) -> LocalOrder:
+    import mpmath
+
+    from discmech.reference import solutions
+
+    scene, expected = scheme.scene, scheme.order or 2
+    size = Fraction(1, 2 ** math.ceil(digits / (expected + 1) * math.log2(10)))
+    steps = [Fraction(scene.step) * size / k for k in (1, 2)]
+    places = (Fraction(0),) if scheme.s.clocked else PLACES
+    begins = [place * Fraction(scene.step) for place in places]
+    times = {t + h for t in begins for h in (Fraction(0), *steps)}
+    exact = dict(zip(sorted(times), solutions(scene, sorted(times), DIGITS + GUARD), strict=True))
+    found: list[tuple[float, str]] = []
+    with mpmath.workdps(DIGITS + GUARD):
+        for t in begins:
+            errors = []
+            for h in steps:
+                start, end = exact[t], exact[t + h]
+                flow = scheme.flow(h, DIGITS)
+                run = flow.trajectory(1, x0=start.x, mu0=start.mu, u0=start.v)
+                got, wanted = ([*part.x, *part.mu] for part in (_last(run), end))
+                errors.append([abs(a - b) for a, b in zip(got, wanted, strict=True)])
+            own = _round_off(flow, start)
+            names = [f"x[{i}]" for i in range(len(end.x))]
+            names += [f"mu[{i}]" for i in range(len(end.mu))]
+            for name, large, small, left in zip(names, *errors, own, strict=True):
+                if small > CLEAR * left:
+                    found.append((float(mpmath.log(large / small, 2)) - 1, name))
+    order, component = min(found, default=(None, ""))
+    return LocalOrder(order, component, float(steps[0]))
+
+
+def _last(run: Any) -> Any:
+    return SimpleNamespace(x=run.x[-1], mu=run.mu[-1])
+
+
+def _round_off(flow: Flow, start: Any) -> list[Any]:
+    """What round-off may do to each component in a step from there (`step_round_off`)."""
+    with flow.numbers.working():
+        x, mu = flow.context.vectors(start.x, start.mu)
+        near = flow.context.vector(start.v, len(mu))
+        *_, bound = round_off_from(flow.context, x, mu, near)
+        found = list(flow.numbers.public(bound * flow.numbers.eps))
+    return found[: len(start.x)] + found[len(x) :]  # without the time, where it is a component
