@@ -71,7 +71,7 @@ class KernelsAtStep:
         self.kinds = np.array(kinds, dtype=np.int64)
         self.layout = kernels.layout
         self._known: dict[tuple[int, int], Matrix] = {}
-        self._kinds_place = kernels.place(self.kinds)
+        self.kinds_place = kernels.place(self.kinds)
         self._places: dict[int, Any] = {}
 
     @cached_property
@@ -146,7 +146,7 @@ class KernelsAtStep:
             self._places[id(c)] = self.kernels.place(c)
         return self._places[id(c)]
 
-    def _placed(self, run: Run) -> tuple[Any, Any, tuple[Any, ...]]:
+    def placed(self, run: Run) -> tuple[Any, Any, tuple[Any, ...]]:
         """The places of a run's state, coefficients and rows."""
         if not all(
             a is b for a, b in zip(run.placed, (run.state, run.c, run.totals), strict=False)
@@ -227,9 +227,9 @@ class KernelsAtStep:
 
     def _loop(self, run: Run, stop: int, substeps: int) -> int:
         first = -(-run.index // run.every)
-        state, c, rows = self._placed(run)
+        state, c, rows = self.placed(run)
         run.index, status = self.kernels.advance(
-            state, c, self._kinds_place, substeps, run.index, stop, run.every, *rows
+            state, c, self.kinds_place, substeps, run.index, stop, run.every, *rows
         )
         if run.translate:
             run.translates[first : -(-run.index // run.every)] = run.translate

@@ -133,6 +133,7 @@ def _callable(engine: Any, names: Sequence[str], arrays: Mapping[str, Array]) ->
         return out[0], out[1]
 
     advance.engine = engine  # type: ignore[attr-defined]  # which owns the code
+    advance.function, advance.pair = function, pair  # type: ignore[attr-defined]
     return advance
 
 

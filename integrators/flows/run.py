@@ -90,7 +90,7 @@ def run_from(
     edge.begin(run, branch)
     status = _advance(edge, run, progress, start.guess)
     count = -(-run.index // every) if status else steps // every + 1
-    rows = _rows(edge, run, count, start.t0)
+    rows = rows_of(edge, run, count, start.t0)
     if status:
         raise failure_of_run(edge, run, status, rows)
     return rows
@@ -155,7 +155,7 @@ def _advance(
             fixed = True
 
 
-def _rows(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
+def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
     """The first `count` rows of a run that began at the time t0."""
     context = edge.context
     public = context.numbers.public

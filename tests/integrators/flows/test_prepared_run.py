@@ -1,0 +1,52 @@
+"""Short runs from the own start are the runs that are begun anew."""
+
+import numpy as np
+import pytest
+import sympy
+
+from discmech.integrators import Scene, Scheme, StepFailure, pair, rules
+from tests.objects import SCENES
+
+
+def same(one, other):
+    return all(
+        np.array_equal(getattr(one, name), getattr(other, name))
+        for name in ("t", "x", "u", "mu", "iterations", "translates")
+    ) and (one.newton_mean, one.newton_max, one.margin, one.solver, one.steps) == (
+        other.newton_mean, other.newton_max, other.margin, other.solver, other.steps
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("rule", ["midpoint", "gauss-2", "suzuki:trapezoidal"])
+@pytest.mark.parametrize("scene", ["kepler", "heavy-top", "rigid-body"])
+def test_it_is_the_run_begun_anew(scene, rule):
+    scheme = Scheme(SCENES[scene], rules.get(rule))
+    flow, seen = scheme.flow("0.05"), []
+    for steps, every in ((7, 2), (0, 1), (20, 20), (7, 2)):
+        run = flow.trajectory(steps, every)
+        anew = scheme.flow("0.05").trajectory(steps, every, progress=seen.append)
+        assert same(run, anew)
+    assert seen
+
+
+def test_a_run_belongs_to_its_caller():
+    flow = Scheme(SCENES["kepler"], rules.get("gauss-2")).flow("0.05")
+    first = flow.trajectory(5)
+    kept = first.x.copy()
+    first.mu[:] = 0
+    assert same(flow.trajectory(5), flow.trajectory(5))
+    assert np.array_equal(first.x, kept) and flow.trajectory(5).mu.any()
+
+
+def test_a_step_that_fails_is_told_as_ever():
+    scene = Scene(
+        "edge",
+        pair(1),
+        lambda x, v, p: v[0] ** 2 / 2 - sympy.sqrt(x[0]) ** 3,
+        x0=[1],
+        v0=[-9],
+    )
+    flow = Scheme(scene, rules.get("midpoint")).flow("0.1")
+    for _ in range(2):
+        with pytest.raises(StepFailure):
+            flow.trajectory(50)
