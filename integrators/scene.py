@@ -98,6 +98,8 @@ class Scene:
     lagrangian(x, v, p, t) depends on the time too.
     force(x, v, p) or force(x, v, p, t): m components in the natural basis of A*, what
     d/dt ∂l/∂ξ = ρ̂ᵀ ∂l/∂x + ad* … + f gets beside the Lagrangian (Lagrange–d'Alembert).
+    holonomic(x, p): constraints φ(x) = 0 on the base, a list; nonholonomic(x, p): the rows A(x) of
+    constraints A(x) ξ = 0, a list of lists of m (constants on a group without base).
     fast(x, p): the part of the potential that makes the stiff motion, for rules that treat it apart
     (`imex`); `lagrangian` subtracts it all the same.
     discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such; or
@@ -125,6 +127,8 @@ class Scene:
     fast: Callable[..., Any] | None = None
     force: Callable[..., Any] | None = None
     mu0: Sequence[Any] | None = None
+    holonomic: Callable[..., Any] | None = None
+    nonholonomic: Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -146,6 +150,19 @@ class Scene:
             raise BadInput(
                 f"{self.name}: force= is a function of (x, v, p) or (x, v, p, t) beside a "
                 "lagrangian=; a discrete Lagrangian has no points that it could act at."
+            )
+        given_constraints = [f for f in (self.holonomic, self.nonholonomic) if f is not None]
+        if len(given_constraints) > 1 or not all(map(callable, given_constraints)):
+            raise BadInput(
+                f"{self.name}: constraints are functions of (x, p): either holonomic=, a list, or "
+                "nonholonomic=, a list of rows."
+            )
+        if given_constraints and (self.discrete_lagrangian or not self.lagrangian):
+            raise BadInput(f"{self.name}: constraints need a lagrangian= and no other.")
+        if self.holonomic is not None and not self.groupoid.dim_x:
+            raise BadInput(
+                f"{self.name}: {self.groupoid.name} has no base for φ(x) = 0; constraints of the "
+                "velocity are nonholonomic=."
             )
         if not isinstance(self.parameters, Mapping):
             raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")
@@ -179,9 +196,20 @@ class Scene:
                 raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
 
     @property
+    def constrained(self) -> bool:
+        """Whether constraints restrict the motion."""
+        return self.holonomic is not None or self.nonholonomic is not None
+
+    @property
     def timed(self) -> bool:
         """Whether the Lagrangian or the force depends on the time."""
         return takes_time(self.lagrangian) or takes_time(self.force)
+
+    @property
+    def clocked(self) -> bool:
+        """Whether the time is carried beside the base: where something depends on it, and where a
+        force acts on a group without a base, whose points nothing else would tell apart."""
+        return self.timed or (self.force is not None and not self.groupoid.dim_x)
 
     @property
     def parameter_values(self) -> list[Any]:

@@ -11,11 +11,13 @@ if TYPE_CHECKING:
 
 
 def explicit_rates(
-    name: str, mass: sympy.Matrix, force: sympy.Matrix, start: dict[Any, Any]
+    name: str, mass: sympy.Matrix, force: sympy.Matrix, start: dict[Any, Any], velocities: int
 ) -> tuple[list[tuple[Any, Any]], list[sympy.Expr]]:
     """Solve mass * rate = force; with a variable mass matrix as a list of assignments.
 
-    Gaussian elimination; each pivot is the largest of its column at the start.
+    Gaussian elimination; each pivot is the largest of its column at the start. The rows of the
+    ``velocities`` come first, whose mass matrix is regular: a constraint's row as a pivot may pass
+    through zero later.
     """
     import sympy
 
@@ -47,7 +49,7 @@ def explicit_rates(
         for j in range(m + 1):
             work[i, j] = hold(work[i, j])
     for c in range(m):
-        sizes = [abs(value(work[r, c])) for r in range(c, m)]
+        sizes = [abs(value(work[r, c])) for r in range(c, velocities if c < velocities else m)]
         best = max(range(len(sizes)), key=lambda r: sizes[r])
         if not sizes[best] > sympy.Float("1e-30"):
             raise singular

@@ -3,8 +3,9 @@
     dx/dt = rho(x) xi,
     d/dt dl/dxi^g = rho^i_g dl/dx^i - C^n_{gm} xi^m dl/dxi^n + f_g
 
-(Weinstein 1996; Martinez 2001), f the scene's force, with anchor rho and structure functions C
-derived here, from the matrices of the algebra or from the target and product that a user gave:
+(Weinstein 1996; Martinez 2001), f the scene's force and A^T lambda that of its constraints, with
+anchor rho and structure functions C derived here, from the matrices of the algebra or from the
+target and product that a user gave:
 
     pair     rho = 1,                      C = 0
     group    rho = 0 (no base),            [e_m, e_n] = C^g_{mn} e_g
@@ -98,6 +99,21 @@ def exact_force(scene: Any, x: sympy.Matrix, v: sympy.Matrix) -> tuple[sympy.Exp
     return found
 
 
+def exact_constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> sympy.Matrix:
+    """A (k x dim_u) of the constraints A xi = 0: phi' rho of phi(x) = 0, or rows as given."""
+    import sympy
+
+    m, values = structure.dim_u, parameter_values(scene)
+    if getattr(scene, "holonomic", None) is not None:
+        phi = sympy.Matrix([without_floats(sympy.sympify(e)) for e in scene.holonomic(x, values)])
+        return phi.jacobian(x) * structure.rho
+    if getattr(scene, "nonholonomic", None) is not None:
+        rows = [[without_floats(sympy.sympify(e)) for e in row]
+                for row in scene.nonholonomic(x, values)]  # fmt: skip
+        return sympy.Matrix(rows)
+    return sympy.zeros(0, m)
+
+
 def _exact(
     scene: Any, what: str, function: Any, x: sympy.Matrix, v: sympy.Matrix
 ) -> tuple[sympy.Expr, ...]:
@@ -156,10 +172,22 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
         force[g] -= momentum[g].diff(t)
         force[g] -= sum((momentum[g].diff(x[i]) * x_rates[i] for i in range(n)), sympy.S.Zero)
     mass = sympy.Matrix(m, m, lambda i, j: momentum[i].diff(v[j]))
-    assignments, v_rates = explicit_rates(
-        scene.name, mass, force, dict(zip([*x, *v, t], [*start, sympy.S.Zero], strict=True))
-    )
-    states, rates, size = [*x, *v], [*x_rates, *v_rates], 0
+    admitted = exact_constraints(scene, structure, x)
+    if k := admitted.rows:  # the multipliers are further unknowns, A xi' = -(dA/dt) xi further rows
+        turning = (admitted * v).jacobian(x) * x_rates if n else sympy.zeros(k, 1)
+        mass = mass.row_join(-admitted.T).col_join(admitted.row_join(sympy.zeros(k, k)))
+        force = force.col_join(-turning)
+    at_start = dict(zip([*x, *v, t], [*start, sympy.S.Zero], strict=True))
+    assignments, v_rates = explicit_rates(scene.name, mass, force, at_start, m)
+    if admitted.rows and not mass[:m, :m].free_symbols:
+        turned = mass[:m, :m].inv() * admitted.T
+        tied = admitted * turned
+        size = sympy.simplify(tied.det())
+        if not size.free_symbols:  # written out, for the terms of an elimination may have poles
+            free = mass[:m, :m].inv() * force[:m, :]
+            v_rates = free + turned * tied.adjugate() * (force[m:, :] - admitted * free) / size
+            assignments, v_rates = [], list(v_rates.applyfunc(sympy.simplify))
+    states, rates, size = [*x, *v], [*x_rates, *v_rates[:m]], 0
     if attitude:
         if not structure.basis:
             raise ReferenceFailure(

@@ -31,14 +31,21 @@ class Problem:
     def of(cls, scene: Any) -> Problem:
         """Raises `ReferenceFailure` if the scene cannot be used."""
         from .algebroid import algebroid_of
-        from .equations import base_and_velocity, exact_force, exact_lagrangian, exact_start
+        from .equations import (
+            base_and_velocity,
+            exact_constraints,
+            exact_force,
+            exact_lagrangian,
+            exact_start,
+        )  # fmt: skip
         from .fingerprint import fingerprint
 
         x, v = base_and_velocity(scene)
         lagrangian = exact_lagrangian(scene, x, v)
         start = exact_start(scene)
         structure = algebroid_of(scene, x)
-        key = fingerprint(lagrangian, structure, start, exact_force(scene, x, v))
+        more = [*exact_force(scene, x, v), *exact_constraints(scene, structure, x)]
+        key = fingerprint(lagrangian, structure, start, more)
         return cls(scene, x, v, lagrangian, structure, start, key)
 
     @property
@@ -49,9 +56,11 @@ class Problem:
     def form(self, attitude: bool) -> ClosedForm | None:
         """The closed form that solves it, with the attitude if asked and possible, or None."""
         from .closed_forms import closed_form_of
-        from .equations import exact_force, time_symbol
+        from .equations import exact_constraints, exact_force, time_symbol
 
-        if exact_force(self.scene, self.x, self.v) or self.lagrangian.has(time_symbol()):
+        restricted = exact_constraints(self.scene, self.structure, self.x).rows
+        acting = exact_force(self.scene, self.x, self.v)
+        if acting or restricted or self.lagrangian.has(time_symbol()):
             return None  # the closed forms are of Lagrangians alone
         arguments = (
             self.scene, self.x, self.v, self.lagrangian, self.structure,

@@ -47,7 +47,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
         if status != OK:
             break
         if wait == 0:
-            save(us[row], 0, w[: LAYOUT.m])
+            save(us[row], 0, w[: LAYOUT.shown])
             counts[row] = count
             row += 1
             wait = every

@@ -55,7 +55,7 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
         n=len(system.x), m=len(system.u), solved=len(system.w),
         reused=0 if mixed else len(kernels[0].carried),
         width=max(len(k.coefficients.values) for k in kernels),
-        iterated=not all(k.affine for k in kernels),
+        iterated=not all(k.affine for k in kernels), more=system.more,
     )  # fmt: skip
     facts = [
         f"LAYOUT = {layout}",

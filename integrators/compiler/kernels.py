@@ -73,7 +73,7 @@ def _compiled(system: System | StageSystem, text: str, names: dict[str, Any]) ->
 def _arrays(at: Layout) -> dict[str, Array]:
     """The arrays among the arguments of `advance`."""
     arrays = {"state": Array("f"), "totals": Array("f"), "kinds": Array("i"), "counts": Array("i")}
-    columns = {"coefficients": at.width, "xs": at.n, "us": at.m, "mus": at.m}
+    columns = {"coefficients": at.width, "xs": at.n, "us": at.shown, "mus": at.m}
     return arrays | {name: Array("f", columns=width) for name, width in columns.items()}
 
 

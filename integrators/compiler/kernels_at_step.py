@@ -114,8 +114,8 @@ class KernelsAtStep:
     def buffers(self, lead: Lead, steps: int, every: int) -> Run:
         """Empty rows for a run; raises `BadInput` if they do not fit into memory."""
         state, c = lead
-        rows, n, m = steps // every + 1, self.layout.n, self.layout.m
-        ends = [*accumulate((ENTRIES, rows * n, rows * m, rows * m))]
+        rows, n, m, w = steps // every + 1, self.layout.n, self.layout.m, self.layout.shown
+        ends = [*accumulate((ENTRIES, rows * n, rows * w, rows * m))]
         try:  # all in two blocks: a short run should not take long to begin
             block = np.zeros(ends[-1], dtype=self.numbers.dtype)
             whole = np.zeros(2 * rows, dtype=np.int64)
@@ -127,7 +127,7 @@ class KernelsAtStep:
         totals[:] = self._totals
         xs, us, mus = (
             block[start : start + rows * k].reshape(rows, k)
-            for start, k in zip(ends, (n, m, m), strict=False)
+            for start, k in zip(ends, (n, w, m), strict=False)
         )
         run = Run(state, c, steps, every, xs, us, mus, whole[:rows], totals, whole[rows:])
         place = self.kernels.place

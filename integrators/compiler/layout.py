@@ -25,8 +25,9 @@ class Layout:
     """The state: x, μ, what their sums lost, reused functions of x, then each substep's memory.
 
     solved: unknowns of a step; reused: functions of x handed on; width: coefficients a substep
-    has at most; iterated: whether some step is solved by Newton, which needs a memory: the past
-    solutions, latest first, the order of extrapolation, the age, κ and the scale (`driver.newton`).
+    has at most; more: unknowns behind u that rows hold; iterated: whether some step is solved by
+    Newton, which needs a memory: the past solutions, latest first, the order of extrapolation, the
+    age, κ and the scale (`driver.newton`).
     """
 
     n: int
@@ -35,6 +36,12 @@ class Layout:
     reused: int
     width: int
     iterated: bool
+    more: int = 0
+
+    @property
+    def shown(self) -> int:
+        """Unknowns that rows hold: u, and the multipliers behind it."""
+        return self.m + self.more
 
     @cached_property
     def parts(self) -> tuple[slice, ...]:

@@ -24,6 +24,7 @@ class System:
     ∂(E/h)/∂w, square. y: the letters of the target where an expression needs it. increment: y − x,
     n. gain: (F⁺ − F⁻)/h, m.
     explicit: the rows are w − E, and E holds no w, directly or in the letters of `definitions`.
+    more: unknowns behind u in w that a run's rows hold.
     scaled: those u that the chart depends on; kernels write them as ξ = hu.
     along: (letters, values) where the solution of the linear equations is not dw itself but a
     displacement c in the group: c's letters, and dw in them.
@@ -52,6 +53,7 @@ class System:
     constants: Mapping[Letter, Callable[[int], Mpf]] = field(default_factory=dict)
     wanted: tuple[Expression, ...] = ()
     explicit: bool = False
+    more: int = 0
     composed: bool = False
     adjoint: System | None = None
 

@@ -2,6 +2,8 @@
 
 from .absolute_terms import absolute_terms, energy_terms
 from .checks import check_momentum, check_start
+from .constrained_equations import ConstrainedEquations
+from .constraints import constraint, constraint_matrix
 from .continuous import (
     closed_velocity,
     energy,
@@ -23,8 +25,9 @@ from .symbols import SceneSymbols
 from .system import step_system
 
 __all__ = [
-    "DiscreteEquations", "DiscretisedScene", "DualSystem", "OneStepEquations", "SceneSymbols",
-    "absolute_terms", "check_momentum", "check_start", "closed_velocity", "energy", "energy_terms",
-    "field_parts", "initial_momentum", "legendre_inverse", "mass_matrix",
-    "momentum", "no_stages", "power", "rates", "stage_system", "step_system", "vector_field",
+    "ConstrainedEquations", "DiscreteEquations", "DiscretisedScene", "DualSystem",
+    "OneStepEquations", "SceneSymbols", "absolute_terms", "check_momentum", "check_start",
+    "closed_velocity", "constraint", "constraint_matrix", "energy", "energy_terms", "field_parts",
+    "initial_momentum", "legendre_inverse", "mass_matrix", "momentum", "no_stages", "power",
+    "rates", "stage_system", "step_system", "vector_field",
 ]  # fmt: skip

@@ -18,6 +18,7 @@ from ..numbers import (
 from ..numbers.types import Column, Exact, Expression, Expressions, Numbers
 from ..rules import Discretisation
 from ..scene import Scene
+from .constraints import check_constraints
 from .continuous import mass_matrix, momentum
 from .legendre_maps import LegendreMaps
 from .symbols import SceneSymbols
@@ -88,6 +89,8 @@ def check_regular(maps: LegendreMaps, w: Column, scene: Scene, rule: Discretisat
 
 def check_start(s: SceneSymbols, scene: Scene) -> None:
     """Raise `BadInput` unless the start satisfies every constraint (as |Γ|² = 1), exactly."""
+    if scene.constrained:
+        check_constraints(s, scene)
     at = dict(zip([*s.position, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
     for name, formula, wanted in _constraints(s, scene):
         if formula.free_symbols & set(s.mu):

@@ -38,6 +38,8 @@ class DiscreteLagrangian:
         self.inline: Replacement = {}
         self.covectors = Covectors()
         self.expression: Expression = 0
+        #: (weight, point) wherever L is asked for on the straight step
+        self.asked: list[tuple[Expression, Column]] = []
         self._points: dict[Expression, Block] = {}
         self._charts: dict[tuple[Expression, ...], Block] = {}
         self._terms: dict[str, Term] = {}
@@ -155,6 +157,8 @@ class DiscreteLagrangian:
         for letters, slope in zip(columns, gradient, strict=True):
             self.covectors.add(letters, weight * slope)
         self._act(columns[0], weight * force)
+        if name == "lagrangian":
+            self.asked.append((weight, columns[0]))
         place = [e for letters in columns for e in letters]
         return term.value.xreplace(dict(zip(term.letters, place, strict=True)))
 

@@ -9,6 +9,7 @@ from ..groupoids import check_axioms
 from ..rules import Composition, Discretisation, OneStepMap, own
 from ..scene import Scene
 from .checks import check_regular, check_start
+from .constrained_equations import ConstrainedEquations
 from .discrete_equations import DiscreteEquations
 from .one_step_equations import OneStepEquations
 from .symbols import SceneSymbols
@@ -67,6 +68,8 @@ def _derived(scene: Scene, rule: Discretisation) -> DiscreteEquations | OneStepE
         raise CannotMeasure(refusal)
     if isinstance(of_step, OneStepMap):
         return OneStepEquations(SceneSymbols(scene), of_step)
+    if scene.constrained:
+        return ConstrainedEquations(SceneSymbols(scene, of_step.stages), of_step)
     if scene.discrete_lagrangian is not None:
         of_step = own  # no rule has a say where L_d is given
     return DiscreteEquations(SceneSymbols(scene, of_step.stages), of_step)

@@ -39,6 +39,8 @@ class OneStepEquations:
     """
 
     element = None
+    #: unknowns behind u that a run's rows hold
+    multipliers: Any = ()
     #: what tells these equations from others on disk (`DiscreteEquations.altered`)
     mark = ""
 
@@ -62,10 +64,10 @@ class OneStepEquations:
             D, new = main[0], self.z + self.h * main[0]
             if rule.implicit:
                 rows = self._state(self._asked(self.z, new, self.h), "its residual")
-                rows = _over(rows, self.h)
+                rows = over(rows, self.h)
             else:
                 value = self._state(self._asked(self.z, self.h), "Z")
-                rows = D - _over(value - self.z, self.h)
+                rows = D - over(value - self.z, self.h)
         #: columns of unknowns, each of which starts at f(z), then those that start at ξ(z)
         self.slopes, self.velocities = main, self.view.velocities
         self.w = column([e for part in (*main, *self.velocities) for e in part])
@@ -117,6 +119,7 @@ class OneStepEquations:
             definitions=tuple(self.definitions(self.rows, self.slope, self.increment)),
             wanted=tuple(sympy.zeros(len(self.w), 1)),
             explicit=self.explicit,
+            more=len(self.multipliers),
             constants=dict(s.constants),
         )
 
@@ -184,6 +187,6 @@ class OneStepEquations:
         )
 
 
-def _over(matrix: SymbolicMatrix, h: Expression) -> SymbolicMatrix:
+def over(matrix: SymbolicMatrix, h: Expression) -> SymbolicMatrix:
     """matrix/h term by term, so that powers of h cancel before they are ever rounded."""
     return matrix.applyfunc(lambda e: sympy.Add(*[t / h for t in sympy.Add.make_args(e)]))

@@ -16,7 +16,9 @@ from ..numbers.types import Column, Expression, Letter, Number, Replacement, Sym
 from ..scene import OnGroup, Scene, takes_time
 
 #: names that coordinates, coefficients and intermediate results have
-_TAKEN = re.compile(r"h|(x|u|v|w|y|d|s|r|g|B|iB|c_of_g|mu|ex|emu)(_\d+)*|[a-z]{1,2}\d+(_\d+)*")
+_TAKEN = re.compile(
+    r"h|(x|u|v|w|y|d|s|r|g|B|iB|c_of_g|mu|ex|emu|la|nu|ve)(_\d+)*|[a-z]{1,2}\d+(_\d+)*"
+)
 
 
 def vector(letter: str, length: int) -> Column:
@@ -42,14 +44,16 @@ class SceneSymbols:
     def __init__(self, scene: Scene, stages: int = 0) -> None:
         self.name, self.groupoid = scene.name, scene.groupoid
         self.n = scene.groupoid.dim_x
-        #: whether the time is the last entry of x: wherever something depends on it, and where a
-        #: force acts on a group without a base, whose points would not tell one another apart
-        self.clocked = scene.timed or (scene.force is not None and not self.n)
+        #: whether the time is the last entry of x
+        self.clocked = scene.clocked
         if self.clocked:
             self.groupoid = Clocked(scene.groupoid)
         #: the discrete Lagrangian that the scene gives itself, or None
         self.given = scene.discrete_lagrangian
         self._lagrangian, self._fast, self._force = scene.lagrangian, scene.fast, scene.force
+        #: the function of the constraints, and whether they are φ(x) = 0 (`constraints`)
+        self.restricted = scene.holonomic or scene.nonholonomic
+        self.holonomic = scene.holonomic is not None
         own = self.groupoid.symbols
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
         self.y = vector("y", self.groupoid.dim_x)

@@ -3,11 +3,11 @@
 from .ensemble import Ensemble
 from .flow import Flow, Trajectory
 from .initial_state import Start
-from .newton_step import arrow_from, round_off_from, step_along
+from .newton_step import arrow_from, restricted_form_defect, round_off_from, step_along
 from .run import first_u
 from .scheme import Scheme
 
 __all__ = [
     "Ensemble", "Flow", "Scheme", "Start", "Trajectory", "arrow_from", "first_u",
-    "round_off_from", "step_along",
+    "restricted_form_defect", "round_off_from", "step_along",
 ]  # fmt: skip

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from ..bisections import EvolutionOperator, StepContext
-from ..geometry import Maps, OneStepGeometry, Step, step_round_off
-from ..numbers import Vector
+from ..errors import CannotMeasure
+from ..geometry import Maps, OneStepGeometry, Step, restricted_defect, step_round_off
+from ..numbers import Number, Numbers, Vector
 
 
 def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
@@ -80,3 +81,23 @@ def round_off_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -
         errors = step_round_off(part.geometry, x, mu, guess, here, errors)
         x, mu = here["target"], here["plus"] / part.h
     return x, mu, errors
+
+
+def restricted_form_defect(
+    flow: Any, x: Numbers, mu: Numbers, u0: Numbers, bracket_sign: int = 1
+) -> Number:
+    """The defect of ω under a step of a flow from (x, μ), on what its constraints leave.
+
+    To twice the digits, rounded to the flow's own numbers (`geometry.restricted_form`); u0: where
+    Newton starts. Raises `CannotMeasure` where there are no constraints, or several substeps.
+    """
+    context = flow.context.exactly
+    if not flow.scheme.scene.constrained or context.substeps:
+        raise CannotMeasure(f"{flow.scheme.scene.name}: a step is none of one with constraints.")
+    with context.numbers.working():
+        here = context.vectors(x, mu)
+        start = context.start(*here, context.vector(u0, len(mu)))
+        geometry: Any = context.geometry
+        found = restricted_defect(geometry, here[0], here[1], start, bracket_sign)
+    with flow.numbers.working():
+        return flow.context.number(flow.numbers.number(found))

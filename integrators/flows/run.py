@@ -40,6 +40,7 @@ class Trajectory:
     t (r,), x (r, n), u (r, m), mu (r, m): row k holds x_k, μ_k = F⁻/h in the natural basis, and the
     u that leaves x_k; of a one-step map, which has no arrows, ξ(x_k, μ_k). base: x with the time as
     last column where the equations hold it, else x: what the flow's own functions take.
+    multipliers (r, k): λ of the constraints at the start of that row's step, in the natural basis.
     iterations (r,): Newton corrections of that row's step. newton_mean and
     newton_max: over all steps, with or without a row; newton_residual: size of the last correction.
     margin: the smallest of all steps in the charts of groups (`chart_margin.Position`; 1 where
@@ -64,6 +65,7 @@ class Trajectory:
     edges: int
     translates: Vector
     base: Matrix
+    multipliers: Matrix
     solver: str = "Newton"
     contraction: float = 0.0
 
@@ -160,7 +162,10 @@ def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
     context = edge.context
     public = context.numbers.public
     totals, us, base = run.totals, run.us[:count], public(run.xs[:count])
-    if context.one_step and isinstance(context.geometry, OneStepGeometry) and count:
+    m = len(context.equations.u)
+    us, multipliers = us[:, :m], us[:, m:]
+    mapped = context.one_step and not multipliers.shape[1]
+    if mapped and isinstance(context.geometry, OneStepGeometry) and count:
         near = np.repeat(context.vector(context.scene.v0, us.shape[1])[None], count, axis=0)
         us = context.geometry.velocities(run.xs[:count], run.mus[:count], near)
     return Trajectory(
@@ -178,6 +183,7 @@ def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
         translates=run.translates[:count],
         edges=run.changes,
         base=base,
+        multipliers=public(multipliers * (2 / context.parts[0].h)),
         solver=_solver(edge, run),
         contraction=float(totals[CONTRACTION] ** (1 / max(1, totals[SWEEPS]))),
     )

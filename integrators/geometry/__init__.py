@@ -11,11 +11,12 @@ from .defects import (
 )
 from .local_geometry import LocalGeometry, Maps, StagesNotFound, slopes, text_of
 from .one_step_geometry import OneStepGeometry, StepNotFound
+from .restricted_form import restricted_defect
 from .transitions import Arrow, defects, regularity, residual, singular_sign
 
 __all__ = [
     "Arrow", "LocalGeometry", "Maps", "OneStepGeometry", "StagesNotFound", "Step", "StepNotFound",
     "defects", "entrywise_defect",
     "in_round_offs", "is_self_adjoint", "poisson_defect", "pullback_defect", "regularity",
-    "residual", "singular_sign", "slopes", "step_round_off", "text_of",
+    "residual", "restricted_defect", "singular_sign", "slopes", "step_round_off", "text_of",
 ]  # fmt: skip

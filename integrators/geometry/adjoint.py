@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..equations import DiscreteEquations, OneStepEquations
+from ..equations import ConstrainedEquations, DiscreteEquations, OneStepEquations
 from ..numbers import arithmetic, random_point
 from .local_geometry import LocalGeometry
 from .one_step_geometry import OneStepGeometry
@@ -26,6 +26,8 @@ def is_self_adjoint(equations: DiscreteEquations) -> bool:
     Decided at two random points to 40 of 50 digits (`identities`), in x, u, h and the
     parameters; internal stages are solved for. A one-step map is stepped to and fro instead.
     """
+    if isinstance(equations, ConstrainedEquations):
+        return equations.symmetric and is_self_adjoint(equations.discrete)
     gap = _gap_of_map if isinstance(equations, OneStepEquations) else _gap
     return all(gap(equations, seed) < 10.0**-40 for seed in range(2))
 

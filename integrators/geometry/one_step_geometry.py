@@ -41,6 +41,9 @@ class OneStepGeometry(LocalGeometry):
         if equations.explicit:
             return self.numbers.zeros(len(equations.w))
         xi = self.velocities(x[None], mu[None], near[None])[0]
+        if k := len(equations.multipliers):
+            none = self.numbers.zeros(k)
+            return np.concatenate([xi, none, xi, none])
         f = _rates(equations.s, self.numbers)(x, xi, mu, self.parameters)
         parts = [f] * len(equations.slopes) + [xi] * len(equations.velocities)
         return np.concatenate(parts)
@@ -63,6 +66,18 @@ class OneStepGeometry(LocalGeometry):
         before = abs(np.concatenate([x, mu]))
         after = abs(np.concatenate([x, mu]) + grown.value)
         return errors + before + grown.error + after
+
+    def solved(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Any]:
+        """(w, results of `one_step`) at the unknowns that solve the rows from (x, μ)."""
+
+        def change(w: Vector) -> Vector:
+            rows, slope, *_ = self._value("one_step", x, mu, w, self.q)
+            return -self.numbers.solve(slope, rows)
+
+        w = newton(change, start, max(map(abs, start), default=0), self.numbers.eps)
+        if w is None:
+            raise StepNotFound
+        return w, self._value("one_step", x, mu, w, self.q)
 
     def _solved(self, x: Vector, mu: Vector, start: Vector, errors: Vector) -> list[Tracked]:
         """The results of `one_step` at the unknowns that solve its rows, for errors of (x, μ)."""

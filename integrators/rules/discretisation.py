@@ -56,7 +56,12 @@ class Discretisation:
         return (scene.fast is not None or not self.splits) and not self.refusal(scene)
 
     def refusal(self, scene: Any) -> str:
-        """Why the rule does not exist on the scene's groupoid, a sentence; empty where it does."""
+        """Why the rule has no meaning for the scene, a sentence; empty where it has."""
+        if scene.constrained and (self.stages or self.splits):
+            return (
+                f"{scene.name} has constraints, which are met at points of a straight step, and "
+                f"{self.name} has none: take a rule without stages, such as midpoint."
+            )
         if not self.groupoids or scene.groupoid.kind in {GROUPOIDS[e][0] for e in self.groupoids}:
             return ""
         where = " and ".join(GROUPOIDS[e][1] for e in self.groupoids)

@@ -35,6 +35,11 @@ class OneStepMap(Discretisation):
 
     def refusal(self, scene: Any) -> str:
         """Why the map has no meaning for the scene, a sentence; empty where it has."""
+        if scene.constrained:
+            return (
+                f"{scene.name} has constraints, which the map {self.name} knows nothing of: take a "
+                "rule such as midpoint."
+            )
         if scene.lagrangian is None:
             return (
                 f"{scene.name} has only a discrete Lagrangian, so {self.name} has no vector field "

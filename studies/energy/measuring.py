@@ -163,6 +163,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if not np.isfinite(band):
         return Verdict("fail", "the energy is no longer finite.", expected)
     edges = measurement["measured"].get("edge_slopes")
+    if case.scene.nonholonomic is not None:  # no modified energy stands behind its band
+        return Verdict("pass", "", {**expected, "not_demanded": "nonholonomic: measured only"})
     drifts = measurement.get("drifts") or []
     if abs(slope) <= expected["slope_limit"] or _stand(edges, expected["slope_limit"]):
         if not drifts:

@@ -15,6 +15,7 @@ from typing import Any
 from discmech.integrators import StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.flows import restricted_form_defect
 from discmech.integrators.numbers import arithmetic
 
 from ..core import controls
@@ -70,9 +71,18 @@ def limits(digits: int) -> dict[str, float]:
 
 
 def demanded(case: Case) -> tuple[str, ...]:
-    """What has to be round-off: where a force acts the residual alone, which says that the steps
-    are those of the forced equations."""
-    return ("residual",) if case.scene.force is not None else ("pullback", "poisson", "residual")
+    """What has to be round-off: where a force acts, or a nonholonomic constraint, the residual
+    alone, which says that the steps are those of the equations."""
+    return ("residual",) if _free_of_forms(case) else ("pullback", "poisson", "residual")
+
+
+def _free_of_forms(case: Case) -> str:
+    """Why no form need be kept; "" if one is."""
+    if case.scene.force is not None:
+        return "forced: Ω need not be kept; a step solves its equations"
+    if case.scene.nonholonomic is not None:
+        return "nonholonomic: Ω need not be kept; a step solves its equations"
+    return ""
 
 
 def _broken(case: Case, measurement: dict[str, Any]) -> dict[str, float]:
@@ -123,10 +133,17 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
         rows.append({
             "step": float(step), "index": i, "time": float(run.t[k]),
             "pullback": float(flow.pullback_defect(x, u)) if case.scheme.has_arrows else None,
-            "poisson": float(flow.poisson_defect(x, mu, u0=u)),
+            "poisson": _poisson(flow, x, mu, u),
             "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
         })  # fmt: skip
     return rows
+
+
+def _poisson(flow: Any, x: Any, mu: Any, u: Any) -> float | None:
+    """The form on the dual; under constraints that on what they leave, None over substeps."""
+    if not flow.scheme.scene.constrained:
+        return float(flow.poisson_defect(x, mu, u0=u))
+    return None if flow.scheme.substeps else float(restricted_form_defect(flow, x, mu, u))
 
 
 def _control_rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
@@ -184,8 +201,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         return Verdict("pass" if caught else "fail", reason, {"at_least": wanted})
     allowed = limits(case.digits)
     expected: dict[str, Any] = {"limit": limit(case.digits), "residual": allowed["residual"]}
-    if case.scene.force is not None:
-        expected["not_demanded"] = "forced: Ω need not be kept; a step solves its equations"
+    if reason := _free_of_forms(case):
+        expected["not_demanded"] = reason
     broken = _broken(case, measurement)
     if not broken:
         return Verdict("pass", "", expected)

@@ -17,7 +17,7 @@ from ..core.lookup import word_for
 from . import STUDY
 
 NAME = "work-precision"
-NEEDS = "it needs a Lagrangian, and double precision."
+NEEDS = "it needs a Lagrangian without constraints or time, and double precision."
 DIGITS = (16,)
 BUDGET, LONG_BUDGET, THOROUGH = 0.12, 0.5, 50  # seconds of timing a method; times as much
 LONG = ("pendulum", "kepler", "heavy-top")  # scenes of the long race that the report has
@@ -106,7 +106,8 @@ def cases(choice: Choice) -> list[Case]:
         *discretisations.BUILT_IN.values(), *map(discretisations.get, HIGH_ORDER)
     )  # fmt: skip
     for scene, rule in replace(choice, rules=rules).pairs():
-        if scene.lagrangian is not None:
+        # the peers integrate ẋ, μ̇ as functions of (x, μ) alone
+        if scene.lagrangian is not None and not scene.clocked and not scene.constrained:
             found.setdefault(chart_of(scene), (scene, []))[1].append(rule)
     races = [
         Race(*scene_and_rules, choice, choice.asked("periods"))

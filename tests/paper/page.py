@@ -44,8 +44,9 @@ No displayed formula. What the last paragraph hopes for, and what of it runs her
 - forced or dissipative systems: on every groupoid, by the displacement of a fraction of an arrow
   (`docs/forces-and-time.md`);
 - explicitly time-dependent systems: each point of a rule has its time (`docs/forces-and-time.md`);
-- holonomic and nonholonomic constraints, frictional contact, multisymplectic field theories,
-  discrete optimal control: not yet.
+- holonomic and nonholonomic constraints: on every groupoid, by rules without stages
+  (`docs/constraints.md`);
+- frictional contact, multisymplectic field theories, discrete optimal control: not yet.
 """
 
 OVER = {

@@ -109,7 +109,9 @@ def test_a_bound_that_does_not_grow_is_caught(monkeypatch):
 ])  # fmt: skip
 def test_jacobians_over_boxes_hold_those_at_points(name):
     equations = equations_of(scenes.get(name))
-    contains_derivatives(equations, np.array([float(s) for s in equations.start]))
+    # an elimination of multipliers divides by balls, which are as wide as the box
+    size = 0.001 if scenes.get(name).constrained else 0.01
+    contains_derivatives(equations, np.array([float(s) for s in equations.start]), size)
 
 
 @pytest.mark.parametrize("rate", FUNCTIONS, ids=str)
@@ -117,12 +119,12 @@ def test_derivatives_over_boxes_hold_those_at_points(rate):
     contains_derivatives(one_equation(rate), np.array([0.75]))
 
 
-def contains_derivatives(equations, centre):
+def contains_derivatives(equations, centre, size=0.01):
     rates = sympy.Matrix(equations.rates)
     for symbol, expression in reversed(equations.assignments):
         rates = rates.subs(symbol, expression)
     exact = sympy.lambdify(equations.states, rates.jacobian(equations.states), "mpmath")
-    radius = 0.01 * (1 + abs(centre))
+    radius = size * (1 + abs(centre))
     with working():
         box = [arb(z, r) for z, r in zip(centre, radius, strict=True)]
         _, over = BallRates(compile_series(equations))(box)

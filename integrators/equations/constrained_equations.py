@@ -1,0 +1,124 @@
+"""Steps under constraints: discrete Lagrange–d'Alembert, with a multiplier at both ends.
+
+    F⁻(x, u)/h = μ + h/2 A(x)ᵀλ,    μ′ = F⁺(x, u)/h + h/2 A(y)ᵀν,    A(y) ξ(y, μ′) = 0
+
+with φ(y) = 0 and A = φ′ρ̂ where the constraint is holonomic (Marsden, West 2001, 3.5: SHAKE and
+RATTLE on pairs), and Σ ω_i A(x_i) u = 0 over the points where the rule asks for L, with its
+weights, where it is nonholonomic (Iglesias, Marrero, Martín de Diego, Martínez 2008). λ belongs to
+the start of the step, ν to its end: the momentum that a step leaves admits the constraint itself.
+
+The unknowns are the impulses hλ/2 and hν/2: round-off of a place moves these by ε/h, λ by ε/h².
+A step so is a map on (x, μ); u, both impulses and the velocity at the end are solved for together.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+from ..errors import BadInput, CannotMeasure
+from ..numbers import evaluate_matrix, sympy, to_sympy
+from ..numbers.types import SymbolicMatrix
+from ..rules import Discretisation
+from .constraints import constraint, constraint_matrix
+from .continuous import momentum
+from .discrete_equations import DiscreteEquations
+from .one_step_equations import OneStepEquations, over
+from .symbols import SceneSymbols, column, vector
+
+
+class ConstrainedEquations(OneStepEquations):
+    """The equations of a rule's step on a scene with constraints, as of a one-step map.
+
+    discrete: the discrete equations without the constraints; multipliers: hλ/2, behind u in w.
+    Raises `CannotMeasure` for a rule with stages, or one that asks for L at other points than those
+    of the straight step.
+    """
+
+    explicit = False
+
+    def __init__(self, s: SceneSymbols, rule: Discretisation) -> None:
+        self.discrete = DiscreteEquations(s, rule)
+        self.s, self.groupoid = s, s.groupoid
+        self.rule: Any = rule
+        self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h
+        self.z = column([*s.x, *s.mu])
+        of, maps, h = self.discrete.of, self.discrete.at_points, s.h
+        self.of = of
+        self._check_rule()
+        y = of.point_of_step(sympy.Integer(1)).letters if len(s.x) else s.y
+        before, after = constraint_matrix(s, s.x), constraint_matrix(s, y)
+        k = before.rows
+        self.multipliers, nu = vector("la", k), vector("nu", k)
+        end = vector("ve", len(s.u))
+        leaving, arriving = before.T * self.multipliers, after.T * nu
+        if s.holonomic:
+            met = over(constraint(s, y), h)
+        else:
+            met = sum(
+                (weight / h * constraint_matrix(s, point) * s.u for weight, point in of.asked),
+                0 * self.multipliers,
+            )
+        at_end = dict(zip([*s.x, *s.u], [*y, *end], strict=True))
+        rows = [
+            over(maps.minus, h) - leaving - s.mu,
+            met,
+            momentum(s).xreplace(at_end) - over(maps.plus, h) - arriving,
+            after * end,
+        ]
+        self.rows = sympy.Matrix.vstack(*rows)
+        self.w = sympy.Matrix.vstack(s.u, self.multipliers, end, nu)
+        self.increment = maps.increment.col_join(over(maps.gain, h) + leaving + arriving)
+        self.view: Any = SimpleNamespace(chain=of.chain)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether a step meets the constraints alike from both of its ends."""
+        thetas: dict[Any, Any] = {}
+        for weight, point in self.of.asked:
+            block = next((b for b in self.of.points if b.letters == point), None)
+            theta = sympy.Integer(0) if block is None else block.theta
+            thetas[theta] = thetas.get(theta, 0) + weight
+        still = not constraint_matrix(self.s, self.x).free_symbols & set(self.x)
+        mirrored = all(thetas.get(1 - theta) == weight for theta, weight in thetas.items())
+        return bool(self.s.holonomic or still or mirrored)
+
+    @property
+    def adjoint(self) -> ConstrainedEquations:
+        """The equations of the adjoint rule under the same constraints."""
+        return ConstrainedEquations(self.s.for_another_rule(), self.discrete.adjoint.rule)
+
+    def _check_rule(self) -> None:
+        found = sum((weight for weight, _ in self.of.asked), sympy.Integer(0))
+        if len(self.s.stages) or sympy.expand(found - self.h) != 0:
+            raise CannotMeasure(
+                f"{self.s.name} with {self.rule.name}: constraints need a rule without stages that "
+                "asks for L at points of the straight step; take midpoint or trapezoidal, or a "
+                "composition of one that is its own adjoint."
+            )
+
+    def check_regular(self, scene: Any) -> None:
+        """Raise `BadInput` where constraints follow from others, or one vanishes, at the start."""
+        s = self.s
+        at = dict(zip(s.position, map(to_sympy, scene.x0), strict=True))
+        at |= dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
+        matrix: SymbolicMatrix = evaluate_matrix(constraint_matrix(s, s.x).xreplace(at), 30)
+        for i in range(matrix.rows):
+            if all(abs(e) < 1e-20 for e in matrix[i, :]):
+                raise BadInput(
+                    f"{scene.name}: constraint {i} has the row A = 0 at x0, so it restricts no "
+                    "velocity there; leave it out, or begin elsewhere."
+                )
+        if matrix.rows > matrix.cols or abs((matrix * matrix.T).det()) < 1e-20:
+            raise BadInput(
+                f"{scene.name}: the constraints are redundant: at x0 a row of A(x) follows from "
+                "the others; leave it out."
+            )
+
+    def __getattr__(self, name: str) -> Any:
+        """What is of arrows without constraints alone is not there, and that is said."""
+        if name.startswith("_") or "rule" not in self.__dict__:
+            raise AttributeError(name)
+        raise CannotMeasure(
+            f"{self.s.name} has constraints: a step is a map on (x, μ) and has no {name} of arrows."
+        )

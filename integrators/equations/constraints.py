@@ -1,0 +1,69 @@
+"""A scene's constraints as expressions: φ(x) = 0 on the base, or A(x) ξ = 0 of the velocity."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..errors import BadInput
+from ..numbers import jacobian, sympy, to_sympy
+from ..numbers.types import Column, SymbolicMatrix
+from ..scene import Scene
+from .symbols import SceneSymbols, column
+
+
+def constraint(s: SceneSymbols, x: Column) -> Column:
+    """φ(x), k×1, at a column x, with its time if it holds one."""
+    given = _given(s, x)
+    if not given or any(hasattr(e, "__iter__") or hasattr(e, "shape") for e in given):
+        raise BadInput(
+            f"{s.name}: holonomic= gives {given!r}, but must give a list of expressions φ(x), each "
+            "a constraint."
+        )
+    return column(s.scalar(e, "its constraint", s.restricted) for e in given)
+
+
+def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
+    """A, k×m, of A(x) ξ = 0: φ′(x) ρ̂(x), or the rows as they are given."""
+    if s.holonomic:
+        return jacobian(constraint(s, x), x) * s.groupoid.rho(x, s.h) / s.h
+    m, given = len(s.u), _given(s, x)
+    rows = [list(row) if hasattr(row, "__iter__") else [row] for row in given]
+    if not rows or any(len(row) != m for row in rows):
+        raise BadInput(
+            f"{s.name}: nonholonomic= gives {given!r}, but must give a list of rows of {m} "
+            "entries, each a constraint of the velocity."
+        )
+    entries = [s.scalar(e, "its constraint", s.restricted) for row in rows for e in row]
+    return sympy.Matrix(len(rows), m, entries)
+
+
+def _given(s: SceneSymbols, x: Column) -> list[Any]:
+    assert s.restricted is not None
+    given = s.evaluated(s.restricted, "its constraint", x[: s.n, :], s.parameters)
+    if hasattr(given, "tolist"):
+        return list(given.tolist())
+    return list(given) if hasattr(given, "__iter__") else []
+
+
+def check_constraints(s: SceneSymbols, scene: Scene) -> None:
+    """Raise `BadInput` unless φ(x₀) = 0 and A(x₀) v₀ = 0, exactly.
+
+    It says how far the start is off, and a point or velocity nearby that is nearer.
+    """
+    at = dict(zip([*s.position, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
+    at |= dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
+    asked = [("A(x0) v0", "v0", constraint_matrix(s, s.x) * s.u, s.u, scene.v0)]
+    if s.holonomic:
+        asked.insert(0, ("φ(x0)", "x0", constraint(s, s.x), s.position, scene.x0))
+    for name, where, formulas, letters, start in asked:
+        off = formulas.xreplace(at).applyfunc(sympy.simplify)
+        if any(e != 0 for e in off):
+            slope = jacobian(formulas, letters).xreplace(at)
+            near = ", ".join(
+                f"{float(e - d):.6g}" for e, d in zip(start, slope.pinv() * off, strict=True)
+            )
+            raise BadInput(
+                f"{scene.name}: the constraint {name} = 0 is off by "
+                f"{max(abs(float(e)) for e in off):.3g}; give a {where} that satisfies it exactly, "
+                f"near ({near})."
+            )
