@@ -59,12 +59,23 @@ def power(s: SceneSymbols) -> Expression:
     return work - s.lagrangian.diff(s.x[-1]) if s.clocked else work
 
 
+def natural_structure(s: SceneSymbols, x: Column) -> tuple[SymbolicMatrix, list[SymbolicMatrix]]:
+    """The anchor ρ̂ (n×m) and the structure functions Ĉ (m of m×m) at x, without the step."""
+
+    def over_step(matrix: SymbolicMatrix) -> SymbolicMatrix:
+        parts = (matrix / s.h).applyfunc(sympy.sympify)
+        return parts.applyfunc(lambda e: sympy.cancel(e) if e.has(s.h) else e)
+
+    structure = s.groupoid.structure_functions(x, s.h)
+    return over_step(s.groupoid.rho(x, s.h)), [over_step(c) for c in structure]
+
+
 def rates(s: SceneSymbols) -> Column:
     """(ẋ, μ̇) at (x, ξ, μ), ξ in the letters `s.u`, (n+m)×1."""
-    rho = s.groupoid.rho(s.x, s.h) / s.h
+    rho, structure = natural_structure(s, s.x)
     mu_dot = rho.T * jacobian([s.lagrangian], s.x).T if len(s.x) else 0 * s.mu
-    for nu, c in enumerate(s.groupoid.structure_functions(s.x, s.h)):
-        mu_dot -= (c / s.h) * s.u * s.mu[nu]
+    for nu, c in enumerate(structure):
+        mu_dot -= c * s.u * s.mu[nu]
     x_dot = rho * s.u
     if s.clocked:
         x_dot[-1] += 1

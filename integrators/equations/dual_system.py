@@ -16,7 +16,7 @@ from ..groupoids import RetractionGroupoid
 from ..numbers import floats_exact, jacobian, parts_of, replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from .chain_rule import Block, ChainRule, partials
-from .continuous import closed_velocity, energy, momentum, rates
+from .continuous import closed_velocity, energy, momentum, natural_structure, rates
 from .symbols import SceneSymbols, column, vector
 
 
@@ -117,10 +117,10 @@ class DualSystem:
         {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ.
         """
         s, at = self._s, self._at(z)
-        rho = self.groupoid.rho(at.x, s.h) / s.h
+        rho, structure = natural_structure(s, at.x)
         bracket = sympy.zeros(self.m)
-        for nu, c in enumerate(self.groupoid.structure_functions(at.x, s.h)):
-            bracket -= (c / s.h) * at.mu[nu]
+        for nu, c in enumerate(structure):
+            bracket -= c * at.mu[nu]
         top = sympy.zeros(self.n).row_join(rho)
         return self._shown(top.col_join((-rho.T).row_join(bracket)))
 

@@ -25,6 +25,7 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import arithmetic, evaluate_matrix, needed, numeric, random_point
 from discmech.integrators.rules import MAPS, compose, dual_gauss, get, newmark
 from discmech.studies.work_precision.peers.equations import equations_of
+from tests.objects import OWN_SCENES
 
 QUICK = ("pendulum", "rigid-body")
 DRIVEN = ("duffing", "driven-heavy-top")  # with a force and the time
@@ -228,6 +229,24 @@ def test_without_a_closed_form_of_the_velocity(name):
     assert abs(energies - energies[0]).max() < (1e-7 if name == "runge-kutta-4" else 1e-3)
     symplectic = name in SYMPLECTIC
     assert bool(s.flow("0.05").poisson_defect(run.x[3], run.mu[3]) < 1e-15) is symplectic
+
+
+OFTEN = ("framed-plane", "moebius")  # by hand, with a step in ρ; a right action
+
+
+@mpmath.workdps(60)
+@pytest.mark.parametrize(
+    "scene", [s if s in OFTEN else pytest.param(s, marks=pytest.mark.slow) for s in OWN_SCENES]
+)
+def test_every_groupoid_of_a_user_has_a_field_to_follow(scene):
+    s, errors = Scheme(OWN_SCENES[scene], get("implicit-midpoint")), []
+    for h in (sympy.Rational("1e-4"), sympy.Rational("5e-5")):
+        once, twice = (s.flow(h / k, digits=50).trajectory(k) for k in (1, 2))
+        errors.append(size(state(once) - state(twice)))
+    assert not any(errors) or math.log2(errors[0] / errors[1]) == pytest.approx(3, abs=0.01)
+    assert gap_of_derivative(s) < 1e-25
+    run, fine = (s.flow(s.scene.step, digits=d).trajectory(5) for d in (16, 50))
+    assert size((state(run) - state(fine)).astype(float)) < 1e-13 * size(state(run))
 
 
 @mpmath.workdps(60)
