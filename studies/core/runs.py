@@ -19,6 +19,7 @@ from discmech.integrators.equations import (
     energy_terms,
     legendre_inverse,
 )
+from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
 
@@ -35,14 +36,75 @@ def interval(steps: int) -> int:
 
 
 def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Trajectory:
-    """`steps` steps at the scene's step, up to a million rows kept, with progress."""
+    """`steps` steps at the scene's step, up to a million rows kept, with progress.
+
+    Raises `CannotMeasure` where the motion itself leaves every bound (a geodesic that runs to the
+    boundary) and the run ends for it; what a method makes of a bounded motion is its own failure.
+    """
     flow = scheme.flow(case.scene.step, case.digits)
     label = f"{case.scene.name} {case.label}"
 
     def show(done: int) -> None:
         progress(f"{label}: {done} steps", done / steps)
 
-    return flow.trajectory(steps, interval(steps), progress=show)
+    try:
+        run = flow.trajectory(steps, interval(steps), progress=show)
+    except StepFailure as failure:
+        if failure.trajectory is not None:
+            _refuse_unbounded(case, scheme, failure.trajectory)
+        raise
+    if not float(_growth(run)[-1]) < BEYOND:
+        _refuse_unbounded(case, scheme, run)
+    return run
+
+
+GROWN, ESCAPED = 1e3, 1e6  # times its size at the start: the motion grows, it ends out of bounds
+BEYOND = 1e100  # a run that ends there is near to overflow
+ALIKE = 0.1  # relative difference of runs of two step sizes that grow alike
+
+
+def _growth(run: Trajectory) -> np.ndarray:
+    """Per row: the largest entry of x, or of μ, over the largest of the first hundredth."""
+    found = np.ones(len(run.t))
+    for part in (run.x, run.mu):
+        sizes = np.abs(np.asarray(part, dtype=float)).max(axis=1, initial=0)
+        start = sizes[: 1 + len(sizes) // 100].max()
+        found = np.maximum(found, sizes / start if start else found)
+    return found
+
+
+def _refuse_unbounded(case: Case, scheme: Scheme, run: Trajectory) -> None:
+    """Raise `CannotMeasure` if the motion of a run that ended is unbounded, and not the method.
+
+    It grew to ESCAPED times its size, and where it was GROWN times, a run of half the step is there
+    too: growth of an unstable method is another at another step.
+    """
+    growth = _growth(run)
+    if len(growth) < 2 or not np.nanmax(growth) >= ESCAPED:
+        return
+    row = int(np.argmax(growth >= GROWN))
+    steps = row * _every(run)
+    half = scheme.flow(case.scene.step / 2, case.digits)
+    try:
+        other = half.trajectory(2 * steps, 2 * steps)
+    except StepFailure:
+        return
+    for name in ("x", "mu"):
+        here, there = (np.asarray(getattr(r, name)[k], dtype=float)
+                       for r, k in ((run, row), (other, -1)))  # fmt: skip
+        size = np.abs(here).max(initial=0)
+        if not np.abs(here - there).max(initial=0) <= ALIKE * size:
+            return
+    raise CannotMeasure(
+        f"{case.scene.name}: the motion leaves every bound: at t = {float(run.t[row]):.4g} it is "
+        f"{growth[row]:.2g} times its size at the start, and so it is with half the step; the run "
+        f"of {case.label} ended at t = {float(run.t[-1]):.4g}. Take fewer --steps."
+    )
+
+
+def _every(run: Trajectory) -> int:
+    """Steps between two rows."""
+    return round(float(run.t[1] - run.t[0]) / float(run.step))
 
 
 Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
