@@ -22,7 +22,7 @@ from .plan import Place, Plan, Task
 from .record import provenance, record
 from .shrinking import shrunk
 from .store import Store
-from .study import Study, every_study
+from .study import Study, counts, every_study
 from .workers import cores, worker_pool
 
 SCHEMA = 1
@@ -116,7 +116,7 @@ def run_studies(
             {
                 "schema": SCHEMA,
                 "study": study.name,
-                "verdict": worst(c["verdict"] for c in whole),
+                "verdict": worst(c["verdict"] for c in whole if counts(c)),
                 "command": f"discmech {study.name}",
                 "record": record(sum(c["seconds"] for c in whole), {"steps": choice.steps}),
                 "notes": [

@@ -8,6 +8,7 @@ A study is a folder beside this one. Its `__init__` says what it is (`STUDY`) an
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module
@@ -85,6 +86,11 @@ class Study:
         """What is to be said of the whole study."""
         said = getattr(self.measuring, "notes", None)
         return [] if said is None else list(said(choice))
+
+
+def counts(case: Mapping[str, Any]) -> bool:
+    """Whether a result is one of ours: what somebody else's integrator does says nothing of us."""
+    return case.get("kind") != "peer"
 
 
 @cache

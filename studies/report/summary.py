@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..core.study import every_study
+from ..core.study import counts, every_study
 from .tables import COLOURS, file_name, got, print_trouble, wanted
 from .wording import (
     NONE,
@@ -34,7 +34,7 @@ def merged(results: Sequence[Result]) -> list[Result]:
         name = str(result.get("study") or "unnamed")
         whole = found.setdefault(name, {**result, "study": name, "cases": []})
         cases = result.get("cases") or []
-        said = [verdict(thing) for thing in (whole, result, *cases)]
+        said = [verdict(thing) for thing in (whole, result, *filter(counts, cases))]
         whole["verdict"] = min(said, key=VERDICTS.index)
         whole["cases"] += [{**case, "study_command": result.get("command")} for case in cases]
     known = [name for name in every_study() if name in found]
@@ -43,10 +43,10 @@ def merged(results: Sequence[Result]) -> list[Result]:
 
 def tally(cases: Sequence[Case]) -> dict[str, int]:
     """How many cases have each verdict, and how many controls were caught."""
-    sound = [verdict(case) for case in cases if not is_control(case)]
+    sound = [verdict(case) for case in cases if counts(case) and not is_control(case)]
     wrong = [verdict(case) for case in cases if is_control(case) and caught(case) != "equivalent"]
-    counts = {name: sound.count(name) for name in VERDICTS}
-    return counts | {"cases": len(sound), "controls": len(wrong), "caught": wrong.count("pass")}
+    found = {name: sound.count(name) for name in VERDICTS}
+    return found | {"cases": len(sound), "controls": len(wrong), "caught": wrong.count("pass")}
 
 
 def headline(studies: Sequence[Result]) -> dict[str, str]:

@@ -36,9 +36,7 @@ class HeyokaContestant:
         variables = heyoka.make_vars(*map(str, equations.states))
         if len(equations.states) == 1:
             variables = [variables]
-        self.system = [
-            (v, heyoka.from_sympy(e)) for v, e in zip(variables, equations.field, strict=True)
-        ]
+        self.system = [(v, _expression(e)) for v, e in zip(variables, equations.field, strict=True)]
         self.setup = 0.0  # compiled with each setting
 
     def ladder(self) -> Iterator[float]:
@@ -53,6 +51,25 @@ class HeyokaContestant:
     def prepare(self, setting: float) -> HeyokaRun:
         """The integrator compiled for that tolerance."""
         return HeyokaRun(self, setting)
+
+
+def _expression(e: Any) -> Any:
+    """heyoka's expression of sympy's, whole powers above the square as products.
+
+    Its own power of an x that is 0 is not finite from the third on (fpu at rest).
+    """
+    import heyoka
+    from sympy import Pow, default_sort_key
+
+    known: dict[Any, Any] = {}
+    powers = [p for p in e.atoms(Pow) if p.exp.is_Integer and p.exp > 2]
+    for power in sorted(powers, key=lambda p: (p.count_ops(), default_sort_key(p))):
+        base = heyoka.from_sympy(power.base, known)
+        product = base
+        for _ in range(int(power.exp) - 1):
+            product = product * base
+        known[power] = product
+    return heyoka.from_sympy(e, known)
 
 
 class HeyokaRun:

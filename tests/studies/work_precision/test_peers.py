@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
 
 from discmech.integrators import BadInput, scenes
 from discmech.studies import get
+from discmech.studies.report import summary
 from discmech.studies.work_precision import contest, peers
 from discmech.studies.work_precision.accuracy import UNIT, Yardstick
 from discmech.studies.work_precision.contestants import NoEnd
@@ -39,10 +41,26 @@ def test_a_peer_that_comes_to_no_end_is_given_up():
     assert climb.cut == "rtol 1e-06, since 4 settings came to no end"
     assert {row["cause"] for row in climb.rows} == {"Radau came to no end within the budget"}
     told = {"periods": None, "floor": {}, "rows": climb.rows, "kind": "peer"}
-    verdict = get("work-precision").judge(None, told)
-    assert verdict.verdict == "pass" and "no end within the budget" in verdict.reason
-    verdict = get("work-precision").judge(None, told | {"kind": "rule"})
-    assert verdict.verdict == "inconclusive"
+    for kind in ("peer", "rule"):
+        verdict = get("work-precision").judge(None, told | {"kind": kind})
+        assert verdict.verdict == "inconclusive" and "no end within the budget" in verdict.reason
+
+
+def test_no_headline_counts_peers():
+    """They are shown with their verdicts, and nothing of ours depends on these."""
+    ours, theirs = {"verdict": "pass", "kind": "rule"}, {"verdict": "inconclusive", "kind": "peer"}
+    study = {"study": "work-precision", "verdict": "pass", "cases": [ours, theirs]}
+    said = summary.headline(summary.merged([study]))
+    assert said["verdict"] == "pass" and said["text"] == "The only case passes."
+
+
+@pytest.mark.skipif(not find_spec("heyoka"), reason="heyoka is not installed")
+def test_heyoka_takes_powers_of_zero():
+    """A chain at rest: its own third power of 0 is not finite."""
+    problem, equations = race_on(scenes.get("fpu"))
+    run = peers.peer("heyoka", problem, equations).prepare(1e-9)
+    run()
+    assert np.isfinite(run.integrator.state).all()
 
 
 def test_an_absent_peer_is_one_sentence(monkeypatch):
