@@ -233,6 +233,12 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
             f"O(h^{order + 1:.2f}), however little that is in the runs.",
             told.expected,
         )
+    if told.reason.startswith("every error is round-off"):
+        told.reason = (
+            "every error of the runs is round-off beside the largest component, which says nothing "
+            f"of the order; one step is of order {order:.2f} in {local['component']}: take another "
+            "scene, or --digits 50."
+        )
     if told.verdict == "fail" and order > wanted + BESIDE and "above" in told.reason:
         told.reason += f" One step says so too: the order is higher than declared, {order:.2f}."
     return told

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy
 
-from discmech.integrators import discretisation, scenes
+from discmech.integrators import Scene, discretisation, pair, scenes
 from discmech.integrators.rules import midpoint, rectangle, trapezoidal
 from tests.studies.cached_results import measured, result
 
@@ -177,3 +177,17 @@ def test_units_of_action_change_no_order(power):
     told = pendulum.with_values(lagrangian=lambda x, v, p: scale * pendulum.lagrangian(x, v, p))
     assert measured("order", told, midpoint, 50)["verdict"] == "pass"
     assert measured("order", told, inconsistent(sympy.Rational("1e-8")), 50)["verdict"] == "fail"
+
+
+def test_errors_beside_a_huge_momentum_are_not_called_exact(monkeypatch):
+    """A free and heavy body carries the norm; the pendulum beside it is integrated as ever."""
+    monkeypatch.setattr("discmech.studies.order.measuring.RUNGS", {True: 4, False: 4})
+    monkeypatch.setattr("discmech.studies.order.measuring.MOST_RUNGS", {True: 5, False: 5})
+    scene = Scene(
+        "beside", pair(2),
+        lambda x, v, p: 10**18 * v[0] ** 2 / 2 + v[1] ** 2 / 2 + sympy.cos(x[1]),
+        x0=[0, 1], v0=[1, 0], step="0.1", duration=5,
+    )  # fmt: skip
+    found = measured("order", scene, midpoint, 16, 50)
+    assert found["verdict"] == "inconclusive" and "exact" not in found["reason"]
+    assert "one step is of order 2.00" in found["reason"]
