@@ -153,3 +153,8 @@ def test_orders_against_certified_references(name):
     where = [s for s in ("kepler", "rigid-body", "heavy-top") if MAPS[name].applies(scenes.get(s))]
     found = check("order", where, [name], [50])
     assert found["verdict"] == "pass", [c["reason"] for c in found["cases"]]
+
+
+def test_constraints_are_refused_in_a_sentence(ask):
+    code, _, err = ask("order", "suslov", "--rule", "heun")
+    assert code == 2 and "suslov has constraints" in err
