@@ -1,9 +1,16 @@
 """Rules with stages on Gauss nodes: the fixed point of collocation is Newton's step."""
 
+from dataclasses import replace
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
 from discmech.integrators import Scheme, cayley, exponential, rules
+from discmech.integrators.compiler.kernels import names_of
+from discmech.integrators.compiler.lanes import lane_namespace
+from discmech.integrators.compiler.stage_text import stage_text
+from discmech.integrators.equations import stage_system
 from tests.objects import SCENES
 
 #: one scene on each kind of groupoid, and what stays with Newton
@@ -97,3 +104,42 @@ def test_a_negative_step_goes_back():
     again = back.trajectory(20, x0=run.x[-1], mu0=run.mu[-1])
     assert abs(again.mu[-1] - run.mu[0]).max() < 1e-13
     assert abs(again.x[-1] - run.x[0]).max() < 1e-13
+
+
+def area(scene, rule, step, sweeps):
+    """|det − 1| of the derivative of one step on one degree of freedom, stopped after `sweeps`.
+
+    By differences at 60 digits; a step begun anew, whose iteration begins with a straight line.
+    """
+    flow = Scheme(scene, rules.get(rule)).flow(step, digits=60)
+    nodes = flow.scheme.rule.gauss_nodes
+    text = stage_text(stage_system(flow.scheme.equations.s, nodes))
+    given = lane_namespace(nodes, nodes.count, flow.numbers, 1)
+    if sweeps:
+        text = text.replace("settled = stale > 2 and change < NOISE", "settled = True")
+        given["MOST_SWEEPS"] = sweeps
+    stages = flow.stages
+    stages.kernels = replace(
+        stages.kernels, advance=names_of(text, flow.numbers, **given)["advance"]
+    )
+    with flow.numbers.working():
+        start, small = flow.starting.own, flow.numbers.number(Fraction(1, 10**20))
+
+        def end(dx, dmu):
+            lead = stages.lead(start.x + dx * small, start.mu + dmu * small, stages.c, start.guess)
+            run = stages.buffers(lead, 1, 1)
+            assert stages.advance(run, 1) == 0
+            return np.concatenate([run.xs[1], run.mus[1]])
+
+        slopes = [(end(*d) - end(*[-e for e in d])) / (2 * small) for d in ((1, 0), (0, 1))]
+        return abs(float(slopes[0][0] * slopes[1][1] - slopes[0][1] * slopes[1][0] - 1))
+
+
+@pytest.mark.parametrize("sweeps", [1, 2, 3])
+def test_an_iteration_stopped_early_is_caught(sweeps):
+    """Its area is off by h^2M after M sweeps, π before w; that of a solved one by nothing."""
+    scene = SCENES["pendulum"]
+    assert area(scene, "gauss-3", "0.1", 0) < 1e-38
+    coarse, fine = (area(scene, "gauss-3", step, sweeps) for step in ("0.1", "0.05"))
+    assert fine > 1e-30
+    assert abs(np.log2(coarse / fine) - 2 * sweeps) < 0.05
