@@ -154,6 +154,11 @@ class StepContext:
 
     def check_one_arrow(self) -> None:
         """Raise `CannotMeasure` where a step is no map of arrows (x, u)."""
+        if self.scene.constrained:
+            raise CannotMeasure(
+                f"{self.scene.name} has constraints: a step is a map on (x, mu), not on arrows "
+                "(x, u); use dual_step and flows.restricted_form_defect."
+            )
         if self.one_step:
             raise CannotMeasure(
                 f"{self.scheme.rule.name} is a one-step map: it has no discrete Lagrangian, so no "

@@ -228,5 +228,9 @@ def test_what_constraints_go_with():
               holonomic=lambda x, p: [0])  # fmt: skip
     with pytest.raises(CannotMeasure, match="without stages"):
         Scheme(scenes.get("suslov"), rules.get("gauss-2"))
+    with pytest.raises(
+        CannotMeasure, match=r"suslov has constraints: a step is a map on \(x, mu\)"
+    ):
+        flow("suslov", "midpoint", "0.1").pullback_defect([], [1, 0, 0])
     with pytest.raises(CannotMeasure, match="has no legendre_minus"):
         scheme("suslov", "midpoint").legendre_minus  # noqa: B018
