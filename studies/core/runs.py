@@ -79,8 +79,8 @@ def _refuse_unbounded(case: Case, scheme: Scheme, run: Trajectory) -> None:
     It grew to ESCAPED times its size, and where it was GROWN times, a run of half the step is there
     too: growth of an unstable method is another at another step.
     """
-    growth = _growth(run)
-    if len(growth) < 2 or not np.nanmax(growth) >= ESCAPED:
+    growth = _growth(run) if len(run.t) > 1 else np.zeros(1)
+    if not np.nanmax(growth) >= ESCAPED:
         return
     row = int(np.argmax(growth >= GROWN))
     steps = row * _every(run)

@@ -247,7 +247,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     over = {q.name: _steps_of(q, measurement["steps"]) for q in _kept(case)}
     over |= {q.name: WORKED for q in _measured(case) if q.name not in over}
     walked = {q.name: min(over[q.name], q.stretch or over[q.name]) for q in _measured(case)}
-    units, substeps = measurement["units"], max(1, len(case.scheme.substeps))
+    units = {name: (1.0, 1.0) for name in over} | measurement.get("units", {})
+    substeps = max(1, len(case.scheme.substeps))
     limits = {name: eps * (FARTHEST / math.sqrt(3) * math.sqrt(steps * substeps) * units[name][0]
                            + 2 * units[name][1]) for name, steps in walked.items()}  # fmt: skip
     walk = eps * math.sqrt(max(over.values()))
