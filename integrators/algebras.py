@@ -205,9 +205,12 @@ def _plus_minus(n: int) -> tuple[Nested, ...]:
     return _signature((1,) * n), _signature((-1,) * n)
 
 
+LARGEST = 12  # of matrices: so(n) has 2ⁿ⁻¹ translates of its chart
+
+
 def _sized(name: str, n: Any, least: int) -> None:
-    if type(n) is not int or n < least:
-        raise BadInput(f"{name}({n!r}): the size is a whole number from {least}.")
+    if type(n) is not int or not least <= n <= LARGEST:
+        raise BadInput(f"{name}({n!r}): the size is a whole number from {least}, to {LARGEST}.")
 
 
 def so(n: int) -> MatrixAlgebra:
