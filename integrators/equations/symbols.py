@@ -154,10 +154,12 @@ class SceneSymbols:
         """x without the time, n×1."""
         return self.x[: self.n, :]
 
-    def with_time(self, x: Iterable[Any], t: Any = 0) -> list[Any]:
+    def with_time(self, x: Any, t: Any = 0) -> Any:
         """A point of `position` with the time t behind it where x holds one."""
+        if not self.clocked or not isinstance(x, Iterable):  # what is none is refused elsewhere
+            return x
         given = list(x)
-        return [*given, t] if self.clocked and len(given) == self.n else given
+        return [*given, t] if len(given) == self.n else given
 
     @property
     def forced(self) -> bool:
