@@ -36,9 +36,8 @@ class Conserved:
 
     @property
     def of_step(self) -> bool:
-        """Whether the quantity depends on the step h."""
-        given = inspect.signature(self.formula).parameters.values()
-        return sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in given) > 3
+        """Whether the quantity depends on the step h: a fourth argument without a default."""
+        return takes_fourth(self.formula)
 
     def at(self, x: Any, mu: Any, p: Any, h: Any) -> Any:
         """The quantity in sympy columns x, mu, parameters p and the step h."""
@@ -66,8 +65,8 @@ class OnGroup:
     order: int | None = None
 
 
-def takes_time(function: Callable[..., Any] | None) -> bool:
-    """Whether a function of (x, v, p) has a fourth argument without a default, the time t."""
+def takes_fourth(function: Callable[..., Any] | None) -> bool:
+    """Whether a function of three arguments has a fourth without a default: time, or the step."""
     if function is None:
         return False
     try:
@@ -203,13 +202,19 @@ class Scene:
     @property
     def timed(self) -> bool:
         """Whether the Lagrangian or the force depends on the time."""
-        return takes_time(self.lagrangian) or takes_time(self.force)
+        return takes_fourth(self.lagrangian) or takes_fourth(self.force)
 
     @property
     def clocked(self) -> bool:
         """Whether the time is carried beside the base: where something depends on it, and where a
         force acts on a group without a base, whose points nothing else would tell apart."""
         return self.timed or (self.force is not None and not self.groupoid.dim_x)
+
+    @property
+    def laws(self) -> tuple[Any, ...]:
+        """All that is given by functions: scenes whose laws are alike differ in numbers alone."""
+        return (self.lagrangian, self.discrete_lagrangian, self.fast, self.force, self.holonomic,
+                self.nonholonomic, self.symmetries)  # fmt: skip
 
     @property
     def parameter_values(self) -> list[Any]:

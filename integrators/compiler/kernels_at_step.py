@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
+from threading import RLock
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -73,6 +74,7 @@ class KernelsAtStep:
         self._known: dict[tuple[int, int], Matrix] = {}
         self.kinds_place = kernels.place(self.kinds)
         self._places: dict[int, Any] = {}
+        self._lock = RLock()  # members of an ensemble share what is known
 
     @cached_property
     def c(self) -> Matrix:
@@ -86,6 +88,12 @@ class KernelsAtStep:
 
         A translate of None is e. Raises `BadInput` if a coefficient is not finite.
         """
+        with self._lock:
+            return self._coefficients(key, translate, halvings)
+
+    def _coefficients(
+        self, key: int, translate: tuple[Matrix, Matrix] | None, halvings: int
+    ) -> Matrix:
         if (key, halvings) not in self._known:
             table = self.numbers.zeros(len(self.qs), self.layout.width)
             letters = [
@@ -140,11 +148,12 @@ class KernelsAtStep:
 
     def _place_of(self, c: Matrix) -> Any:
         """What stands for coefficients; those of this step are asked for again and again."""
-        if id(c) not in self._places:
-            if not any(c is known for known in self._known.values()):
-                return self.kernels.place(c)
-            self._places[id(c)] = self.kernels.place(c)
-        return self._places[id(c)]
+        with self._lock:
+            if id(c) not in self._places:
+                if not any(c is known for known in self._known.values()):
+                    return self.kernels.place(c)
+                self._places[id(c)] = self.kernels.place(c)
+            return self._places[id(c)]
 
     def placed(self, run: Run) -> tuple[Any, Any, tuple[Any, ...]]:
         """The places of a run's state, coefficients and rows."""

@@ -13,7 +13,7 @@ from ..errors import RAISED, BadInput, CannotMeasure, line_of
 from ..groupoids import Clocked
 from ..numbers import Arithmetic, floats_exact, refuse_long, sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
-from ..scene import OnGroup, Scene, takes_time
+from ..scene import OnGroup, Scene, takes_fourth
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(
@@ -251,7 +251,7 @@ class SceneSymbols:
 
     def _at_point(self, function: Callable[..., Any], x: Column, v: Column) -> tuple[Any, ...]:
         """The arguments of a function of (x, v, p) or (x, v, p, t)."""
-        time = (x[self.n],) if takes_time(function) else ()
+        time = (x[self.n],) if takes_fourth(function) else ()
         return x[: self.n, :], v, self.parameters, *time
 
     @cached_property

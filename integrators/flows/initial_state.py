@@ -43,7 +43,7 @@ class Starting:
             raise BadInput(
                 f"{self.context.scene.name}: element0 says what mu0 and u0 are; leave these out."
             )
-        return self._with_element(element0, x0)
+        return self._with_element(element0, x0, t0)
 
     @cached_property
     def own(self) -> Start:
@@ -71,7 +71,7 @@ class Starting:
         mu = context.vector(mu0, len(context.equations.u))
         return Start(x, mu, context.start(x, mu, guess), t0=t0)
 
-    def _with_element(self, element: Any, x0: Any) -> Start:
+    def _with_element(self, element: Any, x0: Any, t0: Exact) -> Start:
         """The start x, F⁻(x, g)/h of a first step g, an N×N matrix."""
         edge, context, scene = self.edge, self.context, self.context.scene
         if context.equations.element is None:
@@ -93,7 +93,7 @@ class Starting:
         far = edge.root_eps * (1 + max(abs(u)))
         if solved is None or not max(abs(solved[0] - u)) <= far:
             raise context.failure("FL is singular at the first step element0", {"x": x, "mu": mu})
-        return Start(x, mu, u, translate)
+        return Start(x, mu, u, translate, t0=t0)
 
     def _in_group(self, g: Any) -> Matrix:
         """g, N×N, if it is an element of the group to half of a double's digits."""

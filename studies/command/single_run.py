@@ -119,7 +119,8 @@ def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> flo
 
     from ..core.runs import energy_errors
 
-    if scheme.scene.lagrangian is None or not len(run.t):
+    changed = scheme.scene.force is not None or scheme.scene.timed  # then it has to change
+    if scheme.scene.lagrangian is None or changed or not len(run.t):
         return None
     with np.errstate(all="ignore"):
         return float(np.abs(energy_errors(scheme, run, digits)).max())

@@ -82,8 +82,7 @@ def is_ours(thing: Scene | Discretisation) -> bool:
     """Whether the bench itself defines the scene or rule, values and composition aside."""
     if isinstance(thing, Scene):
         own = scenes.get(thing.name) if thing.name in scenes.NAMES else None
-        functions = ("lagrangian", "discrete_lagrangian", "fast", "symmetries")
-        return own is not None and all(getattr(own, f) == getattr(thing, f) for f in functions)
+        return own is not None and own.laws == thing.laws
     formula = (thing.base if isinstance(thing, Composition) else thing).formula
     return str(formula.__module__).startswith("discmech.integrators.")
 

@@ -83,10 +83,7 @@ def file_of(thing: Discretisation | Scene) -> UserFile | None:
         if isinstance(thing, Discretisation):
             if file.rules.get(thing.name) == thing:
                 return file
-        elif (held := file.scenes.get(thing.name)) is not None and (
-            (held.lagrangian, held.discrete_lagrangian)
-            == (thing.lagrangian, thing.discrete_lagrangian)
-        ):
+        elif (held := file.scenes.get(thing.name)) is not None and held.laws == thing.laws:
             return file
     return None
 

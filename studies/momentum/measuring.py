@@ -33,7 +33,7 @@ NEEDS = "it needs a scene that declares symmetries or Casimirs."
 DIGITS = (16, 50)
 ROWS = 400
 MOST_STRETCHES = 2000
-WORKED = 200  # steps over which a quantity that a force changes is compared with its work
+WORKED = 200  # steps at each of which a quantity that a force changes is held against its work
 SAMPLES = 16  # rows whose round-off is analysed
 FARTHEST = 5  # standard deviations that the farthest point of a walk stays within
 
@@ -245,7 +245,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """
     eps = float(arithmetic(case.digits).eps)
     over = {q.name: _steps_of(q, measurement["steps"]) for q in _kept(case)}
-    over |= {q.name: WORKED for q in _measured(case) if q.name not in over}
+    over |= {q.name: 1 for q in _measured(case) if q.name not in over}  # step by step
     walked = {q.name: min(over[q.name], q.stretch or over[q.name]) for q in _measured(case)}
     units = {name: (1.0, 1.0) for name in over} | measurement.get("units", {})
     substeps = max(1, len(case.scheme.substeps))

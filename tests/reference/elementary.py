@@ -1,8 +1,8 @@
 """One equation dx/dt = f(x) for each elementary operation that the integrators know."""
 
-from types import SimpleNamespace
-
 import sympy
+
+from discmech.reference.equations import Equations
 
 X = sympy.Symbol("x0", real=True)
 FUNCTIONS = [
@@ -16,7 +16,8 @@ FUNCTIONS = [
 
 def one_equation(rate):
     """dx/dt = rate(x), x(0) = 3/4, in the form that the integrators take."""
-    return SimpleNamespace(
+    return Equations(
         name="test", states=(X,), start=(sympy.Rational(3, 4),), assignments=(), rates=(rate,),
-        dim_x=1, dim_u=0, attitude_size=0,
+        lagrangian=sympy.S.Zero, momentum=(), energy=sympy.S.Zero, dim_x=1, dim_u=0,
+        attitude_size=0,
     )  # fmt: skip
