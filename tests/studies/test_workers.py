@@ -11,7 +11,7 @@ import time
 import pytest
 
 SCRIPT = """
-import os, sys, time
+import os, signal, sys, time
 from pathlib import Path
 from discmech.studies.core.workers import worker_pool
 
@@ -20,6 +20,7 @@ def endless(file):
     time.sleep(10_000)
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # where it is begun in the background
     with worker_pool(2) as pool:
         for future in [pool.submit(endless, file) for file in sys.argv[1:]]:
             future.result()
