@@ -53,7 +53,9 @@ def test_nothing_is_overwritten_and_names_are_checked(here, capsys):
     assert (here / "mine.py").read_text() == "kept" and not list(here.rglob("other*"))
 
 
-@pytest.mark.parametrize("scene", ["pendulum", "rigid-body", "heavy-top", "kepler"])
+@pytest.mark.parametrize(
+    "scene", ["pendulum", "rigid-body", pytest.param("heavy-top", marks=pytest.mark.slow), "kepler"]
+)
 def test_the_equations_that_are_written_out_are_those_that_are_solved(scene):
     scheme = Scheme(scenes.get(scene), midpoint)
     out, s = written(scheme), scheme.s
@@ -76,7 +78,12 @@ def test_explain_says_order_symmetry_and_cost(capsys):
     assert max(map(len, shown.splitlines())) <= 100
 
 
-@pytest.mark.parametrize("rule", ["gauss-2", "imex", "own", "triple-jump:midpoint"])
+LONGER = ("gauss-2", "imex", "triple-jump:midpoint")
+
+
+@pytest.mark.parametrize(
+    "rule", ["own", *(pytest.param(rule, marks=pytest.mark.slow) for rule in LONGER)]
+)
 def test_every_kind_of_method_can_be_explained(rule):
     from discmech.studies.core import lookup
 
