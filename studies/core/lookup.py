@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
@@ -44,20 +44,12 @@ def scene(word: str) -> Scene:
 
 def rule_given(thing: Any) -> Discretisation:
     """A rule, or the one that a word names; raises `BadInput` for anything else."""
-    if isinstance(thing, Discretisation):
-        return thing
-    if isinstance(thing, str):
-        return rule(thing)
-    raise BadInput(f"{thing!r} is no rule: give one, or its name.")
+    return _given(thing, Discretisation, rule, "rule")
 
 
 def scene_given(thing: Any) -> Scene:
     """A scene, or the one that a word names; raises `BadInput` for anything else."""
-    if isinstance(thing, Scene):
-        return thing
-    if isinstance(thing, str):
-        return scene(thing)
-    raise BadInput(f"{thing!r} is no scene: give one, or its name.")
+    return _given(thing, Scene, scene, "scene")
 
 
 def word_for(thing: Discretisation | Scene) -> str:
@@ -86,6 +78,14 @@ def file_of(thing: Discretisation | Scene) -> UserFile | None:
         elif (held := file.scenes.get(thing.name)) is not None and held.laws == thing.laws:
             return file
     return None
+
+
+def _given(thing: Any, kind: type[_Thing], named: Callable[[str], _Thing], noun: str) -> _Thing:
+    if isinstance(thing, kind):
+        return thing
+    if isinstance(thing, str):
+        return named(thing)
+    raise BadInput(f"{thing!r} is no {noun}: give one, or its name.")
 
 
 def _rules(word: str) -> tuple[Discretisation, ...]:

@@ -101,12 +101,15 @@ class _Writer:
         return {"class": name, **attributes}
 
     def _words(self, element: ET.Element) -> str:
-        """A text; of the letters of a formula those with one style on one line stand together."""
+        """A text; of the letters of a formula those with one style on one line stand together.
+
+        Matplotlib writes letter by letter, sorted by style: what is raised comes last.
+        """
         attributes = dict(element.attrib)
         if re.match(r"rotate\(-?0 ", attributes.get("transform", "")):
             del attributes["transform"]
         spans: list[tuple[dict[str, str], str]] = []
-        for child in element:
+        for child in sorted(element, key=lambda letter: float(letter.get("x", 0))):
             here = {k: child.get(k, "") for k in ("style", "y")}
             if spans and here == {k: spans[-1][0].get(k) for k in here}:
                 spans[-1] = (spans[-1][0], spans[-1][1] + (child.text or ""))

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib import rc_context
+from matplotlib.figure import Figure
 
 from discmech.studies.report import (
     formulas,
@@ -30,6 +32,7 @@ from discmech.studies.report.labels import spread
 from discmech.studies.report.page import write_report
 from discmech.studies.report.palette import Mark
 from discmech.studies.report.summary import headline, merged
+from discmech.studies.report.svg import inline_panels
 from tests.studies.fake_results import MATHML, equations, results, scenes, spoiled
 
 
@@ -322,3 +325,13 @@ def test_import_is_light() -> None:
     )
     heavy = {"matplotlib", "numpy", "jinja2", "sympy", "numba", "rich"}
     assert not heavy & set(run.stdout.split())
+
+
+def test_a_raised_letter_stays_in_its_place_in_a_title() -> None:
+    figure = Figure(figsize=(4, 3))
+    figure.add_subplot().set_title("Free body in R$^{4}$ (Manakov)")
+    drawn = io.BytesIO()
+    with rc_context({"svg.fonttype": "none"}):
+        figure.savefig(drawn, format="svg")
+    (panel,) = inline_panels(drawn.getvalue(), [(0, 0, 288, 216)], ["a body"], ["{}"], {})
+    assert "Free body in R4 (Manakov)" in re.sub("<[^>]*>", "", panel).replace("\xa0", " ")

@@ -115,11 +115,12 @@ def test_a_force_that_keeps_a_symmetry_keeps_its_momentum(rule):
     assert found["measured"]["drift"]["μ·Γ"] < 1e-13
 
 
-@pytest.mark.parametrize("digits", [16, 50])
-@pytest.mark.parametrize("rule", ["rectangle", "midpoint", "trapezoidal", "gauss-2"])
+@pytest.mark.parametrize(
+    ("rule", "digits"),
+    [(rule, 16) for rule in ("rectangle", "midpoint", "trapezoidal", "gauss-2")]
+    + [(rule, 50) for rule in ("rectangle", "midpoint", "trapezoidal")],
+)
 def test_another_momentum_changes_by_the_work_of_the_force(rule, digits):
-    if digits == 50 and rule == "gauss-2":
-        pytest.skip("three rules at 50 digits are enough")
     found = measured("momentum", "driven-heavy-top", rule, digits, steps=100)
     assert found["verdict"] == "pass"
     assert found["expected"]["over"] == {"μ·Γ": 1, "|Γ|²": 100}
