@@ -23,11 +23,13 @@ from .one_step_equations import OneStepEquations
 from .stage_equations import no_stages, stage_system
 from .symbols import SceneSymbols
 from .system import step_system
+from .virtual_work import discrete_force, force_points
 
 __all__ = [
     "ConstrainedEquations", "DiscreteEquations", "DiscretisedScene", "DualSystem",
     "OneStepEquations", "SceneSymbols", "absolute_terms", "check_momentum", "check_start",
-    "closed_velocity", "constraint", "constraint_matrix", "energy", "energy_terms", "field_parts",
-    "initial_momentum", "legendre_inverse", "mass_matrix", "momentum", "no_stages", "power",
-    "rates", "stage_system", "step_system", "vector_field",
+    "closed_velocity", "constraint", "constraint_matrix", "discrete_force", "energy",
+    "energy_terms", "field_parts", "force_points", "initial_momentum", "legendre_inverse",
+    "mass_matrix", "momentum", "no_stages", "power", "rates", "stage_system", "step_system",
+    "vector_field",
 ]  # fmt: skip

@@ -45,6 +45,10 @@ class ConstrainedEquations(OneStepEquations):
         self.z = column([*s.x, *s.mu])
         of, maps, h = self.discrete.of, self.discrete.at_points, s.h
         self.of = of
+        #: (weight, letters of the point) wherever the rule asks for L
+        self.asked = [
+            (weight, column(map(of.resolved, call.args[: len(s.x)]))) for weight, call in of.asked
+        ]
         self._check_rule()
         y = of.point_of_step(sympy.Integer(1)).letters if len(s.x) else s.y
         before, after = constraint_matrix(s, s.x), constraint_matrix(s, y)
@@ -56,7 +60,7 @@ class ConstrainedEquations(OneStepEquations):
             met = over(constraint(s, y), h)
         else:
             met = sum(
-                (weight / h * constraint_matrix(s, point) * s.u for weight, point in of.asked),
+                (weight / h * constraint_matrix(s, point) * s.u for weight, point in self.asked),
                 0 * self.multipliers,
             )
         at_end = dict(zip([*s.x, *s.u], [*y, *end], strict=True))
@@ -75,7 +79,7 @@ class ConstrainedEquations(OneStepEquations):
     def symmetric(self) -> bool:
         """Whether a step meets the constraints alike from both of its ends."""
         thetas: dict[Any, Any] = {}
-        for weight, point in self.of.asked:
+        for weight, point in self.asked:
             block = next((b for b in self.of.points if b.letters == point), None)
             theta = sympy.Integer(0) if block is None else block.theta
             thetas[theta] = thetas.get(theta, 0) + weight
@@ -89,8 +93,14 @@ class ConstrainedEquations(OneStepEquations):
         return ConstrainedEquations(self.s.for_another_rule(), self.discrete.adjoint.rule)
 
     def _check_rule(self) -> None:
-        found = sum((weight for weight, _ in self.of.asked), sympy.Integer(0))
-        if len(self.s.stages) or sympy.expand(found - self.h) != 0:
+        s, of = self.s, self.of
+        known = [s.x, *(block.letters for block in of.points)]
+        straight = all(
+            point in known and tuple(call.args[len(s.x) :]) == tuple(s.u)
+            for (_, point), (_, call) in zip(self.asked, of.asked, strict=True)
+        )
+        found = sum((weight for weight, _ in self.asked), sympy.Integer(0))
+        if not straight or sympy.expand(found - self.h) != 0:
             raise CannotMeasure(
                 f"{self.s.name} with {self.rule.name}: constraints need a rule without stages that "
                 "asks for L at points of the straight step; take midpoint or trapezoidal, or a "

@@ -64,11 +64,6 @@ class DiscreteEquations:
         """The equations of the adjoint rule, whose step is the inverse of Φ₋ₕ."""
         return DiscreteEquations(self.s.for_another_rule(), adjoint(self.rule))
 
-    @cached_property
-    def unforced(self) -> DiscreteEquations:
-        """The equations of the same L_d without the force: what is left of F± is the force's."""
-        return DiscreteEquations(self.s.without_force(), self.rule)
-
     @property
     def points(self) -> tuple[Any, ...]:
         """The blocks of the points b(x, u; θh) of the straight step that L_d holds."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoids import Clocked, PairGroupoid
+from ..groupoids import Clocked
 from ..numbers import jacobian, sympy
 from ..numbers.types import Column, Expression, Expressions, Replacement
 from ..rules import Discretisation
@@ -18,7 +18,7 @@ from ..scene import OnGroup
 from .chain_rule import Block, ChainRule, partials
 from .covectors import Covectors, key_of
 from .on_group import Element
-from .rule_view import GroupoidForRule, LagrangianForRule, value_of_rule
+from .rule_view import GroupoidForRule, LagrangianForRule, answers_of, value_of_rule
 from .symbols import SceneSymbols, column, vector
 from .terms import CurveTerm, Node, Term
 
@@ -38,14 +38,14 @@ class DiscreteLagrangian:
         self.inline: Replacement = {}
         self.covectors = Covectors()
         self.expression: Expression = 0
-        #: (weight, point) wherever L is asked for on the straight step
-        self.asked: list[tuple[Expression, Column]] = []
+        #: (weight, L at a point and a velocity) wherever the rule asks for L
+        self.asked: list[tuple[Expression, Expression]] = []
         self._points: dict[Expression, Block] = {}
         self._charts: dict[tuple[Expression, ...], Block] = {}
         self._terms: dict[str, Term] = {}
         self._curves: dict[tuple[Any, ...], CurveTerm] = {}
         self.element: Element | None = None
-        self._L, self._G = LagrangianForRule(s), GroupoidForRule(s)
+        self.L, self.G = LagrangianForRule(s), GroupoidForRule(s)
         if isinstance(s.given, OnGroup):
             self.element = Element(s.given, s)
             self._add_moved(self.element.block)
@@ -54,7 +54,7 @@ class DiscreteLagrangian:
             return
         if s.given is None:
             s.lagrangian  # noqa: B018 - a wrong Lagrangian is named before the rule
-        self.expression = self._taken_apart(value_of_rule(rule, self._L, self._G))
+        self.expression = self._taken_apart(value_of_rule(rule, self.L, self.G))
         self._pass_charts_on()
 
     @property
@@ -65,7 +65,7 @@ class DiscreteLagrangian:
     @property
     def gave_velocities(self) -> bool:
         """Whether the rule takes velocities from curves, and so serves every chart alike."""
-        return self._G.gave_velocities
+        return self.G.gave_velocities
 
     def _add_moved(self, block: Block) -> None:
         self.chain.add(block)
@@ -73,7 +73,7 @@ class DiscreteLagrangian:
 
     def _taken_apart(self, given: Expression) -> Expression:
         """L_d from an expression in x, u, s, q and in answers; its parts go to `covectors`."""
-        L = self._L
+        L = self.L
         calls = sorted(given.atoms(L.Value, L.Fast), key=sympy.default_sort_key)
         outer = [c for c in calls if not any(c in o.args or o.has(c) for o in calls if o is not c)]
         names = {c: sympy.Dummy(f"l{i}", real=True) for i, c in enumerate(outer)}
@@ -91,11 +91,11 @@ class DiscreteLagrangian:
                 f"{self.s.name}: a force acts where the rule asks for L, with the weight that L "
                 "has there, and this rule is no weighted sum of values of L; take another rule."
             )
-        weighted = self._resolved(weighted)
+        weighted = self.resolved(weighted)
         values = {}
         for weight, (call, letter) in zip(weights, names.items(), strict=True):
             if weight != 0:
-                values[letter] = self._place(call, self._resolved(weight))
+                values[letter] = self._place(call, self.resolved(weight))
         self._add_direct(weighted)
         value: Expression = weighted.xreplace(values)
         return value
@@ -127,8 +127,9 @@ class DiscreteLagrangian:
         """Add weight·l at the point and velocity of a call; returns l there."""
         n = len(self.s.x)
         point, W = self._point(call.args[:n])
-        if isinstance(call, self._L.Fast):
+        if isinstance(call, self.L.Fast):
             return self._straight("fast", [self._lettered(point, W)], weight)
+        self.asked.append((weight, call))
         D, moving = self._velocity(call.args[n:])
         if W is not None and moving in (None, (point, W)):  # the point's own curve
             return self._on_curve(point, None, moving is not None, W, D, weight)
@@ -157,8 +158,6 @@ class DiscreteLagrangian:
         for letters, slope in zip(columns, gradient, strict=True):
             self.covectors.add(letters, weight * slope)
         self._act(columns[0], weight * force)
-        if name == "lagrangian":
-            self.asked.append((weight, columns[0]))
         place = [e for letters in columns for e in letters]
         return term.value.xreplace(dict(zip(term.letters, place, strict=True)))
 
@@ -168,7 +167,7 @@ class DiscreteLagrangian:
             return
         if any(point == c for c in (self.s.x, *(b.letters for b in self.moved))):
             self.covectors.add_force(point, self.s.h * force)
-        elif isinstance(getattr(self.groupoid, "inner", self.groupoid), PairGroupoid):
+        elif self.groupoid.kind == "pair":
             self.covectors.add(point[: len(force), :], force)  # moved as it is displaced
         else:
             raise BadInput(
@@ -208,32 +207,32 @@ class DiscreteLagrangian:
     def _point(self, args: Expressions) -> tuple[Column, Column | None]:
         """(letters or expressions of a point, None), or (base, W) of a point b(base, W; 1)."""
         s, n = self.s, len(self.s.x)
-        rest = _same(args, self._G.Target)
+        rest = answers_of(args, self.G.Target)
         if rest is None or (base := self._base(rest[:n])) is None:
-            return column(map(self._resolved, args)), None
+            return column(map(self.resolved, args)), None
         u, h = rest[n:-1], rest[-1]
         if base is s.x and tuple(u) == tuple(s.u) and (h / s.h).is_number:
             return self.point_of_step(h / s.h).letters, None
-        return base, column(self._resolved(h * e) for e in u)
+        return base, column(self.resolved(h * e) for e in u)
 
     def _velocity(self, args: Expressions) -> tuple[Column, tuple[Column, Column] | None]:
         """(D, None) for the velocity D, or (D, (base, W)) for L(base, W; 1)⁻¹ D."""
         s, n, m = self.s, len(self.s.x), len(self.s.u)
         if tuple(args) == tuple(s.u):
             return s.u, None
-        rest = _same(args, self._G.Velocity)
+        rest = answers_of(args, self.G.Velocity)
         if rest is None or (base := self._base(rest[:n])) is None:
-            return self._chart(column(map(self._resolved, args))), None
+            return self._chart(column(map(self.resolved, args))), None
         w, dw, h = rest[n : n + m], rest[n + m : -1], rest[-1]
-        D = column(map(self._resolved, dw))
-        return D, (base, column(self._resolved(h * e) for e in w))
+        D = column(map(self.resolved, dw))
+        return D, (base, column(self.resolved(h * e) for e in w))
 
     def _base(self, x: Expressions) -> Column | None:
         """The letters x or y that a target starts from, None if it is another point."""
         s = self.s
         if tuple(x) == tuple(s.x):
             return s.x
-        rest = _same(x, self._G.Target)
+        rest = answers_of(x, self.G.Target)
         if rest is not None and tuple(rest) == (*s.x, *s.u, s.h):
             return self.point_of_step(sympy.Integer(1)).letters
         return None
@@ -273,26 +272,17 @@ class DiscreteLagrangian:
             self.chain.add(self._charts[key])
         return self._charts[key].letters
 
-    def _resolved(self, e: Expression) -> Expression:
+    def resolved(self, e: Expression) -> Expression:
         """The expression with straight points as letters and every other answer written out."""
-        while nodes := e.atoms(self._G.Target, self._G.Velocity, self._L.Value, self._L.Fast):
+        while nodes := e.atoms(self.G.Target, self.G.Velocity, self.L.Value, self.L.Fast):
             swap = {}
             for node in nodes:
                 x, u = node.args[1 : 1 + len(self.s.x)], node.args[1 + len(self.s.x) : -1]
                 theta = node.args[-1] / self.s.h
-                straight = isinstance(node, self._G.Target) and theta.is_number
+                straight = isinstance(node, self.G.Target) and theta.is_number
                 if straight and (tuple(x), tuple(u)) == (tuple(self.s.x), tuple(self.s.u)):
                     swap[node] = self.point_of_step(theta).letters[int(node.args[0])]
                 else:
                     swap[node] = node.written_out()
             e = e.xreplace(swap)
         return e
-
-
-def _same(args: Expressions, kind: Any) -> Expressions | None:
-    """The arguments behind the index if these are entries 0, 1, … of one answer; else None."""
-    if not args or not all(isinstance(a, kind) for a in args):
-        return None
-    rest = args[0].args[1:]
-    whole = all(a.args == (i, *rest) for i, a in enumerate(args))
-    return rest if whole else None

@@ -15,7 +15,7 @@ from typing import Any
 
 from ..errors import BadInput, line_of
 from ..numbers import first_violation, floats_exact, sympy
-from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
+from ..numbers.types import Column, Expression, Expressions, Letter, SymbolicMatrix
 from ..rules import Discretisation
 from .symbols import SceneSymbols, column
 
@@ -159,3 +159,12 @@ def written(e: Expression) -> Expression:
     while answers := [a for a in e.atoms(sympy.Function) if hasattr(a, "written_out")]:
         e = e.xreplace({a: a.written_out() for a in answers})
     return e
+
+
+def answers_of(args: Expressions, kind: Any) -> Expressions | None:
+    """The arguments behind the index if these are entries 0, 1, … of one answer; else None."""
+    if not args or not all(isinstance(a, kind) for a in args):
+        return None
+    rest = args[0].args[1:]
+    whole = all(a.args == (i, *rest) for i, a in enumerate(args))
+    return rest if whole else None

@@ -76,13 +76,6 @@ class SceneSymbols:
         other.constants = {}
         return other
 
-    def without_force(self) -> SceneSymbols:
-        """These letters for the scene without its force."""
-        other = self.for_another_rule()
-        other._force = None
-        other.__dict__.pop("force", None)
-        return other
-
     @staticmethod
     def matrix(letter: str, size: int) -> SymbolicMatrix:
         """Letters of a square matrix."""

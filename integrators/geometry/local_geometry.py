@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..compiler import cached_text, text_key
-from ..equations import DiscreteEquations, step_system
+from ..equations import DiscreteEquations, discrete_force, step_system
 from ..numbers import (
     Arithmetic,
     Tracked,
@@ -88,12 +88,9 @@ class LocalGeometry:
     def discrete_force(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
         """What the force adds to F⁻/h and F⁺/h at an arrow, m each, in the natural basis.
 
-        Raises `StagesNotFound` as `at`.
+        From its displacement of points, not from F±. Raises `StagesNotFound` as `at`.
         """
-        given = x, u, self.stages(x, u), self.q
-        free = LocalGeometry(self.equations.unforced, self.numbers, self.q)
-        both = zip(*(g._value("local", *given)[4:6] for g in (self, free)), strict=True)
-        minus, plus = ((with_force - without) / self.q[0] for with_force, without in both)
+        minus, plus = self._value("force", x, u, self.stages(x, u), self.q)
         return minus, plus
 
     def stages(self, x: Numbers, u: Numbers) -> Vector:
@@ -241,6 +238,11 @@ def _stage_values_text(equations: DiscreteEquations) -> str:
     return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, [list(stages)])
 
 
+def _force_text(equations: DiscreteEquations) -> str:
+    s, parts = equations.s, [list(f) for f in discrete_force(equations.of)]
+    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
+
+
 def _branch_text(equations: DiscreteEquations) -> str:
     assert equations.element is not None
     return text_of(equations, {"x": equations.s.x, "u": equations.s.u}, [equations.element.branch])
@@ -262,7 +264,7 @@ def _one_step_text(equations: Any) -> str:
 
 _TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
           "natural": _natural_text, "one_step": _one_step_text, "values": _values_text,
-          "stage values": _stage_values_text}  # fmt: skip
+          "stage values": _stage_values_text, "force": _force_text}  # fmt: skip
 
 
 def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme
+from discmech.integrators.equations import force_points
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import (
     arithmetic,
     errors_of,
     exact_rational,
     first_violation,
+    numeric,
     numeric_text,
     rounded,
     sympy,
@@ -120,12 +122,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 
 def _less_work(case: Case, q: Conserved) -> tuple[np.ndarray, tuple[float, float]]:
-    """Per step: how far a quantity's change is from what the discrete force does to it.
-
-    Without the force every arrow has one J at both ends (discrete Noether theorem), so a step from
-    (x, μ) to (y, μ′) has J(y, μ′ − f⁺/h) = J(x, μ − f⁻/h): of a J that is linear in μ the change is
-    the work of f± on its symmetry. Relative to the absolute terms.
-    And what round-off does (`round_offs`).
+    """Per step: how far a quantity's change is from what the force does to it, relative to the
+    absolute terms (`_change` and `_change_along_orbit`). And what round-off does (`round_offs`).
     """
     scheme = _scheme(case, q.attitude)
     flow = scheme.flow(case.scene.step, case.digits)
@@ -133,18 +131,53 @@ def _less_work(case: Case, q: Conserved) -> tuple[np.ndarray, tuple[float, float
     formula = formula_of(scheme, q, case.scene.step)
     rows_of = with_terms(scheme, formula, case.digits)
     units = round_offs(scheme, formula, run, rows_of(run)[1], case.digits)
+    slope = formula.jacobian(list(scheme.s.mu))
+    linear = not slope.free_symbols & {*scheme.s.mu}
     with flow.numbers.working():
-        at = flow.context
-        forces = [flow.geometry.discrete_force(*at.vectors(x, u))
-                  for x, u in zip(run.base, run.u, strict=True)]  # fmt: skip
-        minus, plus = (np.array(part)[:-1] for part in zip(*forces, strict=True))
-        number = np.vectorize(flow.numbers.number, otypes=[flow.numbers.dtype])
-        mu = number(run.mu)
-        before, terms = rows_of(replace(run, base=run.base[:-1], mu=mu[:-1] - minus, u=run.u[:-1]))
-        after, later = rows_of(replace(run, base=run.base[1:], mu=mu[1:] - plus, u=run.u[1:]))
-        gaps, scale = np.abs(after - before).max(axis=1), np.maximum(terms, later).max(axis=1)
-        found = (float(g / s) if g else 0.0 for g, s in zip(gaps, scale, strict=True))
+        gap, scale = _change(flow, run, rows_of, slope) if linear else _change_along_orbit(
+            flow, run, rows_of
+        )  # fmt: skip
+        gaps, scales = np.abs(gap).max(axis=1), scale.max(axis=1)
+        found = (float(g / s) if g else 0.0 for g, s in zip(gaps, scales, strict=True))
         return np.array([0.0, *found]), units
+
+
+def _change(flow: Flow, run: Any, rows_of: Any, slope: Any) -> tuple[np.ndarray, np.ndarray]:
+    """(J(y, μ′) − J(x, μ) less the work Σ ω_i ∂J/∂μ(x_i) f(x_i, ξ_i), absolute terms) per step.
+
+    For a momentum map: its symmetry moves every point x_i where the rule asks for L, with the
+    weight ω_i, as it moves the ends (discrete Noether theorem with forces, Marsden, West 2001,
+    3.2.5). slope: ∂J/∂μ, without μ. Nothing of F± is used.
+    """
+    s, equations = flow.scheme.s, flow.scheme.equations
+    parts = [slope.xreplace(dict(zip(s.x, at.point, strict=True))) * at.force
+             for at in force_points(equations.of)]  # fmt: skip
+    letters = {"x": s.x, "u": s.u, "s": s.stages, "q": s.q}
+    work = numeric(letters, [[list(part) for part in parts]], flow.numbers)
+    at, done, size = flow.context, [], []
+    for x, u in zip(run.base[:-1], run.u[:-1], strict=True):
+        x, u = at.vectors(x, u)
+        each = np.array(work(x, u, flow.geometry.stages(x, u), flow.geometry.q))
+        done.append(each.sum(axis=0))
+        size.append(abs(each).sum(axis=0))
+    values, terms = rows_of(run)
+    return np.diff(values, axis=0) - np.array(done), np.maximum(terms[1:], terms[:-1]) + size
+
+
+def _change_along_orbit(flow: Flow, run: Any, rows_of: Any) -> tuple[np.ndarray, np.ndarray]:
+    """(J(y, μ′ − f⁺) − J(x, μ − f⁻), absolute terms) per step, f± what the force adds to F±/h.
+
+    For a Casimir that is no linear function of μ: without the force an arrow has one J at both
+    ends. f± come from the displacement of points, not from F± (`discrete_force`).
+    """
+    at = flow.context
+    forces = [flow.geometry.discrete_force(*at.vectors(x, u))
+              for x, u in zip(run.base[:-1], run.u[:-1], strict=True)]  # fmt: skip
+    minus, plus = (np.array(part) for part in zip(*forces, strict=True))
+    mu = np.vectorize(flow.numbers.number, otypes=[flow.numbers.dtype])(run.mu)
+    before, terms = rows_of(replace(run, base=run.base[:-1], mu=mu[:-1] - minus, u=run.u[:-1]))
+    after, later = rows_of(replace(run, base=run.base[1:], mu=mu[1:] - plus, u=run.u[1:]))
+    return after - before, np.maximum(terms, later)
 
 
 def _steps_of(q: Conserved, steps: int) -> int:

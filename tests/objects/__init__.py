@@ -20,7 +20,14 @@ from tests.objects.retractions import RETRACTIONS, fits
 from tests.objects.rules import PLAIN, RULES, two_thirds
 from tests.objects.scenes import ALIKE, BUILT_IN, OWN_SCENES, SCENES, exact_start
 from tests.objects.schedule import ALWAYS, EXPENSIVE, TURN, named
-from tests.objects.schemes import BUILT_IN_SCHEMES, SCHEMES, flow, scheme, scheme_of
+from tests.objects.schemes import (
+    BUILT_IN_SCHEMES,
+    SCHEMES,
+    flow,
+    scheme,
+    scheme_of,
+    with_wrong_force,
+)
 from tests.objects.strata import ARROWS, STEPS, arrows
 
 __all__ = [
@@ -28,5 +35,5 @@ __all__ = [
     "GROUPOIDS", "LARGE", "OWN_SCENES", "PLAIN", "RETRACTIONS", "RULES", "SCENES", "SCHEMES",
     "STEPS", "TURN", "affine_action", "affine_group", "arrows", "compose", "cross", "exact_start",
     "fits", "flow", "frame", "framed_plane", "named", "rotate_back", "scheme", "scheme_of",
-    "two_thirds",
+    "two_thirds", "with_wrong_force",
 ]  # fmt: skip

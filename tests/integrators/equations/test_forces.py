@@ -10,7 +10,7 @@ import sympy
 from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
 from discmech.integrators.compiler import kernel_text
 from discmech.reference import solution
-from tests.objects import GROUPOIDS, arrows, scheme
+from tests.objects import GROUPOIDS, arrows, scheme, with_wrong_force
 
 DIGITS = 50
 
@@ -133,6 +133,21 @@ def test_the_force_has_the_work_of_the_integral_principle(rule):
         assert abs(work - wanted) < mpmath.mpf(10) ** -40 * abs(wanted)
 
 
+@pytest.mark.parametrize(("name", "rule"), [e for e in MET if e[1] != "gauss-2"])
+def test_the_maps_of_a_step_hold_that_force(name, rule):
+    """F± with the force less F± without it, against the displacement of points (50 digits)."""
+    one = forced(name, rule)
+    made = one.flow("0.1", DIGITS)
+    free = Scheme(one.scene.with_values(force=None), one.rule).flow("0.1", DIGITS)
+    start = made.trajectory(0)
+    with made.numbers.working():
+        x, u = made.context.vectors(start.base[0], start.u[0])
+        maps, without = made.geometry.at(x, u), free.geometry.at(x[: len(free.scheme.x)], u)
+        for part, f in zip(("minus", "plus"), made.geometry.discrete_force(x, u), strict=True):
+            added = (maps[part] - without[part]) / made.context.h
+            assert max(abs(added - f)) < 1e-45 < 1e-6 < max(abs(added + f))
+
+
 @pytest.mark.parametrize(("name", "rule"), MET)
 def test_the_derivative_of_a_step_is_exact(name, rule):
     """FL and its like against central differences, with a force that is no gradient."""
@@ -174,19 +189,9 @@ def test_a_force_ends_symmetry_of_the_rectangle_rule_on_a_group():
     assert forced("rigid-body", "trapezoidal").self_adjoint
 
 
-def one_ended(scheme_of_both):
-    """The trapezoidal rule with all of the force at the start of the step."""
-    with_it, free = scheme_of_both.at_points, scheme_of_both.equations.unforced.at_points
-    minus = 2 * with_it.minus - free.minus
-    equations = scheme_of_both.equations.altered(
-        "force at one end", minus=minus, plus=free.plus, gain=free.plus - minus
-    )
-    return Scheme(scheme_of_both.scene, scheme_of_both.rule, equations)
-
-
 @pytest.mark.parametrize("name", FORCED)
 def test_a_force_at_one_end_only_is_of_first_order(name):
-    one = one_ended(forced(name, "trapezoidal"))
+    one = with_wrong_force(forced(name, "trapezoidal"), 2, 0)
     assert order(errors(one, (512, 1024))) == pytest.approx(1, abs=0.1)
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import pytest
 import sympy
 
-from discmech.integrators import BadInput, discretisation, scenes
-from discmech.integrators.rules import midpoint
+from discmech.integrators import BadInput, Scene, Scheme, discretisation, pair, scenes
+from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.integrators.scene import Conserved
 from discmech.studies import check
 from discmech.studies.momentum import measuring as momentum
 from discmech.studies.momentum.view import VIEW
+from tests.objects import with_wrong_force
 from tests.studies.cached_results import measured
 
 
@@ -107,6 +108,11 @@ def rubbed_top(force):
     return scenes.get("heavy-top").with_values(name="rubbed-top", force=force)
 
 
+RUBBED_BODY = scenes.get("rigid-body").with_values(
+    name="rubbed-body", force=lambda x, v, p: [-v[i] / (4 + i) for i in range(3)]
+)
+
+
 @pytest.mark.parametrize("rule", ["rectangle", "midpoint", "trapezoidal", "gauss-2"])
 def test_a_force_that_keeps_a_symmetry_keeps_its_momentum(rule):
     found = measured("momentum", rubbed_top(along_gravity), rule, steps=2000)
@@ -128,26 +134,33 @@ def test_another_momentum_changes_by_the_work_of_the_force(rule, digits):
 
 
 def test_a_quadratic_casimir_obeys_the_same_identity():
-    body = scenes.get("rigid-body").with_values(
-        name="rubbed-body", force=lambda x, v, p: [-e / 5 for e in v]
-    )
-    found = measured("momentum", body, "midpoint", steps=100)
+    found = measured("momentum", RUBBED_BODY, "midpoint", steps=100)
     assert found["verdict"] == "pass" and 1 in found["expected"]["over"].values()
 
 
-def test_a_force_whose_work_is_counted_wrongly_is_caught(monkeypatch):
-    """The part at one end flipped: the identity fails, though each part alone is right."""
-    from discmech.integrators.geometry import LocalGeometry
+@pytest.mark.parametrize(("at_start", "at_end"), [(-1, -1), (2, 0), (0, 2), (1, 0.999)])
+@pytest.mark.parametrize(("name", "moved"), [("driven-heavy-top", "μ·Γ"), ("rubbed-body", "|μ|²")])
+def test_a_wrong_discrete_force_is_caught(name, moved, at_start, at_end, monkeypatch):
+    """Flipped, at one end only, or a little too small at one: of a linear momentum and of a
+    quadratic one. What the study holds a step against is not made of F±."""
+    scene = RUBBED_BODY if name == "rubbed-body" else scenes.get(name)
+    wrong = with_wrong_force(Scheme(scene, trapezoidal), at_start, at_end)
+    monkeypatch.setattr(momentum, "_scheme", lambda case, attitude: wrong)
+    only = [q for q in scene.symmetries if q.name == moved]
+    found = measured("momentum", scene.with_values(symmetries=only), "trapezoidal", steps=100)
+    assert found["verdict"] == "fail" and moved in found["reason"]
 
-    sound = LocalGeometry.discrete_force
 
-    def flipped(self, x, u):
-        minus, plus = sound(self, x, u)
-        return minus, -plus
-
-    monkeypatch.setattr(LocalGeometry, "discrete_force", flipped)
-    found = measured("momentum", "driven-heavy-top", "trapezoidal", steps=100)
-    assert found["verdict"] == "fail" and "μ·Γ" in found["reason"]
+@pytest.mark.parametrize("rule", ["midpoint", "gauss-2", "lobatto-3"])
+def test_stages_are_displaced_with_the_symmetry_too(rule):
+    """On pairs a turn of the plane turns the stages: the force at the nodes works there."""
+    plane = Scene(
+        "rubbed-plane", pair(2), lambda x, v, p: v.dot(v) / 2 - x.dot(x) ** 2 / 4,
+        x0=[1, "0.3"], v0=["0.2", "0.7"], duration=5, step="0.05",
+        force=lambda x, v, p: [x[1] / 7 - v[0] / 5, -v[1] * (1 + x[0] ** 2) / 6],
+        symmetries=[Conserved("about the origin", lambda x, mu, p: angular(x, mu))],
+    )  # fmt: skip
+    assert measured("momentum", plane, rule, steps=100)["verdict"] == "pass"
 
 
 def angular(x, mu):
