@@ -145,7 +145,8 @@ def test_the_maps_of_a_step_hold_that_force(name, rule):
         maps, without = made.geometry.at(x, u), free.geometry.at(x[: len(free.scheme.x)], u)
         for part, f in zip(("minus", "plus"), made.geometry.discrete_force(x, u), strict=True):
             added = (maps[part] - without[part]) / made.context.h
-            assert max(abs(added - f)) < 1e-45 < 1e-6 < max(abs(added + f))
+            assert max(abs(added - f)) < 1e-45
+            assert max(abs(f)) > 1e-6 or (rule, part) == ("rectangle", "plus")
 
 
 @pytest.mark.parametrize(("name", "rule"), MET)
