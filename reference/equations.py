@@ -121,7 +121,10 @@ def _exact(
     import sympy
 
     values, t = parameter_values(scene), time_symbol()
-    given = inspect.signature(function).parameters.values()
+    try:
+        given = list(inspect.signature(function).parameters.values())
+    except (TypeError, ValueError):  # of a callable that tells nothing: then without the time
+        given = []
     timed = sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given) == 4
 
     def entries(parameters: Any) -> list[sympy.Expr]:

@@ -125,10 +125,6 @@ class ConstrainedEquations(OneStepEquations):
                 "the others; leave it out."
             )
 
-    def __getattr__(self, name: str) -> Any:
-        """What is of arrows without constraints alone is not there, and that is said."""
-        if name.startswith("_") or "rule" not in self.__dict__:
-            raise AttributeError(name)
-        raise CannotMeasure(
-            f"{self.s.name} has constraints: a step is a map on (x, μ) and has no {name} of arrows."
-        )
+    def _without(self, name: str) -> str:
+        held = f"{self.s.name} has constraints"
+        return f"{held}: a step is a map on (x, μ) and has no {name} of arrows."

@@ -83,12 +83,12 @@ class DiscreteEquations:
 
     @cached_property
     def legendre_minus(self) -> Column:
-        """F⁻_γ = e→_γ(L_d), m×1 (paper, remark in section 2.5)."""
+        """F⁻_γ = e→_γ(L_d), m×1 (paper, remark in section 2.5); with a force, and what it adds."""
         return self.written_out(self.at_points.minus)
 
     @cached_property
     def legendre_plus(self) -> Column:
-        """F⁺_γ = e←_γ(L_d), m×1 (paper, remark in section 2.5)."""
+        """F⁺_γ = e←_γ(L_d), m×1 (paper, remark in section 2.5); with a force, and what it adds."""
         return self.written_out(self.at_points.plus)
 
     @cached_property
@@ -112,7 +112,8 @@ class DiscreteEquations:
     def FL(self) -> SymbolicMatrix:
         """(FL)^γ_μ = −∂F⁻_μ/∂u^γ in row γ, column μ, m×m (paper, section 3.5).
 
-        With stages the derivative along ∂L_d/∂s = 0, still written in (x, u, s).
+        With stages the derivative along ∂L_d/∂s = 0, still written in (x, u, s). With a force that
+        of the forced F⁻: FL decides whether a step is regular, and is not L_d's alone.
         """
         maps, stages = self.at_points, self.s.stages
 
@@ -127,12 +128,18 @@ class DiscreteEquations:
 
     @cached_property
     def W(self) -> SymbolicMatrix:
-        """W_γμ = e←_μ(e→_γ(L_d)) = −L^θ_μ (FL)^θ_γ, m×m (paper, section 3.5)."""
+        """W_γμ = e←_μ(e→_γ(L_d)) = −L^θ_μ (FL)^θ_γ, m×m (paper, section 3.5).
+
+        With a force e←_μ(F⁻_γ) of the forced F⁻, which no mixed derivative of L_d is.
+        """
         return -self.FL.T * self.L
 
     @cached_property
     def omega(self) -> SymbolicMatrix:
-        """Ω on sections a^γ e→_γ + c^γ e←_γ in the order (a, c), 2m×2m: [[0, W], [−Wᵀ, 0]]."""
+        """Ω on sections a^γ e→_γ + c^γ e←_γ in the order (a, c), 2m×2m: [[0, W], [−Wᵀ, 0]].
+
+        With a force of the forced F⁻, as W: it is not closed then, and no step need keep it.
+        """
         zero = sympy.zeros(len(self.u))
         return sympy.BlockMatrix([[zero, self.W], [-self.W.T, zero]]).as_explicit()
 

@@ -48,7 +48,6 @@ class OneStepEquations:
         self.s, self.rule, self.groupoid = s, rule, s.groupoid
         self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h
         self.z = column([*s.x, *s.mu])
-        self._at = ""
         size = len(self.z)
         main = [vector(f"zd{k}", size) for k in range(max(1, rule.stages))]
         self.view = DualSystem(s, main)
@@ -157,7 +156,11 @@ class OneStepEquations:
                 f"gives {what} {found}; a state (x, μ) has {size} entries, "
                 f"{len(self.x)} of x and {len(self.u)} of μ"
             )
+        if any(hasattr(e, "shape") or isinstance(e, list | tuple) for e in entries):
+            raise self._bad(f"gives {what} as a list of columns; give one column of {size} numbers")
         scalars = [self.s.scalar(e, f"map {self.rule.name}", self.rule.formula) for e in entries]
+        if any(e.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I) for e in scalars):
+            raise self._bad(f"gives {what} that is not finite and real")
         try:
             return self.view.letters(scalars)
         except BadInput as error:
@@ -182,7 +185,10 @@ class OneStepEquations:
         """What only a discrete Lagrangian has is not there, and that is said."""
         if name.startswith("_") or "rule" not in self.__dict__:
             raise AttributeError(name)
-        raise CannotMeasure(
+        raise CannotMeasure(self._without(name))
+
+    def _without(self, name: str) -> str:
+        return (
             f"{self.rule.name} is a one-step map without a discrete Lagrangian: it has no {name}."
         )
 

@@ -63,7 +63,12 @@ class GroupoidForRule:
     def target(self, x: Column, u: Column, h: Expression) -> Column:
         """b(x, u; h), n×1; u may be any value w(u, s) of a curve in the chart."""
         self._check((x, self.groupoid.dim_x, "x"), (u, self.groupoid.dim_u, "u"))
-        h = floats_exact(h)
+        h, s = floats_exact(h), self.s
+        if s.clocked and h != s.h and all(u.free_symbols & {*e} for e in (s.u, s.stages)):
+            raise BadInput(
+                f"the time of G.target(x, w, {h}) is unknown, for w holds u and stages: write a "
+                f"value of a curve in the chart, with {s.h} for the step."
+            )
         if not self.groupoid.dim_x or h == 0 or not any(u):
             return x
         return self._each(self.Target, self.groupoid.dim_x, *x, *u, h)

@@ -46,8 +46,10 @@ class SceneSymbols:
         self.n = scene.groupoid.dim_x
         #: whether the time is the last entry of x
         self.clocked = scene.clocked
+        m = scene.groupoid.dim_u
+        self.stages = vector("s", stages * m)
         if self.clocked:
-            self.groupoid = Clocked(scene.groupoid)
+            self.groupoid = Clocked(scene.groupoid, self.stages[::m])
         #: the discrete Lagrangian that the scene gives itself, or None
         self.given = scene.discrete_lagrangian
         self._lagrangian, self._fast, self._force = scene.lagrangian, scene.fast, scene.force
@@ -57,8 +59,7 @@ class SceneSymbols:
         own = self.groupoid.symbols
         self.x, self.u, self.v, self.h = own["x"], own["u"], own["v"], own["h"]
         self.y = vector("y", self.groupoid.dim_x)
-        self.mu = vector("mu", scene.groupoid.dim_u)
-        self.stages = vector("s", stages * scene.groupoid.dim_u)
+        self.mu = vector("mu", m)
         self.constants: dict[Letter, Callable[[int], Any]] = {}
         self.parameters = SimpleNamespace()
         self.parameter_list: list[Letter] = []

@@ -9,10 +9,9 @@ from typing import Any
 from ..compiler import System
 from ..errors import BadInput
 from ..groupoids import chart_extents
-from ..numbers import sympy
-from ..numbers.types import Expression, Letter, Letters, SymbolicMatrix
+from ..numbers.types import Expression, Letters
 from .discrete_equations import DiscreteEquations
-from .one_step_equations import OneStepEquations
+from .one_step_equations import OneStepEquations, over
 from .symbols import vector
 
 
@@ -30,9 +29,9 @@ def step_system(
         return replace(equations.system, composed=composed)
     s, at_points, element = equations.s, equations.at_points, equations.element
     h = equations.h
-    rows, gain = _over(at_points.system, h), _over(at_points.gain, h)
+    rows, gain = over(at_points.system, h), over(at_points.gain, h)
     # by u and the stages; on the group along e→, ∂F⁻/∂u · R
-    slope = _over(at_points.slope if element is None else at_points.minus_along_right, h)
+    slope = over(at_points.slope if element is None else at_points.minus_along_right, h)
     branches = [] if element is None else [element.branch]
     groupoid = equations.groupoid
     used = equations.L.free_symbols
@@ -57,11 +56,6 @@ def step_system(
         composed=composed,
         adjoint=None if adjoint is None else step_system(adjoint),
     )
-
-
-def _over(matrix: SymbolicMatrix, h: Letter) -> SymbolicMatrix:
-    """matrix/h term by term, so that powers of h cancel before they are ever rounded."""
-    return matrix.applyfunc(lambda e: sympy.Add(*[t / h for t in sympy.Add.make_args(e)]))
 
 
 def _along_group(equations: DiscreteEquations) -> tuple[Letters, tuple[Expression, ...]]:

@@ -88,7 +88,8 @@ class Flow:
     ) -> Trajectory:
         """Run `steps` steps from the scene's start (or from x0, mu0), each every-th a row.
 
-        t0: the time of the start (exact), on which the motion depends where the scene does.
+        t0: the time of the start (exact), on which the motion depends where the scene does; an x0
+        with its time, such as a row of `Trajectory.base`, says it itself.
         Memory grows with the rows, not with the steps. u0 is only the first guess of Newton. Where
         L_d is given on the group, element0 (N×N) may be the first step g instead: μ0 = F⁻/h.
         `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)

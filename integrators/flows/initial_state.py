@@ -10,7 +10,7 @@ import numpy as np
 from ..bisections import EdgePolicy
 from ..equations import check_momentum, check_start, initial_momentum
 from ..errors import BadInput
-from ..numbers import Matrix, Vector
+from ..numbers import Matrix, Vector, exact_rational
 from ..numbers.types import Exact
 
 
@@ -37,6 +37,7 @@ class Starting:
         """
         if x0 is None and mu0 is None and u0 is None and element0 is None and t0 == 0:
             return self.own
+        x0, t0 = self._timed(x0, t0)
         if element0 is None:
             return self._with_momentum(x0, mu0, u0, t0)
         if mu0 is not None or u0 is not None:
@@ -44,6 +45,17 @@ class Starting:
                 f"{self.context.scene.name}: element0 says what mu0 and u0 are; leave these out."
             )
         return self._with_element(element0, x0, t0)
+
+    def _timed(self, x0: Any, t0: Exact) -> tuple[Any, Exact]:
+        """(x0 without its time, the time of the start), where x0 may hold one."""
+        s = self.context.equations.s
+        if not s.clocked or not hasattr(x0, "__len__") or len(x0) != s.n + 1:
+            return x0, t0
+        *position, last = x0
+        time = exact_rational(last, "the time in x0")
+        if t0 not in (0, time):
+            raise BadInput(f"x0 has the time {last}, but t0 is {t0}: leave one of them out.")
+        return position, time
 
     @cached_property
     def own(self) -> Start:

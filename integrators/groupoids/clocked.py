@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from ..numbers import sympy
-from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
+from ..numbers.types import Column, Expression, FieldPair, Letter, SymbolicMatrix
 from .groupoid import Groupoid
 
 
 class Clocked(Groupoid):
     """The arrows of `inner` over (x, t): the target of (x, t, w; h) has the time t + θh, w = θu.
 
-    θ is read off w: on a curve w(u, s) in the chart it is the slope by u at the identity. No
-    displacement moves the time, so e→ and e← are those of `inner`.
+    θ is read off w: on a curve w(u, s) in the chart it is the slope by u at the identity; what is
+    made of stages alone is a velocity, and θ its slope by all of these together. No displacement
+    moves the time, so e→ and e← are those of `inner`. stages: a letter of each stage's first entry.
     """
 
     by_user = False
 
-    def __init__(self, inner: Groupoid) -> None:
+    def __init__(self, inner: Groupoid, stages: Sequence[Letter] = ()) -> None:
+        self.stages = tuple(stages)
         self.inner, self.kind, self.retraction = inner, inner.kind, inner.retraction
         self.dim_x, self.dim_u = inner.dim_x + 1, inner.dim_u
         #: what the chart of `inner` is built from
@@ -29,9 +32,11 @@ class Clocked(Groupoid):
         return self.inner.name
 
     def share(self, w: Column) -> Expression:
-        """θ of a chart value w(u, s) = θu + …"""
-        slope = w[0].diff(self.symbols["u"][0])
-        return slope.xreplace(dict.fromkeys(slope.free_symbols & {*self.symbols["u"]}, 0))
+        """θ of a chart value w(u, s) = θu + …, or θ₁s₁ + θ₂s₂ + … of stages alone."""
+        u = [*self.symbols["u"]]
+        along = self.stages if w.free_symbols.isdisjoint(u) else u[:1]
+        slope = sympy.Add(*(w[0].diff(letter) for letter in along))
+        return slope.xreplace(dict.fromkeys(slope.free_symbols & {*u, *along}, 0))
 
     def target(self, x: Column, u: Column, h: Expression) -> Column:
         """(b, t + θh)."""

@@ -44,7 +44,8 @@ def _explain(options: argparse.Namespace) -> int:
 
 def explanation(scheme: Scheme) -> list[str]:
     """The lines of the page."""
-    from .equations import notation, plain_text, written
+    from ..report.wording import CONSTRAINED
+    from .equations import notation, plain_text, subscript, written
 
     scene, rule = scheme.scene, scheme.rule
     title = f"{scene.name} by {rule.name}"
@@ -52,7 +53,7 @@ def explanation(scheme: Scheme) -> list[str]:
     where += f"dim u {scene.groupoid.dim_u}"
     lines = [title, "=" * len(title), where]
     method = ["", "Method", *(f"  {line}" for line in (*_facts(scheme), *_work(scheme)))]
-    if scheme.one_step:
+    if scheme.one_step and not scene.constrained:
         said = f"A one-step map on the dual algebroid, without a discrete Lagrangian: {rule.source}"
         return [*lines, *textwrap.wrap(said, WIDTH), *method]
     out = written(scheme)
@@ -69,15 +70,24 @@ def explanation(scheme: Scheme) -> list[str]:
     lines += textwrap.wrap(notation(scheme), WIDTH)
     if out.lagrangian:
         lines += ["", "Lagrangian", *formula("l(x, u)", out.lagrangian)]
+    for head, rows in (("Force", out.force), ("Constraints", out.constraints)):
+        lines += ["", head] if rows else []
+        for number, terms in enumerate(rows, 1):
+            force = subscript(f"f_{number}") if len(rows) > 1 else "f"
+            lines += formula(force if rows is out.force else "0", terms)
     lines += ["", "Discrete Lagrangian", *formula("L_d(x, u)", out.discrete_lagrangian)]
     for letter, terms in out.points:
         lines += formula(plain_text([letter], out.letters), terms)
-    lines += ["", "Momentum before the step, μ = F⁻(x, u)/h"]
+    before, after = "μ = F⁻(x, u)/h", "F⁺(x, u)/h = F⁻(y, v)/h"
+    head = "Discrete Euler–Lagrange equations"
+    if out.constraints:
+        (before, after), head = CONSTRAINED, "Momentum after the step"
+    lines += ["", f"Momentum before the step, {before}"]
     for mu, terms in out.momenta:
-        lines += formula(plain_text([mu], out.letters), terms)
+        lines += formula(plain_text(mu, out.letters), terms)
     for letter, value in out.shared:
         lines += formula(plain_text([letter], out.letters), [value])
-    lines += ["", "Discrete Euler–Lagrange equations, F⁺(x, u)/h = F⁻(y, v)/h"]
+    lines += ["", f"{head}, {after}"]
     for here, there in out.residual:
         lines += formula(plain_text(here, out.letters), there)
     return [*lines, *method]
@@ -105,6 +115,8 @@ def _work(scheme: Scheme) -> list[str]:
     made = savings_made(flow)
     unknowns = len(flow.system.w)
     how = "one linear solve" if made["direct"] else "Newton's iteration"
+    if scheme.one_step and scheme.equations.explicit:
+        how = "no equation: the map is explicit"
     if flow.stages is not None:
         how = "a fixed point (Newton where that does not contract)"
     found = [f"unknowns       {unknowns} a step, by {how}"]

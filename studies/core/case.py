@@ -19,7 +19,7 @@ VERDICTS = ("fail", "inconclusive", "pass")  # worst first
 #: what a study may say of a case beside `measured` and `rows`
 DETAILS = (
     "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
-    "unusable", "diagnosis", "local",
+    "unusable", "diagnosis", "local", "left_out_step",
 )  # fmt: skip
 Progress = Callable[[str, float], None]
 

@@ -11,7 +11,7 @@ from .mathml import display
 from .publish import published
 from .summary import headline, machine, merged, runs, tally, trouble, when
 from .tables import columns, file_name, write_tables
-from .wording import VERDICTS, Case, Result, is_control, verdict, why
+from .wording import CONSTRAINED, VERDICTS, Case, Result, is_control, verdict, why
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -197,8 +197,12 @@ _SCENE: dict[str, Any] = dict.fromkeys(
 
 _FORMULAE = (
     ("Lagrangian", "lagrangian_mathml"),
+    ("Force", "force_mathml"),
+    ("Constraints", "constraints_mathml"),
     ("Discrete Lagrangian", "discrete_lagrangian_mathml"),
     ("Points of a step", "points_mathml"),
     ("Momentum, μ = F⁻(x, u)/h", "momentum_mathml"),
     ("Discrete Euler–Lagrange equations, F⁺(x, u)/h = F⁻(y, v)/h", "residual_mathml"),
+    (f"Momentum before the step, {CONSTRAINED[0]}", "constrained_momentum_mathml"),
+    (f"Momentum after the step, {CONSTRAINED[1]}", "constrained_residual_mathml"),
 )

@@ -13,6 +13,11 @@ VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
 NONE = "—"
 #: the retraction of groupoids that are given none, which names leave out
 USUAL_RETRACTION = "cayley"
+#: the momentum before and after a step under constraints
+CONSTRAINED = (
+    "μ + h/2 A(x)ᵀλ = F⁻(x, u)/h",
+    "F⁺(x, u)/h = μ′ − h/2 A(y)ᵀν, with A(y) ξ(y, μ′) = 0",
+)
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 

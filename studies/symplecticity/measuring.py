@@ -100,24 +100,31 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     label = f"{case.scene.name} {case.label}"
     progress(f"{label}: largest stable step", 0.0)
     largest = _largest_stable_step(case)
-    rows = _control_rows(case, largest) if case.control else _rows(case, largest)
-    return {
+    tried = largest
+    rows, largest = (
+        (_control_rows(case, largest), largest) if case.control else _rows(case, largest)
+    )
+    found: dict[str, Any] = {
         "rows": rows,
         "measured": {kind: _worst(rows, kind) for kind in ("pullback", "poisson", "residual")},
     }
+    if largest != tried:  # a step this long could not be followed; the last rows are of a part
+        found["left_out_step"] = float(tried)
+    return found
 
 
-def _rows(case: Case, largest: Fraction) -> list[dict[str, Any]]:
+def _rows(case: Case, largest: Fraction) -> tuple[list[dict[str, Any]], Fraction]:
+    """The rows at the scene's step and at the largest one, and which that was."""
     own = Fraction(case.scene.step)
     rows = _rows_at(case, own)
-    while largest > own:
+    while largest != own:
         try:
-            return rows + _rows_at(case, largest)
+            return rows + _rows_at(case, largest), largest
         except StepFailure:
-            if not (len(case.scheme.s.stages) or case.scheme.one_step):
+            if not (len(case.scheme.s.stages) or case.scheme.one_step) or largest < own:
                 raise
             largest /= 2  # so long a step has several solutions in the stages: maps and run differ
-    return rows if largest == own else rows + _rows_at(case, largest)
+    return rows, largest
 
 
 def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:

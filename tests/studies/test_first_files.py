@@ -78,6 +78,18 @@ def test_explain_says_order_symmetry_and_cost(capsys):
     assert max(map(len, shown.splitlines())) <= 100
 
 
+def test_explain_says_what_acts_and_what_holds(capsys):
+    shown = {}
+    for scene, rule in (("duffing", "midpoint"), ("cartesian-pendulum", "midpoint"),
+                        ("pendulum", "runge-kutta-4")):  # fmt: skip
+        assert main(["explain", scene, rule]) == 0
+        shown[scene] = capsys.readouterr().out
+    assert "f = −friction·u + drive·cos(frequency·x₂)" in shown["duffing"]
+    assert "0 = −length²/2 + x₁²/2 + x₂²/2" in shown["cartesian-pendulum"]
+    assert "μ₁ + h·x₁·λ/2 = mass·u₁" in shown["cartesian-pendulum"]
+    assert "the map is explicit" in shown["pendulum"] and "solve" not in shown["pendulum"]
+
+
 LONGER = ("gauss-2", "imex", "triple-jump:midpoint")
 
 

@@ -300,6 +300,10 @@ def test_equations_of_a_scheme_are_typeset() -> None:
             for formula in found[key]:
                 assert mathml.display(formula).startswith("<math")
                 assert not re.search("_|after|z0", words(formula))
+    held = equations_of(Scheme(scenes.get("suslov"), discretisations.midpoint))
+    assert words(held["constraints_mathml"][0]) == "u3=0"
+    assert words(held["constrained_momentum_mathml"][2]).startswith("μ3+h λ2=")
+    assert words(held["constrained_residual_mathml"][0]).endswith("=μ′1")
     assert words(found["residual_mathml"][2]).startswith(
         "inertia3 u3+h u1 u22 (inertia1−inertia2)+"
     )

@@ -60,6 +60,32 @@ def test_substeps_and_adjoints_have_theirs(scene):
     assert order(one) == pytest.approx(4, abs=0.2)
 
 
+@discretisation(order=2, stages=1)
+def two_halves(L, G, x, u, h, s):
+    """Two trapezoidal steps of h/2, the velocity of the first a stage."""
+    middle, then = G.target(x, s[0], h / 2), 2 * u - s[0]
+    ends = L(x, s[0]) + L(G.target(x, u, h), then)
+    return h * (ends + L(middle, s[0]) + L(middle, then)) / 4
+
+
+@pytest.mark.parametrize("force", [None, lambda x, v, p, t: [sympy.cos(3 * t) - v[0] / 5]])
+def test_a_point_that_a_stage_leads_to_has_its_time(force):
+    scene = held(name="pushed", force=force)
+    wanted, found = (
+        errors(Scheme(scene, rule), (32, 64)) for rule in (two_halves, rules.get("trapezoidal"))
+    )
+    assert np.log2(wanted[0] / wanted[1]) == pytest.approx(2, abs=0.05)
+    assert 3 < found[0] / wanted[0] < 5  # steps half as long
+
+
+def test_a_point_whose_time_is_unknown_is_refused():
+    mixed = discretisation(stages=1, name="mixed")(
+        lambda L, G, x, u, h, s: h * L(G.target(x, 2 * u - s[0], h / 2), u)
+    )
+    with pytest.raises(BadInput, match=r"the time of G.target\(x, w, h/2\) is unknown"):
+        Scheme(SWUNG, mixed)
+
+
 @discretisation(order=2)
 def late(L, G, x, u, h):
     """The midpoint rule with everything at t_k."""
@@ -101,6 +127,10 @@ def test_a_run_may_start_at_any_time():
     assert whole.x.shape == (41, 1) and whole.base.shape == (41, 2)
     assert np.abs(whole.base[:, 1] - whole.t).max() < 1e-15
     assert np.abs(then.x[-1] - whole.x[-1]).max() < 1e-13
+    same = made.trajectory(20, x0=first.base[-1], mu0=first.mu[-1], u0=first.u[-1])
+    assert same.t[0] == first.t[-1] and np.abs(same.x[-1] - whole.x[-1]).max() < 1e-13
+    with pytest.raises(BadInput, match=r"x0 has the time .*, but t0 is 1/3: leave one"):
+        made.trajectory(1, x0=first.base[-1], t0="1/3")
     assert np.abs(made.trajectory(40).x - whole.x).max() > 1e-3  # another time, another motion
     with pytest.raises(BadInput, match="t0"):
         made.trajectory(1, t0=float("nan"))

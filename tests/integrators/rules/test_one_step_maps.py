@@ -334,6 +334,9 @@ def wrong(formula, **how):
     [
         (lambda s, z, h: z[:3, :], {}, "gives Z of shape 3×1; a state .* has 4 entries"),
         (lambda s, z, h: None, {}, "gives Z None"),
+        (lambda s, z, h: [z] * 4, {}, "gives Z as a list of columns"),
+        (lambda s, z, h: z / sympy.Integer(0), {}, "gives Z that is not finite"),
+        (lambda s, z, Z, h: Z * sympy.nan, {"implicit": True}, "residual that is not finite"),
         (lambda s, z, h: z + h * s.f(z[:2, :]), {}, "asks at a 2×1 matrix"),
         (lambda s, z, h: 1 / 0, {}, "could not be evaluated with symbols .ZeroDivision"),
         (lambda s, z, h: z + h * s.g(z), {}, "asks for what is not there"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from discmech.integrators import BadInput, LocalGroupoid, Scene, scenes
+from discmech.integrators import BadInput, LocalGroupoid, Scene, StepFailure, scenes
 from discmech.integrators.rules import trapezoidal
 from discmech.studies import check, get
 from discmech.studies.core import controls
@@ -111,3 +111,19 @@ def test_a_product_that_is_no_product_is_refused_before_anything_is_measured():
     scene = Scene("lopsided", lopsided, lambda x, v, p: v[0] ** 2 / 2, x0=[1], v0=[1])
     with pytest.raises(BadInput, match=r"(?i)associat|inverse|unit|target"):
         check("symplecticity", [scene], ["midpoint"], [16])
+
+
+def test_a_step_that_could_not_be_followed_is_said(monkeypatch):
+    from discmech.studies.symplecticity import measuring
+
+    sound, own = measuring._rows_at, scenes.get("pendulum").step
+
+    def refused(case, step):
+        if step > own:
+            raise StepFailure("pendulum", "gauss-2", 0, 0.0, {}, "no stages")
+        return sound(case, step)
+
+    monkeypatch.setattr(measuring, "_rows_at", refused)
+    monkeypatch.setattr(measuring, "_largest_stable_step", lambda case: 4 * own)
+    found = measured("symplecticity", "pendulum", "gauss-2", steps=24)
+    assert found["verdict"] == "pass" and found["left_out_step"] == float(4 * own)
