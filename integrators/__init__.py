@@ -12,6 +12,7 @@ from .bisections import Bisection, EvolutionOperator
 from .errors import BadInput, DiscmechError, StepFailure
 from .flows import Scheme
 from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
+from .lattices import Lattice
 from .retractions import cayley, exponential
 from .rules import (
     Discretisation,
@@ -32,6 +33,7 @@ __all__ = [
     "Discretisation",
     "EvolutionOperator",
     "Groupoid",
+    "Lattice",
     "LocalGroupoid",
     "MatrixAlgebra",
     "Scene",

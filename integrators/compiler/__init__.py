@@ -6,8 +6,19 @@
 from __future__ import annotations
 
 from .cache import cache_folder, cached_text, imported, write_atomically
-from .kernels import Kernels, compile, compile_stages, interpreted, kernel_text, names_of, text_key
+from .kernels import (
+    Kernels,
+    LatticeKernels,
+    compile,
+    compile_lattice,
+    compile_stages,
+    interpreted,
+    kernel_text,
+    names_of,
+    text_key,
+)
 from .kernels_at_step import KernelsAtStep, Run, StagesAtStep, taken_over
+from .lattice_text import Kicks, LatticeSystem
 from .layout import (
     BRANCH,
     CONTRACTION,
@@ -32,8 +43,10 @@ from .system import System
 
 __all__ = [
     "BRANCH", "CONTRACTION", "CORRECTIONS", "EDGE", "FARTHEST", "Kernels", "KernelsAtStep",
-    "LAST_SIZE", "Layout", "MOST", "NOT_CONVERGED", "NoShortForm", "OK", "REACH", "Run", "SAVINGS",
+    "Kicks", "LAST_SIZE", "LatticeKernels", "LatticeSystem", "Layout",
+    "MOST", "NOT_CONVERGED", "NoShortForm", "OK", "REACH", "Run", "SAVINGS",
     "SINGULAR", "SLACK", "STRAYED", "SWEEPS", "StageSystem", "StagesAtStep", "System",
-    "cache_folder", "cached_text", "compile", "compile_stages", "imported", "interpreted",
+    "cache_folder", "cached_text", "compile", "compile_lattice", "compile_stages",
+    "imported", "interpreted",
     "is_affine", "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
 ]  # fmt: skip

@@ -69,11 +69,16 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
 
 def driver_text() -> str:
     """The text that is part of every module."""
-    files = (Path(__file__).with_name(f"{name}.py") for name in ("driver", "tuple_operations"))
-    text = "\n\n".join(file.read_text(encoding="utf-8") for file in files)
+    text = texts_of("driver", "newton_iteration", "tuple_operations")
     for name, kind in CALLED.items():
         text = text.replace(f"def {name}(", f"@{kind}\ndef {name}(")
     return text
+
+
+def texts_of(*names: str) -> str:
+    """The text of files of this room."""
+    files = (Path(__file__).with_name(f"{name}.py") for name in names)
+    return "\n\n".join(file.read_text(encoding="utf-8") for file in files)
 
 
 class KernelText:

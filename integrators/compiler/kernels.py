@@ -13,17 +13,31 @@ from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any
 
-from ..numbers import Arithmetic, Multiple, Number, Numbers, run_text
+from ..numbers import Arithmetic, Double, Multiple, Number, Numbers, run_text
 from . import layout as _layout
 from .cache import cached_text, digest, sources
 from .kernel_text import module_text
 from .lanes import lane_namespace
+from .lattice_text import LatticeSystem, lattice_text
 from .layout import Layout, StageLayout
 from .llvm_values import Array
 from .machine_code import address, compiled, vector_width
 from .stage_system import StageSystem
 from .stage_text import stage_text
 from .system import System, written
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeKernels:
+    """The functions of a lattice (`lattice_driver`): `advance`, and `prepare` of each system.
+
+    widths: columns of the arrays that `advance` takes; affine: whether no iteration solves a step.
+    """
+
+    advance: Callable[..., tuple[int, int]]
+    prepare: tuple[Callable[[Numbers], Sequence[Number]], ...]
+    widths: dict[str, int]
+    affine: bool
 
 
 def as_it_is(array: Any) -> Any:
@@ -107,12 +121,34 @@ def compile_stages(system: StageSystem, numbers: Arithmetic) -> Kernels:
     return _compiled(system, text, names)
 
 
+@lru_cache(maxsize=512)
+def compile_lattice(system: LatticeSystem, shape: str, composed: bool) -> LatticeKernels:
+    """The kernels and the driver of a lattice, in double precision.
+
+    shape: chain, ring or list, of the bonds; composed: a step is several substeps.
+    """
+    path = f"{_file_name(system)}_lattice_{text_key(system, shape, composed)}.py"
+    text = cached_text(path, lambda: lattice_text(system, shape, composed))
+    names = names_of(text, Double())
+    arrays = {word: Array("i", columns=width) for word, width in
+              (("ranges", 2), ("segments", 4))}  # fmt: skip
+    arrays |= {"kinds": Array("i"), "totals": Array("f")}
+    n, m, S = (names[word] for word in ("n", "m", "S"))
+    widths = {"x": n, "nu": m, "mu": m, "w": S, "w1": S, "w2": S, "w3": S,
+              "work": names["WORK"], "ties": 2 * S * S, "p": names["SITES"], "q": names["BONDS"],
+              "coefficients": names["WIDTH"]}  # fmt: skip
+    arrays |= {word: Array("f", columns=width) for word, width in widths.items()}
+    advance = compiled(_file_name(system), text, names, arrays)
+    prepare = tuple(kind.prepare for kind in names["SYSTEMS"])
+    return LatticeKernels(advance, prepare, widths, bool(names["RULE"].affine))
+
+
 def text_key(*parts: Any) -> str:
     """Part of the name of a file that is generated from systems, expressions and words."""
     return digest(sources(), written(*parts))
 
 
-def _file_name(system: System | StageSystem) -> str:
+def _file_name(system: System | StageSystem | LatticeSystem) -> str:
     # the rule's name is left out: on a group all simple rules share their kernels
     return re.sub(r"\W", "_", system.name)
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 from ..numbers import Coefficients, function_text, symbols_of, sympy, with_tables
 from ..numbers.types import Assignment, Expression, Expressions, Letter
 from .elimination import Equations, solve
+from .kernel_text import texts_of
 from .layout import StageLayout
 from .stage_system import StageSystem
 
@@ -39,8 +39,7 @@ def stage_text(system: StageSystem) -> str:
         "SYSTEMS = RULE,",
         "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 4",
     ]
-    files = (Path(__file__).with_name(f"{n}.py") for n in ("stage_driver", "tuple_operations"))
-    driver = "\n\n".join(file.read_text(encoding="utf-8") for file in files)
+    driver = texts_of("stage_driver", "tuple_operations")
     for name in ("at_nodes", "balanced", "times"):
         driver = driver.replace(f"def {name}(", f"@kernel\ndef {name}(")
     parts = [f"# {system.name}", text, "\n".join(facts), driver]

@@ -1,7 +1,7 @@
 """What is derived from one discrete Lagrangian: Legendre maps, residual, FL, W, Ω."""
 
 from .absolute_terms import absolute_terms, energy_terms
-from .checks import check_momentum, check_start
+from .checks import check_momentum, check_regular, check_start
 from .constrained_equations import ConstrainedEquations
 from .constraints import constraint, constraint_matrix
 from .continuous import (
@@ -15,6 +15,7 @@ from .continuous import (
     vector_field,
 )
 from .discrete_equations import DiscreteEquations
+from .discrete_lagrangian import DiscreteLagrangian
 from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
 from .hamilton_field import field_parts
@@ -26,10 +27,10 @@ from .system import step_system
 from .virtual_work import discrete_force, force_points
 
 __all__ = [
-    "ConstrainedEquations", "DiscreteEquations", "DiscretisedScene", "DualSystem",
-    "OneStepEquations", "SceneSymbols", "absolute_terms", "check_momentum", "check_start",
-    "closed_velocity", "constraint", "constraint_matrix", "discrete_force", "energy",
-    "energy_terms", "field_parts", "force_points", "initial_momentum", "legendre_inverse",
-    "mass_matrix", "momentum", "no_stages", "power", "rates", "stage_system", "step_system",
-    "vector_field",
+    "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
+    "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "check_momentum",
+    "check_regular", "check_start", "closed_velocity", "constraint", "constraint_matrix",
+    "discrete_force", "energy", "energy_terms", "field_parts", "force_points", "initial_momentum",
+    "legendre_inverse", "mass_matrix", "momentum", "no_stages", "power", "rates", "stage_system",
+    "step_system", "vector_field",
 ]  # fmt: skip

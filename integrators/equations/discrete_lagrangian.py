@@ -44,6 +44,7 @@ class DiscreteLagrangian:
         self._charts: dict[tuple[Expression, ...], Block] = {}
         self._terms: dict[str, Term] = {}
         self._curves: dict[tuple[Any, ...], CurveTerm] = {}
+        self.weighted = False  # whether it is a weighted sum of values of L, and nothing else
         self.element: Element | None = None
         self.L, self.G = LagrangianForRule(s), GroupoidForRule(s)
         if isinstance(s.given, OnGroup):
@@ -86,6 +87,7 @@ class DiscreteLagrangian:
             # no weighted sum: derived as it stands, letters bound by a Subs or an integral too
             weighted, names, weights = given.xreplace({c: c.written_out() for c in outer}), {}, []
             weighted = weighted.doit()
+        self.weighted = bool(len(weights)) and rest == 0
         if self.s.forced and not len(weights):
             raise BadInput(
                 f"{self.s.name}: a force acts where the rule asks for L, with the weight that L "

@@ -8,6 +8,7 @@ from typing import Any
 from ..equations import DiscretisedScene
 from ..errors import BadInput
 from ..geometry import is_self_adjoint
+from ..lattices import Lattice, LatticeScheme
 from ..rules import Composition, OneStepMap, Substep
 from .flow import Flow, Substeps
 
@@ -18,6 +19,12 @@ class Scheme(DiscretisedScene):
     Raises `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be
     evaluated, or L_d is degenerate (FL singular everywhere).
     """
+
+    def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
+        """Of a `Lattice`, its `LatticeScheme`."""
+        if isinstance(scene, Lattice):
+            return LatticeScheme(scene, *given, **named)
+        return super().__new__(cls)
 
     def at(self, **values: Any) -> Scheme:
         """This scheme with other values: parameters, x0, v0, step, duration, name.

@@ -1,0 +1,184 @@
+"""The text of a lattice's kernels, of one site and of one bond, and of their driver."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..numbers import Coefficients, function_text, needed, symbols_of, sympy, with_tables
+from ..numbers.types import Column, Expression, Letters
+from .kernel_text import KernelText, texts_of
+from .omissions import pivot_rows
+from .system import System
+
+BLOCK = 1024  # bonds whose sites stay in the cache nearest to the processor
+MOST = 60  # operations of a force that is computed twice rather than one bond at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Kicks:
+    """Forces of a term that holds no velocity: F⁻/h and F⁺/h at the same x, in `own` letters."""
+
+    name: str
+    x: Letters
+    own: Letters
+    minus: Column
+    plus: Column
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeSystem:
+    """One step of a lattice as data: of one site, and of one bond.
+
+    q: h, then parameters that all share and the rule's numbers. site: what a site has to itself,
+    in its own letters `own` (behind `q` in site.q). kicks: (of a site's potential, of a bond) where
+    no bond holds unknowns; else bond: the System of one bond, x, u, w and rows of both ends
+    one after the other, with letters `bond_own`.
+    adjoint: that of the adjoint, where substeps of a composition are steps of it.
+    """
+
+    name: str
+    q: Letters
+    site: System
+    own: Letters
+    bond_own: Letters
+    kicks: tuple[Kicks | None, Kicks] | None = None
+    bond: System | None = None
+    adjoint: LatticeSystem | None = None
+
+
+def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
+    """The text of all kernels of a lattice, and of its driver; shape: chain, ring or list."""
+    kinds = [system] if system.adjoint is None else [system, system.adjoint]
+    made = [_Kernels(s, suffix) for s, suffix in zip(kinds, ("", "_of_adjoint"))]  # noqa: B905
+    local, s = system.kicks is not None, len(system.site.w)
+    facts = [
+        f"n, m, S = {len(system.site.x)}, {len(system.site.u)}, {len(system.site.w)}",
+        f"MIXED, LOCAL, SPLIT = {len(made) > 1}, {local}, {made[0].cheap}",
+        f"RING, LISTED, LATER = {shape == 'ring'}, {shape == 'list'}, {int(shape == 'ring')}",
+        f"COMPOSED = {composed}",
+        f"SITES, BONDS, BLOCK = {len(system.own)}, {len(system.bond_own)}, {BLOCK}",
+        f"WORK, PLACE = {s * s * (2 if shape == 'ring' else 1) + s}, 3",
+        "KAPPA, SCALE, AGE, DEGREE = 4, 5, 6, 7",
+        f"WIDTH = {max(k.width for k in made)}",
+        f"ORDER = {tuple(pivot_rows(system.site))}",
+        *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), made)),  # noqa: B905
+        # a composition of a rule and its adjoint begins with the latter
+        f"FIRST = {'ADJOINT' if len(made) > 1 else 'RULE'}",
+        f"SYSTEMS = RULE,{' ADJOINT' if len(made) > 1 else ''}",
+    ]
+    driver = texts_of(
+        "lattice_driver",
+        "lattice_newton",
+        "lattice_elimination",
+        "newton_iteration",
+        "tuple_operations",
+    )
+    for name in ("forces", "plus", "times", "less", "summed", "reduced"):
+        driver = driver.replace(f"def {name}(", f"@kernel\ndef {name}(")
+    texts = (k.text for k in made)
+    return with_tables("\n\n".join([f"# {system.name}", *texts, "\n".join(facts), driver]))
+
+
+class _Kernels:
+    """The kernels of a lattice's rule, or of its adjoint; they share their coefficients."""
+
+    def __init__(self, system: LatticeSystem, suffix: str) -> None:
+        self.system, self.suffix = system, suffix
+        coefficients = Coefficients(system.q)
+        coefficients.symbol(system.q[0])
+        site = _TermText(system.site, f"{suffix}", system.own, coefficients)
+        parts = [site.local() if system.kicks else site.coupled()]
+        self.affine = bool(system.kicks) and site.affine
+        kicks = [k for k in system.kicks or () if k is not None]
+        parts += [_kick_text(k, f"{k.name}{suffix}", coefficients) for k in kicks]
+        if system.bond is not None:
+            bond = _TermText(system.bond, f"_of_bond{suffix}", system.bond_own, coefficients)
+            parts.append(bond.coupled())
+        numbered = {s: sympy.Symbol(f"q{i}", real=True) for i, s in enumerate(system.q)}
+        c = [e.xreplace(numbered) for e in coefficients.values]
+        parts.append(function_text(f"prepare{suffix}", {"q": numbered.values()}, [c]))
+        self.text, self.width = "\n\n".join(parts), len(c)
+        #: whether a bond's forces are cheap
+        self.cheap = (
+            bool(kicks)
+            and sum(map(parts[-2].count, "+-*/")) < MOST
+            and not any(a.is_Function for e in kicks[-1].minus for a in sympy.preorder_traversal(e))
+        )
+
+    @property
+    def record(self) -> str:
+        """What the driver is given."""
+        s, system = self.suffix, self.system
+        entries = {"prepare": f"prepare{s}", "affine": self.affine, "update": f"update{s}"}
+        if system.kicks is not None:
+            entries |= {"solver": f"solver{s}", "potential": None}
+            for kick in system.kicks:
+                if kick is not None:
+                    name = f"{kick.name}{s}"
+                    entries[kick.name] = (
+                        f"Record(minus=minus_{name}, plus=plus_{name}, whole=whole_{name})"
+                    )
+        else:
+            entries |= {"equations": f"equations{s}", "bond_equations": f"equations_of_bond{s}",
+                        "bond_gain": f"gain_of_bond{s}"}  # fmt: skip
+        return f"Record({', '.join(f'{k}={v}' for k, v in entries.items())})"
+
+
+def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
+    texts = []
+    whole = (kick.plus - kick.minus).applyfunc(sympy.expand_mul)  # where a step is one substep
+    for word, column in (("minus", kick.minus), ("plus", kick.plus), ("whole", whole)):
+        values = [coefficients.hoist(e) for e in column]
+        c = [f"c{i}" for i in range(len(coefficients.values))]
+        given: dict[str, Any] = {"x": kick.x, "c": c, "own": kick.own}
+        texts.append(f"@kernel\n{function_text(f'{word}_{name}', given, [values])}")
+    return "\n\n".join(texts)
+
+
+class _TermText(KernelText):
+    """Kernels of one term, with letters of its own beside the coefficients that all share."""
+
+    def __init__(
+        self, system: System, suffix: str, own: Letters, coefficients: Coefficients
+    ) -> None:
+        super().__init__(replace(system, extents=()), suffix, ("carried",))
+        self.own, self.coefficients = own, coefficients
+
+    def _function(self, name: str, *parts: Any) -> str:
+        arguments, *rest = parts
+        return super()._function(name, {**arguments, "own": self.own}, *rest)
+
+    def _with_called(self, kernels: Sequence[str]) -> str:
+        shared = [f"@kernel\n{text}" for _, _, text in self._functions.values()]
+        return "\n\n".join([*shared, *kernels])
+
+    def local(self) -> str:
+        """`solver` and `update` of a site by itself."""
+        return self._with_called([self._solver(), self._update()])
+
+    def coupled(self) -> str:
+        """`equations(x, w, c) → (rows, slope row by row)`, and `update`, of a bond `gain`."""
+        system = self.system
+        rows, slope = list(system.rows), list(system.slope)
+        uses = [*rows, *slope]
+        before = [*self._define_xi, *self._written(needed(system.definitions, uses))]
+        results = [[self._hoist(e) for e in part] for part in (rows, slope)]
+        given = {"x": system.x, "w": system.w, "c": self._c}
+        kernels = [self._function("equations", given, results, before)]
+        kernels.append(self._gain() if "bond" in self.suffix else self._update())
+        return self._with_called(kernels)
+
+    def _gain(self) -> str:
+        """What μ of both ends of a bond grow by."""
+        system = self.system
+        inner = self._written(needed(system.definitions, system.gain, known=system.y))
+        used: list[Expression] = [*system.gain, *(e for _, values in inner for e in values)]
+        before = [*self._define_xi]
+        if set(system.y) & symbols_of(used):
+            ends = [self._hoist(x + d) for x, d in zip(system.x, system.increment, strict=True)]
+            before.append((list(system.y), ends))
+        gain = [self._hoist(e) for e in system.gain]
+        given = {"x": system.x, "w": system.w, "c": self._c}
+        return self._function("gain", given, [gain], [*before, *inner])

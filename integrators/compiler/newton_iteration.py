@@ -1,0 +1,87 @@
+"""Newton's method of a step, and when it is at its end: text of every module, as `driver` is."""
+
+# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
+# mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
+
+
+def newton(system, x, mu, k, memo, c):
+    """Newton from an extrapolated start, until what is left is certainly below round-off.
+
+    After a correction of size s the next one is at most κs², κ being what was seen in this run.
+    Where that makes one correction enough (8: κ may have grown since), this is the whole solution;
+    every sixteenth step is corrected once more, to see κ again, for 1/16 more work. `scale` is the
+    size of w, forgotten slowly (DECAY, 0.999: in a thousand steps). The order of extrapolation is
+    chosen until all five past solutions are there (age 6), then with κ. If Newton fails, the last
+    solution is tried as start.
+    """
+    u1, u2, u3, u4, u5, order, age, kappa, scale = memo
+    w = predict(order, u1, u2, u3, u4, u5)
+    before, count, total, tries = HUGE, 0, 0, 1
+    while True:
+        dw, size = system.solver(x, w, mu, k, c)
+        w = plus(w, dw)
+        if total == 0 and age % 16 != 0 and 8 * kappa * size * size <= EPS * scale:
+            here = norm(w)
+            scale = here if here > scale * DECAY else scale * DECAY
+            return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), 1, size, OK
+        count, total, here = count + 1, total + 1, norm(w)
+        status, kappa = judge(size, before, here, scale, kappa, count)
+        if status == OK:
+            break
+        before = size
+        if status == SINGULAR or count >= 40:  # quadratic convergence takes no more than ten
+            if tries == 2:
+                break
+            before, count, tries, w = HUGE, 0, 2, u1
+    if status != OK:
+        return w, memo, total, size, status
+    scale = here if here > scale * DECAY else scale * DECAY
+    if age < 6 or age % 16 == 0:
+        order = best_order(w, u1, u2, u3, u4, u5, age)
+    return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), total, size, OK
+
+
+def judge(size, before, here, scale, kappa, count):
+    """Whether Newton is at its end after a correction of this size, and κ as seen so far.
+
+    It ends when a correction is round-off, when the next one would be, or when corrections below
+    √ε no longer halve: what is left then is the round-off of the residual. κ is not seen in
+    corrections below 64 round-offs, which are noise.
+    """
+    if not size < HUGE:
+        return SINGULAR, kappa
+    noise = EPS * (here if here > scale else scale)
+    if count > 1:
+        seen = size / (before * before) if before > 0 else kappa
+        if size > 64 * noise:
+            if seen > kappa or count == 2:
+                kappa = seen
+        elif 64 * noise < kappa * before * before:
+            kappa = 64 * noise / (before * before)
+    ended = size <= noise or (count > 1 and 8 * kappa * size * size <= noise)
+    stagnant = count > 2 and size > before / 2 and size < ROOT_EPS * noise / EPS
+    return OK if ended or stagnant else NOT_CONVERGED, kappa
+
+
+def best_order(w, u1, u2, u3, u4, u5, age):
+    """The order of extrapolation that would have hit this solution best."""
+    best, error = 0, distance(w, u1)
+    for order in range(1, 5):
+        if order < age:
+            miss = distance(w, predict(order, u1, u2, u3, u4, u5))
+            if miss < error:
+                best, error = order, miss
+    return best
+
+
+def predict(order, u1, u2, u3, u4, u5):
+    """The next of a row of solutions, by a polynomial of that degree through the last ones."""
+    if order == 0:
+        return u1
+    if order == 1:
+        return tuple([2 * a - b for a, b in zip(u1, u2)])
+    if order == 2:
+        return tuple([3 * (a - b) + c for a, b, c in zip(u1, u2, u3)])
+    if order == 3:
+        return tuple([4 * (a + c) - 6 * b - d for a, b, c, d in zip(u1, u2, u3, u4)])
+    return tuple([5 * (a - d) + 10 * (c - b) + e for a, b, c, d, e in zip(u1, u2, u3, u4, u5)])

@@ -1,0 +1,210 @@
+"""A lattice: many sites of one groupoid, terms on sites and on bonds, as data."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..errors import BadInput
+from ..groupoids import Groupoid, LieGroup, RowAction
+from ..numbers import exact_nested, exact_rational
+
+INTEGER = (int, np.integer)
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """N sites of one groupoid: L = Σ on_site(x_i, v_i, p) + Σ on_bond(x_i, x_j, p) over bonds.
+
+    site: the groupoid of a site, with base dimension n and fibre dimension m. On lie_group(...)
+    a site carries its element: x is the k×k matrix A with A′ = A ξ^, n = k².
+    sites: N. on_site(x, v, p), on_bond(x, y, p): sympy columns x and y (n×1; k×k matrices on a
+    group), v (m×1); a bond's energy enters with a minus, L = T − V.
+    bonds: "chain" joins i and i + 1, "ring" also N − 1 and 0; else pairs (i, j), i ≠ j.
+    parameters: numbers, and arrays whose first axis has the length N (an entry a site; on_bond
+    reads a column of two, those of x and of y) or the number of bonds (an entry a bond). Where
+    both are of one length, on_site reads it by sites and on_bond by bonds.
+    x0 (N, n), v0 (N, m): floats, natural velocities; on a group x0 may be (N, k, k), or left out.
+    duration, step: as of a `Scene`. fixed_ends: the first and the last site of a chain stay at
+    their x0; fixed: further sites that do.
+
+    Raises `BadInput` for wrong shapes, non-finite numbers, and bonds to sites that are not there.
+    """
+
+    name: str
+    site: Groupoid
+    sites: int
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    on_site: Callable[..., Any] | None = None
+    on_bond: Callable[..., Any] | None = None
+    bonds: str | Sequence[tuple[int, int]] | np.ndarray = "chain"
+    x0: Any = None
+    v0: Any = None
+    duration: Any = 10
+    step: Any = None
+    fixed_ends: bool = False
+    fixed: Sequence[int] = ()
+    source: str = ""
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
+            raise BadInput(
+                f"a lattice's name is {self.name!r}: use letters, digits, dots and dashes only."
+            )
+        if not isinstance(self.site, Groupoid):
+            raise BadInput(f"{self.name}: site is {self.site!r}; give a groupoid, such as pair(1).")
+        if not isinstance(self.sites, INTEGER) or isinstance(self.sites, bool) or self.sites < 2:
+            raise BadInput(f"{self.name}: sites is {self.sites!r}; give a whole number from 2.")
+        for word in ("on_site", "on_bond"):
+            if not callable(getattr(self, word)):
+                given = "(x, v, p)" if word == "on_site" else "(x, y, p)"
+                raise BadInput(f"{self.name}: {word} is {getattr(self, word)!r}; give a function "
+                               f"of {given}.")  # fmt: skip
+        duration = exact_rational(self.duration, f"{self.name}: duration")
+        step = duration / 1000 if self.step is None else self.step
+        object.__setattr__(self, "duration", duration)
+        object.__setattr__(self, "step", exact_rational(step, f"{self.name}: step"))
+        if self.duration <= 0 or self.step <= 0:
+            raise BadInput(f"{self.name}: duration and step must be positive.")
+        self.pairs, self.free, self.split_parameters, self.start  # noqa: B018 - checked now
+
+    @cached_property
+    def groupoid(self) -> Groupoid:
+        """The groupoid of a site; of a group its action on itself: bonds see the element."""
+        if not isinstance(self.site, LieGroup):
+            if not self.site.dim_x:
+                raise BadInput(f"{self.name}: {self.site.name} has no base that bonds could see.")
+            return self.site
+        algebra = self.site.algebra
+        return RowAction(algebra, self.site.tau, rows=algebra.real.size)
+
+    @property
+    def matrix_size(self) -> int:
+        """k where a site carries a k×k matrix, else 0."""
+        return self.site.algebra.real.size if isinstance(self.site, LieGroup) else 0
+
+    @property
+    def shape(self) -> str:
+        """How a step's equations are eliminated: along a "chain" or "ring", or as a "list"."""
+        if not isinstance(self.bonds, str) or (self.bonds == "ring" and not self.free.all()):
+            return "list"
+        return self.bonds
+
+    @cached_property
+    def pairs(self) -> np.ndarray:
+        """The bonds as pairs of sites, (B, 2)."""
+        N = int(self.sites)
+        if isinstance(self.bonds, str):
+            if self.bonds not in ("chain", "ring"):
+                raise BadInput(f'{self.name}: bonds is "{self.bonds}"; say "chain" or "ring", or '
+                               "give pairs (i, j).")  # fmt: skip
+            if self.bonds == "ring" and N < 3:
+                raise BadInput(f"{self.name}: a ring needs three sites, this one has {N}.")
+            first = np.arange(N - 1 if self.bonds == "chain" else N)
+            return np.stack([first, (first + 1) % N], axis=1)
+        try:
+            pairs = np.array(self.bonds)
+        except ValueError:
+            pairs = np.array(0)
+        if pairs.ndim != 2 or pairs.shape[1] != 2 or pairs.dtype.kind not in "iu":
+            raise BadInput(
+                f"{self.name}: bonds must be pairs of whole numbers (i, j), one or more; these "
+                f"have the shape {pairs.shape}."
+            )
+        away = np.flatnonzero((pairs < 0).any(axis=1) | (pairs >= N).any(axis=1))
+        if len(away):
+            k = int(away[0])
+            raise BadInput(f"{self.name}: bond {k} joins {_pair(pairs[k])}, but the sites are "
+                           f"0 to {N - 1}.")  # fmt: skip
+        loops = np.flatnonzero(pairs[:, 0] == pairs[:, 1])
+        if len(loops):
+            k = int(loops[0])
+            raise BadInput(f"{self.name}: bond {k} is the loop {_pair(pairs[k])}; a term of one "
+                           "site belongs into on_site.")  # fmt: skip
+        return pairs.astype(np.int64)
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """Whether a site moves, (N,)."""
+        free = np.ones(self.sites, dtype=bool)
+        if self.fixed_ends:
+            if not isinstance(self.bonds, str) or self.bonds != "chain":
+                raise BadInput(f"{self.name}: only a chain has ends to fix; name sites by fixed=.")
+            free[[0, -1]] = False
+        fixed = np.array(self.fixed, dtype=object)
+        for i in fixed.flat:
+            if not isinstance(i, INTEGER) or not 0 <= i < self.sites:
+                raise BadInput(f"{self.name}: fixed names the site {i!r}, but the sites are 0 to "
+                               f"{self.sites - 1}.")  # fmt: skip
+            free[i] = False
+        if not free.any():
+            raise BadInput(f"{self.name}: no site is left to move.")
+        return free
+
+    @cached_property
+    def split_parameters(self) -> dict[str, dict[str, Any]]:
+        """{"shared": exact values, "site": arrays (N, ...), "bond": arrays (B, ...)} by name."""
+        if not isinstance(self.parameters, Mapping):
+            raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")
+        found: dict[str, dict[str, Any]] = {"shared": {}, "site": {}, "bond": {}}
+        lengths = {"site": int(self.sites), "bond": len(self.pairs)}
+        for key, value in self.parameters.items():
+            if not str(key).isidentifier():
+                raise BadInput(f"{self.name}: parameter {key!r} is no name; use letters and _.")
+            what = f"{self.name}: parameter {key}"
+            several = isinstance(value, (list, tuple)) or (
+                isinstance(value, np.ndarray) and value.ndim > 0
+            )
+            where = [w for w, length in lengths.items() if several and len(value) == length]
+            if isinstance(value, np.ndarray) and several and not where:
+                raise BadInput(
+                    f"{what} is an array of {len(value)}; give {lengths['site']} entries, one a "
+                    f"site, or {lengths['bond']}, one a bond."
+                )
+            if not where:
+                plain = value.item() if isinstance(value, np.ndarray) else value
+                found["shared"][key] = exact_nested(plain, what)
+                continue
+            array = _floats(value, what)
+            if array.ndim > 2:
+                raise BadInput(f"{what} has {array.ndim} axes; give one or two.")
+            for w in where:
+                found[w][key] = array
+        return found
+
+    @cached_property
+    def start(self) -> tuple[np.ndarray, np.ndarray]:
+        """x0 (N, n) and v0 (N, m)."""
+        N, n, m, k = self.sites, self.groupoid.dim_x, self.groupoid.dim_u, self.matrix_size
+        x0 = self.x0
+        if x0 is None and k:
+            x0 = np.broadcast_to(np.eye(k), (N, k, k))
+        x0, v0 = (_floats(a, f"{self.name}: {word}") for a, word in ((x0, "x0"), (self.v0, "v0")))
+        if k and x0.shape == (N, k, k):
+            x0 = x0.reshape(N, n)
+        for array, width, word in ((x0, n, "x0"), (v0, m, "v0")):
+            if array.shape != (N, width):
+                raise BadInput(f"{self.name}: {word} has the shape {array.shape}; give one row a "
+                               f"site, ({N}, {width}).")  # fmt: skip
+        return x0, v0
+
+
+def _pair(pair: np.ndarray) -> str:
+    return f"({pair[0]}, {pair[1]})"
+
+
+def _floats(value: Any, what: str) -> np.ndarray:
+    """An array of finite floats; raises `BadInput`."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise BadInput(f"{what} is no array of numbers.") from None
+    if not np.isfinite(array).all():
+        raise BadInput(f"{what} holds a number that is not finite.")
+    return array

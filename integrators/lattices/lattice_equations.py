@@ -1,0 +1,215 @@
+"""What is derived of a lattice: the equations of one site and of one bond, whatever their number.
+
+A rule gives a weighted sum of values of L, so L_d of a lattice is the sum of L_d of its sites and
+of its bonds, a bond's on the product of two sites; so are the Legendre maps, and all that follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..compiler import Kicks, LatticeSystem, System
+from ..equations import (
+    DiscreteEquations,
+    DiscreteLagrangian,
+    SceneSymbols,
+    check_regular,
+    step_system,
+)
+from ..errors import CannotMeasure
+from ..geometry import is_self_adjoint
+from ..groupoids import check_axioms, product
+from ..numbers import symbols_of, sympy
+from ..numbers.types import Column, Expression, Letter
+from ..rules import Discretisation
+from ..scene import Scene, takes_fourth
+from .lattice import Lattice
+
+
+class LatticeEquations:
+    """The equations of one site and one bond of a lattice, by a rule of one step.
+
+    site, bond: `DiscreteEquations` of each. Raises `BadInput` where a function cannot be evaluated
+    or FL is singular everywhere, `CannotMeasure` for rules that are no weighted sums of L's values.
+    """
+
+    def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
+        check_axioms(lattice.groupoid)
+        for word in ("on_site", "on_bond"):
+            if takes_fourth(getattr(lattice, word)):
+                raise CannotMeasure(f"{lattice.name}: {word} is a function of three arguments; a "
+                                    "lattice knows no explicit time.")  # fmt: skip
+        self.lattice, self.rule, self.groupoid = lattice, rule, lattice.groupoid
+        scene = _scene(lattice, "", self.groupoid, _on_site(lattice), _site_values(lattice))
+        if refusal := rule.refusal(scene):
+            raise CannotMeasure(refusal)
+        s = SceneSymbols(scene, rule.stages)
+        self.site = DiscreteEquations(s, rule)
+        check_regular(self.site.at_points, self.site.w, scene, rule)
+        squared = product(self.groupoid, self.groupoid)
+        self.bond = _bare(
+            _scene(lattice, "-bond", squared, _on_bond(lattice), _bond_values(lattice)), rule
+        )
+        for equations in (self.site, self.bond):
+            if not equations.of.weighted:
+                raise CannotMeasure(
+                    f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step "
+                    "is not one of sites and bonds; take another rule."
+                )
+
+    @cached_property
+    def local(self) -> bool:
+        """Whether no unknown of a step is tied to another site's: bonds ask for L at ends only."""
+        return _resting(self.bond)
+
+    @cached_property
+    def system(self) -> LatticeSystem:
+        """One step as the data that is compiled."""
+        own, of_bond = (_own(e, w) for e, w in ((self.site, self._site_own),
+                                                (self.bond, self._bond_own)))  # fmt: skip
+        shared = [p for p in self.site.s.parameter_list if p not in own]
+        constants = {**self.site.s.constants, **self.bond.s.constants}
+        q = (self.site.h, *shared, *constants)
+        if self.local:
+            kinetic, potential = self._split()
+            kicks = (None if potential is None else _kicks("potential", potential, own),
+                     _kicks("bond", self.bond, of_bond))  # fmt: skip
+            site = _ordered(step_system(kinetic), (*q, *own))
+            return LatticeSystem(self.lattice.name, q, site, own, of_bond, kicks)
+        site = _ordered(step_system(self.site), (*q, *own))
+        bond = _by_ends(step_system(self.bond), self.groupoid.dim_u, (*q, *of_bond))
+        return LatticeSystem(self.lattice.name, q, site, own, of_bond, None, bond)
+
+    @property
+    def _site_own(self) -> list[str]:
+        return list(self.lattice.split_parameters["site"])
+
+    @property
+    def _bond_own(self) -> list[str]:
+        parts = self.lattice.split_parameters
+        return [*parts["bond"], *(k for k in parts["site"] if k not in parts["bond"])]
+
+    def _split(self) -> tuple[DiscreteEquations, DiscreteEquations | None]:
+        """Equations of a site without, and of its part that holds no velocity; None if there is
+        none."""
+        s, lattice = self.site.s, self.lattice
+        terms = sympy.Add.make_args(s.lagrangian.expand(deep=False))
+        resting = [t for t in terms if not t.free_symbols & set(s.u)]
+        if not resting:
+            return self.site, None
+
+        def of(part: list[Expression]) -> Callable[..., Expression]:
+            value, letters = sympy.Add(*part), [*s.x, *s.u]
+            return lambda x, v, p: value.xreplace(dict(zip(letters, [*x, *v], strict=True)))
+
+        values = _site_values(lattice)
+        moving = [t for t in terms if t not in resting]
+        kinetic, potential = (
+            _bare(_scene(lattice, "", self.groupoid, of(part), values), self.rule)
+            for part in (moving, resting)
+        )
+        return (kinetic, potential) if _resting(potential) else (self.site, None)
+
+    @cached_property
+    def self_adjoint(self) -> bool:
+        """Whether Φ₋ₕ is the inverse of Φₕ: so it is where site and bond by themselves are."""
+        return is_self_adjoint(self.site) and is_self_adjoint(self.bond)
+
+
+def _bare(scene: Scene, rule: Discretisation) -> DiscreteEquations:
+    """Equations of a term that may hold no velocity."""
+    s = SceneSymbols(scene, rule.stages)
+    return DiscreteEquations(s, rule, DiscreteLagrangian(s, rule))
+
+
+def _resting(term: DiscreteEquations) -> bool:
+    """Whether a step's equations hold no unknown of the term, which is asked for at ends only."""
+    maps, known = term.at_points, set(term.s.q)
+    return (
+        not len(term.s.stages)
+        and symbols_of(maps.minus) <= set(term.x) | known
+        and symbols_of(maps.plus) <= set(term.y) | known
+    )
+
+
+def _scene(lattice: Lattice, word: str, groupoid: Any, function: Any, values: Any) -> Scene:
+    """The scene of one site, or of one bond."""
+    x0, v0 = lattice.start
+    copies = groupoid.dim_x // lattice.groupoid.dim_x
+    return Scene(
+        name=f"{lattice.name}{word}", groupoid=groupoid, lagrangian=function, parameters=values,
+        x0=[*x0[:copies].flat], v0=[*v0[:copies].flat], duration=lattice.duration,
+    )  # fmt: skip
+
+
+def _on_site(lattice: Lattice) -> Callable[..., Any]:
+    shaped, given = _shaped(lattice), lattice.on_site
+    assert given is not None
+    return lambda x, v, p: given(shaped(x), v, p)
+
+
+def _on_bond(lattice: Lattice) -> Callable[..., Any]:
+    n, shaped, given = lattice.groupoid.dim_x, _shaped(lattice), lattice.on_bond
+    assert given is not None
+    return lambda x, v, p: given(shaped(x[:n, :]), shaped(x[n:, :]), p)
+
+
+def _shaped(lattice: Lattice) -> Callable[[Column], Column]:
+    """A site's x as its functions see it: a column, on a group a matrix."""
+    k = lattice.matrix_size
+    return (lambda x: x.reshape(k, k)) if k else (lambda x: x)
+
+
+def _site_values(lattice: Lattice) -> dict[str, Any]:
+    """The parameters that a site sees, with values of the first."""
+    parts = lattice.split_parameters
+    return {**parts["shared"], **{k: _nested(a[0]) for k, a in parts["site"].items()}}
+
+
+def _bond_values(lattice: Lattice) -> dict[str, Any]:
+    """The parameters that a bond sees, with values of the first."""
+    parts, (i, j) = lattice.split_parameters, lattice.pairs[0]
+    both = {k: _nested(a[[i, j]]) for k, a in parts["site"].items()}
+    return {**parts["shared"], **both, **{k: _nested(a[0]) for k, a in parts["bond"].items()}}
+
+
+def _nested(value: np.ndarray) -> Any:
+    return value.tolist()
+
+
+def _own(equations: DiscreteEquations, names: list[str]) -> tuple[Letter, ...]:
+    """The letters of the parameters of those names, in that order."""
+    parameters = equations.s.parameters
+    columns = [getattr(parameters, name) for name in names]
+    return tuple(e for c in columns for e in (c if hasattr(c, "shape") else [c]))
+
+
+def _ordered(system: System, q: tuple[Letter, ...]) -> System:
+    return replace(system, q=q)
+
+
+def _kicks(name: str, equations: DiscreteEquations, own: tuple[Letter, ...]) -> Kicks:
+    """The forces of a term that holds no velocity; its F⁺ is one of the end point."""
+    maps, h = equations.at_points, equations.h
+    back = dict(zip(equations.y, equations.x, strict=True))
+    minus, plus = ((column / h).applyfunc(sympy.expand_mul) for column in
+                   (maps.minus, maps.plus.xreplace(back)))  # fmt: skip
+    return Kicks(name, tuple(equations.x), own, minus, plus)
+
+
+def _by_ends(system: System, m: int, q: tuple[Letter, ...]) -> System:
+    """A bond's system with all unknowns and rows of one end before those of the other.
+
+    u and each stage come as columns of both ends.
+    """
+    order = [c + end * m + i for end in (0, 1) for c in range(0, len(system.w), 2 * m)
+             for i in range(m)]  # fmt: skip
+    return replace(
+        system, q=q, w=tuple(system.w[i] for i in order), rows=system.rows.extract(order, [0]),
+        slope=system.slope.extract(order, order), scaled=system.scaled,
+    )  # fmt: skip

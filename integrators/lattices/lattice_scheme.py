@@ -1,0 +1,110 @@
+"""A lattice discretised by a rule: its equations with values, and its flows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..compiler import LatticeSystem
+from ..errors import BadInput, CannotMeasure
+from ..numbers import Double, flatten
+from ..numbers.types import Letter
+from ..rules import Composition, Discretisation, OneStepMap, adjoint
+from .lattice import Lattice
+from .lattice_equations import LatticeEquations
+from .lattice_flow import LatticeFlow
+
+
+class LatticeScheme:
+    """The pair of a lattice and a rule; what `Scheme(lattice, rule)` gives.
+
+    Raises `BadInput` where the lattice's functions cannot be evaluated or FL is singular
+    everywhere, `CannotMeasure` for one-step maps and a rule that is no weighted sum of values of L.
+    """
+
+    def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
+        if not isinstance(rule, Discretisation):
+            raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
+        of_step = rule.base if isinstance(rule, Composition) else rule
+        if isinstance(of_step, OneStepMap):
+            raise CannotMeasure(f"{lattice.name}: lattices run by rules, and {rule.name} is a "
+                                "one-step map.")  # fmt: skip
+        self.lattice, self.rule = lattice, rule
+        self.equations = LatticeEquations(lattice, of_step)
+
+    @property
+    def local(self) -> bool:
+        """Whether each site is solved by itself, as by the rectangle and the trapezoidal rule."""
+        return self._parts[0].local and self._parts[-1].local
+
+    @cached_property
+    def substeps(self) -> tuple[Any, ...]:
+        """The substeps of a composition; () for a rule of one step."""
+        if not isinstance(self.rule, Composition):
+            return ()
+        return self.rule.method.substeps(self.equations.self_adjoint)
+
+    @property
+    def kinds(self) -> list[int]:
+        """Of each substep, 1 for the adjoint."""
+        return [int(s.adjoint) for s in self.substeps] or [0]
+
+    @cached_property
+    def _parts(self) -> list[LatticeEquations]:
+        """The equations of the rule and, where substeps of it occur, of its adjoint."""
+        if not any(self.kinds):
+            return [self.equations]
+        return [self.equations, LatticeEquations(self.lattice, adjoint(self.equations.rule))]
+
+    @cached_property
+    def system(self) -> LatticeSystem:
+        """One step as the data that is compiled."""
+        systems = [e.system for e in self._parts]
+        if len({s.kicks is None for s in systems}) > 1:
+            raise CannotMeasure(f"{self.lattice.name}: {self.rule.name} has an adjoint of another "
+                                "kind; compose another rule.")  # fmt: skip
+        return replace(systems[0], adjoint=systems[1] if len(systems) > 1 else None)
+
+    def q_values(self, step: Any) -> list[list[Any]]:
+        """The values of `LatticeSystem.q`, a row a substep: its step, parameters, numbers."""
+        shared = flatten(tuple(self.lattice.split_parameters["shared"].values()))
+        numbers, rows = Double(), []
+        for j, kind in enumerate(self.kinds):
+            size = step
+            if self.substeps:
+                size = self.substeps[j].coefficient(40) * step.numerator / step.denominator
+            equations = self._parts[kind]
+            constants = {**equations.site.s.constants, **equations.bond.s.constants}
+            values = [size, *shared, *(c(40) for c in constants.values())]
+            rows.append([numbers.number(v) for v in values])
+        return rows
+
+    def own_rows(self, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters of sites (N, ·), and of bonds in that order (B, ·), as `LatticeSystem` has."""
+        lattice = self.lattice
+        parts, pairs = lattice.split_parameters, lattice.pairs[order]
+        N, B = lattice.sites, len(pairs)
+        sites = [a.reshape(N, -1) for a in parts["site"].values()]
+        bonds = [a[order].reshape(B, -1) for a in parts["bond"].values()]
+        bonds += [a[pairs].reshape(B, -1) for k, a in parts["site"].items()
+                  if k not in parts["bond"]]  # fmt: skip
+        rows = [np.concatenate([np.zeros((length, 0)), *given], axis=1)
+                for length, given in ((N, sites), (B, bonds))]  # fmt: skip
+        return np.ascontiguousarray(rows[0]), np.ascontiguousarray(rows[1])
+
+    @property
+    def site_columns(self) -> dict[Letter, Any]:
+        """The values of all parameters' letters at the sites, numbers or columns (N,)."""
+        own, s = self.equations.system.own, self.equations.site.s
+        rows, _ = self.own_rows(np.arange(len(self.lattice.pairs)))
+        shared = [p for p in s.parameter_list if p not in own]
+        values = flatten(tuple(self.lattice.split_parameters["shared"].values()))
+        return {**dict(zip(shared, map(float, values), strict=True)),
+                **dict(zip(own, rows.T, strict=True))}  # fmt: skip
+
+    def flow(self, step: Any, digits: int = 16) -> LatticeFlow:
+        """The flow at one step size, in double precision."""
+        return LatticeFlow(self, step, digits)
