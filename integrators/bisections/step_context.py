@@ -22,6 +22,9 @@ def vector_in(numbers: Arithmetic, values: Any, length: int, what: str) -> Vecto
 
     Raises `BadInput` (naming `what`) for anything but `length` numbers.
     """
+    doubles = type(values) is np.ndarray and values.dtype == numbers.dtype == np.float64
+    if doubles and values.shape == (length,) and np.isfinite(values).all():
+        return np.array(values)  # one of many starts should not take a fraction for each entry
     entries = listed(() if values is None else values, length, what)
     rounded = [numbers.number(e, f"{what}[{i}]") for i, e in enumerate(entries)]
     return np.array(rounded, dtype=numbers.dtype)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import lru_cache
 
 from ..errors import BadInput, line_of
 from ..numbers import (
+    arithmetic,
     evaluate_matrix,
     exact,
     null_direction,
+    numeric,
     random_point,
     shown,
     symbols_of,
@@ -117,6 +120,9 @@ def check_momentum(s: SceneSymbols, scene: Scene, x: Numbers, mu: Numbers) -> No
     """
     if all(quantity.value is None for quantity in scene.symmetries):
         return
+    near = [float(e) for e in [*x, *mu]]
+    if all(abs(gap) <= 2**-27 * size for gap, size in _gaps(s, scene)(near)):
+        return  # round-off of this quick look has no part in it
     start = [to_sympy(exact(e, "start")) for e in [*x, *mu]]
     at = dict(zip([*s.x, *s.mu], start, strict=True))
     for name, formula, wanted in _constraints(s, scene):
@@ -127,6 +133,23 @@ def check_momentum(s: SceneSymbols, scene: Scene, x: Numbers, mu: Numbers) -> No
                 f"{scene.name}: {name} is {_compared(value, wanted)} at this start, but must be "
                 f"{wanted}; change mu0, or x0."
             )
+
+
+@lru_cache(maxsize=64)
+def _gaps(s: SceneSymbols, scene: Scene) -> Callable[[list[float]], list[tuple[float, float]]]:
+    """(f − its value, Σ |∂f/∂zᵢ zᵢ|) of each constraint as a function of floats z = (x, μ)."""
+    z = [*s.x, *s.mu]
+    rows = [
+        (formula - wanted, sympy.Add(*[abs(formula.diff(e) * e) for e in z]))
+        for _, formula, wanted in _constraints(s, scene)
+    ]
+    values = numeric({"z": z}, [[e for row in rows for e in row]], arithmetic(16))
+
+    def gaps(at: list[float]) -> list[tuple[float, float]]:
+        found = values(at)
+        return list(zip(found[::2], found[1::2], strict=True))
+
+    return gaps
 
 
 def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Expression, Exact]]:

@@ -21,9 +21,7 @@ from .ensemble import Ensemble, ensemble
 from .initial_state import Start, Starting
 from .newton_step import arrow_before
 from .prepared_run import PreparedRuns
-from .run import Trajectory, element_of, first_u, run_from
-
-MOST_STEPS = 2**53  # the last whole number that double precision counts to
+from .run import Trajectory, element_of, first_u, run_from, whole_number
 
 __all__ = ["Flow", "Trajectory"]
 
@@ -96,21 +94,24 @@ class Flow:
         if a step cannot be solved, `BadInput` for wrong shapes or counts, and for a start that
         violates a constraint of the scene.
         """
-        for name, value, least in (("steps", steps, 0), ("every", every, 1)):
-            whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-            if not whole or not least <= value <= MOST_STEPS:
-                raise BadInput(
-                    f"{name} is {value!r}: give a whole number from {least}, "
-                    "up to 2**53, the last that double precision counts to."
-                )
         own = x0 is mu0 is u0 is element0 is progress is None and type(t0) is int and t0 == 0
-        if own and (run := self._prepared.run(self, int(steps), int(every))) is not None:
-            return run
+        if own and type(steps) is type(every) is int and (steps, every) in self._prepared:
+            run = self._prepared.run(steps, every, self.starting.own)
+            if run is not None:
+                return run
+        steps = whole_number("steps", steps, 0)
+        every = whole_number("every", every, 1)
         with self.numbers.working():
-            start = self.starting.at(x0, mu0, u0, element0, exact_rational(t0, "t0"))
+            t0 = t0 if type(t0) is int else exact_rational(t0, "t0")
+            start = self.starting.at(x0, mu0, u0, element0, t0)
             if mu0 is not None:
                 self.starting.check(start)
-            return run_from(self.edge, start, int(steps), int(every), progress)
+            if progress is None:
+                run = self._prepared.run(steps, every, start)
+                if run is not None:
+                    return run
+                self._prepared.prepare(self.edge, start, steps, every)
+            return run_from(self.edge, start, steps, every, progress)
 
     def ensemble(
         self, x0s: Any = None, mu0s: Any = None, steps: int = 0, every: int = 1, **given: Any

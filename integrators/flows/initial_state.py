@@ -62,6 +62,11 @@ class Starting:
         """The scene's start, rounded once for all runs of this flow."""
         return self._with_momentum(None, None, None)
 
+    @cached_property
+    def _v0(self) -> Vector:
+        """The scene's own velocity, where Newton's method starts."""
+        return self.context.vector(self.context.scene.v0, len(self.context.equations.s.u))
+
     def check(self, start: Start) -> None:
         """Raise `BadInput` if a start violates a constraint of the scene.
 
@@ -72,15 +77,15 @@ class Starting:
 
     def _with_momentum(self, x0: Any, mu0: Any, u0: Any, t0: Exact = 0) -> Start:
         context, scene = self.context, self.context.scene
-        guess = scene.v0 if u0 is None else u0
         if mu0 is None:
             if x0 is not None:
                 scene = scene.with_values(x0=x0)
                 check_start(context.equations.s, scene)
             mu0 = initial_momentum(context.equations.s, scene, context.numbers, t0)
         at = scene.x0 if x0 is None else x0
-        x, guess = context.vectors(context.equations.s.with_time(at, t0), guess)
+        x = context.vector(context.equations.s.with_time(at, t0), len(context.equations.s.x))
         mu = context.vector(mu0, len(context.equations.u))
+        guess = self._v0 if u0 is None else context.vector(u0, len(context.equations.s.u))
         return Start(x, mu, context.start(x, mu, guess), t0=t0)
 
     def _with_element(self, element: Any, x0: Any, t0: Exact) -> Start:

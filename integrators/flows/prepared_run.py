@@ -1,62 +1,101 @@
-"""Short runs from a flow's own start: begun with nothing left to be checked or looked up."""
+"""Short runs, begun with nothing left to be checked or looked up."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..bisections import EdgePolicy
 from ..compiler import Run
+from ..numbers import Vector
 from .initial_state import Start
-from .run import SHORT, Trajectory, rows_of
+from .run import SHORT, Trajectory, counted, rows_of
 
 KEPT = 64  # prepared runs of a flow
 
 
 class PreparedRun:
-    """A run whose arrays stay where they are: a call copies its beginning and the rows it made."""
+    """A run whose arrays stay where they are: a call copies its beginning and the rows it made.
+
+    What no call changes (times, step, solver) is taken from the rows of a first run.
+    """
 
     def __init__(self, edge: EdgePolicy, start: Start, steps: int, every: int) -> None:
         machine: Any = edge.machine if edge.stages is None else edge.stages
-        lead = machine.lead(start.x, start.mu, machine.c, start.guess)
-        self.edge, self.run = edge, machine.buffers(lead, steps, every)
-        edge.begin(self.run)
-        self.block, self.t0 = self.run.totals.base, start.t0
-        self.state, self.totals = self.run.state.copy(), self.run.totals.copy()
-        self.function = machine.kernels.advance.function
-        state, c, rows = machine.placed(self.run)
-        self.head = state, c, machine.kinds_place
-        self.rows, self.substeps, self.out = (
-            rows,
-            len(machine.kinds),
-            machine.kernels.advance.pair(),
-        )
-
-    def __call__(self) -> Trajectory | None:
-        """The rows; None where a step was not solved."""
-        run, out = self.run, self.out
-        run.state[:], run.totals[:] = self.state, self.totals
-        steps, every = run.steps, run.every
-        if steps:
-            self.function(*self.head, self.substeps, 0, steps, every, *self.rows, out)
-            if out[1]:
-                return None
-        self.function(*self.head, 1, steps, steps + 1, every, *self.rows, out)  # the last row's u
-        if out[1]:
-            return None
-        block, at = self.block.copy(), len(self.totals)
-        parts = []
+        self.lead = partial(machine.lead, c=machine.c)
+        run: Run = machine.buffers(self.lead(start.x, start.mu, guess=start.guess), steps, every)
+        edge.begin(run)
+        self.start, self.steps, self.state, self.totals = start, steps, run.state, run.totals
+        self.block, self.counts = np.asarray(run.totals.base), run.counts
+        self.out = machine.kernels.advance.pair()
+        self.beginning = run.state.copy(), run.totals.copy()
+        state, c, rows = machine.placed(run)
+        call = partial(machine.kernels.advance.function, state, c, machine.kinds_place)
+        substeps = len(machine.kinds)
+        # the row at the end gets its u, for which the first substep of one more step is enough
+        whole = substeps == 1
+        self.parts = [] if whole or not steps else [partial(call, substeps, 0, steps, every)]
+        self.parts.append(partial(call, 1, 0 if whole else steps, steps + 1, every))
+        self.parts = [partial(part, *rows, self.out) for part in self.parts]
+        run.index = steps
+        self.same = dict(vars(rows_of(edge, run, len(run.counts), start.t0)))
+        self.length, self.places = len(run.totals), list[tuple[slice, tuple[int, ...]]]()
+        at = self.length
         for column in (run.xs, run.us, run.mus):
-            end = at + column.size
-            parts.append(block[at:end].reshape(column.shape))
-            at = end
-        counts = run.counts.copy()
-        none = np.zeros(len(counts), dtype=np.int64)
-        x, u, mu = parts
-        made = Run(run.state, run.c, steps, every, x, u, mu, counts, run.totals, none, steps)
-        return rows_of(self.edge, made, len(counts), self.t0)
+            self.places.append((slice(at, at + column.size), column.shape))
+            at += column.size
+        self.n, self.m = self.same["x"].shape[1], self.same["u"].shape[1]
+        self.shorter = 2 / edge.context.parts[0].h
+
+    def __call__(self, start: Start) -> Trajectory | None:
+        """The rows from a start at time 0; None where a step was not solved."""
+        self.state[:], self.totals[:] = self.beginning
+        if start is not self.start:
+            self.state[:], _ = self.lead(start.x, start.mu, guess=start.guess)
+        for part in self.parts:
+            part()
+            if self.out[1]:
+                return None
+        made = object.__new__(_Unread)
+        vars(made)["_columns"] = partial(self.columns, self.block.copy(), self.counts.copy())
+        return made
+
+    def columns(self, block: Vector, counts: Vector) -> dict[str, Any]:
+        """The fields of a trajectory, from copies of what a call wrote."""
+        x, u, mu = (block[part].reshape(shape) for part, shape in self.places)
+        return {
+            **self.same,
+            **counted(block[: self.length].tolist(), self.steps),
+            "t": self.same["t"].copy(),
+            "base": x,
+            "x": x[:, : self.n],
+            "u": u[:, : self.m],
+            "mu": mu,
+            "iterations": counts,
+            "translates": self.same["translates"].copy(),
+            "multipliers": u[:, self.m :] * self.shorter,
+        }
+
+
+class _Unread(Trajectory):
+    """A trajectory of which nobody has asked for anything; with the first question it is plain."""
+
+    def __init__(self) -> None:
+        raise AssertionError("made by `PreparedRun` alone")
+
+    def __getattr__(self, name: str) -> Any:
+        fields = vars(self)
+        if (columns := fields.get("_columns")) is not None:
+            fields.update(columns())
+            fields.pop("_columns", None)
+        object.__setattr__(self, "__class__", Trajectory)
+        return getattr(self, name)
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        _ = self.step
+        return self.__reduce_ex__(protocol)  # of what is a plain trajectory now
 
 
 class PreparedRuns:
@@ -65,27 +104,31 @@ class PreparedRuns:
     def __init__(self) -> None:
         self._waiting: dict[tuple[int, int], list[PreparedRun]] = {}
 
-    def run(self, flow: Any, steps: int, every: int) -> Trajectory | None:
-        """The run from the own start; None where it is long, not of machine code, or fails."""
-        if steps // every >= SHORT:
-            return None
+    def __contains__(self, counts: tuple[int, int]) -> bool:
+        return counts in self._waiting
+
+    def run(self, steps: int, every: int, start: Start) -> Trajectory | None:
+        """The run from a start; None where it is not prepared, or fails."""
         waiting = self._waiting.get((steps, every))
-        if waiting is None:
-            if len(self._waiting) >= KEPT:
-                self._waiting.clear()
-            waiting = self._waiting[steps, every] = list(_prepared(flow, steps, every))
+        if not waiting or start.translate or start.t0:
+            return None
         try:
             ready = waiting.pop()
-        except IndexError:  # there is none, or another thread is at work with it
+        except IndexError:  # another thread is at work with it
             return None
-        made = ready()
+        made = ready(start)
         waiting.append(ready)
         return made
 
-
-def _prepared(flow: Any, steps: int, every: int) -> Iterator[PreparedRun]:
-    with flow.numbers.working():
-        edge, start = flow.edge, flow.starting.own
-        machine = edge.machine if edge.stages is None else edge.stages
-        if not start.translate and hasattr(machine.kernels.advance, "function"):
-            yield PreparedRun(edge, start, steps, every)
+    def prepare(self, edge: EdgePolicy, start: Start, steps: int, every: int) -> None:
+        """Let later runs begin at once; those that are long, or not of machine code, do not."""
+        machine: Any = edge.machine if edge.stages is None else edge.stages
+        mapped = edge.context.one_step  # its u is computed from its rows
+        coded = not mapped and hasattr(machine.kernels.advance, "function")
+        if not coded or steps // every >= SHORT or start.translate or start.t0:
+            return
+        if len(self._waiting) >= KEPT:
+            self._waiting.clear()
+        waiting = self._waiting.setdefault((steps, every), [])
+        if not waiting:
+            waiting.append(PreparedRun(edge, start, steps, every))

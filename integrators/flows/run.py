@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +21,10 @@ from ..compiler import (
     Run,
     taken_over,
 )
+from ..errors import BadInput
 from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
-from ..numbers import Arithmetic, Matrix, Vector
+from ..numbers import Arithmetic, Matrix, Numbers, Vector
 from ..numbers.types import Exact
 from .failures import failure_of_run
 from .initial_state import Start
@@ -31,6 +33,7 @@ from .initial_state import Start
 CHUNK, CHUNK_OF_DIGITS = 2**19, 64
 SHORT = 64  # rows of a run whose times are remembered
 STRETCH = 64  # steps by Newton before a fixed point is tried again
+MOST_STEPS = 2**53  # the last whole number that double precision counts to
 
 
 @dataclass(frozen=True)
@@ -66,8 +69,19 @@ class Trajectory:
     translates: Vector
     base: Matrix
     multipliers: Matrix
-    solver: str = "Newton"
-    contraction: float = 0.0
+    solver: str
+    contraction: float
+
+
+def whole_number(name: str, value: object, least: int) -> int:
+    """A count of steps that a user gave; raises `BadInput` for what is none."""
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not whole or not least <= value <= MOST_STEPS:  # type: ignore[operator]
+        raise BadInput(
+            f"{name} is {value!r}: give a whole number from {least}, "
+            "up to 2**53, the last that double precision counts to."
+        )
+    return int(value)  # type: ignore[call-overload]
 
 
 def run_from(
@@ -161,7 +175,7 @@ def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
     """The first `count` rows of a run that began at the time t0."""
     context = edge.context
     public = context.numbers.public
-    totals, us, base = run.totals, run.us[:count], public(run.xs[:count])
+    us, base = run.us[:count], public(run.xs[:count])
     m = len(context.equations.u)
     us, multipliers = us[:, :m], us[:, m:]
     mapped = context.one_step and not multipliers.shape[1]
@@ -174,19 +188,26 @@ def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
         u=public(us),
         mu=public(run.mus[:count]),
         iterations=run.counts[:count],
-        newton_mean=float(totals[CORRECTIONS]) / (run.index + 1),
-        newton_max=int(totals[MOST]),
-        newton_residual=float(totals[LAST_SIZE]),
         steps=run.index,
         step=context.step,
-        margin=margin_of(totals[FARTHEST]),
         translates=run.translates[:count],
         edges=run.changes,
         base=base,
         multipliers=public(multipliers * (2 / context.parts[0].h)),
         solver=_solver(edge, run),
-        contraction=float(totals[CONTRACTION] ** (1 / max(1, totals[SWEEPS]))),
+        **counted(run.totals, run.index),
     )
+
+
+def counted(totals: Numbers, steps: int) -> dict[str, Any]:
+    """What the driver counted over all steps, as fields of a trajectory."""
+    return {
+        "newton_mean": float(totals[CORRECTIONS]) / (steps + 1),
+        "newton_max": int(totals[MOST]),
+        "newton_residual": float(totals[LAST_SIZE]),
+        "margin": margin_of(totals[FARTHEST]),
+        "contraction": float(totals[CONTRACTION] ** (1 / max(1, totals[SWEEPS]))),
+    }
 
 
 def _times(numbers: Arithmetic, step: Fraction, count: int, every: int, t0: Exact) -> Vector:

@@ -1,10 +1,14 @@
 """Short runs from the own start are the runs that are begun anew."""
 
+import copy
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy
 
-from discmech.integrators import Scene, Scheme, StepFailure, pair, rules
+from discmech.integrators import BadInput, Scene, Scheme, StepFailure, pair, rules
 from tests.objects import SCENES
 
 
@@ -36,6 +40,31 @@ def test_a_run_belongs_to_its_caller():
     first.mu[:] = 0
     assert same(flow.trajectory(5), flow.trajectory(5))
     assert np.array_equal(first.x, kept) and flow.trajectory(5).mu.any()
+
+
+def test_another_start_goes_the_same_way():
+    scheme = Scheme(SCENES["heavy-top"], rules.get("gauss-3"))
+    flow, rows = scheme.flow("0.05"), scheme.flow("0.05").trajectory(5)
+    for row in (2, 4, 0):
+        start = {"x0": rows.x[row], "mu0": rows.mu[row]}
+        flow.trajectory(4, 2, **start)
+        anew = scheme.flow("0.05").trajectory(4, 2, progress=lambda _: None, **start)
+        assert same(flow.trajectory(4, 2, **start), anew)
+    assert same(flow.trajectory(4, 2), scheme.flow("0.05").trajectory(4, 2))
+    with pytest.raises(BadInput, match="truth value"):
+        flow.trajectory(4, 2, x0=[True, 0, 0], mu0=rows.mu[0])
+    with pytest.raises(BadInput, match="must be 1"):
+        flow.trajectory(4, 2, x0=2 * rows.x[0], mu0=rows.mu[0])
+
+
+@pytest.mark.parametrize("ask", [lambda r: pickle.loads(pickle.dumps(r)), copy.deepcopy, replace])
+def test_a_run_that_nobody_has_read_is_a_run(ask):
+    flow = Scheme(SCENES["kepler"], rules.get("gauss-3")).flow("0.05")
+    read = flow.trajectory(5)
+    assert same(read, ask(flow.trajectory(5)))
+    assert flow.trajectory(5).solver == "fixed point"
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = flow.trajectory(5).nothing
 
 
 def test_a_step_that_fails_is_told_as_ever():
