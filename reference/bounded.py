@@ -43,6 +43,8 @@ def bounded_integration(
     if not lost <= MOST_LOST:
         raise Unproven(f"it would cost {lost:.0f} digits")
     settings = TaylorSettings(digits + math.ceil(lost) + 1)
+    #: digits asked for and had at the last attempt: of many components the bound loses some of each
+    before: tuple[int, int] | None = None
     for _ in range(ATTEMPTS):
         findings, found = run(settings, proving)
         worst = min(finding.certain for finding in findings.values())
@@ -50,6 +52,10 @@ def bounded_integration(
         if worst >= digits and held:
             break
         more = max(2, digits - worst + 1) if held else 15
+        if held and before is not None and worst > before[1]:
+            gained = Fraction(worst - before[1], settings.digits - before[0])
+            more = math.ceil(more / min(gained, Fraction(1)))
+        before = settings.digits, worst
         settings = TaylorSettings(settings.digits + more)
     return findings, found.sweep, settings
 

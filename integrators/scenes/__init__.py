@@ -15,8 +15,8 @@ NAMES = (
     "heavy-top", "lagrange-top", "kovalevskaya-top", "spherical-pendulum",
     "reduced-kepler", "rotor-body", "wong",
     "damped-pendulum", "duffing", "driven-heavy-top", "kapitza-pendulum",
-    "cartesian-pendulum", "double-spherical-pendulum",
-    "suslov", "chaplygin-sleigh", "rolling-disc", "contact-oscillator",
+    "cartesian-pendulum", "double-spherical-pendulum", "pivoted-body",
+    "suslov", "chaplygin-sleigh", "rolling-disc", "knife-edge", "contact-oscillator",
 )  # fmt: skip
 
 

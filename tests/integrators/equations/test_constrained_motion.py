@@ -12,10 +12,11 @@ from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import restricted_form_defect
 from discmech.integrators.rules import compose
+from discmech.reference import solution
 from tests.objects import SCENES, flow, scheme
 
 HOLONOMIC = ("cartesian-pendulum", "double-spherical-pendulum")
-NONHOLONOMIC = ("suslov", "chaplygin-sleigh", "rolling-disc", "contact-oscillator")
+NONHOLONOMIC = ("suslov", "chaplygin-sleigh", "rolling-disc", "knife-edge", "contact-oscillator")
 PLAIN = ("rectangle", "midpoint", "trapezoidal")
 
 
@@ -121,6 +122,29 @@ def test_no_form_is_kept_where_constraints_are_not_holonomic(name):
     assert defect > 1e-6 or name == "rolling-disc"
 
 
+def test_the_pivoted_body_moves_as_the_heavy_top_does():
+    """Its centre of mass and attitude under constraints, and Γ alone in the reduced equations."""
+    body = SCENES["pivoted-body"]
+    top = scenes.get("heavy-top").with_values(
+        parameters={"inertia": ["0.86", "1.06", "0.4"], "weight": "0.6", "center": [0, 0, 1]},
+        x0=body.x0[9:], v0=body.v0[3:],
+    )  # fmt: skip
+    held, free = solution(body, 3), solution(top, 3)
+    assert max(abs(a - b) for a, b in zip(held.x[9:], free.x, strict=True)) < 1e-45
+    runs = [Scheme(s, rules.get("midpoint")).flow("0.01").trajectory(300) for s in (body, top)]
+    assert np.abs(runs[0].x[:, 9:] - runs[1].x).max() < 1e-3
+
+
+@pytest.mark.parametrize("steps", [1000, pytest.param(10**6, marks=pytest.mark.slow)])
+def test_the_pivot_stays_where_it_is(steps):
+    """r = A χ and ṙ = A (Ω × χ), of the pivoted body."""
+    run = flow("pivoted-body", "midpoint", "0.03").trajectory(steps, every=steps // 1000)
+    attitude, arm = run.x[:, 3:].reshape(-1, 3, 3), np.array([0, 0, 0.6])
+    turning = np.cross(run.mu[:, 3:] / [0.5, 0.7, 0.4], arm)
+    assert np.abs(run.x[:, :3] - attitude @ arm).max() < 1e-13
+    assert np.abs(run.mu[:, :3] - np.einsum("kij,kj->ki", attitude, turning)).max() < 1e-13
+
+
 def test_a_composition_is_of_its_own_order():
     scene = scenes.get("cartesian-pendulum")
     one = Scheme(scene, compose(rules.get("midpoint"), "triple-jump"))
@@ -132,46 +156,90 @@ def test_a_composition_is_of_its_own_order():
 # -- nonholonomic ---------------------------------------------------------------------------------
 
 
-def test_suslov_against_its_closed_form():
+def suslov(t):
     """θ′ = k cos(θ − δ) on the ellipse of constant energy: sin(θ − δ) = tanh(kt + c)."""
-    run = flow("suslov", "midpoint", "0.00005").trajectory(200000, every=20000)
     i1, i2, c1, c2, w1, w2 = 1.0, 2.0, 0.5, 0.3, 0.4, -0.9
     energy = i1 * w1**2 + i2 * w2**2
     a, b = math.sqrt(energy / i1), math.sqrt(energy / i2)
     delta, size = math.atan2(c2 * b, c1 * a), math.hypot(c1 * a, c2 * b)
-    psi = math.atan2(w2 / b, w1 / a) - delta
-    u = np.tanh(size / math.sqrt(i1 * i2) * run.t + math.atanh(math.sin(psi)))
-    theta = np.arctan2(u, math.copysign(1, math.cos(psi)) * np.sqrt(1 - u * u)) + delta
-    wanted = np.stack([i1 * a * np.cos(theta), i2 * b * np.sin(theta)], axis=1)
-    assert np.abs(run.mu[:, :2] - wanted).max() < 1e-8
-    spin = run.mu[:, 2] - c1 * a * np.cos(theta) - c2 * b * np.sin(theta)
-    assert np.abs(spin).max() < 1e-8  # μ₃ of a motion with Ω₃ = 0
+    psi, k = math.atan2(w2 / b, w1 / a) - delta, size / math.sqrt(i1 * i2)
+    sine = np.tanh(k * t + math.atanh(math.sin(psi)))
+    cosine = math.copysign(1, math.cos(psi)) * np.sqrt(1 - sine**2)
+    theta = np.arctan2(sine, cosine) + delta
+    o1, o2 = a * np.cos(theta), b * np.sin(theta)
+    turned = k * cosine * (-c1 * a * np.sin(theta) + c2 * b * np.cos(theta))  # dμ₃/dt
+    mu = np.stack([i1 * o1, i2 * o2, c1 * o1 + c2 * o2], axis=1)
+    return None, mu, (turned - (i1 - i2) * o1 * o2)[:, None]
 
 
-def test_the_sleigh_against_its_closed_form():
+def chaplygin_sleigh(t):
     """v = V tanh(κt + c), J ω² + m v² constant: it ends going straight, blade behind."""
-    run = flow("chaplygin-sleigh", "midpoint", "0.00005").trajectory(200000, every=20000)
     a, inertia, w0, v0 = 0.5, 1.25, 1.5, -0.4
     top = math.sqrt(inertia * w0**2 + v0**2)
-    sign = math.copysign(1, run.mu[-1, 1])
-    v = sign * top * np.tanh(a * top / inertia * run.t + math.atanh(sign * v0 / top))
-    assert np.abs(run.mu[:, 1] - v).max() < 1e-8
-    assert np.abs(run.mu[:, 0] - inertia * np.sqrt((top**2 - v**2) / inertia)).max() < 1e-8
+    v = top * np.tanh(a * top / inertia * t + math.atanh(v0 / top))
+    w = np.sqrt((top**2 - v**2) / inertia)
+    push = w * v - a**2 * w * v / inertia  # m(ωv + aω′) across the blade
+    return None, np.stack([inertia * w, v, a * w], axis=1), push[:, None]
 
 
-def test_the_disc_rolls_round_a_circle():
-    """Both spins constant; the multipliers are the forces that turn its velocity."""
-    errors = []
-    for steps in (1000, 2000):
-        run = flow("rolling-disc", "midpoint", f"{10 / steps}").trajectory(steps, every=steps // 10)
-        t, radius = run.t, 0.8 / 0.6
-        place = np.stack([radius * np.sin(0.6 * t), radius * (1 - np.cos(0.6 * t))], axis=1)
-        force = 0.48 * np.stack([-np.sin(0.6 * t), np.cos(0.6 * t)], axis=1)
-        assert np.abs(run.mu[:, 2:] - [0.4, 0.15]).max() < 1e-13
-        errors.append((np.abs(run.x[:, :2] - place).max(), np.abs(run.multipliers - force).max()))
-    (x1, l1), (x2, l2) = errors
-    assert math.log2(x1 / x2) == pytest.approx(2, abs=0.05)
-    assert math.log2(l1 / l2) == pytest.approx(1, abs=0.1)
+def rolling_disc(t):
+    """Both spins constant: round a circle; the multipliers turn its velocity."""
+    turned, radius, one = 0.6 * t, 0.8 / 0.6, np.ones_like(t)
+    x = [radius * np.sin(turned), radius * (1 - np.cos(turned)), 0.8 * t, turned]
+    mu = [0.8 * np.cos(turned), 0.8 * np.sin(turned), 0.4 * one, 0.15 * one]
+    push = [-0.48 * np.sin(turned), 0.48 * np.cos(turned)]
+    return (np.stack(e, axis=1) for e in (x, mu, push))
+
+
+def knife_edge(t):
+    """θ = ωt and dv/dt = g cos θ along the blade: it drifts across the slope, and never down."""
+    v0, w, g = 0.3, 0.8, 0.7
+    turned = w * t
+    v = v0 + g / w * np.sin(turned)
+    x = [v0 / w * np.sin(turned) + g / (2 * w**2) * np.sin(turned) ** 2,
+         v0 / w * (1 - np.cos(turned)) + g / (2 * w**2) * (turned - np.sin(2 * turned) / 2),
+         turned]  # fmt: skip
+    mu = [v * np.cos(turned), v * np.sin(turned), 0.5 * w * np.ones_like(t)]
+    return np.stack(x, axis=1), np.stack(mu, axis=1), -(v * w + g * np.sin(turned))[:, None]
+
+
+def both_multipliers(name, rule, step, steps, every):
+    """A run and the mean of the multipliers that leave a row and that arrive there, which are
+    those of a step −h: of second order, each alone of first."""
+    there, back = flow(name, rule, step), scheme(name, rule).flow(f"-{step}")
+    run = there.trajectory(steps, every=every)
+    arriving = [back.trajectory(0, x0=x, mu0=mu, u0=u).multipliers[0]
+                for x, mu, u in zip(run.x, run.mu, run.u, strict=True)]  # fmt: skip
+    return run, (run.multipliers + np.array(arriving)) / 2
+
+
+@pytest.mark.parametrize("rule", ["midpoint", "trapezoidal"])
+@pytest.mark.parametrize(
+    "closed_form", [suslov, chaplygin_sleigh, rolling_disc, knife_edge], ids=lambda f: f.__name__
+)
+def test_closed_forms_to_eight_digits(closed_form, rule):
+    """Place, momentum and the force of the constraint."""
+    name = closed_form.__name__.replace("_", "-")
+    run, multipliers = both_multipliers(name, rule, "0.00005", 200000, 20000)
+    x, mu, push = closed_form(run.t)
+    assert x is None or np.abs(run.x - x).max() < 1e-8
+    assert np.abs(run.mu - mu).max() < 1e-8
+    assert np.abs(multipliers - push).max() < 1e-8
+    assert np.abs(multipliers + push).max() > 1e-2  # the sign is seen
+
+
+def test_multipliers_are_of_first_order_and_their_mean_of_second():
+    """Of a holonomic constraint: λ = m(g x₂ − |v|²)/ℓ² of the Cartesian pendulum."""
+    alone, mean = [], []
+    for steps in (500, 1000):
+        run, found = both_multipliers(
+            "cartesian-pendulum", "midpoint", f"{5 / steps}", steps, steps // 10
+        )
+        wanted = run.x[:, 1] - (run.mu**2).sum(axis=1)
+        alone.append(np.abs(run.multipliers[:, 0] - wanted).max())
+        mean.append(np.abs(found[:, 0] - wanted).max())
+    assert math.log2(alone[0] / alone[1]) == pytest.approx(1, abs=0.05)
+    assert math.log2(mean[0] / mean[1]) == pytest.approx(2, abs=0.05)
 
 
 @pytest.mark.parametrize("name", NONHOLONOMIC)

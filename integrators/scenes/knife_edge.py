@@ -1,0 +1,29 @@
+"""A blade on an inclined plane: it slides along its edge and turns, and does not slip across."""
+
+from typing import Any
+
+from ..groupoids import pair
+from ..numbers import sympy
+from ..scene import Scene
+
+
+def lagrangian(x: Any, v: Any, p: Any) -> Any:
+    """x = (down the slope, across it, heading); `pull` is g sin α."""
+    kinetic = p.mass * (v[0] ** 2 + v[1] ** 2) + p.inertia * v[2] ** 2
+    return kinetic / 2 + p.mass * p.pull * x[0]
+
+
+scene = Scene(
+    name="knife-edge",
+    title="Knife edge on a slope",
+    groupoid=pair(3),
+    parameters={"mass": 1, "inertia": "0.5", "pull": "0.7"},
+    lagrangian=lagrangian,
+    nonholonomic=lambda x, p: [[sympy.sin(x[2]), -sympy.cos(x[2]), 0]],
+    x0=[0, 0, 0],
+    v0=["0.3", 0, "0.8"],
+    duration=10,
+    step="0.1",
+    source="Neimark, Fufaev, Dynamics of Nonholonomic Systems, III.1; Bloch, Nonholonomic "
+    "Mechanics and Control, 1.6",
+)
