@@ -21,8 +21,8 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
             ranges, parts, segments, pieces, totals):  # fmt: skip
     """Begin (task 0), do `steps` steps (1), or show μ and u of now (2): (steps done, status).
 
-    Where not LOCAL, w is always the solution of the substep that comes. A general list of bonds is
-    solved elsewhere: its equations at substep `steps` (3), what w then does (4).
+    Where not LOCAL, w is always the solution of the substep that comes. Of a general list of bonds
+    substep `steps` is solved elsewhere, by tasks 3 to 5 (`lattice_newton.listed`).
     """
     done, status = 0, OK
     if LOCAL:
@@ -35,20 +35,16 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
     elif task == 2:
         copy(mu, nu, ranges, parts)
     elif LISTED:
+        c = load(coefficients[steps], slice(0, WIDTH))
         if task == 0:
             copy(nu, mu, ranges, parts)
-        elif task == 3:
-            c, d = coefficients_of(coefficients, substeps, steps)
-            if not MIXED or kinds[steps] == 0:
-                assemble(RULE, x, nu, w, work, ties, p, q, c, ranges, parts, segments, pieces)
-            else:
-                assemble(ADJOINT, x, nu, w, work, ties, p, q, c, ranges, parts, segments, pieces)
+        elif not MIXED or kinds[steps] == 0:
+            listed(
+                RULE, task, x, nu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals
+            )
         else:
-            c, d = coefficients_of(coefficients, substeps, steps)
-            if not MIXED or kinds[steps] == 0:
-                listed_update(RULE, x, nu, w, work, p, q, c, ranges, parts, segments, pieces)
-            else:
-                listed_update(ADJOINT, x, nu, w, work, p, q, c, ranges, parts, segments, pieces)
+            listed(ADJOINT, task, x, nu, w, work, ties, p, q, c, ranges, parts, segments, pieces,
+                   totals)  # fmt: skip
     else:
         if task == 0:
             copy(nu, mu, ranges, parts)
@@ -245,15 +241,13 @@ def on_bonds(way, one, other, x, out, q, c, d, segments, pieces):
     """
     for s in range(pieces):
         a, b, length, first = segments[s, 0], segments[s, 1], segments[s, 2], segments[s, 3]
-        if SPLIT and b - a == 1:
-            f = of_bond(way, one, other, x, q, c, d, a, b, first)
-            add(out, a, f[:m])
-            for k in range(1, length):
+        if b - a == 1:  # each force goes on to the next bond: vectors take that in one loop
+            ahead = (0.0,) * m
+            for k in range(length):
                 f = of_bond(way, one, other, x, q, c, d, a + k, b + k, first + k)
-                g = of_bond(way, one, other, x, q, c, d, a + k - 1, a + k, first + k - 1)
-                add(out, a + k, plus(f[:m], g[m:]))
-            f = of_bond(way, one, other, x, q, c, d, a + length - 1, a + length, first + length - 1)
-            add(out, a + length, f[m:])
+                add(out, a + k, plus(f[:m], ahead))
+                ahead = f[m:]
+            add(out, a + length, ahead)
         elif SPLIT:
             start = 0
             while start < length:

@@ -150,9 +150,33 @@ def gain_of(system, x, w, q, c, i, j, k):
 # -- any list of bonds: the equations for a sparse factorisation -----------------------------------
 
 
-def assemble(system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces):
-    """work: what is missing at each site, and the slope by its own unknowns; ties: slopes between
-    the two sites of each bond, ij then ji."""
+def listed(system, task, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals):
+    """Assemble the equations of a substep (task 3), do it (4), or correct w site by site (5)."""
+    if task == 3:
+        assemble(True, system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces)
+    elif task == 4:
+        listed_update(system, x, mu, w, work, p, q, c, ranges, parts, segments, pieces)
+    else:
+        relax(system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals)
+
+
+def relax(system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals):
+    """Correct each w as if all others were right; sizes of the largest one go to `totals`."""
+    assemble(False, system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces)
+    size, here = 0.0, 0.0
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            kept = row(work, i, S + S * S)
+            dw = as_vector(solved(block(kept[S:], 0, 0, S), as_column(kept[:S])))
+            new = plus(row(w, i, S), dw)
+            put(w, i, new)
+            size, here = watched(size, here, dw, new, i, totals)
+    totals[LAST_SIZE], totals[SCALE] = size, here
+
+
+def assemble(tied, system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces):
+    """work: what is missing at each site, and the slope by its own unknowns; if `tied`, ties:
+    slopes between the two sites of each bond, ij then ji."""
     for r in range(parts):
         for i in range(ranges[r, 0], ranges[r, 1]):
             missing, D = of_site(system, x, mu, w, p, c, i)
@@ -164,7 +188,8 @@ def assemble(system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pie
             of_i, of_j, ii, ij, ji, jj = of_pair(system, x, w, q, c, i, j, first + k)
             add(work, i, tuple([-e for e in of_i]) + flattened(ii))
             add(work, j, tuple([-e for e in of_j]) + flattened(jj))
-            put(ties, first + k, flattened(ij) + flattened(ji))
+            if tied:
+                put(ties, first + k, flattened(ij) + flattened(ji))
 
 
 def listed_update(system, x, mu, w, work, p, q, c, ranges, parts, segments, pieces):

@@ -128,7 +128,7 @@ class _Kernels:
 
 def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
     texts = []
-    whole = (kick.plus - kick.minus).applyfunc(sympy.expand_mul)  # where a step is one substep
+    whole = kick.plus - kick.minus  # where a step is one substep
     for word, column in (("minus", kick.minus), ("plus", kick.plus), ("whole", whole)):
         values = [coefficients.hoist(e) for e in column]
         c = [f"c{i}" for i in range(len(coefficients.values))]

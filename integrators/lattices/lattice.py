@@ -48,7 +48,7 @@ class Lattice:
     duration: Any = 10
     step: Any = None
     fixed_ends: bool = False
-    fixed: Sequence[int] = ()
+    fixed: Sequence[int] | np.ndarray = ()
     source: str = ""
     title: str = ""
 

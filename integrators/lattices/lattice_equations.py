@@ -197,8 +197,7 @@ def _kicks(name: str, equations: DiscreteEquations, own: tuple[Letter, ...]) -> 
     """The forces of a term that holds no velocity; its F⁺ is one of the end point."""
     maps, h = equations.at_points, equations.h
     back = dict(zip(equations.y, equations.x, strict=True))
-    minus, plus = ((column / h).applyfunc(sympy.expand_mul) for column in
-                   (maps.minus, maps.plus.xreplace(back)))  # fmt: skip
+    minus, plus = maps.minus / h, maps.plus.xreplace(back) / h
     return Kicks(name, tuple(equations.x), own, minus, plus)
 
 

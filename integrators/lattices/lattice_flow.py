@@ -5,30 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..compiler import (
-    CORRECTIONS,
-    MOST,
-    NOT_CONVERGED,
-    OK,
-    SINGULAR,
-    LatticeKernels,
-    compile_lattice,
-)
+from ..compiler import CORRECTIONS, MOST, OK, LatticeKernels, compile_lattice, text_key
 from ..equations import momentum
-from ..errors import BadInput, StepFailure
+from ..errors import BadInput
 from ..numbers import Double, exact_rational, numeric
+from .checkpoint import Checkpoint
 from .lattice import Lattice
-from .segments import ranges_of, segments_of
-from .sparse_steps import SparseMatrix, SparseSteps
+from .lattice_run import LatticeRun
 
-BEGIN, RUN, SHOW, ASSEMBLE, UPDATE = range(5)  # tasks of the driver
-PLACE, KAPPA = 3, 4  # where in `totals` the site is whose step was not found, and κ
 NUMBERS = Double()
+PIECE = 2**24  # steps of a site between two looks at progress, at interrupts and at a checkpoint
 
 
 @dataclass(frozen=True)
@@ -78,34 +69,62 @@ class LatticeFlow:
         *,
         x0: Any = None,
         mu0: Any = None,
+        checkpoint: Any = None,
         progress: Callable[[int], None] | None = None,
     ) -> LatticeTrajectory:
         """Run `steps` steps from the lattice's start, or from x0 (N, n) and mu0 (N, m).
 
-        Raises `BadInput` for wrong shapes or counts, `StepFailure` (with the rows so far) if a step
-        cannot be solved.
+        checkpoint: a file. The rows are then on disk beside it, as arrays of numpy's, and the state
+        is kept in it about once a second: the same call goes on where a run was killed, to the same
+        numbers (to round-off, where a sparse factorisation solves). progress: called with the steps
+        done so far. Raises `BadInput` for wrong shapes or counts and for the checkpoint of another
+        run, `StepFailure` (with the rows so far) if a step cannot be solved.
         """
         for name, value, least in (("steps", steps, 0), ("every", every, 1)):
             if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
                 raise BadInput(f"{name} is {value!r}: give a whole number from {least}.")
-        run = _Run(self, *self._start(x0, mu0))
-        rows = steps // every + 1
-        N, n, m = self.lattice.sites, run.x.shape[1], run.nu.shape[1]
-        x, u, mu = (np.empty((rows, N, width)) for width in (n, m, m))
-        for k in range(rows):
-            status = run.advance(every if k else 0)
-            if status == OK:
-                status = run.show()
+        run = LatticeRun(self, *self._start(x0, mu0))
+        kept = None
+        if checkpoint is not None:
+            key = text_key(self.scheme.system, run.digest.hexdigest(), str((steps, every)))
+            kept = Checkpoint(checkpoint, key, self.lattice.name)
+        shape = (steps // every + 1, self.lattice.sites)
+        widths = {"x": run.x.shape[1], "u": run.u.shape[1], "mu": run.u.shape[1]}
+        rows = [
+            np.empty((*shape, width)) if kept is None else kept.rows(word, (*shape, width))
+            for word, width in widths.items()
+        ]
+        if kept is not None and kept.state is not None:
+            run.restore(kept.state)
+        else:
+            self._write(run, rows, every)
+        piece = max(1, PIECE // self.lattice.sites)
+        while run.index < steps:
+            next_row = (run.index // every + 1) * every
+            status = run.advance(min(steps, next_row, run.index + piece) - run.index)
             if status != OK:
-                raise run.failure(status, self._trajectory(run, x[:k], u[:k], mu[:k], every))
-            x[k], u[k], mu[k] = run.x, run.u, run.mu
+                raise self._failed(run, status, rows, every)
+            if run.index == next_row:
+                self._write(run, rows, every)
+            if kept is not None:
+                kept.save(run.state, rows, last=run.index == steps)
             if progress is not None:
                 progress(run.index)
-        if (status := run.advance(steps - run.index)) != OK:
-            raise run.failure(status, self._trajectory(run, x, u, mu, every))
-        return self._trajectory(run, x, u, mu, every)
+        return self._trajectory(run, rows, every)
 
-    def _trajectory(self, run: Any, x: Any, u: Any, mu: Any, every: int) -> LatticeTrajectory:
+    def _write(self, run: LatticeRun, rows: list[np.ndarray], every: int) -> None:
+        """The row of now; raises `StepFailure` if the u that leaves it is not found."""
+        if (status := run.show()) != OK:
+            raise self._failed(run, status, rows, every)
+        for column, values in zip(rows, (run.x, run.u, run.mu), strict=True):
+            column[run.index // every] = values
+
+    def _failed(self, run: LatticeRun, status: int, rows: list[np.ndarray], every: int) -> Any:
+        count = -(-run.index // every)
+        return run.failure(status, self._trajectory(run, [c[:count] for c in rows], every))
+
+    def _trajectory(self, run: LatticeRun, rows: Any, every: int) -> LatticeTrajectory:
+        x, u, mu = rows
         t = NUMBERS.multiples(self.step, np.arange(len(x), dtype=np.int64) * every)
         mean = run.totals[CORRECTIONS] / max(1, run.solved)
         return LatticeTrajectory(t, x, u, mu, mean, int(run.totals[MOST]), run.index, self.step)
@@ -133,95 +152,3 @@ class LatticeFlow:
         made = f(list(x.T), list(v.T), list(values.values()))
         rows = np.broadcast_to(made.reshape(len(s.u), -1), (len(s.u), len(x)))
         return np.ascontiguousarray(rows.T)
-
-
-class _Run:
-    """The state of a run: x, ν, the unknowns of the last steps, and counters."""
-
-    def __init__(self, flow: LatticeFlow, x: np.ndarray, mu: np.ndarray) -> None:
-        self.flow, self.x, self.mu = flow, np.ascontiguousarray(x), np.ascontiguousarray(mu)
-        lattice, kernels, scheme = flow.lattice, flow.kernels, flow.scheme
-        N, S = lattice.sites, kernels.widths["w"]
-        self.nu, self.totals = np.zeros_like(self.mu), np.zeros(16)
-        self.past = [np.zeros((N, S)) for _ in range(4)]
-        work = np.zeros((1 if scheme.local else N, kernels.widths["work"]))
-        v0 = lattice.start[1]
-        for w in self.past:
-            w[:, : v0.shape[1]] = v0
-        order, segments = segments_of(lattice.pairs)
-        ranges, free = ranges_of(lattice.free), lattice.free
-        self.mu[~free] = 0
-        for w in self.past:
-            w[~free] = 0
-        self.free = free
-        ties = np.zeros((1 if scheme.local else len(order), kernels.widths["ties"]))
-        own, of_bond = scheme.own_rows(order)
-        q = [[float(e) for e in row] for row in scheme.q_values(flow.step)]
-        c = np.zeros((len(q), kernels.widths["coefficients"]))
-        for row, (kind, values) in enumerate(zip(scheme.kinds, q, strict=True)):
-            try:
-                made = kernels.prepare[kind](values)
-            except ArithmeticError:
-                raise BadInput(
-                    f"{lattice.name} with {scheme.rule.name}: its equations have no finite "
-                    f"coefficients at the step {float(flow.step):g}; take another step."
-                ) from None
-            c[row, : len(made)] = made
-        kinds = np.array(scheme.kinds, dtype=np.int64)
-        self.arguments = (
-            self.x, self.nu, self.mu, *self.past, work, ties, own, of_bond, c, kinds, len(q),
-            ranges, len(ranges), segments, len(segments), self.totals,
-        )  # fmt: skip
-        self.index, self.solved = 0, 0
-        self.u = np.zeros_like(self.mu)
-        self.totals[KAPPA] = 1e300
-        self.status = kernels.advance(BEGIN, 0, *self.arguments)[1]
-        self.sparse: SparseSteps | None = None
-        if lattice.shape == "list" and not scheme.local:
-            matrix = SparseMatrix(lattice.pairs[order], free, S)
-            assemble, update = (partial(self._task, task) for task in (ASSEMBLE, UPDATE))
-            self.sparse = SparseSteps(
-                assemble, update, self.past, work, ties, matrix, substeps=len(q)
-            )
-            self.status = self.sparse.solve(0)
-
-    def _task(self, task: int, j: int) -> None:
-        self.flow.kernels.advance(task, j, *self.arguments)
-
-    def advance(self, steps: int) -> int:
-        """So many steps; the status."""
-        if self.status != OK:
-            return self.status
-        if self.sparse is not None:
-            done, status = self.sparse.steps(steps)
-            sparse = self.sparse.corrections, self.sparse.most, 0, self.sparse.place
-            self.totals[:4] = sparse
-        else:
-            done, status = self.flow.kernels.advance(RUN, steps, *self.arguments)
-        self.index += done
-        self.solved += done * (len(self.x) if self.flow.scheme.local else 1)
-        return status
-
-    def show(self) -> int:
-        """μ and u of now, into `mu` and `u`; the status.
-
-        Where no iteration would find it, this looks whether the state is finite.
-        """
-        _, status = self.flow.kernels.advance(SHOW, 0, *self.arguments)
-        bad = np.flatnonzero(~np.isfinite(self.mu).all(axis=1))
-        if status == OK and len(bad):
-            self.totals[PLACE], status = bad[0], SINGULAR
-        self.u[:] = self.past[int(self.flow.scheme.local)][:, : self.u.shape[1]]
-        return status
-
-    def failure(self, status: int, rows: LatticeTrajectory) -> StepFailure:
-        """The error of a step that was not found."""
-        i = int(self.totals[PLACE])
-        cause = ("Newton's method does not converge" if status == NOT_CONVERGED
-                 else "a correction is not finite, as where FL is singular")  # fmt: skip
-        flow, index = self.flow, self.index
-        state = {"x": self.x[i], "mu": self.mu[i]}
-        return StepFailure(
-            flow.lattice.name, flow.scheme.rule.name, index, float(flow.step * index), state,
-            f"{cause} at site {i}", rows,
-        )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Steps of a lattice whose bonds are any list: Newton's method with a sparse factorisation.
+"""Steps of a lattice whose bonds are any list: site by site, or with a sparse factorisation.
 
 The order of elimination is found once (multiple minimum degree on the pattern), and a factorisation
 is kept, over steps too, as long as corrections by it shrink to less than FADED of the one before.
@@ -19,7 +19,7 @@ linalg: Any = LazyModule("scipy.sparse.linalg")
 
 FADED = 0.1  # what a correction by a kept factorisation may leave
 MOST_CORRECTIONS = 60
-EPS, ROOT_EPS = 2.0**-53, 2.0**-26
+EPS, ROOT_EPS, HUGE = 2.0**-53, 2.0**-26, 1e300
 
 
 class SparseMatrix:
@@ -83,12 +83,17 @@ def _factors(matrix: Any, order: str) -> Any:
 class SparseSteps:
     """Steps by a driver that assembles equations and updates the state (`lattice_newton`).
 
-    assemble(j), update(j): of substep j; past: w and the solutions before, (N, S) each; work, ties:
-    what `assemble` fills in.
+    relax(j), assemble(j), update(j): of substep j, relax(j) giving the largest correction and the
+    largest w, sums of absolute entries of a site; past: w and the solutions before, (N, S) each;
+    work, ties: what `assemble` fills in.
+
+    A fixed point goes first, each site corrected as if its neighbours were right: it contracts
+    where the bonds are not stiff. Where it does not, the factorisation takes over for good.
     """
 
     def __init__(
         self,
+        relax: Callable[[int], tuple[float, float]],
         assemble: Callable[[int], None],
         update: Callable[[int], None],
         past: list[np.ndarray],
@@ -97,11 +102,21 @@ class SparseSteps:
         matrix: SparseMatrix,
         substeps: int,
     ) -> None:
-        self.assemble, self.update = assemble, update
+        self.relax, self.assemble, self.update = relax, assemble, update
         self.past, self.work, self.ties, self.matrix = past, work, ties, matrix
-        self.substeps, self.age, self.degree = substeps, 0, 0
-        self.corrections, self.most, self.place = 0, 0, 0
+        self.substeps, self.age, self.degree, self.relaxing = substeps, 0, 0, True
+        self.corrections, self.most = 0, 0
         self._solvers: dict[int, Callable[[np.ndarray], np.ndarray]] = {}
+
+    @property
+    def counts(self) -> list[int]:
+        """What goes on with a run, beside the solutions."""
+        return [self.age, self.degree, int(self.relaxing), self.corrections, self.most]
+
+    @counts.setter
+    def counts(self, given: list[int]) -> None:
+        self.age, self.degree, relaxing, self.corrections, self.most = given
+        self.relaxing = bool(relaxing)
 
     def steps(self, count: int) -> tuple[int, int]:
         """So many steps, w being solved for before and after: (steps done, status)."""
@@ -116,39 +131,47 @@ class SparseSteps:
 
     def solve(self, j: int) -> int:
         """Solve substep j for w, which holds a guess; the status."""
-        w, S = self.past[0], self.matrix.S
-        before, fresh, status, count = np.inf, False, NOT_CONVERGED, 0
+        status, before, count = NOT_CONVERGED, np.inf, 0
         while status == NOT_CONVERGED and count < MOST_CORRECTIONS:
-            self.assemble(j)
-            if j not in self._solvers:
-                try:
-                    own = self.work[:, S:]
-                    self._solvers[j] = self.matrix.factorised(own, self.ties)
-                except ArithmeticError:
-                    return SINGULAR
-                fresh = True
-            missing = np.where(self.matrix.held, 0, self.work[:, :S].ravel())
-            dw = self._solvers[j](missing).reshape(w.shape)
-            w += dw
-            sizes = abs(dw).sum(axis=1)
-            self.place, size = int(sizes.argmax()), float(sizes.max())
+            by_sites = self.relaxing
+            size, here = self.relax(j) if by_sites else self._corrected(j)
             count += 1
-            if not np.isfinite(size):
-                return SINGULAR
-            noise = EPS * float(abs(w).sum(axis=1).max())
-            rate = size / before if before > 0 else 0.0
-            stagnant = count > 2 and rate > 0.5 and size < ROOT_EPS * noise / EPS
+            if not (np.isfinite(here) and size < HUGE):
+                if not by_sites:
+                    return SINGULAR
+                self.relaxing, before = False, np.inf  # a site may be singular by itself
+                self.past[0][:] = self.past[1]
+                continue
+            noise, rate = EPS * here, size / before if before > 0 else 0.0
+            stagnant = count > 2 and rate > 0.5 and size < ROOT_EPS * here
             if size <= noise or (count > 1 and rate < 0.5 and size * rate <= noise) or stagnant:
                 status = OK
-            elif rate > FADED and not fresh and count > 1:
-                del self._solvers[j]
-            fresh, before = False, size
+            elif count > 1 and rate > FADED and size > ROOT_EPS * here:  # below is round-off too
+                self.relaxing = False
+                if not by_sites:
+                    self._solvers.pop(j, None)
+            before = size if by_sites == self.relaxing else np.inf
         self.corrections, self.most = self.corrections + count, max(self.most, count)
         if self.substeps == 1 and (self.age < 6 or self.age % 16 == 0):
+            w = self.past[0]
             misses = [abs(w - guess).max() for guess in self._guesses(self.past[1:])]
             self.degree = int(np.argmin(misses[: max(1, min(3, self.age))]))
         self.age += 1
         return status
+
+    def _corrected(self, j: int) -> tuple[float, float]:
+        """A correction by the factorisation of substep j, which may be of another step."""
+        w, S = self.past[0], self.matrix.S
+        self.assemble(j)
+        if j not in self._solvers:
+            try:
+                self._solvers[j] = self.matrix.factorised(self.work[:, S:], self.ties)
+            except ArithmeticError:
+                return np.inf, 0.0
+        missing = np.where(self.matrix.held, 0, self.work[:, :S].ravel())
+        dw = self._solvers[j](missing).reshape(w.shape)
+        w += dw
+        return float(abs(dw).sum(axis=1).max()), float(abs(w).sum(axis=1).max())
 
     def _guesses(self, past: list[np.ndarray]) -> list[np.ndarray]:
         a, b, c = past

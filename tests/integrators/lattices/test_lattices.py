@@ -148,13 +148,14 @@ def test_bodies_run_as_their_scene(site, rule):
     assert_same(SITES[site](), [(0, 1), (1, 2)], rule)
 
 
-def test_fixed_ends_stay():
-    run = Scheme(fput(fixed_ends=True), midpoint).flow("1/20").trajectory(40)
+@pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda r: r.name)
+def test_fixed_ends_stay(rule):
+    run = Scheme(fput(fixed_ends=True), rule).flow("1/20").trajectory(40)
     assert np.array_equal(run.x[:, [0, -1]], np.broadcast_to(run.x[0, [0, -1]], (41, 2, 1)))
     assert not run.mu[:, [0, -1]].any()
     assert not run.u[:, [0, -1]].any()
     listed = fput("listed", bonds=CHAIN, fixed=(0, N - 1))
-    other = Scheme(listed, midpoint).flow("1/20").trajectory(40)
+    other = Scheme(listed, rule).flow("1/20").trajectory(40)
     assert abs(other.x - run.x).max() < ROUND_OFF
 
 
