@@ -12,7 +12,9 @@ with their values at the start, to the same digits.
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from .agreement import Blocks, agreement, said
@@ -48,8 +50,8 @@ def certified_integration(
     ``form`` is a closed form of the motion, which has to agree. ``thorough`` runs the second
     method where it is dear, and beside a closed form.
     """
-    equations = equations_of(scene, attitude)
-    program = compile_series(equations)
+    derive = _derived if isinstance(scene, Hashable) else _derived.__wrapped__
+    equations, program, invariants = derive(scene, attitude)
     try:
         if not proof:
             raise Unproven("none was asked for")
@@ -77,7 +79,6 @@ def certified_integration(
             for t, finding in findings.items()
             if t in times
         }
-    invariants = invariants_of(scene, equations)
     parameters = parameter_values(scene)
     found = {}
     for t in times:
@@ -86,6 +87,13 @@ def certified_integration(
             finding = _beside(form, finding, equations, parameters, digits, start.blocks)
         found[t] = finding.solution(digits, attitude)
     return found
+
+
+@lru_cache(maxsize=8)
+def _derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invariants]:
+    """What needs no time and no digits: one scene is asked for several of either."""
+    equations = equations_of(scene, attitude)
+    return equations, compile_series(equations), invariants_of(scene, equations)
 
 
 def _beside(

@@ -1,10 +1,27 @@
 """How the tests run, whatever they test."""
 
 import gc
+from itertools import groupby
+
+import pytest
+
+from tests.objects.schedule import sample
 
 # Expressions are many small objects that stay: looked through at every turn of the garbage
 # collector they cost a fifth of the processor time.
 gc.set_threshold(200_000, 50, 100)
+
+
+@pytest.hookimpl(tryfirst=True)  # before the slow ones are left out
+def pytest_collection_modifyitems(items):
+    """Of a law marked `sampled`, the fast suite meets every argument once; the rest is slow."""
+    cases = [i for i in items if i.get_closest_marker("sampled") and hasattr(i, "callspec")]
+    often = [i for i in cases if not i.get_closest_marker("slow")]
+    for _, group in groupby(often, key=lambda item: (item.path, item.originalname)):
+        law = list(group)
+        taken = sample([item.callspec.params for item in law])
+        for k in set(range(len(law))) - taken:
+            law[k].add_marker("slow")
 
 
 def pytest_collection_finish():

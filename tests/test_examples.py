@@ -43,6 +43,7 @@ def test_galerkin_rule():
     assert list(orders(found).values()) == pytest.approx([4, 4], abs=0.01)
 
 
+@pytest.mark.slow
 def test_exact_series():
     found = example("exact_series").main()
     assert found["verdict"] == "pass"
@@ -52,6 +53,7 @@ def test_exact_series():
             Scheme(scenes.get(name), example("exact_series").eighth)
 
 
+@pytest.mark.slow
 def test_splitting():
     found, run = example("splitting").main()
     assert found["verdict"] == "pass"

@@ -196,21 +196,22 @@ class Multiple:
     def _gauss_jordan(self, a: Matrix, b: Matrix) -> tuple[Number, Matrix]:
         """(det a, a⁻¹ b) with row exchanges, b a matrix; (0, nothing of use) if a is singular."""
         one = self._gmpy2.mpfr(1)  # integers among the entries would be divided as floats
-        a, b, det = a * one, b.astype(object) * one, one
-        for p in range(len(a)):
-            row = p + int(np.argmax(abs(a[p:, p])))
-            if row != p:
-                det = -det
-                for matrix in (a, b):
-                    matrix[[p, row]] = matrix[[row, p]]
-            det = det * a[p, p]
-            if a[p, p] == 0:
-                break
-            b[p], a[p] = b[p] / a[p, p], a[p] / a[p, p]
-            factors = a[:, p].copy()
-            factors[p] = self._gmpy2.mpfr(0)
-            a, b = a - np.outer(factors, a[p]), b - np.outer(factors, b[p])
-        return det, b
+        rows = [[e * one for e in (*left, *right)] for left, right in zip(a, b, strict=True)]
+        size, det = len(rows), one
+        for p in range(size):
+            best = max(range(p, size), key=lambda row: abs(rows[row][0]))
+            if best != p:
+                det, rows[p], rows[best] = -det, rows[best], rows[p]
+            pivot = rows[p][0]
+            det = det * pivot
+            if pivot == 0:
+                return det, b
+            lead = [e / pivot for e in rows[p][1:]]  # column p is done with, and left out
+            for k, (factor, *rest) in enumerate(rows):
+                if k != p:
+                    rows[k] = [e - factor * f for e, f in zip(rest, lead, strict=True)]
+            rows[p] = lead
+        return det, np.array(rows, dtype=object).reshape(b.shape)
 
 
 #: the two kinds of number

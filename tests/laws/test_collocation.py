@@ -60,7 +60,8 @@ def test_fifty_digits_need_no_elimination(name):
 
 @pytest.mark.parametrize(
     ("name", "retraction"),
-    [("rigid-body", cayley), ("rigid-body", exponential),
+    [("rigid-body", cayley),
+     pytest.param("rigid-body", exponential, marks=pytest.mark.slow),
      pytest.param("heavy-top", cayley, marks=pytest.mark.slow),
      pytest.param("heavy-top", exponential, marks=pytest.mark.slow)],
 )  # fmt: skip

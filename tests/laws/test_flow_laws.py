@@ -12,6 +12,8 @@ import pytest
 
 from tests.objects import PLAIN, SCENES, SCHEMES, exact_start, flow, named, scheme
 
+pytestmark = pytest.mark.sampled
+
 #: (digits, limit of a defect, limit of an error relative to the state)
 PRECISIONS = ((16, 1e-13, 1e-11), (50, 1e-45, 1e-44))
 SIZES = {"tiny": Fraction(1, 10**4), "own": Fraction(1), "large": Fraction(6)}

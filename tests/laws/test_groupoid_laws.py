@@ -15,6 +15,8 @@ from discmech.integrators.groupoids.axioms import axioms
 from discmech.integrators.numbers import evaluate
 from tests.objects import ARROWS, GROUPOIDS, LARGE, STEPS, arrows
 
+pytestmark = pytest.mark.sampled
+
 everywhere = pytest.mark.parametrize("stratum", ARROWS)
 at_steps = pytest.mark.parametrize("h", STEPS, ids=str)
 EPS = Rational(1, 10**40)

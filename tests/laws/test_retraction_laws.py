@@ -21,6 +21,8 @@ from tests.objects.retractions import (
     point,
 )  # fmt: skip
 
+pytestmark = pytest.mark.sampled
+
 EPS = Rational(1, 10**30)
 CHARTS = [
     pytest.param(r, a, id=f"{r.name}-{n}", marks=pytest.mark.slow if slow else ())

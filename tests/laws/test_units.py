@@ -26,6 +26,8 @@ from discmech.integrators import (
 from discmech.studies.core import controls
 from discmech.studies.symplecticity.measuring import limit, limits
 
+pytestmark = pytest.mark.sampled
+
 
 def _spinning(x, v, p):
     """A sprung mass that carries a body, whose spin drives it: lengths beside angles."""

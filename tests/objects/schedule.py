@@ -1,5 +1,8 @@
 """What `make test` runs: each scene by one of the plain rules; `make test-all` runs it by all."""
 
+from collections import Counter
+from itertools import combinations
+
 import pytest
 
 #: scenes that meet every rule in every run
@@ -62,3 +65,34 @@ def named(schemes):
         return () if often else pytest.mark.slow
 
     return [pytest.param(*s, id="-".join(map(str, s)), marks=marks(*s[:2])) for s in schemes]
+
+
+def sample(cases):
+    """Places of cases (dicts of arguments) that hold every value of every argument at least once.
+
+    Each next one brings the most values that are new; among those the pairs met least so
+    far, so that no stratum or rule is the partner of all. Always the same ones.
+    """
+    cases = [[(name, _key(value)) for name, value in case.items()] for case in cases]
+    met = Counter()
+    taken, left = set(), {value for case in cases for value in case}
+
+    def worth(k):
+        alone, pairs = cases[k], combinations(cases[k], 2)
+        new = sum(value in left for value in alone)
+        return -new, sum(map(met.__getitem__, pairs)), sum(map(met.__getitem__, alone)), k
+
+    while left:
+        best = min(set(range(len(cases))) - taken, key=worth)
+        met.update([*cases[best], *combinations(cases[best], 2)])
+        taken.add(best)
+        left.difference_update(cases[best])
+    return taken
+
+
+def _key(value):
+    try:
+        hash(value)
+    except TypeError:
+        return id(value)
+    return value

@@ -25,6 +25,8 @@ CUT_OFF = TaylorSettings(18, guard=20)  # the truncation makes the error
 ROUNDED = TaylorSettings(30, guard=0)  # the arithmetic makes it
 TIMES = [Fraction(1, 9), Fraction(-1, 20), Fraction(1, 4)]
 
+SEVERAL_BODIES = ("outer-solar-system", "double-spherical-pendulum")  # seconds each
+
 
 def overshoot(equations, times, settings):
     """The largest |error| over its bound, at all times and states; and the largest bound."""
@@ -104,7 +106,7 @@ def test_a_bound_that_does_not_grow_is_caught(monkeypatch):
 
 
 @pytest.mark.parametrize("name", [
-    pytest.param(name, marks=pytest.mark.slow if name == "outer-solar-system" else ())
+    pytest.param(name, marks=pytest.mark.slow if name in SEVERAL_BODIES else ())
     for name in frozen.names()
 ])  # fmt: skip
 def test_jacobians_over_boxes_hold_those_at_points(name):

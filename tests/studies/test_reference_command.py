@@ -130,7 +130,7 @@ SCD = {  # the digits of the published numbers that are right: of 16, 30, 29, 14
     "figure eight": 12.97,
     "butterfly": 9.22,
 }
-OFTEN = ("arenstorf, three loops", "figure eight")
+OFTEN = ("figure eight",)
 
 
 @pytest.mark.parametrize(
@@ -147,6 +147,7 @@ def test_published_digits(problem, monkeypatch):
     assert min(value["right"] for value in row["values"]) == pytest.approx(row["scd"], abs=0.011)
 
 
+@pytest.mark.slow
 def test_published_digits_of_another_problem_are_not_right(monkeypatch):
     """Negative control: the moon a millionth heavier."""
     (entry,) = [e for e in published.problems() if e.problem == "arenstorf, three loops"]

@@ -91,7 +91,11 @@ def test_the_krein_signature_changes_with_the_sense_of_rotation():
     assert {s.krein for s in spectra(Oscillator(trapezoidal).matrix) if s.z < 1.99} == {1}
 
 
-@pytest.mark.parametrize("name", ["explicit Euler", "classical Runge-Kutta", "Heun"])
+@pytest.mark.parametrize("name", [
+    "explicit Euler",
+    pytest.param("classical Runge-Kutta", marks=pytest.mark.slow),
+    pytest.param("Heun", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_what_is_not_symplectic_leaves_the_circle(name):
     problem = Oscillator(controls.RUNGE_KUTTA[name])
     assert off_circle(spectra(problem.matrix), 1.0) is not None

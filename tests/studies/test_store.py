@@ -305,6 +305,7 @@ def test_figures_are_drawn_once_of_the_same_numbers(monkeypatch):
         return figures.plates([result], {}, library, _drawn_once(Store())), library
 
     (result,) = [r for r in results((16,)) if r["study"] == "energy"]
+    del result["cases"][2:]
     first = page(result)
     count = len(drawn)
     assert count and page(result) == first and len(drawn) == count

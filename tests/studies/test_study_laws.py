@@ -29,6 +29,11 @@ order_holds, symplectic_holds, momentum_holds = map(
 DECLARED = {"rectangle": 1, "midpoint": 2, "trapezoidal": 2, "imex": 2, "own": 2}
 
 
+def charts_slowly(study):
+    """A study's name as a parameter: charts takes ten seconds and more."""
+    return pytest.param(study, marks=pytest.mark.slow if study == "charts" else ())
+
+
 def expected_order(scene, rule):
     """On a group L_d = h·l(u) by every rule; x∧v is the same all along a step."""
     free = scenes.get(scene).groupoid.kind == "group" or scene == "charged-particle"
@@ -100,16 +105,17 @@ def is_symplectic(scene, rule, digits, limit, steps, retraction=None):
     return tried
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("scene", "rule"), named(BUILT_IN))
 def test_symplectic_in_double_precision(scene, rule):
-    is_symplectic(scene, rule, 16, 1e-13, 24)
+    is_symplectic(scene, rule, 16, 1e-13, 8)
 
 
 @pytest.mark.slow
 def test_the_largest_stable_steps_are_really_larger():
     """Where only small steps are tried the test proves little; every scene allows larger ones."""
     for scene, rule in PAIRWISE:
-        tried = is_symplectic(scene, rule, 16, 1e-13, 24)
+        tried = is_symplectic(scene, rule, 16, 1e-13, 8)
         assert len(tried) == 2 and tried[1] >= 2 * tried[0], (scene, rule, tried)
 
 
@@ -242,8 +248,8 @@ def test_implicit_midpoint_keeps_the_quadratic_energy_exactly():
 
 
 @pytest.mark.parametrize("study", [
-    pytest.param(name, marks=pytest.mark.slow if name == "charts" else ())
-    for name in NAMES if name not in ("work-precision", "savings")  # which take times
+    # work-precision and savings take times
+    charts_slowly(name) for name in NAMES if name not in ("work-precision", "savings")
 ])  # fmt: skip
 def test_results_are_the_same_when_measured_again(study):
     scene, steps = SMALL[study]
@@ -258,7 +264,7 @@ RECORDED = {"python", "numpy", "mpmath", "mpmath_backend", "blas", "machine", "c
             "date", "settings"}  # fmt: skip
 
 
-@pytest.mark.parametrize("study", NAMES)
+@pytest.mark.parametrize("study", [*map(charts_slowly, NAMES)])
 def test_what_check_returns_is_what_the_design_says(study):
     scene, steps = SMALL[study]
     with measured_once():

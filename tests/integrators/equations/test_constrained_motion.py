@@ -55,6 +55,7 @@ def test_rattle_comes_out_of_the_trapezoidal_rule():
     assert np.abs(run.x[-1] - x).max() < 1e-12 and np.abs(run.mu[-1] - p).max() < 1e-12
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", PLAIN)
 @pytest.mark.parametrize("name", HOLONOMIC)
 def test_neither_constraint_drifts(name, rule, steps=20000):
@@ -98,6 +99,7 @@ def test_the_pendulum_by_its_angle_is_the_same():
     assert found == pytest.approx(by_angle.x[-1, 0], abs=1e-5)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", PLAIN)
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize("scene", [*map(scenes.get, HOLONOMIC), cone()], ids=lambda s: s.name)

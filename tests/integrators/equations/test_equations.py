@@ -116,6 +116,7 @@ def all_close(found, wanted, digits=35):
 # -- from the definitions -------------------------------------------------------------------------
 
 
+@pytest.mark.sampled
 @every_scheme
 def test_written_out_it_is_the_rule(scene, rule):
     """The discrete Lagrangian with its points written out is the rule's formula."""
@@ -125,6 +126,7 @@ def test_written_out_it_is_the_rule(scene, rule):
     )
 
 
+@pytest.mark.sampled
 @every_scheme
 def test_legendre_maps_from_their_definitions(scene, rule):
     of = scheme(scene, rule)
@@ -143,6 +145,7 @@ def test_legendre_maps_from_their_definitions(scene, rule):
         assert not all_close(point.at(flipped), minus, 10)
 
 
+@pytest.mark.sampled
 @every_scheme
 def test_residual_is_the_equation_between_two_arrows(scene, rule):
     of = scheme(scene, rule)
@@ -153,6 +156,7 @@ def test_residual_is_the_equation_between_two_arrows(scene, rule):
     assert all_close(point.at(of.residual, dict(zip(of.v, v, strict=True))), wanted)
 
 
+@pytest.mark.sampled
 @every_scheme
 def test_FL_W_and_omega(scene, rule):
     """FL by differentiating F⁻ in u; W_γμ = e←_μ(e→_γ(L_d)) along the left-invariant curve."""

@@ -47,6 +47,7 @@ def order(one, steps=(16, 32)):
     return float(np.log2(coarse / fine))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", ORDERS)
 @pytest.mark.parametrize("scene", [SWUNG, SWELLING], ids=lambda s: s.name)
 def test_every_point_of_a_rule_has_its_time(scene, rule):
@@ -99,6 +100,7 @@ def test_everything_at_the_time_of_the_start_is_of_first_order():
     assert order(Scheme(SWUNG, rules.get("midpoint")), (64, 128)) == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("rule", "digits"),
     [(rule, 16) for rule in ("rectangle", "midpoint", "gauss-2")]

@@ -46,6 +46,7 @@ FRACTIONS = [
 ]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("name", "theta"), FRACTIONS)
 def test_what_displaces_a_fraction_of_an_arrow(name, theta):
     """(−ρa, R(x, θu) a + L(x, θu) c_θ) is what the fraction θ of the displaced arrow has become."""
@@ -78,7 +79,9 @@ def points_of(rule, stage, u, h):
     return [(c, c * u + stage * (c * c - c), u + stage * (2 * c - 1), h / 2) for c in nodes]
 
 
-@pytest.mark.parametrize("rule", ["midpoint", "trapezoidal", "gauss-2"])
+@pytest.mark.parametrize(
+    "rule", ["midpoint", "trapezoidal", pytest.param("gauss-2", marks=pytest.mark.slow)]
+)
 def test_the_force_has_the_work_of_the_integral_principle(rule):
     """Heavy top: ∫ f·(A⁻¹ δA) over a displaced path of attitudes, which nobody trivialised.
 
@@ -133,6 +136,7 @@ def test_the_force_has_the_work_of_the_integral_principle(rule):
         assert abs(work - wanted) < mpmath.mpf(10) ** -40 * abs(wanted)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("name", "rule"), [e for e in MET if e[1] != "gauss-2"])
 def test_the_maps_of_a_step_hold_that_force(name, rule):
     """F± with the force less F± without it, against the displacement of points (50 digits)."""
@@ -149,6 +153,7 @@ def test_the_maps_of_a_step_hold_that_force(name, rule):
             assert max(abs(f)) > 1e-6 or (rule, part) == ("rectangle", "plus")
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("name", "rule"), MET)
 def test_the_derivative_of_a_step_is_exact(name, rule):
     """FL and its like against central differences, with a force that is no gradient."""
@@ -177,6 +182,7 @@ def order(found):
     return float(np.log2(found[0] / found[1]))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("name", "rule"), MET)
 def test_orders_against_the_forced_equations(name, rule):
     one = forced(name, rule)

@@ -35,6 +35,7 @@ def slopes_by(letter, column, point):
         return [(a - b) * 10**15 / 2 for a, b in zip(ahead, back, strict=True)]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("adjoint", [False, True])
 @pytest.mark.parametrize(("scene", "rule"), [
     ("moving-mass", "trapezoidal"), ("moving-mass", "gauss-2"), ("affine-on-line", "midpoint"),
@@ -122,6 +123,7 @@ def permuted(L, G, x, u, h):
 HANDS = (of_an_end, weighted_by_x, bound, coefficients, looked_into, permuted)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("scene", "hand"), [
     pytest.param(scene, hand, id=f"{hand.__name__}-{scene}")
     for scene in ("moving-mass", "affine-on-line", "framed-plane", "rigid-body")

@@ -29,6 +29,7 @@ some_schemes = pytest.mark.parametrize(("scene", "rule"), named(SOME))
 # -- rows -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.sampled
 @some_schemes
 @pytest.mark.parametrize("digits", [16, 30])
 @pytest.mark.parametrize(("steps", "every"), [(21, 7), (23, 7), (5, 7), (0, 3), (1, 1), (20, 1)])

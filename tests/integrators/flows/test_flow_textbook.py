@@ -67,6 +67,7 @@ TEXTBOOK = {
 }
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", TEXTBOOK)
 @pytest.mark.parametrize("scene", FORCES)
 @pytest.mark.parametrize(("digits", "steps", "limit"), [(16, STEPS, 3e-12), (50, 100, 1e-47)])
@@ -163,6 +164,7 @@ def run_by_hand(inertia, torque_start, torque_end, x, mu, u, h, steps):
     return x, mu
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("scene", ["rigid-body", "rigid-body-by-hand"])
 @pytest.mark.parametrize("h", ["1/64", "1/4", "-1/8"])
 def test_free_body(scene, h):
@@ -177,6 +179,7 @@ def test_free_body(scene, h):
     assert np.abs(mu - run.mu[-1]).max() < 1e-12
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", ["rectangle", "trapezoidal"])
 @pytest.mark.parametrize(
     ("scene", "inertia", "center"),

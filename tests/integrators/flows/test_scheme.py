@@ -71,6 +71,7 @@ NOT_SELF_ADJOINT = {
 }
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("scene", "rule"), named(SCHEMES))
 def test_self_adjointness_is_derived(scene, rule):
     assert scheme(scene, rule).self_adjoint == ((scene, rule) not in NOT_SELF_ADJOINT)
@@ -104,6 +105,7 @@ def test_no_second_order_in_a_chart_that_is_not_odd(scene, rule):
     assert scheme(scene, rule).order == 1
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("scene", "rule"),
     [pair for pair in SCHEMES if pair[0] in (*SKEW, "moving-mass", "heavy-top-by-hand")],

@@ -86,6 +86,7 @@ def scheme(name):
 SOME = [pytest.param(n, marks=() if n in ("so(3)", "sl(2)") else pytest.mark.slow) for n in GROUPS]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("away", (0, 1e-8, -1e-8))
 @pytest.mark.parametrize("name", SOME)
 def test_a_step_on_the_cut_locus_is_right_or_an_error(name, away):

@@ -122,6 +122,7 @@ def positions(scene, run):
     return [scene.groupoid.position(x, u, run.step) for x, u in zip(run.x, run.u, strict=True)]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("retraction", (cayley, exponential), ids=("cayley", "exponential"))
 @pytest.mark.parametrize("name", [
     pytest.param(n, marks=pytest.mark.slow if n in ("kirchhoff", "wong", "rotor-body") else ())

@@ -26,6 +26,8 @@ from discmech.integrators.retractions.matrix_functions import (
 from tests.objects import ALGEBRAS, ARROWS
 from tests.objects.retractions import close, decimals, direction, element, fields, point
 
+pytestmark = pytest.mark.sampled
+
 EPS, ROOT = Rational(1, 10**30), sqrt(2)
 CLOSED = ["so(3)", "su(2)", "sl(2)", "se(2)", "se(3)", "so(4)", "heisenberg", "pair of so(3)"]
 GENERAL = ["sl(3)", "su(3)", "so(5)", "sp(4)"]

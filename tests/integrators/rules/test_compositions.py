@@ -100,8 +100,9 @@ def on_elements(x, g, h, p):
 
 @pytest.mark.parametrize("scene", [
     Scene("in-chart", pair(1), discrete_lagrangian=in_chart, x0=[1], v0=[0]),
-    Scene("on-elements", action(so(3)), discrete_lagrangian=on_group(on_elements),
-          x0=["3/5", 0, "4/5"], v0=[0, 0, 0]),
+    pytest.param(
+        Scene("on-elements", action(so(3)), discrete_lagrangian=on_group(on_elements),
+              x0=["3/5", 0, "4/5"], v0=[0, 0, 0]), marks=pytest.mark.slow),
 ], ids=lambda scene: scene.name)  # fmt: skip
 def test_the_adjoint_of_a_discrete_lagrangian_that_a_scene_gives(scene):
     """It is another step, and without it a composition is of the order of the base."""

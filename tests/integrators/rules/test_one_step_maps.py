@@ -59,6 +59,7 @@ def size(vector):
     return max(map(abs, vector))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("scene", "name"), PAIRS)
 def test_compiled_steps_are_those_of_fifty_digits(scene, name):
     s = scheme(scene, name)

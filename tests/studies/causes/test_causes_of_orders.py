@@ -191,7 +191,8 @@ def test_a_rule_that_is_not_consistent_is_not_advised_to_declare_its_order(formu
 
 
 @pytest.mark.parametrize(("scene", "excess", "order_found"), [
-    ("pendulum", -1, 0), ("pendulum", "h", 1), ("heavy-top", "h", 1),
+    ("pendulum", -1, 0), ("pendulum", "h", 1),
+    pytest.param("heavy-top", "h", 1, marks=pytest.mark.slow),
     pytest.param("heavy-top", -1, 0, marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_a_part_that_holds_no_velocity_is_told_by_the_equations(scene, excess, order_found):

@@ -121,10 +121,11 @@ def test_a_force_that_keeps_a_symmetry_keeps_its_momentum(rule):
     assert found["measured"]["drift"]["μ·Γ"] < 1e-13
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("rule", "digits"),
-    [(rule, 16) for rule in ("rectangle", "midpoint", "trapezoidal", "gauss-2")]
-    + [(rule, 50) for rule in ("rectangle", "midpoint", "trapezoidal")],
+    [(rule, digits) for rule in ("rectangle", "midpoint", "trapezoidal") for digits in (16, 50)]
+    + [pytest.param("gauss-2", 16, marks=pytest.mark.slow)],
 )
 def test_another_momentum_changes_by_the_work_of_the_force(rule, digits):
     found = measured("momentum", "driven-heavy-top", rule, digits, steps=100)

@@ -20,6 +20,7 @@ def radau(L, G, x, u, h):
     return h * L(x, u) / 4 + 3 * h * L(G.target(x, u, sympy.Rational(2, 3) * h), u) / 4
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize(
     ("scene", "rule", "side"),
@@ -134,6 +135,7 @@ def reference_of(scene):
     return lambda other, t, digits=50: solution(scene, t, digits)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.parametrize("size", ["1e-4", "1e-8", "1e-12"])
 def test_an_inconsistent_rule_cannot_buy_its_order_by_a_small_error(size, digits):

@@ -20,6 +20,7 @@ CONTROLS = [
 ]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("digits", "margin"),
     [(16, 1e3), pytest.param(50, 1e20, marks=pytest.mark.slow)],
