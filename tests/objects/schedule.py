@@ -7,7 +7,8 @@ import pytest
 
 #: scenes that meet every rule in every run
 ALWAYS = {"harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "affine-on-line"}
-EXPENSIVE = ("outer-solar-system", "wong", "pivoted-body")  # seconds a test: their laws are slow tests
+#: seconds a test: their laws are slow tests
+EXPENSIVE = ("outer-solar-system", "wong", "pivoted-body")
 #: the rule that a scene meets in every run, so that each rule meets every kind of groupoid; a scene
 #: that is not here meets them all
 TURN = {
