@@ -6,8 +6,9 @@ from .initial_state import Start
 from .newton_step import arrow_from, restricted_form_defect, round_off_from, step_along
 from .run import first_u
 from .scheme import Scheme
+from .step_choice import StepChoice
 
 __all__ = [
-    "Ensemble", "Flow", "Scheme", "Start", "Trajectory", "arrow_from", "first_u",
+    "Ensemble", "Flow", "Scheme", "Start", "StepChoice", "Trajectory", "arrow_from", "first_u",
     "restricted_form_defect", "round_off_from", "step_along",
 ]  # fmt: skip

@@ -22,6 +22,7 @@ from .initial_state import Start, Starting
 from .newton_step import arrow_before
 from .prepared_run import PreparedRuns
 from .run import Trajectory, element_of, first_u, run_from, whole_number
+from .step_choice import StepChoice
 
 __all__ = ["Flow", "Trajectory"]
 
@@ -45,6 +46,8 @@ class Flow:
 
     #: savings that the kernels do not make (`omissions.SAVINGS`), so that they can be measured
     without: frozenset[str] = frozenset()
+    #: how the step was chosen, where a tolerance was given (`Scheme.flow`)
+    choice: StepChoice | None = None
 
     def __init__(
         self,

@@ -11,6 +11,7 @@ from ..geometry import is_self_adjoint
 from ..lattices import Lattice, LatticeScheme
 from ..rules import Composition, OneStepMap, Substep
 from .flow import Flow, Substeps
+from .step_choice import step_for
 
 
 class Scheme(DiscretisedScene):
@@ -101,10 +102,28 @@ class Scheme(DiscretisedScene):
             return order
         return order + 1 if groupoid._inversion is not None and self.self_adjoint else order
 
-    def flow(self, step: Any, digits: int = 16, on_edge: str = "refuse") -> Flow:
+    def flow(
+        self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
+    ) -> Flow:
         """The flow at one step size; digits = 16 is compiled double precision, more is mpmath.
 
         on_edge: "refuse", "bisect" or "shrink" where a step reaches the edge of its chart
-        (`bisections.edge_policies`); a composition cannot "bisect".
+        (`bisections.edge_policies`); a composition cannot "bisect". tolerance: instead of a step,
+        the error over the scene's duration, for which a pilot picks the step (`Flow.choice`).
+        Raises `BadInput` unless there is one of the two, and for a tolerance out of reach.
         """
+        if (step is None) == (tolerance is None):
+            raise BadInput(
+                f"{self.scene.name}: give a step, or a tolerance for which a step is chosen."
+            )
+
+        if tolerance is None:
+            return self.flow_at(step, digits, on_edge)
+        choice = step_for(self, tolerance, lambda size: self.flow_at(size, digits, on_edge))
+        flow = self.flow_at(choice.step, digits, on_edge)
+        flow.choice = choice
+        return flow
+
+    def flow_at(self, step: Any, digits: int, on_edge: str) -> Flow:
+        """The flow at a step that was given or chosen."""
         return Flow(self, step, digits, on_edge, self.flow_substeps)

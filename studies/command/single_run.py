@@ -32,6 +32,11 @@ def add_to(commands: Any) -> None:
     parser.add_argument(
         "--step", metavar="H", help='exact: "0.01" is 1/100 (default: the scene\'s)'
     )
+    parser.add_argument(
+        "--tolerance",
+        metavar="E",
+        help="instead of --step: a pilot picks it for this error over the scene's duration",
+    )
     parser.add_argument("--steps", metavar="N", help="default: the scene's duration")
     parser.add_argument("--every", metavar="K", default="1", help="keep every K-th row (default 1)")
     parser.add_argument("--digits", metavar="D", default="16")
@@ -56,10 +61,14 @@ def run_scene(options: argparse.Namespace) -> int:
     scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
     if options.retraction:
         scene = scene.with_retraction(retractions.get(options.retraction))
-    step = exact_rational(scene.step if options.step is None else options.step, "--step")
     digits, every = digits_in(options.digits), whole("--every")(options.every)
     scheme = Scheme(scene, rule)
-    flow = scheme.flow(step, digits, on_edge=options.on_edge)
+    given = options.step
+    if given is None and options.tolerance is None:
+        given = scene.step
+    size = None if given is None else exact_rational(given, "--step")
+    flow = scheme.flow(size, digits, on_edge=options.on_edge, tolerance=options.tolerance)
+    step, choice = flow.step, flow.choice
     steps = whole("--steps")(options.steps) if options.steps else scene.steps_for(abs(step))
     failure = None
     begun = time.perf_counter()
@@ -91,6 +100,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "schema": 1, "scene": scene.name, "rule": rule.name,
         "retraction": scene.groupoid.retraction, "digits": digits,
         "step": float(step), "steps": run.steps,
+        "chosen": None if choice is None else {**vars(choice), "step": str(choice.step)},
         "t": numbers(run.t), "x": numbers(run.x), "u": numbers(run.u), "mu": numbers(run.mu),
         "newton": {"mean": run.newton_mean, "max": run.newton_max, "solver": run.solver},
         "margin": run.margin, "edges": run.edges,
@@ -100,6 +110,8 @@ def run_scene(options: argparse.Namespace) -> int:
     if options.json:
         write(options.json, json.dumps(found))
     if options.json != "-":
+        if choice is not None:
+            print(f"chosen: {choice}")
         _print_run(found)
     if failure is not None:
         raise failure

@@ -38,7 +38,7 @@ class InterpretedScheme(Scheme):
         super().__init__(scheme.scene, scheme.rule, equations or scheme.equations)
         self.edit, self.form = edit, form
 
-    def flow(self, step: Any, digits: int = 16, on_edge: str = "refuse") -> Flow:
+    def flow_at(self, step: Any, digits: int, on_edge: str) -> Flow:
         """The flow at one step size, uncompiled; arguments as of `Scheme.flow`."""
         made = _Flow(self, step, digits, on_edge, self.flow_substeps)
         made.edit = self.edit

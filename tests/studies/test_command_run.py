@@ -80,6 +80,15 @@ def test_run_without_base(ask):
     assert code == 0 and strict(out)["x"] == [[], [], []]
 
 
+def test_run_chooses_its_step_for_a_tolerance(ask):
+    words = ("run", "pendulum", "--rule", "gauss-3", "--tolerance", "1e-8")
+    found = strict(ask(*words, "--json", "-")[1])
+    assert found["chosen"]["error"] <= 1e-8 and found["steps"] == found["chosen"]["steps"]
+    assert "chosen: step" in ask(*words)[1]
+    code, _, err = ask(*words, "--step", "1/10")
+    assert code == 2 and "give a step, or a tolerance" in err
+
+
 def test_run_takes_the_scene_s_own_step_and_duration(ask):
     found = strict(ask("run", "kepler", "--every", "1000", "--json", "-")[1])
     assert (found["step"], found["steps"]) == (0.02, 250)
