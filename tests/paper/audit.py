@@ -70,11 +70,11 @@ def witnesses(row: Row) -> list[str]:
 
 
 def quick(row: Row) -> list[str]:
-    """About four small groupoids, others for each row; the slow tests take all of them."""
+    """About two small groupoids, others for each row; the slow tests take all of them."""
     if row.dear:
         return witnesses(row)
     names = [name for name in covered(row) if GROUPOIDS[name].dim_u <= 3]
-    apart = -(-len(names) // 4)
+    apart = -(-len(names) // 2)
     known = [name for name in witnesses(row) if name in names and row.misprints]
     return list(dict.fromkeys([*names[ROWS.index(row) % apart :: apart], *known[:1]]))
 

@@ -43,6 +43,11 @@ SMALL = {
 }
 
 
+def charts_slowly(study):
+    """A study's name as a parameter: charts takes ten seconds and more."""
+    return pytest.param(study, marks=pytest.mark.slow if study == "charts" else ())
+
+
 def case(
     study: str,
     scene: str | Scene,

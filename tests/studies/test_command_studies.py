@@ -11,7 +11,7 @@ from discmech.studies import NAMES, get
 from discmech.studies.command.entry import _parser
 from discmech.studies.command.options import as_typed, choice_of
 from discmech.studies.core.case import Verdict, plain_cases
-from tests.studies.cached_results import SMALL, measured_once
+from tests.studies.cached_results import SMALL, charts_slowly, measured_once
 from tests.studies.commands import strict
 
 
@@ -39,7 +39,7 @@ MEASURED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("study", NAMES)
+@pytest.mark.parametrize("study", [*map(charts_slowly, NAMES)])
 def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
     scene, steps = SMALL[study]
     alone = ["--peer", "none"] if study == "work-precision" else []  # what makes it one case

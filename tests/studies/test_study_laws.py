@@ -18,7 +18,14 @@ from discmech.studies.core.case import VERDICTS, Case, Choice, worst
 from discmech.studies.report.tables import plain
 from discmech.studies.user.assertions import assert_momentum, assert_order, assert_symplectic
 from tests.objects import named
-from tests.studies.cached_results import BUILT_IN, PAIRWISE, SMALL, measured_once, result
+from tests.studies.cached_results import (
+    BUILT_IN,
+    PAIRWISE,
+    SMALL,
+    charts_slowly,
+    measured_once,
+    result,
+)
 
 with_quantities = [
     (s, r) for s, r in BUILT_IN if any(q.to_roundoff for q in scenes.get(s).symmetries)
@@ -27,11 +34,6 @@ order_holds, symplectic_holds, momentum_holds = map(
     cache, (assert_order, assert_symplectic, assert_momentum)
 )
 DECLARED = {"rectangle": 1, "midpoint": 2, "trapezoidal": 2, "imex": 2, "own": 2}
-
-
-def charts_slowly(study):
-    """A study's name as a parameter: charts takes ten seconds and more."""
-    return pytest.param(study, marks=pytest.mark.slow if study == "charts" else ())
 
 
 def expected_order(scene, rule):
