@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+from discmech.integrators import Scene
 
 from .case import Case, Choice
 from .study import Study
@@ -57,3 +60,21 @@ class Plan:
         for places in groups.values():  # what needs no compiling first: verdicts come soon
             places.sort(key=lambda place: self.case(place).digits == 16)
         return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
+
+    def spread(self, tasks: Sequence[Task]) -> list[Task]:
+        """The same in an order for several workers: a short one, then the large scenes first.
+
+        So no worker is left with a long one at the end, and schemes of one scene are far apart:
+        what one worker computes of the scene is there for the next.
+        """
+        scenes = [
+            self.case(task.places[0]).scene if task.pair is None else self.pairs[task.pair][0]
+            for task in tasks
+        ]
+        turns: Counter[Scene] = Counter()
+        keys = []
+        for k, scene in enumerate(scenes):
+            keys.append((turns[scene], -scene.groupoid.dim_x - scene.groupoid.dim_u, k))
+            turns[scene] += 1
+        *rest, short = [tasks[k] for *_, k in sorted(keys)]
+        return [short, *rest]

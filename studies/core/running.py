@@ -204,6 +204,7 @@ def _done(
     from concurrent.futures.process import BrokenProcessPool
 
     names = tuple(study.name for study in plan.studies)
+    tasks = plan.spread(tasks)
     try:
         with worker_pool(workers) as pool:
             waiting = {
