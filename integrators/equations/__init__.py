@@ -10,6 +10,7 @@ from .continuous import (
     initial_momentum,
     mass_matrix,
     momentum,
+    natural_structure,
     power,
     rates,
     vector_field,
@@ -31,6 +32,6 @@ __all__ = [
     "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "check_momentum",
     "check_regular", "check_start", "closed_velocity", "constraint", "constraint_matrix",
     "discrete_force", "energy", "energy_terms", "field_parts", "force_points", "initial_momentum",
-    "legendre_inverse", "mass_matrix", "momentum", "no_stages", "power", "rates", "stage_system",
-    "step_system", "vector_field",
+    "legendre_inverse", "mass_matrix", "momentum", "natural_structure", "no_stages", "power",
+    "rates", "stage_system", "step_system", "vector_field",
 ]  # fmt: skip

@@ -15,6 +15,7 @@ from ..equations import momentum
 from ..errors import BadInput
 from ..numbers import Double, exact_rational, numeric
 from .checkpoint import Checkpoint
+from .dual_step import poisson_defect
 from .lattice import Lattice
 from .lattice_run import LatticeRun
 
@@ -143,6 +144,17 @@ class LatticeFlow:
                 raise BadInput(f"{lattice.name}: {word} must be finite, of the shape {wanted}.")
             given.append(array.copy())
         return given[0], given[1]
+
+    def poisson_defect(
+        self, x: Any, mu: Any, *, pairs: int = 3, seed: int = 0, bracket_sign: int = 1
+    ) -> float:
+        """How far the step from (x, μ), x (N, n) and μ (N, m), is from a Poisson map.
+
+        (Mᵀα)·Π(Mᵀβ) − α·Π′β for random pairs of covectors, over the sum of its absolute terms: a
+        few units of round-off if nothing is wrong (`dual_step`). bracket_sign = −1 flips the
+        bracket: a control. Raises `CannotMeasure` for compositions.
+        """
+        return poisson_defect(self, *self._start(x, mu), pairs, seed, bracket_sign)
 
     def momenta(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """μ = ∂l/∂ξ at rows of x (N, n) and v (N, m)."""

@@ -122,6 +122,11 @@ class LatticeRun:
         self.u[:] = self.past[int(self.flow.scheme.local)][:, : self.u.shape[1]]
         return status
 
+    def checked(self, status: int) -> None:
+        """Raise `StepFailure` unless the status is that all is well."""
+        if status != OK:
+            raise self.failure(status, None)
+
     def failure(self, status: int, rows: Any) -> StepFailure:
         """The error of a step that was not found."""
         i = int(self.totals[PLACE])

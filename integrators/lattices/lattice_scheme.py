@@ -11,7 +11,7 @@ import numpy as np
 from ..compiler import LatticeSystem
 from ..errors import BadInput, CannotMeasure
 from ..numbers import Double, flatten
-from ..numbers.types import Letter
+from ..numbers.types import Letter, Letters
 from ..rules import Composition, Discretisation, OneStepMap, adjoint
 from .lattice import Lattice
 from .lattice_equations import LatticeEquations
@@ -98,8 +98,16 @@ class LatticeScheme:
     @property
     def site_columns(self) -> dict[Letter, Any]:
         """The values of all parameters' letters at the sites, numbers or columns (N,)."""
-        own, s = self.equations.system.own, self.equations.site.s
-        rows, _ = self.own_rows(np.arange(len(self.lattice.pairs)))
+        return self._columns(0, self.equations.system.own)
+
+    @property
+    def bond_columns(self) -> dict[Letter, Any]:
+        """The values of all parameters' letters at the bonds, numbers or columns (B,)."""
+        return self._columns(1, self.equations.system.bond_own)
+
+    def _columns(self, which: int, own: Letters) -> dict[Letter, Any]:
+        s = (self.equations.site, self.equations.bond)[which].s
+        rows = self.own_rows(np.arange(len(self.lattice.pairs)))[which]
         shared = [p for p in s.parameter_list if p not in own]
         values = flatten(tuple(self.lattice.split_parameters["shared"].values()))
         return {**dict(zip(shared, map(float, values), strict=True)),

@@ -1,0 +1,161 @@
+"""The derivative of a lattice's step on the dual algebroid, applied and never written out.
+
+With E(x, w) = (hμ, 0) solved for w, and x′ = x + d(x, w), μ′ = μ + g(x, w)/h, the derivative M is
+the Schur complement of the derivatives of E, d and g, sparse sums over sites and bonds. M is a
+Poisson map: (Mᵀα)·Π(Mᵀβ) = α·Π′β for all covectors α, β, which is tested on random pairs.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..equations import natural_structure
+from ..errors import CannotMeasure
+from ..numbers import Double, LazyModule, inlined, numeric, sympy
+from .lattice_run import LatticeRun
+
+sparse: Any = LazyModule("scipy.sparse")
+linalg: Any = LazyModule("scipy.sparse.linalg")
+NUMBERS = Double()
+Covector = tuple[np.ndarray, np.ndarray]  # (N, n) and (N, m)
+
+
+class DualStep:
+    """A step of a flow from (x, μ), x (N, n) and μ (N, m): `after`, its end, and `transposed`.
+
+    Raises `CannotMeasure` for compositions, `StepFailure` if the step is not found.
+    """
+
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
+        scheme, lattice = flow.scheme, flow.lattice
+        if scheme.substeps:
+            raise CannotMeasure(f"{lattice.name}: {scheme.rule.name} has several substeps; ask its "
+                                "base rule.")  # fmt: skip
+        run = LatticeRun(flow, x.copy(), mu.copy())
+        run.checked(run.show())
+        self.flow, self.free = flow, lattice.free
+        w = run.past[int(scheme.local)].copy()
+        run.checked(run.advance(1))
+        run.checked(run.show())
+        self.after = run.x, run.mu
+        self._assembled(x, w, float(flow.step))
+
+    def _assembled(self, x: np.ndarray, w: np.ndarray, h: float) -> None:
+        scheme, N = self.flow.scheme, len(x)
+        pairs = self.flow.lattice.pairs
+        n, m, S = x.shape[1], scheme.equations.groupoid.dim_u, w.shape[1]
+        sites = np.arange(N)[:, None]
+        # a bond's letters: x of both ends; u of both ends, then each stage of both
+        order = [c + end * S + i for c in range(0, S, m) for end in (0, 1) for i in range(m)]
+        both = np.concatenate([w[pairs[:, 0]], w[pairs[:, 1]]], axis=1)[:, order]
+        at = ((scheme.equations.site, x, w, scheme.site_columns, sites, list(range(S))),
+              (scheme.equations.bond, x[pairs].reshape(-1, 2 * n), both, scheme.bond_columns, pairs,
+               order))  # fmt: skip
+        sizes = {"E": S, "g": m, "d": n, "x": n, "w": S}
+        parts = {name: sparse.csr_matrix((N * sizes[name[0]], N * sizes[name[1]]))
+                 for name in ("Ex", "Ew", "gx", "gw", "dx", "dw")}  # fmt: skip
+        for equations, base, unknowns, values, ends, places in at:
+            found = _derivatives(equations, base, unknowns, values, h)
+            for name, blocks in found.items():
+                if name[0] == "d" and ends is pairs:
+                    continue  # x of both ends moves by itself
+                parts[name] += _placed(blocks, ends, sizes, name, places, N)
+        free = {k: sparse.diags(np.repeat(self.free, size).astype(float))
+                for k, size in sizes.items()}  # fmt: skip
+        parts = {name: free[name[0]] @ p @ free[name[1]] for name, p in parts.items()}
+        held = sparse.diags(np.repeat(~self.free, S).astype(float))
+        self._factors = linalg.splu((parts["Ew"] + held).tocsc())
+        self._parts, self._h, self._shape = parts, h, (N, n, m, S)
+
+    def transposed(self, alpha: Covector) -> Covector:
+        """Mᵀα."""
+        N, n, m, S = self._shape
+        p, h = self._parts, self._h
+        a, b = (part.ravel() for part in alpha)
+        through = self._factors.solve(p["dw"].T @ a + p["gw"].T @ b / h, trans="T")
+        of_x = a + p["dx"].T @ a + p["gx"].T @ b / h - p["Ex"].T @ through
+        of_mu = b + h * through.reshape(N, S)[:, :m].ravel()
+        keep = self.free[:, None]
+        return of_x.reshape(N, n) * keep, of_mu.reshape(N, m) * keep
+
+
+def poisson_defect(
+    flow: Any, x: np.ndarray, mu: np.ndarray, pairs: int, seed: int, bracket_sign: int
+) -> float:
+    """The largest |(Mᵀα)·Π(Mᵀβ) − α·Π′β| of random pairs, over the sum of absolute terms."""
+    step, random = DualStep(flow, x, mu), np.random.default_rng(seed)
+    brackets = [_Bracket(flow, *at, bracket_sign) for at in ((x, mu), step.after)]
+    worst = 0.0
+    for _ in range(pairs):
+        after = [tuple(random.normal(size=a.shape) * step.free[:, None] for a in (x, mu))
+                 for _ in range(2)]  # fmt: skip
+        before = [step.transposed(covector) for covector in after]
+        (one, scale), (other, more) = (
+            bracket(*ends) for bracket, ends in zip(brackets, (before, after), strict=True)
+        )
+        worst = max(worst, abs(one - other) / (scale + more))
+    return worst
+
+
+class _Bracket:
+    """Π at (x, μ): {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_γν μ_θ at each site."""
+
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, sign: int) -> None:
+        s = flow.scheme.equations.site.s
+        rho, structure = natural_structure(s, s.x)
+        of_mu = sympy.zeros(len(s.mu))
+        for theta, c in enumerate(structure):
+            of_mu -= sign * c * s.mu[theta]
+        f = numeric({"x": s.x, "mu": s.mu}, [rho, of_mu], NUMBERS, columns=True)
+        self.rho, self.of_mu = (
+            np.broadcast_to(a.reshape(*a.shape[:2], -1), (*a.shape[:2], len(x)))
+            for a in f(list(x.T), list(mu.T))
+        )
+
+    def __call__(self, one: Covector, other: Covector) -> tuple[float, float]:
+        """(one · Π other, the sum of the absolute values of its terms)."""
+        terms = [np.einsum("ka,abk,kb->kab", one[0], self.rho, other[1]),
+                 -np.einsum("kb,abk,ka->kab", one[1], self.rho, other[0]),
+                 np.einsum("ka,abk,kb->kab", one[1], self.of_mu, other[1])]  # fmt: skip
+        return sum(float(t.sum()) for t in terms), sum(float(abs(t).sum()) for t in terms)
+
+
+def _derivatives(equations: Any, x: np.ndarray, w: np.ndarray, values: Any, h: float) -> Any:
+    """{"Ex": (rows, columns, r), …} of one term at r places, E in the order of its letters w."""
+    maps, s = equations.at_points, equations.s
+    columns = {"x": [s.x], "w": [c for c in (s.u, s.stages) if len(c)]}
+    rows = {"E": [c for c in (maps.minus, maps.stage_equations) if len(c)], "g": [maps.gain],
+            "d": [maps.increment]}  # fmt: skip
+    made = {}
+    for a, parts in rows.items():
+        for b, by in columns.items():
+            made[a + b] = sympy.Matrix.vstack(*[
+                sympy.Matrix.hstack(*[maps.total(part, c) for c in by]) for part in parts
+            ])  # fmt: skip
+    definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made.values()))]
+    digits = {c: float(of(20)) for c, of in s.constants.items()}
+    known = {s.h: h, **values, **digits}
+    given = {"x": s.x, "w": equations.w, "q": list(known)}
+    f = numeric(given, list(made.values()), NUMBERS, definitions, columns=True)
+    found = f(list(x.T), list(w.T), list(known.values()))
+    return {name: np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(x)))
+            for name, e in zip(made, found, strict=True)}  # fmt: skip
+
+
+def _placed(
+    blocks: np.ndarray, ends: np.ndarray, sizes: Any, name: str, places: list[int], N: int
+) -> Any:
+    """The blocks (rows, columns, r) of terms at `ends` (r, 1 or 2) as a matrix of the lattice."""
+
+    def at(kind: str, count: int) -> np.ndarray:
+        size = sizes[kind]
+        of = np.array(places if kind in "Ew" else range(count))
+        return size * ends[:, of // size] + of % size  # (r, count)
+
+    i, j = at(name[0], blocks.shape[0]), at(name[1], blocks.shape[1])
+    rows, columns = (np.broadcast_to(e, (len(ends), *blocks.shape[:2])).ravel()
+                     for e in (i[:, :, None], j[:, None, :]))  # fmt: skip
+    shape = N * sizes[name[0]], N * sizes[name[1]]
+    return sparse.csr_matrix((np.moveaxis(blocks, 2, 0).ravel(), (rows, columns)), shape=shape)
