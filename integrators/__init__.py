@@ -9,6 +9,7 @@ from __future__ import annotations
 from . import scenes
 from .algebras import MatrixAlgebra, se, sl, so, sp, su
 from .bisections import Bisection, EvolutionOperator
+from .control import Control
 from .errors import BadInput, DiscmechError, StepFailure
 from .flows import Scheme
 from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
@@ -29,6 +30,7 @@ __all__ = [
     "BadInput",
     "Bisection",
     "Conserved",
+    "Control",
     "DiscmechError",
     "Discretisation",
     "EvolutionOperator",

@@ -67,13 +67,18 @@ class OnGroup:
 
 def takes_fourth(function: Callable[..., Any] | None) -> bool:
     """Whether a function of three arguments has a fourth without a default: time, or the step."""
+    return arguments_of(function) == 4
+
+
+def arguments_of(function: Callable[..., Any] | None) -> int:
+    """How many arguments without a default a function takes by place; 0 of what tells nothing."""
     if function is None:
-        return False
+        return 0
     try:
         given = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # of a callable that tells nothing
-        return False
-    return sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given) == 4
+        return 0
+    return sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given)
 
 
 def on_group(

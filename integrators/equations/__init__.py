@@ -23,7 +23,7 @@ from .hamilton_field import field_parts
 from .legendre_inverse import legendre_inverse
 from .one_step_equations import OneStepEquations
 from .stage_equations import no_stages, stage_system
-from .symbols import SceneSymbols
+from .symbols import SceneSymbols, vector
 from .system import step_system
 from .virtual_work import discrete_force, force_points
 
@@ -33,5 +33,5 @@ __all__ = [
     "check_regular", "check_start", "closed_velocity", "constraint", "constraint_matrix",
     "discrete_force", "energy", "energy_terms", "field_parts", "force_points", "initial_momentum",
     "legendre_inverse", "mass_matrix", "momentum", "natural_structure", "no_stages", "power",
-    "rates", "stage_system", "step_system", "vector_field",
+    "rates", "stage_system", "step_system", "vector", "vector_field",
 ]  # fmt: skip

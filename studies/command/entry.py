@@ -18,7 +18,7 @@ from .. import NAMES
 from ..core.options import THOROUGH
 from ..core.store import Store
 from ..core.study import every_study
-from . import explain, new, power, single_run, verifying
+from . import control, explain, new, power, single_run, verifying
 from . import reference as references
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import add_choices, add_own, as_typed, choice_of, jobs
@@ -67,6 +67,7 @@ def _parser() -> argparse.ArgumentParser:
     listing.set_defaults(action=_list)
 
     single_run.add_to(commands)
+    control.add_to(commands)
     explain.add_to(commands)
     new.add_to(commands)
     for study in every_study().values():

@@ -46,7 +46,9 @@ No displayed formula. What the last paragraph hopes for, and what of it runs her
 - explicitly time-dependent systems: each point of a rule has its time (`docs/forces-and-time.md`);
 - holonomic and nonholonomic constraints: on every groupoid, by rules without stages
   (`docs/constraints.md`);
-- frictional contact, multisymplectic field theories, discrete optimal control: not yet.
+- discrete optimal control: on every groupoid, by the forced equations and the cost of one rule
+  (`docs/optimal-control.md`);
+- frictional contact, multisymplectic field theories: not yet.
 """
 
 OVER = {

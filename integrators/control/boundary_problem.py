@@ -1,0 +1,228 @@
+"""The two-point boundary problem of optimal control: Newton with a banded matrix over all steps.
+
+Unknowns are the states z_1 … z_N, the costates p_1 … p_N, and in every step v = (w, f, κ). v is
+eliminated; what is left of the Hessian of ℒ (`stages`) is symmetric, and a linear step of z, p:
+
+    δz′ = A δz + G δp′ + …,    δp = Q δz + Aᵀ δp′ + …
+
+so the matrix is block-tridiagonal over the steps, and the work linear in their number. At the end
+z_N = z1 along the orbit of x1 where it is given, and the rest of p_N vanishes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from ..errors import BadInput
+from ..numbers import LazyModule, Matrix, Vector
+from .first_guess import first_guess
+from .second_order import check_bound, check_minimum, check_steered, unbound
+from .stages import ControlStages
+
+lapack: Any = LazyModule("scipy.linalg.lapack")
+
+MOST = 60  # corrections: from a start in the basin some ten are enough
+HALVINGS = 12  # of a correction, before the search is given up
+TINY = 1e-6  # of the largest unknown: components below are held against this
+NEAR = 1e-8  # correction, of an unknown's size, that is as good as the last
+ROUNDED = 1e-13  # correction of an unknown, of its kind's size, that is round-off
+
+
+#: states, costates and v of all steps
+Parts = tuple[np.ndarray, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """A stationary motion of a discrete control problem with N steps, and that it is a minimum.
+
+    t (N+1,), x (N+1, n), mu (N+1, m), u (N, m) as of a `Trajectory`; controls (N, r, k): their
+    values in each step, at the times control_times (N, r); node_controls (N+1, k): at the times t,
+    by Pontryagin's condition; costates (N+1, n+m): the derivative by (x, μ) of the cost that is
+    still to come; cost; iterations: Newton's corrections.
+    """
+
+    t: np.ndarray
+    x: np.ndarray
+    mu: np.ndarray
+    u: np.ndarray
+    controls: np.ndarray
+    control_times: np.ndarray
+    node_controls: np.ndarray
+    costates: np.ndarray
+    cost: float
+    iterations: int
+
+
+class BoundaryProblem:
+    """The equations of an optimum with steps of a size h begun at `times`, and Newton's method.
+
+    z0 and z1: the states at the ends; fixed: the projection onto the conditions of the end, (n+m)².
+    """
+
+    def __init__(
+        self, stages: ControlStages, z0: Vector, z1: Vector, fixed: Matrix, h: float, times: Vector
+    ) -> None:
+        self.stages, self.h, self.times = stages, h, times
+        self.z0, self.z1, self.fixed = z0, z1, fixed
+        self.N, self.d = len(times), len(z0)
+        at = stages.slices
+        self.z = np.r_[at["x"], at["mu"]]
+        self.v = np.r_[at["w"], at["f"], at["kappa"]]
+        self.p = np.r_[at["p"]]
+        self.equations = at["kappa"].stop - at["kappa"].start
+        #: of the last correction: the Hessians of ℒ, and (A, G, Q) of the linear steps
+        self.hessian: Any = None
+        self.steps: Any = None
+
+    def rows(self, y: Parts) -> Matrix:
+        """The inputs of ℒ for all steps, from (z, p, v)."""
+        z, p, v = y
+        a = np.empty((self.N, len(self.z) + len(self.v) + len(self.p)))
+        a[:, self.z] = np.vstack([self.z0, z[:-1]])
+        a[:, self.v], a[:, self.p] = v, p
+        return a
+
+    def residual(self, y: Parts) -> tuple[Any, ...]:
+        """What vanishes at an optimum, by v, p and z; and the Hessians of ℒ."""
+        z, p, _ = y
+        g, H = self.stages(self.rows(y), self.times, self.h)
+        of_end = self.fixed @ (z[-1] - self.z1) + p[-1] - self.fixed @ p[-1]
+        by_z = np.vstack([g[1:, self.z] - p[:-1], of_end])
+        return g[:, self.v], g[:, self.p] - z, by_z, H
+
+    def linearised(self, H: np.ndarray) -> Callable[..., Parts]:
+        """Newton's (δz, δp, δv) of residuals; raises `LinAlgError` where these do not fix it."""
+        d, N, (z, v, p) = self.d, self.N, (self.z, self.v, self.p)
+        outer, inner = np.r_[z, p], H[:, v][:, :, v]
+        self.hessian = H
+        back = np.linalg.inv(inner)
+        solved = back @ H[:, v][:, :, outer]
+        left = solved.transpose(0, 2, 1)
+        S = H[:, outer][:, :, outer] - left @ H[:, v][:, :, outer]
+        Q, A, G = S[:, :d, :d], S[:, d:, :d], S[:, d:, d:]
+        self.steps = A, G, Q
+        width = 2 * d - 1
+        band = np.zeros((3 * width + 1, 2 * d * N))
+
+        def put(row: int, column: int, blocks: np.ndarray, first: int = 0) -> None:
+            """Blocks (k, d, d) at rows and columns 2d·j + row, + column for j = first, …"""
+            j = 2 * d * np.arange(first, first + len(blocks))[:, None, None]
+            i, c = j + row + np.arange(d)[:, None], j + column + np.arange(d)
+            band[2 * width + i - c, c + 0 * i] = blocks
+
+        one = np.eye(d)
+        put(0, -d, A[1:], 1)
+        put(0, 0, G)
+        put(0, d, np.broadcast_to(-one, (N, d, d)))
+        put(d, 0, np.broadcast_to(-one, (N - 1, d, d)))
+        put(d, d, Q[1:])
+        put(d, 2 * d, A[1:].transpose(0, 2, 1))
+        put(d, 0, (one - self.fixed)[None], N - 1)
+        put(d, d, self.fixed[None], N - 1)
+        factors, pivots, failed = lapack.dgbtrf(band, width, width, overwrite_ab=True)
+        if failed:
+            raise np.linalg.LinAlgError
+
+        def corrections(r_v: Matrix, r_z: Matrix, r_p: Matrix) -> Parts:
+            shift = (left @ r_v[:, :, None])[:, :, 0]
+            r_p = r_p - np.vstack([shift[1:, :d], np.zeros(d)])
+            rhs = np.concatenate([shift[:, d:] - r_z, -r_p], axis=1).ravel()
+            found = lapack.dgbtrs(factors, width, width, rhs, pivots)[0].reshape(N, 2, d)
+            dp, dz = found[:, 0], found[:, 1]
+            along = np.concatenate([np.vstack([np.zeros(d), dz[:-1]]), dp], axis=1)
+            dv = -(back @ r_v[:, :, None] + solved @ along[:, :, None])[:, :, 0]
+            return dz, dp, dv
+
+        return corrections
+
+    def size(self, change: Parts, y: Parts) -> float:
+        """The largest change of an unknown, of the size that its kind has."""
+        at, n = self.stages.slices, self.stages.n
+        cuts = np.cumsum([at[k].stop - at[k].start for k in ("w", "f")])
+
+        def kinds(parts: Any) -> list[Any]:
+            z, p, v = parts
+            return [z[:, :n], z[:, n:], p[:, :n], p[:, n:], *np.split(v, cuts, axis=1)]
+
+        sizes = [np.abs(part).max(initial=0) for part in kinds(y)]
+        least = TINY * max(sizes) or 1.0
+        found = [np.abs(part).max(initial=0) for part in kinds(change)]
+        return max(a / max(s, least) for a, s in zip(found, sizes, strict=True))
+
+    def solve(self, y: Parts) -> tuple[Parts, int] | None:
+        """(z, p, v) and the number of corrections, or None.
+
+        A correction is halved until the one that would follow, by the same matrix, is smaller: a
+        test that knows no units (Deuflhard 2004, 3.3).
+        """
+        (*residual, H), before = self.residual(y), np.inf
+        for iteration in range(1, MOST + 1):
+            corrections = self.linearised(H)
+            change = corrections(*residual)
+            size, share = self.size(change, y), 1.0
+            for _ in range(HALVINGS):
+                tried = tuple(a + share * b for a, b in zip(y, change, strict=True))
+                *residual, H = self.residual(tried)
+                if size < NEAR or self.size(corrections(*residual), y) <= (1 - share / 4) * size:
+                    break
+                share /= 2
+            else:
+                return None
+            y = tried
+            if size <= ROUNDED or (size < NEAR and size >= before / 2):
+                return y, iteration
+            before = size
+        return None
+
+
+def solve(
+    stages: ControlStages, end: Any, duration: Fraction, steps: int, path: Any = None
+) -> Optimum:
+    """The optimum of a control problem (`Control.solve`)."""
+    name, at, n, m = stages.scene.name, stages.slices, stages.n, stages.m
+    t = np.array([float(duration * k / steps) for k in range(steps + 1)])
+    h = float(duration / steps)
+    with np.errstate(all="ignore"):
+        z0, z1, fixed, y = first_guess(stages, end, t, path)
+        problem = BoundaryProblem(stages, z0, z1, fixed, h, t[:-1])
+        try:
+            found = problem.solve(y)
+        except np.linalg.LinAlgError:
+            found = None
+        check_bound(name, problem)
+        check_steered(name, problem)
+        if found is None:
+            raise BadInput(
+                f"{name}: no motion to the end was found: it cannot be reached in this time, or "
+                "the first guess is far from it; give more time, a nearer end or a path=."
+            )
+        check_minimum(name, problem)
+        (z, p, v), iterations = found
+        asked = np.repeat([e is not None for e in end], (n, m))
+        if (off := np.abs((z[-1] - z1)[asked]).max(initial=0)) > 1e-8 * (1 + np.abs(z1).max()):
+            raise BadInput(
+                f"{name}: the end cannot be reached: it is {off:.3g} off every motion from x0, on "
+                f"another orbit of {stages.scene.groupoid.name}."
+            )
+        rows = problem.rows((z, p, v))
+        first = stages(rows[:1], t[:1], h)[0][0, problem.z]
+        cost = stages.cost(rows, t[:-1], h)[0].sum()
+    states = np.vstack([z0, z])
+    controls = rows[:, at["f"]].reshape(steps, len(stages.places), stages.controls)
+    u, costates = rows[:, at["w"]][:, :m], np.vstack([first, p])
+    near = np.hstack([u, controls.mean(axis=1)])[[*range(steps), -1]]
+    try:
+        at_nodes = stages.at_nodes(states[:, :n], states[:, n:], costates[:, n:], t, near)
+    except np.linalg.LinAlgError:
+        raise unbound(name) from None
+    return Optimum(
+        t=t, x=states[:, :n], mu=states[:, n:], u=u, controls=controls, node_controls=at_nodes,
+        control_times=t[:-1, None] + h * np.array(stages.places), costates=costates,
+        cost=float(cost), iterations=iterations,
+    )  # fmt: skip

@@ -1,0 +1,85 @@
+"""Where Newton begins: the ends of a control problem, and a motion between them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..equations import momentum
+from ..errors import BadInput
+from ..numbers import jacobian, numeric
+from .stages import ControlStages
+
+FLAT = 1e-9  # singular value of the anchor, of the largest, that is none
+MOST = 60  # corrections of the straight arrow
+
+
+def first_guess(stages: ControlStages, end: Any, t: np.ndarray, path: Any) -> tuple[Any, ...]:
+    """z0 and z1 (n+m), the projection onto the conditions of the end, and (z, p, v) to begin with.
+
+    The guess goes along `path`, or the straight arrow b(x0, u; t) to x1, without a control.
+    """
+    scene, s, n, m = stages.scene, stages.s, stages.n, stages.m
+    given: list[Any] = [scene.x0, scene.v0, *end]
+    parts: Any = [e if e is None else np.array([float(a) for a in e]) for e in given]
+    x0, v0, x1, v1 = parts
+    if x1 is None and v1 is not None and jacobian(momentum(s), s.position).free_symbols:
+        raise BadInput(
+            f"{scene.name}: the momentum depends on x, so an end of v1 alone is none; give x1 too."
+        )
+    points = _points(stages, x0, v0, x1, t, path)
+    at = np.vstack([points, points[-1] if x1 is None else x1])
+    ends = stages.along(at[[0, -1]], np.vstack([v0, v0 if v1 is None else v1]), t[[0, -1]])
+    (mu0, mu1), (_, anchor) = ends
+    fixed = np.zeros((n + m, n + m))
+    if x1 is not None and n:
+        U, size, _ = np.linalg.svd(anchor)
+        reached = U[:, : len(size)][:, size > FLAT * size.max(initial=0)]
+        fixed[:n, :n] = reached @ reached.T
+    if v1 is not None:
+        fixed[n:, n:] = np.eye(m)
+    share = (t / t[-1])[:, None]
+    wished = v0 + share * (0 * v0 if v1 is None else v1 - v0)
+    middle = (points[1:] + points[:-1]) / 2
+    _, anchors = stages.along(middle, wished[1:], t[1:])
+    back = np.linalg.pinv(anchors, rcond=FLAT)
+    rates = np.diff(points, axis=0) / np.diff(t)[:, None]
+    u = np.einsum("kij,kj->ki", back, rates) + np.einsum(
+        "kij,kj->ki", np.eye(m) - back @ anchors, wished[1:]
+    )
+    mu, _ = stages.along(points[1:], u, t[1:])
+    sizes = stages.slices
+    v = np.zeros((len(u), sum(sizes[k].stop - sizes[k].start for k in ("w", "f", "kappa"))))
+    v[:, :m] = u
+    z = np.hstack([points[1:], mu])
+    z0, z1 = np.append(x0, mu0), np.append(x0 if x1 is None else x1, mu1)
+    return z0, z1, fixed, (z, 0 * z, v)
+
+
+def _points(
+    stages: ControlStages, x0: Any, v0: Any, x1: Any, t: np.ndarray, path: Any
+) -> np.ndarray:
+    """The points of the guess, (N+1, n)."""
+    s, n = stages.s, stages.n
+    if path is not None:
+        points = np.array([[float(e) for e in path(time)] for time in t])
+        if points.shape != (len(t), n):
+            raise BadInput(f"{s.name}: path(t) gives {points.shape[1:]} numbers; a point has {n}.")
+        return points
+    target = s.groupoid.target(s.x, s.u, s.h)[:n, :]
+    given = {"x": s.position, "u": s.u, "h": s.h}
+    f = numeric(given, [list(target), jacobian(target, s.u)], stages.numbers)
+    u = v0
+    if x1 is not None and n:
+        u = 0 * v0
+        for _ in range(MOST):
+            b, slope = f(x0, u, t[-1])
+            u = u - np.linalg.lstsq(slope, b - x1, rcond=FLAT)[0]
+        off = np.abs(f(x0, u, t[-1])[0] - x1).max()
+        if not off <= 1e-9 * (1 + np.abs(x1).max()):
+            raise BadInput(
+                f"{s.name}: no straight arrow leads from x0 to x1, which may be on another orbit "
+                f"of {stages.scene.groupoid.name}; give an end that it reaches, or a path=."
+            )
+    return np.array([f(x0, u, time)[0] for time in t]).reshape(len(t), n)

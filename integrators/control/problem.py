@@ -1,0 +1,101 @@
+"""A problem of optimal control as data: a scene, a cost, inputs, and where the motion ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..errors import BadInput, CannotMeasure
+from ..numbers import exact_rational, exact_vector
+from ..rules import Composition, Discretisation, OneStepMap, midpoint
+from ..scene import Scene, arguments_of
+from .boundary_problem import Optimum, solve
+from .stages import ControlStages, stages_of
+
+
+@dataclass(frozen=True, eq=False)
+class Control:
+    """Steer a scene from its start to `end` at the least cost: min ∫ C(x, ξ, f) dt.
+
+    cost(x, v, f, p) or cost(x, v, f, p, t): C, with sympy columns x (n×1), v (m×1) and f, the
+    control (`controls`×1). inputs(x, v, f, p) or inputs(x, v, f, p, t): the m components of force
+    that the control gives, in the natural basis of A*, beside the scene's own force; left out, it
+    is f itself. end: (x1, v1), exact as the scene's start; None for x1 or v1 leaves it free.
+    duration: the time that it takes (default: the scene's). path(t, p): a point on the way at the
+    time t, n numbers, where Newton begins; left out, it is the straight arrow from the start.
+
+    The discrete problem takes cost and force wherever the rule asks for the Lagrangian, with the
+    weight that it has there. A group whose attitude matters is `scene.with_attitude()`.
+    Raises `BadInput` for what does not fit.
+    """
+
+    scene: Scene
+    cost: Callable[..., Any]
+    end: tuple[Sequence[Any] | None, Sequence[Any] | None]
+    inputs: Callable[..., Any] | None = None
+    controls: int | None = None
+    duration: Any = None
+    path: Callable[..., Any] | None = None
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        scene = self.scene
+        if not isinstance(scene, Scene):
+            raise BadInput(f"{scene!r} is no scene: give a Scene, or scenes.get(name).")
+        name, m = scene.name, scene.groupoid.dim_u
+        if scene.lagrangian is None or scene.discrete_lagrangian is not None or scene.constrained:
+            raise CannotMeasure(
+                f"{name}: control needs a scene with a lagrangian= and without constraints: a "
+                "force acts at the points where a rule asks for L."
+            )
+        count = m if self.controls is None else self.controls
+        if type(count) is not int or count < 1 or (self.inputs is None and count != m):
+            raise BadInput(
+                f"{name}: controls={self.controls!r}; give their number, a whole number from 1, "
+                f"and inputs=, which makes {m} components of force of them."
+            )
+        if arguments_of(self.cost) not in (4, 5):
+            raise BadInput(f"{name}: cost= is a function of (x, v, f, p) or (x, v, f, p, t).")
+        if self.inputs is not None and arguments_of(self.inputs) not in (4, 5):
+            raise BadInput(f"{name}: inputs= is a function of (x, v, f, p) or (x, v, f, p, t).")
+        if not isinstance(self.end, (tuple, list)) or len(self.end) != 2:
+            raise BadInput(f"{name}: end is {self.end!r}; give (x1, v1), None for what is free.")
+        sizes = zip(("x1", "v1"), self.end, (scene.groupoid.dim_x, m), strict=True)
+        end = tuple(e if e is None else exact_vector(e, k, f"{name}: {w}") for w, e, k in sizes)
+        duration = scene.duration if self.duration is None else self.duration
+        duration = exact_rational(duration, f"{name}: duration")
+        if duration <= 0:
+            raise BadInput(f"{name}: the duration is {duration}; give a positive time.")
+        for key, value in (("controls", count), ("end", end), ("duration", duration)):
+            object.__setattr__(self, key, value)
+
+    def stages(self, rule: Discretisation = midpoint) -> ControlStages:
+        """The discrete problem of one step by a rule, which knows no number of steps.
+
+        Raises `CannotMeasure` for compositions and one-step maps.
+        """
+        if not isinstance(rule, Discretisation):
+            raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
+        if isinstance(rule, (Composition, OneStepMap)):
+            raise CannotMeasure(
+                f"{self.scene.name}: {rule.name} is no weighted sum of values of L, of which "
+                "control takes cost and force; take midpoint, trapezoidal or gauss-2."
+            )
+        if refusal := rule.refusal(self.scene):
+            raise CannotMeasure(refusal)
+        return stages_of(self.scene, self.cost, self.inputs, self.controls, rule)
+
+    def solve(self, steps: int, rule: Discretisation = midpoint) -> Optimum:
+        """The stationary discrete motion with so many steps, a minimum (`Optimum`).
+
+        Raises `BadInput` where the end cannot be reached, the inputs do not steer it, or the cost
+        has no minimum there.
+        """
+        if type(steps) is not int or not 1 <= steps <= 10**6:
+            raise BadInput(f"steps is {steps!r}: give a whole number from 1 to 10**6.")
+        return solve(self.stages(rule), self.end, self.duration, steps, self.path)
+
+    def with_values(self, **changes: Any) -> Control:
+        """A copy with some fields changed."""
+        return replace(self, **changes)

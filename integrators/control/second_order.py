@@ -1,0 +1,99 @@
+"""Whether a stationary motion is a minimum, and whether the inputs steer its end at all.
+
+Eliminating the steps one after another leaves δz_k = −W_k δp_k + …, with W_0 = 0 and
+
+    W′ = A (1 + W Q)⁻¹ W Aᵀ − G,
+
+the Gramian of the inputs where Q = 0. The cost grows along every motion that meets the equations
+just if the matrix of all steps has one negative eigenvalue for each equation and no other: it has
+those of its pivots, the v of each step and (p_k, z_k) of each node.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import BadInput
+
+SINGULAR = 1e-13  # eigenvalue, of the largest, that is none
+UNMOVED = 1e-10  # the same of a Gramian in units in which each state is moved by 1
+
+
+def unbound(name: str) -> BadInput:
+    """The error for a cost in which a control does not count."""
+    return BadInput(
+        f"{name}: the cost has no minimum, since it does not bind every control; let it grow with "
+        "each of them, as f.dot(f) does."
+    )
+
+
+def check_bound(name: str, problem: Any) -> None:
+    """Raise `BadInput` where the unknowns of a step are not all bound by its cost and equations."""
+    inner = problem.hessian[:, problem.v][:, :, problem.v]
+    if np.isfinite(inner).all():
+        values = np.abs(np.linalg.eigvalsh(inner))
+        if (values <= SINGULAR * values.max(axis=1, keepdims=True)).any():
+            raise unbound(name)
+
+
+def check_steered(name: str, problem: Any) -> None:
+    """Raise `BadInput` where the inputs do not move the end in all of its directions.
+
+    By the Gramian of the linear equations alone: what the cost is, does not matter.
+    """
+    H, d, at = problem.hessian, problem.d, problem.stages.slices
+    if not np.isfinite(H).all():
+        return
+    rows = H[:, at["kappa"]], H[:, at["p"]]
+    (E_z, E_w, E_f), (Z_z, Z_w, Z_f) = (
+        (r[:, :, :d], r[:, :, at["w"]], r[:, :, at["f"]]) for r in rows
+    )
+    solved = np.linalg.solve(E_w, np.concatenate([E_z, E_f], axis=2))
+    A, B = Z_z - Z_w @ solved[:, :, :d], Z_f - Z_w @ solved[:, :, d:]
+    letters, basis = _ends(problem)
+    moved = basis.T @ _gramians(A, -B @ B.transpose(0, 2, 1), 0 * A)[-1] @ basis
+    size = np.sqrt(np.abs(np.diag(moved)))
+    size[size <= UNMOVED * size.max(initial=0)] = np.inf  # then its row is 0
+    values, vectors = np.linalg.eigh(moved / np.outer(size, size))
+    if len(values) and values[0] <= UNMOVED:
+        missed = letters[int(np.argmax(np.abs(basis @ vectors[:, 0])))]
+        raise BadInput(
+            f"{name}: the end cannot be reached: the inputs do not steer {missed} there "
+            "independently of the other conditions."
+        )
+
+
+def check_minimum(name: str, problem: Any) -> None:
+    """Raise `BadInput` where the stationary motion is no minimum."""
+    (A, G, Q), (_, basis), steps = problem.steps, _ends(problem), problem.N
+    inner = problem.hessian[:, problem.v][:, :, problem.v]
+    W = _gramians(A, G, Q)
+    one = np.broadcast_to(np.eye(problem.d), Q[1:].shape)
+    parts = inner, np.block([[-W[:-1], -one], [-one, Q[1:]]]), -basis.T @ W[-1] @ basis
+    equations = steps * problem.equations + (steps - 1) * problem.d + basis.shape[1]
+    finite = all(np.isfinite(part).all() for part in parts)
+    if not finite or sum(np.sum(np.linalg.eigvalsh(e) < 0) for e in parts) != equations:
+        raise BadInput(
+            f"{name}: the cost has no minimum at the motion that was found: it falls along others "
+            "near it; take a shorter duration, or a cost that grows with its controls."
+        )
+
+
+def _ends(problem: Any) -> tuple[list[str], np.ndarray]:
+    """Names of the states, and an orthonormal basis of the conditions of the end, (n+m, r)."""
+    n = problem.stages.n
+    names = [f"x[{i}]" for i in range(n)] + [f"mu[{i}]" for i in range(problem.d - n)]
+    values, vectors = np.linalg.eigh(problem.fixed)
+    return names, vectors[:, values > 0.5]
+
+
+def _gramians(A: np.ndarray, G: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """W_1 … W_N."""
+    W = -G.copy()
+    one = np.eye(G.shape[1])
+    for k in range(1, len(A)):
+        moved = A[k] @ np.linalg.solve(one + W[k - 1] @ Q[k], W[k - 1]) @ A[k].T
+        W[k] += (moved + moved.T) / 2
+    return W

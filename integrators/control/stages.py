@@ -1,0 +1,246 @@
+"""One step of a control problem: its Lagrange function, with cost and force where a rule has them.
+
+The control is a polynomial in the time of a step, given by its values f at the r points where the
+rule asks for L: one at the middle for midpoint, two for gauss-2. With the rows E of a step
+(`equations.step_system`), which w = (u, stages) solves, and the state z = (x, μ) that it leads to,
+
+    ℒ(z, w, f, κ, p) = C_d(x, w, f) + κ·E(z, w, f) + p·Z(z, w, f)
+
+is all that the conditions of an optimum are made of: stationary in w, f, κ, it generates the map
+of states and costates, z′ = ∂ℒ/∂p′, p = ∂ℒ/∂z, which is symplectic whatever the rule is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..equations import (
+    DiscreteLagrangian,
+    DiscretisedScene,
+    SceneSymbols,
+    force_points,
+    momentum,
+    step_system,
+    vector,
+)
+from ..errors import BadInput
+from ..numbers import arithmetic, jacobian, numeric, symbols_of, sympy
+from ..numbers.types import Expression, Letter
+from ..rules import Discretisation
+from ..scene import Scene, arguments_of
+from .second_derivatives import SecondDerivatives
+
+MOST = 30  # corrections of a control at a node
+
+#: parameters that the controlled scene has beside those of the scene
+VALUES, PLACES, BEGIN, WIDTH = "control_values", "control_places", "step_begin", "step_width"
+
+
+class ControlStages:
+    """The Lagrange function of a step, (values, gradients, Hessians) in a = (x, μ, w, f, κ, p).
+
+    n, m: the lengths of x and μ; places: the fractions of a step at which the control has values,
+    r of them; slices: where x, mu, w, f, kappa, p stand in a.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        cost: Callable[..., Any],
+        inputs: Callable[..., Any] | None,
+        controls: int,
+        rule: Discretisation,
+    ) -> None:
+        self.scene, self.rule, self.controls = scene, rule, controls
+        self.numbers = arithmetic(16)
+        self.places = places_of(scene, rule)
+        controlled = _controlled(scene, inputs, controls, self.places)
+        self._hamiltonian = self._checked(SceneSymbols(scene), cost, inputs or _itself)
+        equations = DiscretisedScene(controlled, rule).equations
+        self.s = s = equations.s
+        system = step_system(equations)
+        self.n, self.m = s.n, len(s.u)
+        control = list(getattr(s.parameters, VALUES))
+        w, kappa, p = system.w, vector("ka", len(system.w)), vector("pp", s.n + self.m)
+        columns = {"x": s.position, "mu": s.mu, "w": w, "f": control, "kappa": kappa, "p": p}
+        self.slices: dict[str, slice] = {}
+        inputs_of_step: list[Letter] = []
+        for name, letters in columns.items():
+            self.slices[name] = slice(len(inputs_of_step), len(inputs_of_step) + len(letters))
+            inputs_of_step += list(letters)
+        wanted = system.wanted or [*s.mu, *[sympy.Integer(0)] * len(s.stages)]
+        rows = [e - mu for e, mu in zip(system.rows, wanted, strict=True)]
+        after = [*(s.position + system.increment[: s.n, :]), *(s.mu + system.gain)]
+        of_step = _dot(kappa, rows) + _dot(p, after)
+        self._data = [s.x[-1], *(q for q in s.q if q not in control)]
+        self._of_step = SecondDerivatives(of_step, inputs_of_step, self._data, system.definitions)
+        self.cost_symbols = c = SceneSymbols(
+            replace(controlled, lagrangian=_with_control(cost), force=None), rule.stages
+        )
+        of = DiscreteLagrangian(c, rule)
+        of_cost = [c.x[-1], *(q for q in c.q if q not in control)]
+        self._of_cost = SecondDerivatives(
+            of.expression, inputs_of_step, of_cost, of.chain.definitions()
+        )
+
+    def cost(self, a: np.ndarray, times: np.ndarray, h: float) -> Any:
+        """C_d, its gradients and Hessians."""
+        return self._of_cost(a, self._values(self.cost_symbols, times, h))
+
+    def __call__(self, a: np.ndarray, times: np.ndarray, h: float) -> Any:
+        """(gradients (N, k), Hessians (N, k, k)) of ℒ at N rows a, begun at these times."""
+        (_, g, H), (_, gc, Hc) = (
+            self._of_step(a, self._values(self.s, times, h)),
+            self.cost(a, times, h),
+        )
+        return g + gc, H + Hc
+
+    def along(self, x: np.ndarray, u: np.ndarray, times: np.ndarray) -> tuple[Any, Any]:
+        """(∂l/∂ξ (N, m), the anchor ρ̂ (N, n, m)) at N points, velocities and times."""
+        mu, rho = self._along(x.T, u.T, self._values(self.s, times, 1))
+        each = rho if rho.ndim == 3 else rho[:, :, None]  # constants are not repeated
+        return mu.T, np.moveaxis(np.broadcast_to(each, (self.n, self.m, len(times))), -1, 0)
+
+    @cached_property
+    def _along(self) -> Callable[..., Any]:
+        s = self.s
+        given = {"x": s.position, "u": s.u, "q": self._data}
+        rho = (s.groupoid.rho(s.x, s.h) / s.h)[: self.n, :]
+        return numeric(given, [list(momentum(s)), rho], self.numbers, columns=True)
+
+    def at_nodes(
+        self, x: np.ndarray, mu: np.ndarray, p: np.ndarray, times: np.ndarray, start: np.ndarray
+    ) -> np.ndarray:
+        """The f with ∂/∂f (C + p_μ·inputs) = 0 at N states and costates p_μ, (N, k).
+
+        Pontryagin's condition, which has the order of the states. Newton from `start`, (ξ, f).
+        """
+        y, data = start.T, self._values(self.s, times, 1)
+        for _ in range(MOST):
+            found = self._pontryagin(x.T, y, [*mu.T, *p.T], data)
+            rows, slope = found[: len(y)], found[len(y) :].reshape(len(y), len(y), -1)
+            change = np.linalg.solve(slope.transpose(2, 0, 1), rows.T[:, :, None])[:, :, 0].T
+            y = y - change
+            if np.abs(change).max() <= 1e-14 * np.abs(y).max():
+                break
+        return y[self.m :].T
+
+    def _checked(self, s: SceneSymbols, cost: Any, inputs: Any) -> tuple[Any, ...]:
+        """f, p_μ and C + p_μ·inputs in letters; raises `BadInput` for what cannot be either."""
+        f, p, t = (
+            vector("cf", self.controls),
+            vector("pm", len(s.u)),
+            sympy.Symbol(BEGIN, real=True),
+        )
+
+        def point(function: Any) -> tuple[Any, ...]:
+            return s.position, s.u, f, s.parameters, *([t] * (arguments_of(function) == 5))
+
+        of_cost = s.call(cost, "its cost", *point(cost))
+        given = s.evaluated(inputs, "its inputs", *point(inputs))
+        entries = list(given) if hasattr(given, "__iter__") or hasattr(given, "shape") else []
+        if len(entries) != len(s.u):
+            raise BadInput(
+                f"{s.name}: inputs= gives {given!r}, but must give a list of {len(s.u)} components "
+                "of force, one for each of the velocity."
+            )
+        force = [s.scalar(e, "its inputs", inputs) for e in entries]
+        known = {*s.position, *s.u, *f, *s.parameter_list, t}
+        if foreign := symbols_of([of_cost, *force]) - known:
+            raise BadInput(
+                f"{s.name}: its cost or its inputs hold the unknown symbol "
+                f"{min(map(str, foreign))}; write them with x, v, f, p and t."
+            )
+        return f, p, of_cost + _dot(p, force)
+
+    @cached_property
+    def _pontryagin(self) -> Callable[..., Any]:
+        s, (f, p, hamiltonian) = self.s, self._hamiltonian
+        rows = [*(momentum(s) - s.mu), *jacobian([hamiltonian], f)]
+        slope = jacobian(rows, [*s.u, *f])
+        given = {"x": s.position, "y": [*s.u, *f], "z": [*s.mu, *p], "q": self._data}
+        return numeric(given, [[*rows, *slope]], self.numbers, columns=True)
+
+    def _values(self, s: SceneSymbols, times: np.ndarray, h: float) -> list[Any]:
+        """The data of a step: its clock stands at 0, which makes the control's places exact."""
+        still = [0] * len(self.places) * self.controls
+        own = [*self.scene.parameter_values, *still, *self.places, 0, h]
+        values = dict(zip(s.q, s.q_values(h, own, self.numbers), strict=True))
+        values[getattr(s.parameters, BEGIN)] = times
+        control = set(getattr(s.parameters, VALUES))
+        return [0.0, *(v for q, v in values.items() if q not in control)]
+
+
+def _itself(x: Any, v: Any, f: Any, p: Any) -> Any:
+    return f
+
+
+def _dot(a: Any, b: Any) -> Expression:
+    return sympy.Add(*[left * right for left, right in zip(a, b, strict=True)])
+
+
+@lru_cache(maxsize=64)
+def stages_of(*given: Any) -> ControlStages:
+    """The `ControlStages` of a scene, cost, inputs, number of controls and rule, derived once."""
+    return ControlStages(*given)
+
+
+def places_of(scene: Scene, rule: Discretisation) -> list[float]:
+    """The fractions of a step at which a rule asks for L, in order."""
+
+    def still(x: Any, v: Any, p: Any, t: Any) -> Any:
+        return v.dot(v) / 2 + t
+
+    s = SceneSymbols(Scene("still", scene.groupoid, still, x0=scene.x0, v0=scene.v0), rule.stages)
+    times = [acting.point[-1] for acting in force_points(DiscreteLagrangian(s, rule))]
+    at = {c: sympy.Float(v(30), 30) for c, v in s.constants.items()} | {s.x[-1]: 0, s.h: 1}
+    return sorted({float(sympy.sympify(e).xreplace(at)) for e in times})
+
+
+def _controlled(scene: Scene, inputs: Any, controls: int, places: list[float]) -> Scene:
+    """The scene under a control, whose clock starts with the step.
+
+    Its values are parameters, and so are the time at which the step begins and its width.
+    """
+    lagrangian: Any = scene.lagrangian
+    force = scene.force
+    given = _with_control(inputs or _itself)
+
+    def acting(x: Any, v: Any, p: Any, t: Any) -> list[Any]:
+        parts = [given(x, v, p, t)]
+        if force is not None:
+            parts.append(force(x, v, p, *_time(force, 4, p, t)))
+        return [sum(entries) for entries in zip(*parts, strict=True)]
+
+    values = {VALUES: [[0] * controls] * len(places), PLACES: places, BEGIN: 0, WIDTH: 1}
+    return replace(
+        scene,
+        lagrangian=lambda x, v, p, t: lagrangian(x, v, p, *_time(lagrangian, 4, p, t)),
+        force=acting,
+        symmetries=(),
+        parameters={**scene.parameters, **values},
+    )
+
+
+def _time(function: Any, wanted: int, p: Any, t: Any) -> tuple[Any, ...]:
+    """The time for a function that takes it: the step's beginning and what its clock shows."""
+    return (getattr(p, BEGIN) + t,) if arguments_of(function) == wanted else ()
+
+
+def _with_control(function: Any) -> Callable[..., Any]:
+    """A function of (x, v, f, p) or (x, v, f, p, t) as one of (x, v, p, t)."""
+
+    def at(x: Any, v: Any, p: Any, t: Any) -> Any:
+        values, places = getattr(p, VALUES), getattr(p, PLACES)
+        theta, f = t / getattr(p, WIDTH), 0 * values[0, :].T
+        for j, c in enumerate(places):
+            others = [e for e in places if e is not c]
+            f += sympy.Mul(*[(theta - e) / (c - e) for e in others]) * values[j, :].T
+        return function(x, v, f, p, *_time(function, 5, p, t))
+
+    return at

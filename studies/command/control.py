@@ -1,0 +1,67 @@
+"""`discmech control`: one problem of optimal control solved, shown or as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from importlib import import_module
+from typing import Any
+
+from discmech.integrators import retractions
+
+from ..core import lookup
+from ..core.options import whole
+from .options import RULE_HELP
+from .output import write
+
+
+def add_to(commands: Any) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser(
+        "control", help="a scene steered to its end at the least cost",
+        epilog="Exit codes: 0 a minimum was found, 2 bad input, an end out of reach among it.",
+    )  # fmt: skip
+    parser.add_argument(
+        "problem", nargs="?", metavar="SCENE",
+        help="left out, their names are listed",
+    )  # fmt: skip
+    parser.add_argument("--rule", default="midpoint", metavar="R", help=RULE_HELP)
+    parser.add_argument("--steps", default="100", metavar="N", help="default: 100")
+    parser.add_argument("--retraction", metavar="NAME")
+    parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    parser.set_defaults(action=_control)
+
+
+def _control(options: argparse.Namespace) -> int:
+    room = import_module("discmech.integrators.control")
+    if options.problem is None:
+        for name in room.NAMES:
+            print(f"{name:<24} {room.get(name).scene.title}")
+        return 0
+    problem = room.get(options.problem)
+    if options.retraction:
+        chart = retractions.get(options.retraction)
+        problem = problem.with_values(scene=problem.scene.with_retraction(chart))
+    rule, steps = lookup.rule(options.rule), whole("--steps")(options.steps)
+    begun = time.perf_counter()
+    best = problem.solve(steps, rule)
+    scene = problem.scene
+    found = {
+        "schema": 1, "scene": scene.name, "rule": rule.name,
+        "retraction": scene.groupoid.retraction, "steps": steps, "cost": best.cost,
+        "iterations": best.iterations, "seconds": time.perf_counter() - begun,
+        **{key: getattr(best, key).tolist() for key in (
+            "t", "x", "mu", "u", "controls", "control_times", "node_controls", "costates")},
+    }  # fmt: skip
+    if options.json:
+        write(options.json, json.dumps(found))
+    if options.json != "-":
+        print(f"{scene.name} by {rule.name}: {steps} steps, cost {best.cost:.12g}, Newton's method "
+              f"{best.iterations} corrections, {found['seconds']:.3g} s")  # fmt: skip
+        rows = ("x", "mu", "node_controls", "costates")
+        for at in (0, -1):
+            print(f"t = {best.t[at]:.6g}: " + "; ".join(
+                f"{name.replace('_', ' ')} " + " ".join(f"{v:.6g}" for v in getattr(best, name)[at])
+                for name in rows if getattr(best, name).size))  # fmt: skip
+    return 0
