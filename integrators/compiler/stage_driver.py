@@ -153,8 +153,9 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
     In a sweep π comes first, and w from the new π (the ξ in the force is the last one): where
     positions and momenta alternate an error shrinks as in two sweeps. They are repeated until
     the next one would change less than round-off, or changes are round-off and do not shrink;
-    changes are compared with the size of each component. π₀ − μ is corrected only where it is
-    off by more than the stages: it would hand their errors on undamped.
+    changes are compared with the size of each component; where one is a thousandth of another, no
+    component's change may still shrink (`any_shrinks`). π₀ − μ is corrected only where it is off by
+    more than the stages: it would hand their errors on undamped.
     """
     none = tuple([0.0 for e in mu])
     of_w, of_p, end, sum_p, sum_f, last = (
@@ -167,6 +168,8 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
     )
     before, best, stale, count, status = HUGE, HUGE, 0, 0, OK
     first, ratio, apart = HUGE, 0.0, 0
+    uneven, pending = 1 < 0, 1 < 0
+    sizes, left = tuple([HUGE for e in mu + mu]), tuple([HUGE for e in mu + mu])
     gate, whole, change, going = 0.0, 0.0, HUGE, True
     while going:
         forces = tuple([system.force(x, a, b, e, c) for a, b, e in zip(w, p, xi)])
@@ -178,11 +181,17 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
         xi, mz = tuple([e[1] for e in moves]), tuple([e[2] for e in moves])
         new_w = at_nodes(MU, dw)
         if count < 2:
-            of_w, of_p = scales(new_w), scales(new_p)
+            sizes = sizes_of(new_w) + sizes_of(new_p)
+            of_w, of_p = scales(sizes[: len(mu)]), scales(sizes[len(mu) :])
+            uneven = differ(sizes[: len(mu)]) or differ(sizes[len(mu) :])
             whole = smallest(of_p)
             gate = norm(lost) * whole / 8
             gate = 1 / 64 if age == 0 else gate
         change = largest_change(w, new_w, of_w, p, new_p, of_p)
+        if uneven:
+            moved = changes_of(w, new_w) + changes_of(p, new_p)
+            pending = any_shrinks(moved, left, sizes)
+            left = tuple([e if e < least else least for e, least in zip(moved, left)])
         w, p, count = new_w, new_p, count + 1
         rate = change / before if before < HUGE else 1.0
         stale = 0 if change < best else stale + 1
@@ -195,6 +204,7 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
         settled = count > 1 and (
             change * rate <= SMALLEST * EPS or (stale > 0 and change < 64 * EPS)
         )
+        settled = settled and not pending
         if stale > 2 or count >= MOST_SWEEPS or not change < HUGE:
             settled = stale > 2 and change < NOISE
             status = OK if settled else NOT_CONVERGED if change < HUGE else SINGULAR
@@ -216,40 +226,6 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
     if not norm(end) + norm(last) < HUGE:
         status = SINGULAR
     return (end, last, sum_p, sum_f), xi, mz, lost, count, change, ratio, apart, status
-
-
-def scales(parts):
-    """1/|component|, none beyond a thousand times the smallest of them."""
-    sizes = tuple(
-        [largest(largest_of(tuple([abs(part[i]) for part in parts]))) for i in range(len(parts[0]))]
-    )
-    most = largest_of(sizes)
-    return tuple([1 / larger(e, most / 1024 + 1 / HUGE) for e in sizes])
-
-
-def largest_of(numbers):
-    """The largest of some numbers, or in each lane."""
-    most = numbers[0]
-    for e in numbers[1:]:
-        most = larger(most, e)
-    return most
-
-
-def smallest(numbers):
-    """The least of some numbers."""
-    least = HUGE
-    for e in numbers:
-        least = e if e < least else least
-    return least
-
-
-def largest_change(w, new_w, of_w, p, new_p, of_p):
-    """The largest change of a component at a node, by the component's size."""
-    changes = 0 * w[0][0]
-    for a, b, e, f in zip(w, new_w, p, new_p):
-        for old, new, scale in zip(a + e, b + f, of_w + of_p):
-            changes = larger(abs(old - new) * scale, changes)
-    return largest(changes)
 
 
 def watch(system, x, w, farthest, reach, c):

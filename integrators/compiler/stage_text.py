@@ -39,7 +39,7 @@ def stage_text(system: StageSystem) -> str:
         "SYSTEMS = RULE,",
         "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 4",
     ]
-    driver = texts_of("stage_driver", "tuple_operations")
+    driver = texts_of("stage_driver", "component_sizes", "tuple_operations")
     for name in ("at_nodes", "balanced", "times"):
         driver = driver.replace(f"def {name}(", f"@kernel\ndef {name}(")
     parts = [f"# {system.name}", text, "\n".join(facts), driver]
