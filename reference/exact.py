@@ -32,7 +32,8 @@ def exact_time(t: Any) -> Fraction:
             f"the number {t[:40]} lies beyond 10^±{FARTHEST}; choose units in which it does not"
         )
     try:
-        return Fraction(t)
+        found = Fraction(t)
+        return Fraction(int(found.numerator), int(found.denominator))  # no numpy integers in it
     except (TypeError, ValueError, ZeroDivisionError, OverflowError):
         pass
     try:

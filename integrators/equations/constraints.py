@@ -8,7 +8,7 @@ from ..errors import BadInput
 from ..numbers import jacobian, sympy, to_sympy
 from ..numbers.types import Column, SymbolicMatrix
 from ..scene import Scene
-from .symbols import SceneSymbols, column
+from .symbols import SceneSymbols
 
 
 def constraint(s: SceneSymbols, x: Column) -> Column:
@@ -19,7 +19,7 @@ def constraint(s: SceneSymbols, x: Column) -> Column:
             f"{s.name}: holonomic= gives {given!r}, but must give a list of expressions φ(x), each "
             "a constraint."
         )
-    return column(s.scalar(e, "its constraint", s.restricted) for e in given)
+    return _column(s, x, given)
 
 
 def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
@@ -33,15 +33,20 @@ def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
             f"{s.name}: nonholonomic= gives {given!r}, but must give a list of rows of {m} "
             "entries, each a constraint of the velocity."
         )
-    entries = [s.scalar(e, "its constraint", s.restricted) for row in rows for e in row]
-    return sympy.Matrix(len(rows), m, entries)
+    return _column(s, x, [e for row in rows for e in row]).reshape(len(rows), m)
+
+
+def _column(s: SceneSymbols, x: Column, entries: list[Any]) -> Column:
+    found = s.scalars(entries, "its constraint", s.restricted)
+    s.refuse_unknown(found, x.free_symbols, "its constraint", s.restricted, "x and p")
+    return found
 
 
 def _given(s: SceneSymbols, x: Column) -> list[Any]:
     assert s.restricted is not None
     given = s.evaluated(s.restricted, "its constraint", x[: s.n, :], s.parameters)
     if hasattr(given, "tolist"):
-        return list(given.tolist())
+        given = given.tolist()
     return list(given) if hasattr(given, "__iter__") else []
 
 

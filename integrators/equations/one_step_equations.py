@@ -158,9 +158,7 @@ class OneStepEquations:
             )
         if any(hasattr(e, "shape") or isinstance(e, list | tuple) for e in entries):
             raise self._bad(f"gives {what} as a list of columns; give one column of {size} numbers")
-        scalars = [self.s.scalar(e, f"map {self.rule.name}", self.rule.formula) for e in entries]
-        if any(e.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I) for e in scalars):
-            raise self._bad(f"gives {what} that is not finite and real")
+        scalars = self.s.scalars(entries, f"map {self.rule.name}: {what}", self.rule.formula)
         try:
             return self.view.letters(scalars)
         except BadInput as error:

@@ -220,6 +220,13 @@ class SceneSymbols:
         refuse_long(found, self._at(function, what))
         return floats_exact(expression)
 
+    def scalars(self, values: Iterable[Any], what: str, function: Any) -> Column:
+        """A column of `scalar`s; raises `BadInput` for one that is not finite and real, too."""
+        found = column(self.scalar(e, what, function) for e in values)
+        if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I):
+            raise BadInput(f"{self._at(function, what)} is not finite and real.")
+        return found
+
     @cached_property
     def lagrangian(self) -> Expression:
         """l(x, u); raises `CannotMeasure` if the scene has only a discrete one."""
@@ -258,21 +265,25 @@ class SceneSymbols:
             return column(())
         what = "its force"
         given = self.evaluated(self._force, what, *self._at_point(self._force, self.x, self.u))
-        entries = list(given) if hasattr(given, "__iter__") or hasattr(given, "shape") else [given]
-        found = column(self.scalar(e, what, self._force) for e in entries)
+        many = hasattr(given, "__iter__") and getattr(given, "shape", None) != ()
+        found = self.scalars(list(given) if many else [given], what, self._force)
         if len(found) != len(self.u):
             raise BadInput(
                 f"{self._at(self._force, what)} has {len(found)} components, but the velocity has "
                 f"{len(self.u)}: give one for each."
             )
-        if found.has(sympy.nan, sympy.zoo, sympy.oo):
-            raise BadInput(f"{self._at(self._force, what)} is not finite.")
-        if foreign := found.free_symbols - {*self.x, *self.u, *self.parameter_list}:
-            raise BadInput(
-                f"{self._at(self._force, what)} holds the unknown symbol {min(map(str, foreign))}; "
-                "write it with x, v, p and t."
-            )
+        self.refuse_unknown(found, {*self.x, *self.u}, what, self._force, "x, v, p and t")
         return found
+
+    def refuse_unknown(
+        self, given: SymbolicMatrix, known: set[Letter], what: str, function: Any, words: str
+    ) -> None:
+        """Raise `BadInput` for letters beside the known ones and parameters."""
+        if foreign := given.free_symbols - known - {*self.parameter_list}:
+            raise BadInput(
+                f"{self._at(function, what)} holds the unknown symbol {min(map(str, foreign))}; "
+                f"write it with {words}."
+            )
 
     def discrete_lagrangian_at(self, x: Column, arrow: Any, h: Expression) -> Expression:
         """L_d(x, u; h), or L_d(x, g; h) where it is given on the group, as the scene gives it."""

@@ -69,7 +69,8 @@ def ensemble(
 def _of_one_length(x0s: Any, mu0s: Any, what: str) -> tuple[Sequence[Any], Sequence[Any]]:
     """Both lists of starts; None stands for the scene's own, in each member."""
     for starts in (x0s, mu0s):
-        if starts is not None and not isinstance(starts, Sequence | np.ndarray):
+        many = isinstance(starts, Sequence | np.ndarray) and getattr(starts, "shape", 1) != ()
+        if starts is not None and not many:
             raise BadInput(f"{what}: an ensemble's starts are {starts!r}; give a list of them.")
     given = [list(starts) for starts in (x0s, mu0s) if starts is not None]
     if not given or len({len(starts) for starts in given}) > 1 or not given[0]:

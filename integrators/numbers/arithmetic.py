@@ -82,7 +82,13 @@ class Double:
         """An exact value, float or mpf as a number of this kind."""
         if type(value) is float and math.isfinite(value):
             return value  # most are: a run should not start with fractions of them
-        return float(exact(value, what))
+        number = exact(value, what)
+        try:
+            return float(number)
+        except OverflowError:
+            raise BadInput(
+                f"{what} is larger than any double: choose units that fit the motion."
+            ) from None
 
     def constant(self: Any, name: str) -> Number:
         """A number that sympy knows by that name: GoldenRatio, EulerGamma, Catalan, …"""

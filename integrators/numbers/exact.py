@@ -72,7 +72,7 @@ def _read(value: Any, what: str) -> Exact:
         return Fraction(*map(int, value.as_integer_ratio()))
     except (OverflowError, ValueError):
         raise BadInput(f"{what} is {value}: give a finite number.") from None
-    except AttributeError:
+    except (AttributeError, TypeError):
         raise BadInput(
             f"{what} is {value!r} of type {type(value).__name__}: give a number."
         ) from None

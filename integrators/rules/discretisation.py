@@ -114,7 +114,10 @@ def checked(
         raise BadInput(
             f"the internal stages of a {what} are a whole number from 0, not {stages!r}."
         )
-    where = (groupoids,) if isinstance(groupoids, str) else tuple(groupoids)
+    where = (groupoids,) if isinstance(groupoids, str) else groupoids
+    if not isinstance(where, list | tuple) or not all(isinstance(e, str) for e in where):
+        raise BadInput(f"the groupoids of a {what} are {groupoids!r}: give a list of names.")
+    where = tuple(where)
     for groupoid in where:
         if groupoid not in GROUPOIDS:
             raise unknown("groupoid", groupoid, GROUPOIDS)

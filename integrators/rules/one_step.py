@@ -65,6 +65,8 @@ def one_step(
     implicit and stages are given.
     """
     where = checked("one_step", "one-step map", order, stages, groupoids)
+    if not isinstance(implicit, bool):
+        raise BadInput(f"implicit is True or False, not {implicit!r}.")
     if implicit and stages:
         raise BadInput("a one-step map with stages is implicit in these alone: leave implicit out.")
     wanted = "(s, z, Z, h)" if implicit else "(s, z, h, K)" if stages else "(s, z, h)"

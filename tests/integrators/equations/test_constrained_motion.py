@@ -283,6 +283,8 @@ def held(**more):
         ({"nonholonomic": lambda x, p: [[1, 0, 0]]}, "list of rows of 2 entries"),
         ({"holonomic": lambda x, p: [[x[0]]]}, "list of expressions"),
         ({"holonomic": lambda x, p: x[0] - 1}, "list of expressions"),
+        ({"holonomic": lambda x, p: [x[0] - sympy.Symbol("q")]}, "the unknown symbol q"),
+        ({"nonholonomic": lambda x, p: [[sympy.I, 0]]}, "not finite and real"),
     ],
 )  # fmt: skip
 def test_constraints_that_fit_nothing_are_said_in_a_sentence(more, said):
