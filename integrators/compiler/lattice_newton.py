@@ -53,6 +53,9 @@ def tied_solution(j, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds, subs
             status = OK
         else:
             status, kappa = judge(size, before, here, scale, kappa, count)
+            stagnant = status == NOT_CONVERGED and count > 2 and size > before / 2
+            if stagnant and size <= UNSEEN * EPS * extent(x, ranges, parts) / abs(c[0]):
+                status = OK
         before = size
         if status == SINGULAR or count >= 40:
             if tries == 2 or status == OK:
@@ -67,6 +70,15 @@ def tied_solution(j, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds, subs
     if total > totals[MOST]:
         totals[MOST] = total
     return status
+
+
+def extent(x, ranges, parts):
+    """The largest x of a site: changes of w by that over h, times round-off, do not move it."""
+    size = 0.0
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            size = larger(norm(row(x, i, n)), size)
+    return size
 
 
 def copy_unknowns(a, b, ranges, parts):

@@ -60,7 +60,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"COMPOSED = {composed}",
         f"SITES, BONDS, BLOCK = {len(system.own)}, {len(system.bond_own)}, {BLOCK}",
         f"WORK, PLACE = {s * s * (2 if shape == 'ring' else 1) + s}, 3",
-        "KAPPA, SCALE, AGE, DEGREE = 4, 5, 6, 7",
+        "KAPPA, SCALE, AGE, DEGREE, UNSEEN = 4, 5, 6, 7, 16",
         f"WIDTH = {max(k.width for k in made)}",
         f"ORDER = {tuple(pivot_rows(system.site))}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), made)),  # noqa: B905

@@ -68,13 +68,16 @@ class LatticeRun:
             matrix = SparseMatrix(lattice.pairs[order], free, S)
             assemble, update = (partial(self._task, task) for task in (ASSEMBLE, UPDATE))
             self.sparse = SparseSteps(
-                self._relax, assemble, update, self.past, work, ties, matrix, substeps=len(q)
+                self._relax, assemble, update, self.past, work, ties, matrix, len(q), self._floor
             )
             self.status = self.sparse.solve(0)
 
     def _relax(self, j: int) -> tuple[float, float]:
         self._task(RELAX, j)
         return float(self.totals[LAST_SIZE]), float(self.totals[SCALE])
+
+    def _floor(self) -> float:
+        return float(2.0**-49 * abs(self.x).sum(axis=1).max() / abs(self.flow.step))
 
     def _task(self, task: int, j: int) -> None:
         self.flow.kernels.advance(task, j, *self.arguments)

@@ -85,7 +85,7 @@ class SparseSteps:
 
     relax(j), assemble(j), update(j): of substep j, relax(j) giving the largest correction and the
     largest w, sums of absolute entries of a site; past: w and the solutions before, (N, S) each;
-    work, ties: what `assemble` fills in.
+    work, ties: what `assemble` fills in; floor(): a size of corrections that x does not see.
 
     A fixed point goes first, each site corrected as if its neighbours were right: it contracts
     where the bonds are not stiff. Where it does not, the factorisation takes over for good.
@@ -101,8 +101,9 @@ class SparseSteps:
         ties: np.ndarray,
         matrix: SparseMatrix,
         substeps: int,
+        floor: Callable[[], float],
     ) -> None:
-        self.relax, self.assemble, self.update = relax, assemble, update
+        self.relax, self.assemble, self.update, self.floor = relax, assemble, update, floor
         self.past, self.work, self.ties, self.matrix = past, work, ties, matrix
         self.substeps, self.age, self.degree, self.relaxing = substeps, 0, 0, True
         self.corrections, self.most = 0, 0
@@ -143,10 +144,11 @@ class SparseSteps:
                 self.past[0][:] = self.past[1]
                 continue
             noise, rate = EPS * here, size / before if before > 0 else 0.0
-            stagnant = count > 2 and rate > 0.5 and size < ROOT_EPS * here
+            stagnant = count > 2 and rate > 0.5
+            stagnant = stagnant and (size < ROOT_EPS * here or size <= self.floor())
             if size <= noise or (count > 1 and rate < 0.5 and size * rate <= noise) or stagnant:
                 status = OK
-            elif count > 1 and rate > FADED and size > ROOT_EPS * here:  # below is round-off too
+            elif count > 1 and rate > FADED and size > max(ROOT_EPS * here, self.floor()):
                 self.relaxing = False
                 if not by_sites:
                     self._solvers.pop(j, None)

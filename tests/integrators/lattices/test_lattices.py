@@ -1,6 +1,8 @@
 """A lattice runs as the ordinary scene of the same system, whatever its bonds, site and rule."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -239,3 +241,11 @@ def test_a_singular_factorisation_is_told(bonds):
     without = replace(lattice, on_bond=lambda x, y, p: 0 * x[0])
     with pytest.raises(BadInput, match="no finite coefficients at the step 2"):
         Scheme(without, midpoint).flow(2).trajectory(1)
+
+
+def test_the_page_of_lattices_runs():
+    page = Path(__file__).parents[3] / "docs" / "lattices.md"
+    found = {}
+    for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
+        exec(compile(block, page.name, "exec"), found)
+    assert len(found["rows"]) == 5
