@@ -106,8 +106,7 @@ def cases(choice: Choice) -> list[Case]:
         *discretisations.BUILT_IN.values(), *map(discretisations.get, HIGH_ORDER)
     )  # fmt: skip
     for scene, rule in replace(choice, rules=rules).pairs():
-        # the peers integrate ẋ, μ̇ as functions of (x, μ) alone
-        if scene.lagrangian is not None and not scene.clocked and not scene.constrained:
+        if scene.lagrangian is not None and not _without_peers(scene):
             found.setdefault(chart_of(scene), (scene, []))[1].append(rule)
     races = [
         Race(*scene_and_rules, choice, choice.asked("periods"))
@@ -127,6 +126,11 @@ def chart_of(scene: Scene) -> tuple[str, str | None]:
     return scene.name, scene.groupoid.retraction
 
 
+def _without_peers(scene: Scene) -> bool:
+    """Whether ẋ, μ̇ are no functions of (x, μ) alone, which is what the peers integrate."""
+    return scene.clocked or scene.constrained
+
+
 def notes(choice: Choice) -> list[str]:
     """What is to be said of the whole study: which peers are absent, and where."""
     from .peers import SPLIT, SYMBOLIC, chosen, on
@@ -135,6 +139,9 @@ def notes(choice: Choice) -> list[str]:
     left_out = [name for name in present if name in SYMBOLIC and name not in SPLIT]
     return [
         *absent,
+        *(f"{scene.name} is left out: other people's integrators follow neither constraints nor a "
+          "time, and a race without them says little."
+          for scene in choice.scenes if _without_peers(scene)),
         *(f"{name} does not take part in {scene.name}: ξ(x, μ) has no short closed form."
           for scene in choice.scenes for name in left_out if name not in on(scene, left_out)),
         *(f"{name} takes part where L = T(v) − V(x)." for name in present if name in SPLIT),
