@@ -24,7 +24,7 @@ def first_guess(stages: ControlStages, end: Any, t: np.ndarray, path: Any) -> tu
     given: list[Any] = [scene.x0, scene.v0, *end]
     parts: Any = [e if e is None else np.array([float(a) for a in e]) for e in given]
     x0, v0, x1, v1 = parts
-    if x1 is None and v1 is not None and jacobian(momentum(s), s.position).free_symbols:
+    if x1 is None and v1 is not None and not jacobian(momentum(s), s.position).is_zero_matrix:
         raise BadInput(
             f"{scene.name}: the momentum depends on x, so an end of v1 alone is none; give x1 too."
         )

@@ -9,14 +9,14 @@ numbers. With T = d(a, ℓ)/da forwards and ℓ̄ = df/dℓ backwards,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from graphlib import TopologicalSorter
 from typing import Any
 
 import numpy as np
 
 from ..equations import vector
-from ..numbers import Definition, arithmetic, inlined, needed, numeric, symbols_of, sympy
+from ..numbers import Definition, arithmetic, inlined, needed, numeric, opaque, symbols_of, sympy
 from ..numbers.types import Expression, Letter
 
 #: entries of an array that is worked on at a time
@@ -56,17 +56,10 @@ class SecondDerivatives:
                         at = place[a], place[b]
                         second[at] = second.get(at, 0) + adjoint[i] * curvature
         self._slopes, self._second = list(slopes), list(second)
-        numbers = arithmetic(16)
         given = {"a": list(inputs), "q": list(data)}
-        self._first_order = numeric(
-            given,
-            [[scalar, *letters, *slopes.values()]],
-            numbers,
-            [([letter], [value]) for letter, value in program.items()],
-            columns=True,
-        )
+        self._first_order = _in_columns(given, [scalar, *letters, *slopes.values()], program)
         given |= {"l": letters, "b": adjoint[:-1]}
-        self._second_order = numeric(given, [[inputs[0], *second.values()]], numbers, columns=True)
+        self._second_order = _in_columns(given, [inputs[0], *second.values()])
 
     def __call__(self, a: np.ndarray, q: Sequence[Any]) -> tuple[np.ndarray, ...]:
         """(values (N,), gradients (N, k), Hessians (N, k, k)) at N rows of k inputs.
@@ -111,3 +104,24 @@ def _in_small_parts(
     given = {**dict(zip(names, reduced, strict=False)), **dict(shared)}
     order = TopologicalSorter({k: symbols_of([v]) & given.keys() for k, v in given.items()})
     return {letter: given[letter] for letter in order.static_order()}, reduced[-1]
+
+
+def _in_columns(
+    arguments: Mapping[str, Sequence[Letter]],
+    results: list[Expression],
+    program: Mapping[Letter, Expression] = {},
+) -> Callable[..., np.ndarray]:
+    """The results (k, N) as a function of columns; row by row where they branch inside (tables)."""
+    before = [([letter], [value]) for letter, value in program.items()]
+    branching = any(map(opaque, (*results, *program.values())))
+    f = numeric(arguments, [results], arithmetic(16), before, columns=not branching)
+    if not branching:
+        return f
+
+    def by_rows(*columns: Any) -> np.ndarray:
+        sizes = [len(part) for part in columns]
+        entries = np.broadcast_arrays(*(e for part in columns for e in part))
+        cuts = np.cumsum(sizes)[:-1]
+        return np.array([f(*np.split(row, cuts)) for row in np.array(entries).T]).T
+
+    return by_rows

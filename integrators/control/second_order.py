@@ -50,7 +50,7 @@ def check_steered(name: str, problem: Any) -> None:
     (E_z, E_w, E_f), (Z_z, Z_w, Z_f) = (
         (r[:, :, :d], r[:, :, at["w"]], r[:, :, at["f"]]) for r in rows
     )
-    solved = np.linalg.solve(E_w, np.concatenate([E_z, E_f], axis=2))
+    solved = np.linalg.pinv(E_w) @ np.concatenate([E_z, E_f], axis=2)
     A, B = Z_z - Z_w @ solved[:, :, :d], Z_f - Z_w @ solved[:, :, d:]
     letters, basis = _ends(problem)
     moved = basis.T @ _gramians(A, -B @ B.transpose(0, 2, 1), 0 * A)[-1] @ basis

@@ -94,11 +94,8 @@ class ControlStages:
 
     def __call__(self, a: np.ndarray, times: np.ndarray, h: float) -> Any:
         """(gradients (N, k), Hessians (N, k, k)) of ℒ at N rows a, begun at these times."""
-        (_, g, H), (_, gc, Hc) = (
-            self._of_step(a, self._values(self.s, times, h)),
-            self.cost(a, times, h),
-        )
-        return g + gc, H + Hc
+        of_step, of_cost = self._of_step(a, self._values(self.s, times, h)), self.cost(a, times, h)
+        return of_step[1] + of_cost[1], of_step[2] + of_cost[2]
 
     def along(self, x: np.ndarray, u: np.ndarray, times: np.ndarray) -> tuple[Any, Any]:
         """(∂l/∂ξ (N, m), the anchor ρ̂ (N, n, m)) at N points, velocities and times."""
@@ -132,11 +129,8 @@ class ControlStages:
 
     def _checked(self, s: SceneSymbols, cost: Any, inputs: Any) -> tuple[Any, ...]:
         """f, p_μ and C + p_μ·inputs in letters; raises `BadInput` for what cannot be either."""
-        f, p, t = (
-            vector("cf", self.controls),
-            vector("pm", len(s.u)),
-            sympy.Symbol(BEGIN, real=True),
-        )
+        f, p = vector("cf", self.controls), vector("pm", len(s.u))
+        t = sympy.Symbol(BEGIN, real=True)
 
         def point(function: Any) -> tuple[Any, ...]:
             return s.position, s.u, f, s.parameters, *([t] * (arguments_of(function) == 5))

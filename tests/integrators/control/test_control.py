@@ -11,6 +11,7 @@ import pytest
 from scipy.linalg import expm
 
 from discmech import BadInput, Control, Scene, Scheme, midpoint, one_step, pair, rectangle, scenes
+from discmech.integrators import retractions
 from discmech.integrators.control import NAMES, get
 from discmech.integrators.rules import compose, gauss, lobatto, trapezoidal
 
@@ -97,11 +98,10 @@ def test_rectangle_is_of_order_one():
 def test_refinement_of_the_same_problem_agrees(name, rule):
     if (name, rule.name) == ("double-integrator", "gauss-2"):
         return  # exact
-    steps = (160, 320, 640) if rule is midpoint else (20, 40, 80)
-    runs = [solved(name, k, rule) for k in steps]
-    for values in ([r.cost for r in runs], [r.costates[0] for r in runs]):
-        first, second = (np.linalg.norm(b - a) for a, b in pairwise(values))
-        assert abs(np.log2(first / second) - rule.order) < 0.35
+    runs = [solved(name, k, rule) for k in ((160, 320, 640) if rule is midpoint else (20, 40, 80))]
+    first, second = (np.linalg.norm(b.costates[0] - a.costates[0]) for a, b in pairwise(runs))
+    assert abs(np.log2(first / second) - rule.order) < 0.35
+    assert abs(runs[2].cost - runs[1].cost) < abs(runs[1].cost - runs[0].cost) / 3
 
 
 # -- what the equations are -----------------------------------------------------------------------
@@ -217,6 +217,16 @@ def test_a_turn_of_the_attitude_in_space_has_one_too():
 def test_newton_does_not_know_the_number_of_steps(steps):
     assert solved("double-integrator", steps, midpoint).iterations <= 3
     assert solved("low-thrust-transfer", steps, midpoint).iterations <= 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["upright-top", "reorientation"])
+def test_the_chart_does_not_matter(name):
+    """The steps differ, the problem does not: the costs meet as the steps shrink."""
+    of = problem(name)
+    other = of.with_values(scene=of.scene.with_retraction(retractions.get("exponential")))
+    gaps = [abs(of.solve(k).cost - other.solve(k).cost) for k in (10, 20)]
+    assert 3 < gaps[0] / gaps[1] < 5  # by 4, of an order 2
 
 
 @pytest.mark.parametrize("steps", [1, 2, 3])
