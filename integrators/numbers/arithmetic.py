@@ -38,7 +38,7 @@ def refused(e: Expression) -> BadInput:
     if name in ("sign", "Heaviside", "DiracDelta"):
         return BadInput(
             "the derivative of Abs (of Max, Min, a step) cannot be put into a kernel: write the "
-            "Lagrangian without Abs and the like (the root of a square is one too)."
+            "Lagrangian, or the rule, without Abs and the like (the root of a square is one too)."
         )
     what = f"the function {name}" if e.is_Function else f"the expression {e} ({name})"
     if name in ("Derivative", "Subs"):  # Subs: a derivative at another point

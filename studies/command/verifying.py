@@ -26,7 +26,7 @@ def add_to(commands: Any) -> None:
         "verify", help="all verdicts on the rules and scenes of a file of yours", epilog=EPILOG
     )
     verify.add_argument(
-        "rules", metavar="FILE.py", nargs=1, help="rules, and scenes if it likes; or FILE.py:NAME"
+        "rules", metavar="FILE.py", nargs=1, help="rules and scenes; or FILE.py:NAME, one of them"
     )
     compare = commands.add_parser("compare", help="methods side by side", epilog=EPILOG)
     compare.add_argument("rules", metavar="RULE", nargs="+", help=f"FILE.py, {RULE_HELP}")

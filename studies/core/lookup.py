@@ -32,6 +32,22 @@ def scenes_of(words: Sequence[str]) -> tuple[Scene, ...]:
     return _told_apart(found, "scenes")
 
 
+def named(word: str) -> tuple[tuple[Discretisation, ...], tuple[Scene, ...]]:
+    """The rules and the scenes that a word names: of FILE.py all, of FILE.py:NAME those so called.
+
+    Any other word is a rule's. Raises `BadInput` as `rules`.
+    """
+    file, name = _in_file(word)
+    if file is None:
+        return _rules(word), ()
+    if not name:
+        return tuple(file.rules.values()), tuple(file.scenes.values())
+    both: dict[str, Any] = {**file.scenes, **file.rules}
+    called = _of(file, both, name, "rule or scene")[0].name
+    rule, scene = file.rules.get(called), file.scenes.get(called)
+    return (rule,) if rule else (), (scene,) if scene else ()
+
+
 def rule(word: str) -> Discretisation:
     """The one rule of that name; raises `BadInput` if a file has several."""
     return _only(rules([word]), word, "rules")
@@ -119,7 +135,8 @@ def _of(file: UserFile, held: Mapping[str, _Thing], name: str, kind: str) -> tup
         raise BadInput(f"{file.path} defines no {kind}.")
     if not name:
         return tuple(held.values())
-    asked = name if name in held else name.replace("_", "-")
+    names = (name, file.variables.get(name, ""), name.replace("_", "-"))
+    asked = next((n for n in names if n in held), name)
     if asked not in held:
         near = get_close_matches(asked, held, 1)
         there = f"there {'is' if len(held) == 1 else 'are'} {', '.join(held)}."

@@ -28,6 +28,7 @@ class UserFile:
     digest: str
     rules: dict[str, Discretisation]
     scenes: dict[str, Scene]
+    variables: dict[str, str]  # the names of rules and scenes by those of the file's variables
 
 
 _loaded: dict[tuple[Path, bytes], UserFile] = {}
@@ -54,7 +55,12 @@ def load(path: str) -> UserFile:
     if (file, source) not in _loaded:
         digest, module = _run(path, file, source)
         rules, own = _collect(path, module)
-        _loaded[file, source] = UserFile(path, digest, rules, own)
+        variables = {
+            variable: thing.name
+            for variable, thing in vars(module).items()
+            if isinstance(thing, Discretisation | Scene)
+        }
+        _loaded[file, source] = UserFile(path, digest, rules, own, variables)
     return _loaded[file, source]
 
 

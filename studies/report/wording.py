@@ -49,10 +49,10 @@ def scientific(value: Any, places: int = 1) -> str:
     if found == 0:
         return "0"
     if 0.01 <= abs(found) < 1000:
-        return f"{found:.{places + 2}g}"
+        return f"{found:.{places + 2}g}".replace("-", "−")
     mantissa, exponent = power_of_ten(found, places)
     tens = "10" + str(exponent).translate(_SUPERSCRIPTS)
-    return f"{mantissa}×{tens}" if mantissa else tens
+    return f"{mantissa}×{tens}".replace("-", "−") if mantissa else tens
 
 
 def duration(seconds: float) -> str:

@@ -12,7 +12,7 @@ import math
 from fractions import Fraction
 from typing import Any
 
-from discmech.integrators import StepFailure, scenes
+from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import restricted_form_defect
@@ -34,12 +34,14 @@ CONTROL_SCENES = ("pendulum", "rigid-body", "heavy-top", "rotor-body")
 def cases(choice: Choice) -> list[Case]:
     """Every scene by every rule, and the controls on four scenes unless rules were chosen.
 
-    With controls chosen, only these.
+    With controls chosen, only these. Raises `BadInput` where none of them can be run.
     """
     found = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
     # under a force no form is kept, and of a one-step map nothing else is asked here
     found = [c for c in found if c.scene.force is None or not isinstance(c.rule, OneStepMap)]
     if choice.rules:
+        if choice.controls:
+            raise BadInput(_no_controls(choice))
         return found
     chosen = {s.name for s in choice.scenes} or set(CONTROL_SCENES)
     rule = discretisations.trapezoidal
@@ -53,7 +55,20 @@ def cases(choice: Choice) -> list[Case]:
                 if control == controls.FLIPPED and scene.groupoid.kind not in ("action", "product"):
                     continue
                 found.append(Case(NAME, scene, rule, digits, choice.steps, control))
+    if choice.controls and not found:
+        raise BadInput(_no_controls(choice))
     return found
+
+
+def _no_controls(choice: Choice) -> str:
+    """Why none of the controls that were chosen can be run."""
+    here = [scenes.get(name) for name in CONTROL_SCENES]
+    if choice.controls == (controls.FLIPPED,):  # its sign is seen only beside an anchor
+        here = [scene for scene in here if scene.groupoid.kind in ("action", "product")]
+    return (
+        f"the control {', '.join(choice.controls)} is run on {', '.join(s.name for s in here)}, by "
+        "a method of its own: name one of these scenes, or none, and no rule."
+    )
 
 
 def limit(digits: int) -> float:

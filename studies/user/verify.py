@@ -45,17 +45,12 @@ class Request:
 
     def rules(self) -> tuple[Discretisation, ...]:
         """The rules of the files, or of the words; for scenes alone two well-known ones."""
-        from ..core.userfile import load
-
-        held = [w for w in self.files if not w.endswith(".py") or load(w).rules]
+        held = [word for word in self.files if lookup.named(word)[0]]
         return lookup.rules(held or RULES)
 
     def own_scenes(self) -> tuple[Scene, ...]:
-        """The scenes that the files define."""
-        from ..core.userfile import load
-
-        held = [w for w in self.files if w.endswith(".py") and load(w).scenes]
-        return lookup.scenes_of(held)
+        """The scenes that the files define, or those of them that are named."""
+        return lookup.scenes_of([word for word in self.files if lookup.named(word)[1]])
 
     def choice(self) -> Choice:
         """In objects; raises `BadInput` for unknown names, with the line for wrong files."""

@@ -111,7 +111,7 @@ CASES = {
     "an absolute value": (
         lambda: with_lagrangian(
             lambda x, v, p: v[0] ** 2 / 2 - sympy.sqrt(x[0] ** 2)).flow(1).trajectory(1),
-        "derivative of Abs .*write the Lagrangian without Abs"),
+        "derivative of Abs .*write the Lagrangian, or the rule, without Abs"),
     **{name: (lambda e=expression: with_lagrangian(
         lambda x, v, p: v[0] ** 2 / 2 - e.subs("z", x[0])).flow(1).trajectory(1),
         f"the {said} cannot be put into a kernel; there are sin, cos")

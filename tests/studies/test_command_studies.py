@@ -68,6 +68,16 @@ def test_controls_by_name(ask):
     assert [(c["rule"], c["control"]) for c in cases] == [("Heun", True), ("damped residual", True)]
 
 
+@pytest.mark.parametrize("words", [
+    ("kepler", "--control", "Heun"),
+    ("pendulum", "--control", "flipped bracket"),  # there is no anchor beside it
+    ("pendulum", "--control", "Heun", "--rule", "midpoint"),
+])  # fmt: skip
+def test_a_control_that_cannot_be_run_there_says_where(ask, words):
+    code, out, err = ask("symplecticity", *words)
+    assert (code, out) == (2, "") and words[2] in err and "heavy-top" in err
+
+
 def test_the_command_of_a_result_names_its_controls():
     words = ["symplecticity", "heavy-top", "--control", "damped residual"]
     again = _parser().parse_args(shlex.split(as_typed(_parser().parse_args(words)))[1:])

@@ -10,7 +10,7 @@ import pytest
 
 from discmech.integrators import BadInput, scenes
 from discmech.studies.user import verify as verifying
-from discmech.studies.user.verify import SCENES, Request, studies, verify
+from discmech.studies.user.verify import RULES, SCENES, Request, studies, verify
 from tests.studies.test_userfile import RULE, SCENE
 
 QUICK = ("--study", "order", "--study", "symplecticity", "--digits", "50", "--jobs", "1")
@@ -48,6 +48,21 @@ def test_a_scene_of_the_file_joins_in_and_one_alone_is_asked_about(folder):
     assert chosen(files=("scene.py",)) == (["my-pendulum"], ["midpoint", "trapezoidal"])
     assert chosen(files=("good.py",), scenes=("scene.py:my-pendulum",))[0] == ["my-pendulum"]
     assert len(chosen(files=("both.py",), every_scene=True)[0]) == 1 + len(scenes.names())
+
+
+@pytest.mark.parametrize(
+    ("name", "rules", "own"),
+    [
+        ("two_thirds", ["two-thirds"], []),
+        ("two-thirds", ["two-thirds"], []),
+        ("my-pendulum", list(RULES), ["my-pendulum"]),
+        ("mine", list(RULES), ["my-pendulum"]),
+    ],
+)
+def test_one_rule_or_scene_of_the_file_is_named_as_it_or_its_variable_is(folder, name, rules, own):
+    request = Request((f"both.py:{name}",))
+    assert [r.name for r in request.rules()] == rules
+    assert [s.name for s in request.own_scenes()] == own
 
 
 def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, ask):
