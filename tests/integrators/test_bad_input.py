@@ -202,7 +202,7 @@ CASES = {
     "step 0": (lambda: scheme("pendulum", "midpoint").flow(0), "a step of 0 goes nowhere"),
     "step nan": (lambda: scheme("pendulum", "midpoint").flow(NAN), "step is nan"),
     "step a text": (lambda: scheme("pendulum", "midpoint").flow("a"), 'step is "a", which is no'),
-    "step None": (lambda: scheme("pendulum", "midpoint").flow(None), "step is None"),
+    "step None": (lambda: scheme("pendulum", "midpoint").flow(None), "give a step, or a tolerance"),
     **{f"digits {d!r}": (lambda d=d: pendulum().scheme.flow(1, d), "digits is .*give 16")
        for d in (15, 0, -50, 50.0, "50", True, None, [50])},
     **{f"steps {n!r}": (lambda n=n: pendulum().trajectory(n), "steps is .*whole number from 0")
