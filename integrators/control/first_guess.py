@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..equations import momentum
-from ..errors import BadInput
+from ..errors import RAISED, BadInput, line_of
 from ..numbers import jacobian, numeric
 from .stages import ControlStages
 
@@ -63,9 +63,15 @@ def _points(
     """The points of the guess, (N+1, n)."""
     s, n = stages.s, stages.n
     if path is not None:
-        points = np.array([[float(e) for e in path(time)] for time in t])
-        if points.shape != (len(t), n):
-            raise BadInput(f"{s.name}: path(t) gives {points.shape[1:]} numbers; a point has {n}.")
+        try:
+            points = np.array([[float(e) for e in path(float(time))] for time in t])
+        except RAISED as error:
+            place = line_of(path, error)
+            raise BadInput(
+                f"{place}: {s.name}: path(t) could not be evaluated ({error}); give {n} numbers."
+            ) from error
+        if points.shape != (len(t), n) or not np.isfinite(points).all():
+            raise BadInput(f"{s.name}: path(t) is no point; give {n} finite numbers at every t.")
         return points
     target = s.groupoid.target(s.x, s.u, s.h)[:n, :]
     given = {"x": s.position, "u": s.u, "h": s.h}

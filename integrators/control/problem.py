@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure
@@ -98,4 +98,7 @@ class Control:
 
     def with_values(self, **changes: Any) -> Control:
         """A copy with some fields changed."""
+        names = [f.name for f in fields(self)]
+        if foreign := set(changes) - set(names):
+            raise BadInput(f"a Control has no {min(foreign)!r}; it has {', '.join(names)}.")
         return replace(self, **changes)

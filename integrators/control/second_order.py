@@ -24,8 +24,8 @@ UNMOVED = 1e-10  # the same of a Gramian in units in which each state is moved b
 def unbound(name: str) -> BadInput:
     """The error for a cost in which a control does not count."""
     return BadInput(
-        f"{name}: the cost has no minimum, since it does not bind every control; let it grow with "
-        "each of them, as f.dot(f) does."
+        f"{name}: the cost does not bind every control to second order, so a minimum cannot be "
+        "told; let it grow with each of them, as f.dot(f) does."
     )
 
 

@@ -284,6 +284,20 @@ def test_a_problem_without_an_answer_says_why(given, said):
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize(("path", "said"), [
+    (lambda t: 3, "could not be evaluated"), (lambda t: [1 / t], "could not be evaluated"),
+    (lambda t: [1, 2], "give 1 finite"), (lambda t: [float("nan")], "give 1 finite"),
+])  # fmt: skip
+def test_a_path_that_is_none_is_refused(path, said):
+    with pytest.raises(BadInput, match=said):
+        problem("double-integrator").with_values(path=path).solve(4)
+
+
+def test_fields_that_are_none_are_refused():
+    with pytest.raises(BadInput, match="a Control has no 'goal'"):
+        problem("double-integrator").with_values(goal=3)
+
+
 @one_step(order=1)
 def euler(s, z, h):
     return z + h * s.f(z)
