@@ -22,7 +22,7 @@ class Control:
     control (`controls`×1). inputs(x, v, f, p) or inputs(x, v, f, p, t): the m components of force
     that the control gives, in the natural basis of A*, beside the scene's own force; left out, it
     is f itself. end: (x1, v1), exact as the scene's start; None for x1 or v1 leaves it free.
-    duration: the time that it takes (default: the scene's). path(t, p): a point on the way at the
+    duration: the time that it takes (default: the scene's). path(t): a point on the way at the
     time t, n numbers, where Newton begins; left out, it is the straight arrow from the start.
 
     The discrete problem takes cost and force wherever the rule asks for the Lagrangian, with the
