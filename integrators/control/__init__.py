@@ -1,8 +1,8 @@
 """Discrete optimal control: the two-point boundary problem of a scene, a cost and inputs."""
 
-from .boundary_problem import BoundaryProblem, Optimum
+from .boundary_problem import Optimum
 from .problem import Control
 from .problems import NAMES, get
 from .stages import ControlStages
 
-__all__ = ["BoundaryProblem", "Control", "ControlStages", "NAMES", "Optimum", "get"]
+__all__ = ["Control", "ControlStages", "NAMES", "Optimum", "get"]

@@ -37,7 +37,6 @@ class Control:
     controls: int | None = None
     duration: Any = None
     path: Callable[..., Any] | None = None
-    title: str = ""
 
     def __post_init__(self) -> None:
         scene = self.scene

@@ -73,8 +73,9 @@ def errors(name, steps, rule):
 
 
 @pytest.mark.parametrize(
-    "rule", [midpoint, trapezoidal, gauss(2), lobatto(3)], ids=lambda r: r.name
-)
+    "rule", [midpoint, gauss(2), *(pytest.param(r, marks=pytest.mark.slow) for r in
+             (trapezoidal, lobatto(3)))], ids=lambda r: r.name,
+)  # fmt: skip
 def test_states_costates_and_controls_have_the_order_of_the_rule(rule):
     order = np.log2(errors("oscillator", 20, rule) / errors("oscillator", 40, rule))
     assert abs(order[:3] - rule.order).max() < 0.1
