@@ -64,6 +64,11 @@ class DiscreteLagrangian:
         return tuple(self._points.values())
 
     @property
+    def straight(self) -> bool:
+        """Whether L is asked for at points of the straight step only, all of them in `asked`."""
+        return not self._curves
+
+    @property
     def gave_velocities(self) -> bool:
         """Whether the rule takes velocities from curves, and so serves every chart alike."""
         return self.G.gave_velocities

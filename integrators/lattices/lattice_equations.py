@@ -19,12 +19,13 @@ from ..equations import (
     DiscreteLagrangian,
     SceneSymbols,
     check_regular,
+    natural_structure,
     step_system,
 )
 from ..errors import CannotMeasure
 from ..geometry import is_self_adjoint
 from ..groupoids import check_axioms, product
-from ..numbers import symbols_of, sympy
+from ..numbers import jacobian, sympy
 from ..numbers.types import Column, Expression, Letter
 from ..rules import Discretisation
 from ..scene import Scene, takes_fourth
@@ -51,39 +52,60 @@ class LatticeEquations:
         s = SceneSymbols(scene, rule.stages)
         self.site = DiscreteEquations(s, rule)
         check_regular(self.site.at_points, self.site.w, scene, rule)
+        if not self.site.of.weighted:
+            raise CannotMeasure(
+                f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step "
+                "is not one of sites and bonds; take another rule."
+            )
         squared = product(self.groupoid, self.groupoid)
-        self.bond = _bare(
-            _scene(lattice, "-bond", squared, _on_bond(lattice), _bond_values(lattice)), rule
-        )
-        for equations in (self.site, self.bond):
-            if not equations.of.weighted:
-                raise CannotMeasure(
-                    f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step "
-                    "is not one of sites and bonds; take another rule."
-                )
+        bond = _scene(lattice, "-bond", squared, _on_bond(lattice), _bond_values(lattice))
+        self.bond_symbols = SceneSymbols(bond, rule.stages)
+        self.bond_symbols.lagrangian  # noqa: B018 - a wrong one is named now
 
     @cached_property
+    def bond(self) -> DiscreteEquations:
+        """The equations of a bond by itself, which may hold no velocity."""
+        of = DiscreteLagrangian(self.bond_symbols, self.rule)
+        return DiscreteEquations(self.bond_symbols, self.rule, of)
+
+    @cached_property
+    def end_weights(self) -> tuple[Expression, Expression] | None:
+        """What the rule gives L at the start and at the end of a step over h, if nowhere else."""
+        of, (start, end) = self.site.of, (self.site.x, self.site.y)
+        if len(self.site.s.stages) or not of.straight:
+            return None
+        if any(point not in (start, end) for _, point in of.asked):
+            return None
+        weights = (sum(w for w, point in of.asked if point == at) for at in (start, end))
+        first, last = (sympy.sympify(w) / self.site.h for w in weights)
+        return first, last
+
+    @property
     def local(self) -> bool:
         """Whether no unknown of a step is tied to another site's: bonds ask for L at ends only."""
-        return _resting(self.bond)
+        return self.end_weights is not None
+
+    @cached_property
+    def constants(self) -> dict[Letter, Any]:
+        """The numbers of the rule, by letters."""
+        return self.site.s.constants | ({} if self.local else self.bond.s.constants)
 
     @cached_property
     def system(self) -> LatticeSystem:
         """One step as the data that is compiled."""
-        own, of_bond = (_own(e, w) for e, w in ((self.site, self._site_own),
-                                                (self.bond, self._bond_own)))  # fmt: skip
-        shared = [p for p in self.site.s.parameter_list if p not in own]
-        constants = {**self.site.s.constants, **self.bond.s.constants}
-        q = (self.site.h, *shared, *constants)
+        s, bond = self.site.s, self.bond_symbols
+        own, of_bond = _own(s, self._site_own), _own(bond, self._bond_own)
+        shared = [p for p in s.parameter_list if p not in own]
+        q = (s.h, *shared, *self.constants)
         if self.local:
             kinetic, potential = self._split()
-            kicks = (None if potential is None else _kicks("potential", potential, own),
-                     _kicks("bond", self.bond, of_bond))  # fmt: skip
+            kicks = (None if potential is None else self._kicks("potential", s, potential, own),
+                     self._kicks("bond", bond, bond.lagrangian, of_bond))  # fmt: skip
             site = _ordered(step_system(kinetic), (*q, *own))
             return LatticeSystem(self.lattice.name, q, site, own, of_bond, kicks)
         site = _ordered(step_system(self.site), (*q, *own))
-        bond = _by_ends(step_system(self.bond), self.groupoid.dim_u, (*q, *of_bond))
-        return LatticeSystem(self.lattice.name, q, site, own, of_bond, None, bond)
+        pair = _by_ends(step_system(self.bond), self.groupoid.dim_u, (*q, *of_bond))
+        return LatticeSystem(self.lattice.name, q, site, own, of_bond, None, pair)
 
     @property
     def _site_own(self) -> list[str]:
@@ -94,47 +116,37 @@ class LatticeEquations:
         parts = self.lattice.split_parameters
         return [*parts["bond"], *(k for k in parts["site"] if k not in parts["bond"])]
 
-    def _split(self) -> tuple[DiscreteEquations, DiscreteEquations | None]:
-        """Equations of a site without, and of its part that holds no velocity; None if there is
-        none."""
+    def _split(self) -> tuple[DiscreteEquations, Expression | None]:
+        """Equations of a site without the part of L that holds no velocity, and that part."""
         s, lattice = self.site.s, self.lattice
         terms = sympy.Add.make_args(s.lagrangian.expand(deep=False))
         resting = [t for t in terms if not t.free_symbols & set(s.u)]
         if not resting:
             return self.site, None
+        value = sympy.Add(*(t for t in terms if t not in resting))
+        letters = [*s.x, *s.u]
 
-        def of(part: list[Expression]) -> Callable[..., Expression]:
-            value, letters = sympy.Add(*part), [*s.x, *s.u]
-            return lambda x, v, p: value.xreplace(dict(zip(letters, [*x, *v], strict=True)))
+        def moving(x: Column, v: Column, p: Any) -> Expression:
+            return value.xreplace(dict(zip(letters, [*x, *v], strict=True)))
 
-        values = _site_values(lattice)
-        moving = [t for t in terms if t not in resting]
-        kinetic, potential = (
-            _bare(_scene(lattice, "", self.groupoid, of(part), values), self.rule)
-            for part in (moving, resting)
-        )
-        return (kinetic, potential) if _resting(potential) else (self.site, None)
+        scene = _scene(lattice, "", self.groupoid, moving, _site_values(lattice))
+        return DiscreteEquations(SceneSymbols(scene), self.rule), sympy.Add(*resting)
+
+    def _kicks(
+        self, name: str, s: SceneSymbols, potential: Expression, own: tuple[Letter, ...]
+    ) -> Kicks:
+        """F⁻/h = −w₀ ρ̂ᵀ∂L/∂x and F⁺/h = w₁ ρ̂ᵀ∂L/∂x, of which a term without velocity is made."""
+        assert self.end_weights is not None
+        force = natural_structure(s, s.x)[0].T * jacobian([potential], s.x).T
+        first, last = (weight * force for weight in self.end_weights)
+        return Kicks(name, tuple(s.x), own, -first, last)
 
     @cached_property
     def self_adjoint(self) -> bool:
         """Whether Φ₋ₕ is the inverse of Φₕ: so it is where site and bond by themselves are."""
+        if self.end_weights is not None:
+            return is_self_adjoint(self.site) and self.end_weights[0] == self.end_weights[1]
         return is_self_adjoint(self.site) and is_self_adjoint(self.bond)
-
-
-def _bare(scene: Scene, rule: Discretisation) -> DiscreteEquations:
-    """Equations of a term that may hold no velocity."""
-    s = SceneSymbols(scene, rule.stages)
-    return DiscreteEquations(s, rule, DiscreteLagrangian(s, rule))
-
-
-def _resting(term: DiscreteEquations) -> bool:
-    """Whether a step's equations hold no unknown of the term, which is asked for at ends only."""
-    maps, known = term.at_points, set(term.s.q)
-    return (
-        not len(term.s.stages)
-        and symbols_of(maps.minus) <= set(term.x) | known
-        and symbols_of(maps.plus) <= set(term.y) | known
-    )
 
 
 def _scene(lattice: Lattice, word: str, groupoid: Any, function: Any, values: Any) -> Scene:
@@ -182,23 +194,15 @@ def _nested(value: np.ndarray) -> Any:
     return value.tolist()
 
 
-def _own(equations: DiscreteEquations, names: list[str]) -> tuple[Letter, ...]:
+def _own(s: SceneSymbols, names: list[str]) -> tuple[Letter, ...]:
     """The letters of the parameters of those names, in that order."""
-    parameters = equations.s.parameters
+    parameters = s.parameters
     columns = [getattr(parameters, name) for name in names]
     return tuple(e for c in columns for e in (c if hasattr(c, "shape") else [c]))
 
 
 def _ordered(system: System, q: tuple[Letter, ...]) -> System:
     return replace(system, q=q)
-
-
-def _kicks(name: str, equations: DiscreteEquations, own: tuple[Letter, ...]) -> Kicks:
-    """The forces of a term that holds no velocity; its F⁺ is one of the end point."""
-    maps, h = equations.at_points, equations.h
-    back = dict(zip(equations.y, equations.x, strict=True))
-    minus, plus = maps.minus / h, maps.plus.xreplace(back) / h
-    return Kicks(name, tuple(equations.x), own, minus, plus)
 
 
 def _by_ends(system: System, m: int, q: tuple[Letter, ...]) -> System:

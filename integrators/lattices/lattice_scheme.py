@@ -77,8 +77,7 @@ class LatticeScheme:
             if self.substeps:
                 size = self.substeps[j].coefficient(40) * step.numerator / step.denominator
             equations = self._parts[kind]
-            constants = {**equations.site.s.constants, **equations.bond.s.constants}
-            values = [size, *shared, *(c(40) for c in constants.values())]
+            values = [size, *shared, *(c(40) for c in equations.constants.values())]
             rows.append([numbers.number(v) for v in values])
         return rows
 
@@ -106,7 +105,7 @@ class LatticeScheme:
         return self._columns(1, self.equations.system.bond_own)
 
     def _columns(self, which: int, own: Letters) -> dict[Letter, Any]:
-        s = (self.equations.site, self.equations.bond)[which].s
+        s = (self.equations.site.s, self.equations.bond_symbols)[which]
         rows = self.own_rows(np.arange(len(self.lattice.pairs)))[which]
         shared = [p for p in s.parameter_list if p not in own]
         values = flatten(tuple(self.lattice.split_parameters["shared"].values()))

@@ -26,7 +26,7 @@ POISSON = 2**6 * EPS
     [(systems.fput(40), rectangle), (systems.rotors(40), midpoint),
      (systems.membrane(6, 7), trapezoidal), (systems.membrane(6, 7), midpoint),
      pytest.param(systems.rotors(40), gauss(2), marks=pytest.mark.slow),
-     pytest.param(SITES["action"](), rectangle, marks=pytest.mark.slow),
+     (SITES["action"](), rectangle),
      pytest.param(SITES["product"](), trapezoidal, marks=pytest.mark.slow),
      pytest.param(SITES["group"](), midpoint, marks=pytest.mark.slow)],
     ids=lambda e: e.name,

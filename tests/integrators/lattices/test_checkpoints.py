@@ -27,9 +27,10 @@ def save_at_once(monkeypatch):
     monkeypatch.setattr(module, "SECONDS", 0)
 
 
-@pytest.mark.parametrize(("lattice", "rule"), [("systems.fput(12)", trapezoidal),
-                                               ("systems.rotors(12)", midpoint),
-                                               ("systems.membrane(5, 4)", midpoint)])  # fmt: skip
+@pytest.mark.parametrize(("lattice", "rule"), [
+    ("systems.rotors(12)", midpoint),
+    *(pytest.param(*e, marks=pytest.mark.slow) for e in [("systems.fput(12)", trapezoidal),
+                                                        ("systems.membrane(5, 4)", midpoint)])])  # fmt: skip
 def test_a_killed_run_goes_on(tmp_path, lattice, rule):
     path = tmp_path / "run.npz"
     text = KILLED.format(lattice=lattice, rule=rule.name, path=str(path))
