@@ -3,6 +3,10 @@
 With E(x, w) = (hμ, 0) solved for w, and x′ = x + d(x, w), μ′ = μ + g(x, w)/h, the derivative M is
 the Schur complement of the derivatives of E, d and g, sparse sums over sites and bonds. M is a
 Poisson map: (Mᵀα)·Π(Mᵀβ) = α·Π′β for all covectors α, β, which is tested on random pairs.
+
+On pairs, ω_i = δx_i ∧ δμ_i of two variations of a run grows by a flux through the bonds of site i:
+hΦ_i = δx′_i ∧ δF⁺_i − δx_i ∧ δF⁻_i of the bond's own F±, and Φ_i = −Φ_j, as its L_d is closed:
+the multisymplectic law (Marsden, Patrick, Shkoller, Comm. Math. Phys. 199 (1998), 351).
 """
 
 from __future__ import annotations
@@ -57,7 +61,7 @@ class DualStep:
         parts = {name: sparse.csr_matrix((N * sizes[name[0]], N * sizes[name[1]]))
                  for name in ("Ex", "Ew", "gx", "gw", "dx", "dw")}  # fmt: skip
         for equations, base, unknowns, values, ends, places in at:
-            found = _derivatives(equations, base, unknowns, values, h)
+            found = self._of_bonds = _derivatives(equations, base, unknowns, values, h)
             for name, blocks in found.items():
                 if name[0] == "d" and ends is pairs:
                     continue  # x of both ends moves by itself
@@ -67,7 +71,42 @@ class DualStep:
         parts = {name: free[name[0]] @ p @ free[name[1]] for name, p in parts.items()}
         held = sparse.diags(np.repeat(~self.free, S).astype(float))
         self._factors = linalg.splu((parts["Ew"] + held).tocsc())
-        self._parts, self._h, self._shape = parts, h, (N, n, m, S)
+        self._parts, self._h, self._shape, self._order = parts, h, (N, n, m, S), order
+
+    def applied(self, variation: Covector) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(δx′, δμ′, δw) of (δx, δμ), M being applied; (N, n), (N, m) and (N, S)."""
+        N, n, m, S = self._shape
+        p, h = self._parts, self._h
+        dx, dmu = variation[0].ravel(), variation[1].ravel()
+        right = np.zeros((N, S))
+        right[:, :m] = h * variation[1]
+        dw = self._factors.solve(right.ravel() - p["Ex"] @ dx)
+        ends = dx + p["dx"] @ dx + p["dw"] @ dw, dmu + (p["gx"] @ dx + p["gw"] @ dw) / h
+        return ends[0].reshape(N, n), ends[1].reshape(N, m), dw.reshape(N, S)
+
+    def fluxes(self, one: Covector, other: Covector) -> np.ndarray:
+        """Φ of each bond at both its ends (B, 2), for two variations, on pairs.
+
+        Raises `CannotMeasure` on other groupoids, where forms have more terms.
+        """
+        lattice = self.flow.lattice
+        if lattice.groupoid.kind != "pair":
+            raise CannotMeasure(f"{lattice.name}: fluxes are measured on pair(n) alone.")
+        pairs, d = lattice.pairs, self._of_bonds
+        sides = []
+        for variation in (one, other):
+            after, _, dw = self.applied(variation)
+            ends = [a[pairs].reshape(len(pairs), 2, -1) for a in (variation[0], after)]
+            w = dw[pairs].reshape(len(pairs), -1)[:, self._order]
+            x = ends[0].reshape(len(pairs), -1)
+            minus, gain = (np.einsum("abk,kb->ka", d[e + "x"], x)
+                           + np.einsum("abk,kb->ka", d[e + "w"], w) for e in "Eg")  # fmt: skip
+            minus = minus[:, : gain.shape[1]]
+            forces = [f.reshape(ends[0].shape) for f in (minus, minus + gain)]
+            sides.append((*ends, *forces))
+        (x, y, minus, plus), (ox, oy, ominus, oplus) = sides
+        terms = y * oplus - oy * plus - x * ominus + ox * minus
+        return np.asarray(terms.sum(axis=2) / self._h)
 
     def transposed(self, alpha: Covector) -> Covector:
         """Mᵀα."""

@@ -53,6 +53,34 @@ def test_a_wrong_derivative_is_seen(monkeypatch):
     assert flow.poisson_defect(end.x[-1], end.mu[-1]) > 1e-12
 
 
+def wedge(one, other):
+    """ω_i of two variations, (N,)."""
+    return (one[0] * other[1] - other[0] * one[1]).sum(axis=1)
+
+
+@pytest.mark.parametrize("rule", [trapezoidal, midpoint, gauss(2)], ids=lambda r: r.name)
+def test_what_enters_a_patch_of_space_and_time_stays_or_leaves(rule):
+    """The multisymplectic law of the sine-Gordon field on a patch; a control misses one bond."""
+    start = sine_gordon_breather(PLACES, 0, 0.6)
+    flow = Scheme(systems.sine_gordon(*start, 0.25), rule).flow("1/10")
+    x, mu = flow._start(None, None)
+    random, inside = np.random.default_rng(1), slice(60, 90)  # sites; bond k joins k and k + 1
+    free = flow.lattice.free[:, None]
+    pair = [tuple(random.normal(size=x.shape) * free for _ in "xm") for _ in range(2)]
+    held, through, wrong, size = wedge(*pair)[inside].sum(), 0.0, 0.0, 0.0
+    for _ in range(8):
+        step = DualStep(flow, x, mu)
+        flux = step.fluxes(*pair)
+        size += abs(flux).sum()
+        assert abs(flux.sum(axis=1)).max() < POISSON * abs(flux).max()  # what one end loses
+        through += flux[inside.start - 1, 1] + flux[inside.stop - 1, 0]
+        wrong += flux[inside.start - 1, 1]
+        pair = [step.applied(v)[:2] for v in pair]
+        x, mu = step.after
+    gained = wedge(*pair)[inside].sum() - held
+    assert abs(gained - through) < POISSON * size < abs(gained - wrong)
+
+
 def test_compositions_have_no_single_step():
     flow = Scheme(systems.rotors(12), compose(midpoint, "suzuki")).flow("1/20")
     with pytest.raises(CannotMeasure, match="several substeps"):

@@ -27,10 +27,13 @@ def save_at_once(monkeypatch):
     monkeypatch.setattr(module, "SECONDS", 0)
 
 
-@pytest.mark.parametrize(("lattice", "rule"), [
-    ("systems.rotors(12)", midpoint),
-    *(pytest.param(*e, marks=pytest.mark.slow) for e in [("systems.fput(12)", trapezoidal),
-                                                        ("systems.membrane(5, 4)", midpoint)])])  # fmt: skip
+OTHERS = [("systems.fput(12)", trapezoidal), ("systems.membrane(5, 4)", midpoint)]
+
+
+@pytest.mark.parametrize(
+    ("lattice", "rule"),
+    [("systems.rotors(12)", midpoint), *(pytest.param(*e, marks=pytest.mark.slow) for e in OTHERS)],
+)
 def test_a_killed_run_goes_on(tmp_path, lattice, rule):
     path = tmp_path / "run.npz"
     text = KILLED.format(lattice=lattice, rule=rule.name, path=str(path))
