@@ -8,7 +8,7 @@ from ..errors import BadInput
 from ..numbers import jacobian, sympy, to_sympy
 from ..numbers.types import Column, SymbolicMatrix
 from ..scene import Scene
-from .symbols import SceneSymbols
+from .symbols import SceneSymbols, entries_of
 
 
 def constraint(s: SceneSymbols, x: Column) -> Column:
@@ -27,7 +27,7 @@ def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
     if s.holonomic:
         return jacobian(constraint(s, x), x) * s.groupoid.rho(x, s.h) / s.h
     m, given = len(s.u), _given(s, x)
-    rows = [list(row) if hasattr(row, "__iter__") else [row] for row in given]
+    rows = [entries_of(row) for row in given]
     if not rows or any(len(row) != m for row in rows):
         raise BadInput(
             f"{s.name}: nonholonomic= gives {given!r}, but must give a list of rows of {m} "

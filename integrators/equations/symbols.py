@@ -32,6 +32,12 @@ def column(entries: Iterable[Expression]) -> Column:
     return sympy.Matrix(len(given), 1, given)
 
 
+def entries_of(given: Any) -> list[Any]:
+    """What was given, as a list; of one entry where it is no collection."""
+    many = hasattr(given, "__iter__") and getattr(given, "shape", None) != ()
+    return list(given) if many else [given]
+
+
 class SceneSymbols:
     """Columns x, u, v, y, mu (natural momenta), the step h and the parameters of one scene.
 
@@ -200,7 +206,7 @@ class SceneSymbols:
 
         Raises `BadInput` for anything else, naming the function that gave it.
         """
-        if hasattr(value, "shape"):
+        if getattr(value, "shape", ()) != ():
             if tuple(value.shape) != (1, 1):
                 raise BadInput(
                     f"{self._at(function, what)} is a matrix {value.shape}, not a number."
@@ -210,7 +216,7 @@ class SceneSymbols:
             expression = sympy.sympify(value, strict=True)
             if not isinstance(expression, sympy.Expr):
                 raise TypeError
-        except (sympy.SympifyError, TypeError, ValueError):
+        except (sympy.SympifyError, TypeError, ValueError, AttributeError):
             forgot = "; does it return what it computes?" if value is None else "."
             raise BadInput(
                 f"{self._at(function, what)} is {value!r}, not an expression in its "
@@ -265,8 +271,7 @@ class SceneSymbols:
             return column(())
         what = "its force"
         given = self.evaluated(self._force, what, *self._at_point(self._force, self.x, self.u))
-        many = hasattr(given, "__iter__") and getattr(given, "shape", None) != ()
-        found = self.scalars(list(given) if many else [given], what, self._force)
+        found = self.scalars(entries_of(given), what, self._force)
         if len(found) != len(self.u):
             raise BadInput(
                 f"{self._at(self._force, what)} has {len(found)} components, but the velocity has "

@@ -55,32 +55,27 @@ class OneStepGeometry(LocalGeometry):
         diverges.
         """
         still = self.numbers.zeros(self.n + self.m)
-        _, slope, rows_z, grown, by_w, by_z = self._solved(x, mu, start, still)
+        _, (_, slope, rows_z, grown, by_w, by_z) = self._solved(x, mu, start, still)
         one = self.numbers.identity(self.n + self.m)
         derivative = one + by_z - by_w @ solve(self.numbers, slope, rows_z)
         return x + grown.value[: self.n], mu + grown.value[self.n :], derivative
 
     def step_round_off(self, x: Vector, mu: Vector, start: Vector, errors: Vector) -> Vector:
         """What round-off does to (x′, μ′), n+m units ε (`defects.step_round_off`)."""
-        grown = self._solved(x, mu, start, errors)[3]
+        grown = self._solved(x, mu, start, errors)[1][3]
         before = abs(np.concatenate([x, mu]))
         after = abs(np.concatenate([x, mu]) + grown.value)
         return errors + before + grown.error + after
 
     def solved(self, x: Vector, mu: Vector, start: Vector) -> tuple[Vector, Any]:
         """(w, results of `one_step`) at the unknowns that solve the rows from (x, μ)."""
+        w, found = self._solved(x, mu, start, self.numbers.zeros(self.n + self.m))
+        return w, [e.value for e in found]
 
-        def change(w: Vector) -> Vector:
-            rows, slope, *_ = self._value("one_step", x, mu, w, self.q)
-            return -self.numbers.solve(slope, rows)
-
-        w = newton(change, start, max(map(abs, start), default=0), self.numbers.eps)
-        if w is None:
-            raise StepNotFound
-        return w, self._value("one_step", x, mu, w, self.q)
-
-    def _solved(self, x: Vector, mu: Vector, start: Vector, errors: Vector) -> list[Tracked]:
-        """The results of `one_step` at the unknowns that solve its rows, for errors of (x, μ)."""
+    def _solved(
+        self, x: Vector, mu: Vector, start: Vector, errors: Vector
+    ) -> tuple[Vector, list[Tracked]]:
+        """(w, results of `one_step`) at the unknowns that solve its rows, for errors of (x, μ)."""
         at, momentum = rounded(x, errors[: self.n]), rounded(mu, errors[self.n :])
 
         def parts(w: Vector) -> Any:
@@ -99,7 +94,8 @@ class OneStepGeometry(LocalGeometry):
         if w is None:
             raise StepNotFound
         unknowns = rounded(w, round_off(w))
-        return [tracked(e) for e in self._errors("one_step")(at, momentum, unknowns, self._q)]
+        found = self._errors("one_step")(at, momentum, unknowns, self._q)
+        return w, [tracked(e) for e in found]
 
     def at(self, x: Numbers, u: Numbers) -> Any:
         """Raises `CannotMeasure`: a map has no Legendre maps at arrows."""
