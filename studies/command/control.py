@@ -24,7 +24,7 @@ def add_to(commands: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "problem", nargs="?", metavar="SCENE",
-        help="left out, their names are listed",
+        help="a name, or FILE.py:VARIABLE; left out, the names are listed",
     )  # fmt: skip
     parser.add_argument("--rule", default="midpoint", metavar="R", help=RULE_HELP)
     parser.add_argument("--steps", default="100", metavar="N", help="default: 100")
@@ -39,7 +39,7 @@ def _control(options: argparse.Namespace) -> int:
         for name in room.NAMES:
             print(f"{name:<24} {room.get(name).scene.title}")
         return 0
-    problem = room.get(options.problem)
+    problem = lookup.control(options.problem)
     if options.retraction:
         chart = retractions.get(options.retraction)
         problem = problem.with_values(scene=problem.scene.with_retraction(chart))

@@ -13,6 +13,7 @@ from discmech.integrators.rules import METHODS, Composition, compose
 
 from .userfile import UserFile, load, loaded
 
+_Held = TypeVar("_Held")
 _Thing = TypeVar("_Thing", Discretisation, Scene)
 
 
@@ -56,6 +57,14 @@ def rule(word: str) -> Discretisation:
 def scene(word: str) -> Scene:
     """The one scene of that name; raises `BadInput` if a file has several."""
     return _only(scenes_of([word]), word, "scenes")
+
+
+def control(word: str) -> Any:
+    """The problem of optimal control of that name: a built-in one's scene, or FILE.py:VARIABLE."""
+    from discmech.integrators import control as room
+
+    file, name = _in_file(word)
+    return room.get(word) if file is None else _of(file, file.controls, name, "Control(...)")[0]
 
 
 def rule_given(thing: Any) -> Discretisation:
@@ -130,7 +139,7 @@ def _in_file(word: str) -> tuple[UserFile | None, str]:
     return (load(word), "") if word.endswith(".py") else (None, word)
 
 
-def _of(file: UserFile, held: Mapping[str, _Thing], name: str, kind: str) -> tuple[_Thing, ...]:
+def _of(file: UserFile, held: Mapping[str, _Held], name: str, kind: str) -> tuple[_Held, ...]:
     if not held:
         raise BadInput(f"{file.path} defines no {kind}.")
     if not name:

@@ -13,6 +13,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.control import Control
 from discmech.integrators.errors import RAISED
 
 
@@ -28,6 +29,7 @@ class UserFile:
     digest: str
     rules: dict[str, Discretisation]
     scenes: dict[str, Scene]
+    controls: dict[str, Control]  # problems of optimal control, by the names of variables
     variables: dict[str, str]  # the names of rules and scenes by those of the file's variables
 
 
@@ -60,7 +62,8 @@ def load(path: str) -> UserFile:
             for variable, thing in vars(module).items()
             if isinstance(thing, Discretisation | Scene)
         }
-        _loaded[file, source] = UserFile(path, digest, rules, own, variables)
+        steered = {v: thing for v, thing in vars(module).items() if isinstance(thing, Control)}
+        _loaded[file, source] = UserFile(path, digest, rules, own, steered, variables)
     return _loaded[file, source]
 
 

@@ -72,6 +72,20 @@ def test_words_name_things_and_things_have_words(file):
     assert lookup.rules([name, "midpoint", name])[1].name == "midpoint"
 
 
+def test_a_problem_of_control_is_named_by_its_variable(file):
+    name = file(
+        SCENE
+        + """
+from discmech import Control
+stop = Control(mine, cost=lambda x, v, f, p: f.dot(f), end=([0], [0]))
+"""
+    )
+    assert lookup.control(f"{name}:stop").scene.name == "my-pendulum"
+    assert lookup.control("oscillator").scene.name == "oscillator"
+    with pytest.raises(BadInput, match='no Control.* "mine": there is stop'):
+        lookup.control(f"{name}:mine")
+
+
 def test_a_choice_and_a_case_of_a_file_can_be_said(file):
     name = file(RULE + SCENE)
     choice = Choice(scenes=lookup.scenes_of([name, "kepler"]), rules=lookup.rules([name]))
