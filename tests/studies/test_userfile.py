@@ -82,7 +82,7 @@ stop = Control(mine, cost=lambda x, v, f, p: f.dot(f), end=([0], [0]))
     )
     assert lookup.control(f"{name}:stop").scene.name == "my-pendulum"
     assert lookup.control("oscillator").scene.name == "oscillator"
-    with pytest.raises(BadInput, match='no Control.* "mine": there is stop'):
+    with pytest.raises(BadInput, match=r'no Control.* "mine": there is stop'):
         lookup.control(f"{name}:mine")
 
 
