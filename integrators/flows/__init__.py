@@ -1,6 +1,6 @@
 """Schemes and their flows: starts, steps, runs, failures."""
 
-from .ensemble import Ensemble
+from .ensemble import Ensemble, cores
 from .flow import Flow, Trajectory
 from .initial_state import Start
 from .newton_step import arrow_from, restricted_form_defect, round_off_from, step_along
@@ -9,6 +9,6 @@ from .scheme import Scheme
 from .step_choice import StepChoice
 
 __all__ = [
-    "Ensemble", "Flow", "Scheme", "Start", "StepChoice", "Trajectory", "arrow_from", "first_u",
-    "restricted_form_defect", "round_off_from", "step_along",
+    "Ensemble", "Flow", "Scheme", "Start", "StepChoice", "Trajectory", "arrow_from", "cores",
+    "first_u", "restricted_form_defect", "round_off_from", "step_along",
 ]  # fmt: skip

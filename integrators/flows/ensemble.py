@@ -52,7 +52,7 @@ def ensemble(
             return failure.trajectory
 
     runs = [member(0)]  # what has to be compiled is compiled once
-    threads = _cores() if isinstance(numbers, Double) else 1
+    threads = cores() if isinstance(numbers, Double) else 1
     if threads > 1 and len(starts) > 1:
         with ThreadPoolExecutor(threads) as pool:
             runs += pool.map(member, range(1, len(starts)))
@@ -86,6 +86,7 @@ def _filled(rows: Matrix, count: int, numbers: Any) -> Matrix:
     return np.concatenate([rows, missing])
 
 
-def _cores() -> int:
+def cores() -> int:
+    """Cores that this process may use."""
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity else os.cpu_count() or 1

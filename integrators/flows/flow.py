@@ -117,13 +117,13 @@ class Flow:
             return run_from(self.edge, start, steps, every, progress)
 
     def ensemble(
-        self, x0s: Any = None, mu0s: Any = None, steps: int = 0, every: int = 1, **given: Any
+        self, x0s: Any = None, mu0s: Any = None, steps: Any = None, every: int = 1, **given: Any
     ) -> Ensemble:
         """Run from many starts at once, on all cores; rows as of `trajectory`, a member in front.
 
-        x0s (k, n) and mu0s (k, m); None: the scene's own for all. given: as to `trajectory`, for
-        all members. A member that fails does so alone (`Ensemble.failures`). Raises `BadInput` for
-        starts that do not fit.
+        x0s (k, n) and mu0s (k, m); None: the scene's own for all. steps: has to be given.
+        given: as to `trajectory`, for all members. A member that fails does so alone
+        (`Ensemble.failures`). Raises `BadInput` for starts that do not fit.
         """
 
         def run(x0: Any, mu0: Any) -> Trajectory:
@@ -282,12 +282,16 @@ class Flow:
     @cached_property
     def stages(self) -> StagesAtStep | None:
         """The kernels of collocation at this step, None where Newton's method does all."""
-        return collocation(self.context, self.without)[0]
+        return self._collocation[0]
 
     @property
     def by_newton(self) -> str:
         """Why steps are solved by Newton's method alone; "" where a fixed point goes first."""
-        return collocation(self.context, self.without)[1]
+        return self._collocation[1]
+
+    @cached_property
+    def _collocation(self) -> tuple[StagesAtStep | None, str]:
+        return collocation(self.context, self.without)
 
     @cached_property
     def starting(self) -> Starting:

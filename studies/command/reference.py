@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput, scenes
+from discmech.integrators.numbers import MOST_DIGITS
 
 from ..core import lookup
 from ..core.store import Store
@@ -89,8 +90,10 @@ def _one(options: argparse.Namespace) -> int:
         digits = int(options.digits)
     except ValueError:
         digits = 0
-    if not 1 <= digits <= 10_000:
-        raise BadInput(f"--digits is {options.digits!r}: give a whole number from 1 to 10000.")
+    if not 1 <= digits <= MOST_DIGITS:
+        raise BadInput(
+            f"--digits is {options.digits!r}: give a whole number from 1 to {MOST_DIGITS}."
+        )
     begun = time.perf_counter()
     with progress_shown() as show, progress_to(show):
         when = scene.duration if options.time is None else options.time

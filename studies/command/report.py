@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from discmech.integrators.flows import cores
 from discmech.integrators.numbers import flatten
 from discmech.integrators.scene import Scene
 
@@ -15,7 +16,6 @@ from ..core.case import Choice, Progress, silent
 from ..core.fingerprint import of_views
 from ..core.running import run_studies
 from ..core.store import Store
-from ..core.workers import cores
 
 
 def make_report(

@@ -69,9 +69,11 @@ def whole(what: str, most: int = 2**53) -> Callable[[str], int]:
 
 def digits_in(text: str) -> int:
     """A precision."""
+    from discmech.integrators.numbers import MOST_DIGITS
+
     value = whole("--digits")(text)
-    if not 16 <= value <= 10_000:  # as arithmetic() has it
-        refuse(f"--digits is {value}: give 16 (double precision) up to 10000.")
+    if not 16 <= value <= MOST_DIGITS:
+        refuse(f"--digits is {value}: give 16 (double precision) up to {MOST_DIGITS}.")
     return value
 
 

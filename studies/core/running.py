@@ -15,6 +15,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.flows import cores
 
 from . import fingerprint
 from .case import DETAILS, Case, Choice, Progress, Verdict, scheme_of, silent, worst
@@ -23,7 +24,7 @@ from .record import provenance, record
 from .shrinking import shrunk
 from .store import Store
 from .study import Study, counts, every_study
-from .workers import cores, worker_pool
+from .workers import worker_pool
 
 SCHEMA = 1
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two

@@ -30,14 +30,6 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     pool.shutdown()
 
 
-def cores() -> int:
-    """Cores that this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
-
-
 def _begin() -> None:
     """Interrupts are the first process's business; its end is this one's too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -52,3 +52,8 @@ def test_many_digits():
 def test_starts_that_do_not_fit_are_refused(given):
     with pytest.raises(BadInput, match="starts"):
         flow("kepler", "midpoint", SCENES["kepler"].step).ensemble(**given, steps=2)
+
+
+def test_steps_have_to_be_given():
+    with pytest.raises(BadInput, match="steps is None"):
+        flow("kepler", "midpoint", SCENES["kepler"].step).ensemble(None, starts("kepler", 2))
