@@ -4,9 +4,10 @@ With E(x, w) = (hμ, 0) solved for w, and x′ = x + d(x, w), μ′ = μ + g(x, 
 the Schur complement of the derivatives of E, d and g, sparse sums over sites and bonds. M is a
 Poisson map: (Mᵀα)·Π(Mᵀβ) = α·Π′β for all covectors α, β, which is tested on random pairs.
 
-On pairs, ω_i = δx_i ∧ δμ_i of two variations of a run grows by a flux through the bonds of site i:
-hΦ_i = δx′_i ∧ δF⁺_i − δx_i ∧ δF⁻_i of the bond's own F±, and Φ_i = −Φ_j, as its L_d is closed:
-the multisymplectic law (Marsden, Patrick, Shkoller, Comm. Math. Phys. 199 (1998), 351).
+On pairs, ω_i = δx_i ∧ δμ_i of two variations of a run grows by a flux through each bond of site i,
+Φ_i = (δx′_i ∧ δF⁺_i − δx_i ∧ δF⁻_i)/h + δs_i ∧ δE_i of the bond's own F± and, where there are
+stages s, E = ∂L_d/∂s; and Φ_i = −Φ_j, since d dL_d = 0: the multisymplectic law (Marsden, Patrick,
+Shkoller, Comm. Math. Phys. 199 (1998), 351).
 """
 
 from __future__ import annotations
@@ -93,20 +94,27 @@ class DualStep:
         if lattice.groupoid.kind != "pair":
             raise CannotMeasure(f"{lattice.name}: fluxes are measured on pair(n) alone.")
         pairs, d = lattice.pairs, self._of_bonds
-        sides = []
+        m, sides = self._shape[2], []
         for variation in (one, other):
             after, _, dw = self.applied(variation)
-            ends = [a[pairs].reshape(len(pairs), 2, -1) for a in (variation[0], after)]
-            w = dw[pairs].reshape(len(pairs), -1)[:, self._order]
-            x = ends[0].reshape(len(pairs), -1)
-            minus, gain = (np.einsum("abk,kb->ka", d[e + "x"], x)
-                           + np.einsum("abk,kb->ka", d[e + "w"], w) for e in "Eg")  # fmt: skip
-            minus = minus[:, : gain.shape[1]]
-            forces = [f.reshape(ends[0].shape) for f in (minus, minus + gain)]
-            sides.append((*ends, *forces))
-        (x, y, minus, plus), (ox, oy, ominus, oplus) = sides
-        terms = y * oplus - oy * plus - x * ominus + ox * minus
-        return np.asarray(terms.sum(axis=2) / self._h)
+            x, y, unknowns = (a[pairs] for a in (variation[0], after, dw))  # (B, 2, ·)
+            both = x.reshape(len(x), -1), unknowns.reshape(len(x), -1)[:, self._order]
+            rows, gain = (
+                sum(np.einsum("abk,kb->ka", d[e + by], of)
+                    for by, of in zip("xw", both, strict=True))
+                for e in "Eg"
+            )  # fmt: skip
+            by_ends = np.empty_like(rows)
+            by_ends[:, self._order] = rows
+            rows = by_ends.reshape(unknowns.shape)
+            minus = rows[:, :, :m]
+            sides.append(((y, minus + gain.reshape(minus.shape)), (x, -minus),
+                          (unknowns[:, :, m:], self._h * rows[:, :, m:])))  # fmt: skip
+        terms = [
+            (a * other_b - other_a * b).sum(axis=2)
+            for (a, b), (other_a, other_b) in zip(*sides, strict=True)
+        ]
+        return np.asarray(sum(terms) / self._h)
 
     def transposed(self, alpha: Covector) -> Covector:
         """Mᵀα."""
