@@ -50,8 +50,8 @@ from .types import Letters, Matrix, Number, Numbers, Vector
 __all__ = [
     "MOST_DIGITS", "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function",
     "InArithmetic", "LazyModule", "Letters", "Matrix", "Multiple", "Number", "Numbers",
-    "Parameters", "Together", "Tracked", "Vector", "arithmetic", "as_one_number", "code", "collect", "entry",
-    "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices",
+    "Parameters", "Together", "Tracked", "Vector", "arithmetic", "as_one_number", "code", "collect",
+    "entry", "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices",
     "exact_nested", "exact_rational", "exact_vector", "first_violation", "flatten", "floats_exact",
     "function_text", "inlined", "is_zero", "jacobian", "listed", "needed", "newton",
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
