@@ -164,6 +164,13 @@ def test_stages_are_displaced_with_the_symmetry_too(rule):
     assert measured("momentum", plane, rule, steps=100)["verdict"] == "pass"
 
 
+def test_constraints_do_no_work_on_a_symmetry_that_they_have():
+    rubbed = scenes.get("double-spherical-pendulum").with_values(
+        name="rubbed-rods", force=lambda x, v, p: [-v[i] / (5 + i) for i in range(6)]
+    )
+    assert measured("momentum", rubbed, "midpoint", steps=100)["verdict"] == "pass"
+
+
 def angular(x, mu):
     return x[0] * mu[1] - x[1] * mu[0]
 
