@@ -70,14 +70,19 @@ class LatticeEquations:
 
     @cached_property
     def end_weights(self) -> tuple[Expression, Expression] | None:
-        """What the rule gives L at the start and at the end of a step over h, if nowhere else."""
+        """The weights of L at the start and at the end of a step, if the rule asks nowhere else."""
         of, (start, end) = self.site.of, (self.site.x, self.site.y)
         if len(self.site.s.stages) or not of.straight:
             return None
-        if any(point not in (start, end) for _, point in of.asked):
+        asked = [
+            (weight, sympy.Matrix([of.resolved(e) for e in call.args[: len(start)]]))
+            for weight, call in of.asked
+        ]
+        if any(point not in (start, end) for _, point in asked):
             return None
-        weights = (sum(w for w, point in of.asked if point == at) for at in (start, end))
-        first, last = (sympy.sympify(w) / self.site.h for w in weights)
+        first, last = (
+            sympy.Add(*(weight for weight, point in asked if point == at)) for at in (start, end)
+        )
         return first, last
 
     @property

@@ -150,6 +150,11 @@ def test_bodies_run_as_their_scene(site, rule):
     assert_same(SITES[site](), [(0, 1), (1, 2)], rule)
 
 
+def test_sites_are_solved_by_themselves_where_bonds_are_asked_for_at_ends_only():
+    for rule, alone in ((rectangle, True), (trapezoidal, True), (midpoint, False)):
+        assert Scheme(fput(), rule).local is alone
+
+
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda r: r.name)
 def test_fixed_ends_stay(rule):
     run = Scheme(fput(fixed_ends=True), rule).flow("1/20").trajectory(40)
