@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,6 +24,8 @@ class Checkpoint:
     """
 
     def __init__(self, path: Any, key: str, name: str) -> None:
+        if not isinstance(path, (str, os.PathLike)):
+            raise BadInput(f"{name}: checkpoint is {path!r}; give the name of a file.")
         self.path, self.key = Path(path), key
         self._saved = time.monotonic()
         if not self.path.parent.is_dir():

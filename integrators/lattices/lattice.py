@@ -17,7 +17,7 @@ from ..numbers import exact_nested, exact_rational
 INTEGER = (int, np.integer)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Lattice:
     """N sites of one groupoid: L = Σ on_site(x_i, v_i, p) + Σ on_bond(x_i, x_j, p) over bonds.
 
@@ -73,6 +73,9 @@ class Lattice:
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
         self.pairs, self.free, self.split_parameters, self.start  # noqa: B018 - checked now
+
+    def __repr__(self) -> str:
+        return f"the lattice {self.name}"
 
     @cached_property
     def groupoid(self) -> Groupoid:
@@ -171,7 +174,7 @@ class Lattice:
                 plain = value.item() if isinstance(value, np.ndarray) else value
                 found["shared"][key] = exact_nested(plain, what)
                 continue
-            array = _floats(value, what)
+            array = floats(value, what)
             if array.ndim > 2:
                 raise BadInput(f"{what} has {array.ndim} axes; give one or two.")
             for w in where:
@@ -185,7 +188,7 @@ class Lattice:
         x0 = self.x0
         if x0 is None and k:
             x0 = np.broadcast_to(np.eye(k), (N, k, k))
-        x0, v0 = (_floats(a, f"{self.name}: {word}") for a, word in ((x0, "x0"), (self.v0, "v0")))
+        x0, v0 = (floats(a, f"{self.name}: {word}") for a, word in ((x0, "x0"), (self.v0, "v0")))
         if k and x0.shape == (N, k, k):
             x0 = x0.reshape(N, n)
         for array, width, word in ((x0, n, "x0"), (v0, m, "v0")):
@@ -199,7 +202,7 @@ def _pair(pair: np.ndarray) -> str:
     return f"({pair[0]}, {pair[1]})"
 
 
-def _floats(value: Any, what: str) -> np.ndarray:
+def floats(value: Any, what: str) -> np.ndarray:
     """An array of finite floats; raises `BadInput`."""
     try:
         array = np.array(value, dtype=np.float64)

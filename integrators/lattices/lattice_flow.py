@@ -16,7 +16,7 @@ from ..errors import BadInput
 from ..numbers import Double, exact_rational, numeric
 from .checkpoint import Checkpoint
 from .dual_step import poisson_defect
-from .lattice import Lattice
+from .lattice import Lattice, floats
 from .lattice_run import LatticeRun
 
 NUMBERS = Double()
@@ -138,10 +138,10 @@ class LatticeFlow:
             (x0, "x0", lambda: x),
             (mu0, "mu0", lambda: self.momenta(x, v)),
         ):
-            array = default() if value is None else np.array(value, dtype=np.float64)
+            array = default() if value is None else floats(value, f"{lattice.name}: {word}")
             wanted = (lattice.sites, (x if word == "x0" else v).shape[1])
-            if array.shape != wanted or not np.isfinite(array).all():
-                raise BadInput(f"{lattice.name}: {word} must be finite, of the shape {wanted}.")
+            if array.shape != wanted:
+                raise BadInput(f"{lattice.name}: {word} must be of the shape {wanted}.")
             given.append(array.copy())
         return given[0], given[1]
 

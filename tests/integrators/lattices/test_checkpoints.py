@@ -76,5 +76,7 @@ def test_damaged_checkpoints_are_refused(tmp_path):
     (tmp_path / "run.npz.u.npy").unlink()
     with pytest.raises(BadInput, match="are gone"):
         flow.trajectory(STEPS, EVERY, checkpoint=path)
+    with pytest.raises(BadInput, match="give the name of a file"):
+        flow.trajectory(STEPS, EVERY, checkpoint=3)
     with pytest.raises(BadInput, match="there is no folder"):
         flow.trajectory(STEPS, EVERY, checkpoint=tmp_path / "none" / "run.npz")

@@ -220,7 +220,9 @@ def test_what_a_lattice_cannot_do_is_told():
         Scheme(fput(), midpoint).flow("1/20", digits=50)
     with pytest.raises(BadInput, match="step is 0"):
         Scheme(fput(), midpoint).flow(0)
-    with pytest.raises(BadInput, match="mu0 must be finite"):
+    with pytest.raises(BadInput, match="x0 is no array of numbers"):
+        Scheme(fput(), midpoint).flow("1/20").trajectory(1, x0="a")
+    with pytest.raises(BadInput, match="mu0 must be of the shape"):
         Scheme(fput(), midpoint).flow("1/20").trajectory(1, mu0=np.zeros(3))
     without = fput(on_site=lambda x, v, p: -(x[0] ** 2) * p.mass)
     with pytest.raises(BadInput, match="kinetic"):
