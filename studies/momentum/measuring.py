@@ -106,7 +106,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             series[q.name], units[q.name] = _over_stretches(case, q, steps, progress)
     worked = [q for q in measured if q not in kept]
     for q in worked:
-        series[q.name], units[q.name] = _less_work(case, q)
+        series[q.name], units[q.name] = _less_work(case, q, min(WORKED, steps))
     rows = []
     each = {q.name: 1 if q.stretch is None else interval(steps) for q in kept}
     each |= {q.name: interval(steps) for q in worked}
@@ -121,13 +121,13 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {"rows": rows, "measured": {"drift": worst}, "steps": steps, "units": units}
 
 
-def _less_work(case: Case, q: Conserved) -> tuple[np.ndarray, tuple[float, float]]:
+def _less_work(case: Case, q: Conserved, steps: int) -> tuple[np.ndarray, tuple[float, float]]:
     """Per step: how far a quantity's change is from what the force does to it, relative to the
     absolute terms (`_change` and `_change_along_orbit`). And what round-off does (`round_offs`).
     """
     scheme = _scheme(case, q.attitude)
     flow = scheme.flow(case.scene.step, case.digits)
-    run = flow.trajectory(WORKED)
+    run = flow.trajectory(steps)
     formula = formula_of(scheme, q, case.scene.step)
     rows_of = with_terms(scheme, formula, case.digits)
     units = round_offs(scheme, formula, run, rows_of(run)[1], case.digits)

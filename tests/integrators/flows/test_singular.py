@@ -28,7 +28,9 @@ def plane(**changes):
 
 
 @pytest.mark.parametrize("digits", [16, 30])
-@pytest.mark.parametrize("rule", [rectangle, midpoint, trapezoidal], ids=lambda r: r.name)
+@pytest.mark.parametrize(
+    "rule", [rectangle, midpoint, trapezoidal, rule_called("gauss-3")], ids=lambda r: r.name
+)
 def test_a_coordinate_without_kinetic_energy(rule, digits):
     scene = plane(lagrangian=lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 2)
     with pytest.raises(DiscmechError, match="singular") as caught:
