@@ -1,7 +1,8 @@
 """Linear equations in generated code: what a Newton correction solves.
 
 Small or sparse systems are unrolled, so that zeros cost nothing; a large dense one (many bodies by
-an implicit rule) is solved by a loop (`tuple_operations.eliminate`), whose text stays short.
+an implicit rule) is solved by a loop (`tuple_operations.eliminate`), whose text stays short. The
+loop exchanges rows, an unrolled elimination cannot: where pivots may vanish the loop solves, too.
 """
 
 from __future__ import annotations
@@ -14,16 +15,23 @@ UNROLLED = 600
 #: unknowns up to which a block of parameters alone is: it is solved once a flow, but nothing in it
 #: gets a name, and its expressions grow
 NAMELESS = 9
+#: unknowns up to which a block is solved by its adjugate, which has no pivots
+ADJUGATE = 3
 
 
 def solve(
-    matrix: SymbolicMatrix, rhs: Column, coefficients: Coefficients, rows: list[int]
+    matrix: SymbolicMatrix,
+    rhs: Column,
+    coefficients: Coefficients,
+    rows: list[int],
+    exchange: bool = False,
 ) -> tuple[Column, list[Assignment]]:
     """Solution of matrix·dw = rhs: (dw, [(symbols, values)] in order).
 
     Unknowns that no equation ties together are solved apart, so a product of groupoids costs what
     its parts cost. Each block up to 3×3 by the adjugate (one division), above by elimination in the
     order of `rows`, or by the loop; what depends on parameters alone is done once per flow.
+    exchange: whether a pivot in that order may vanish at some point, so that rows are exchanged.
     """
     steps = Steps(coefficients)
     matrix = matrix.applyfunc(lambda e: _multiplied_out(e, steps.q))
@@ -31,11 +39,12 @@ def solve(
     for equations, unknowns in blocks(matrix, rows):
         block, right = matrix.extract(equations, unknowns), rhs.extract(equations, [0])
         varies = bool(block.free_symbols - steps.q)
-        if work(block) > UNROLLED if varies else len(unknowns) > NAMELESS:
+        large = work(block) > UNROLLED if varies else len(unknowns) > NAMELESS
+        if large or (exchange and varies and len(unknowns) > ADJUGATE):
             solved = steps.together(block, right)
         else:
             J, b = steps.matrix("j", block), steps.matrix("e", right)
-            solved = (_by_adjugate if len(unknowns) <= 3 else _by_elimination)(J, b, steps)
+            solved = (_by_adjugate if len(unknowns) <= ADJUGATE else _by_elimination)(J, b, steps)
         solution |= zip(unknowns, solved, strict=True)
     return sympy.Matrix([solution[j] for j in range(matrix.cols)]), steps.done
 

@@ -37,7 +37,7 @@ from ..numbers.types import (
 )
 from .elimination import solve
 from .layout import Layout
-from .omissions import carried, is_affine, pivot_rows
+from .omissions import carried, definite, is_affine, pivot_rows
 from .system import System
 
 SHORTEST = 40  # operations of a function from which a call costs less than it saves
@@ -236,7 +236,9 @@ class KernelText:
             rows, slope = self._at_zero
         wanted = system.wanted or [*system.mu, *[0] * (len(system.w) - len(system.mu))]
         residual = sympy.Matrix(wanted) - rows
-        dw, steps = solve(slope, residual, self.coefficients, pivot_rows(system))
+        # what small pivots spoil further corrections mend, of which an affine step has none
+        exchange = self.affine or (system.more > 0 and not definite(system))
+        dw, steps = solve(slope, residual, self.coefficients, pivot_rows(system), exchange)
         before = [(s, type(values)(self._with_k(values))) for s, values in steps]
         if not self.affine or system.explicit:
             inner = self._written(needed(system.definitions, [*slope, *residual]))

@@ -51,15 +51,15 @@ def _entry(changes: Callable[[int], list[Number]], place: int) -> Number:
 def pivot_rows(system: System) -> list[int]:
     """The order of the rows in which elimination meets large pivots, at a random point.
 
-    So a step looks for none; where it is a poor choice Newton only takes more corrections.
+    So a step looks for none; where it is a poor choice Newton only takes more corrections. With
+    multipliers it is the order of the equations: by the mass matrix, and then by A M⁻¹ Aᵀ, since
+    an entry of A that is large at one point is zero at another (`definite`).
     """
     m = len(system.w)
     rows = list(range(m))
-    if m <= 3:
+    if m <= 3 or system.more:
         return rows
-    small = (*system.w, system.q[0])
-    point = random_point([*system.x, *system.w, *system.q], small) | random_point(system.mu)
-    left = np.array(_at(system, point, 17), dtype=float).reshape(m, m)
+    left = _sample(system)
     for p in range(m):
         best = p + int(np.argmax(abs(left[p:, p])))
         rows[p], rows[best] = rows[best], rows[p]
@@ -67,6 +67,25 @@ def pivot_rows(system: System) -> list[int]:
         if left[p, p]:
             left[p + 1 :] -= np.outer(left[p + 1 :, p] / left[p, p], left[p])
     return rows
+
+
+def definite(system: System) -> bool:
+    """Whether ∂F⁻/∂u is definite at a random point: its symmetric part has one sign.
+
+    Then no pivot of a saddle point vanishes in the order of its equations: those of the matrix are
+    of that sign, and so are, after the sign of A, those of A M⁻¹ Aᵀ.
+    """
+    m = len(system.u)
+    mass = _sample(system)[:m, :m]
+    values = np.linalg.eigvalsh(mass + mass.T)
+    return bool(values.min() > 0 or values.max() < 0)
+
+
+def _sample(system: System) -> np.ndarray:
+    """The slope at a random point, in doubles."""
+    m, small = len(system.w), (*system.w, system.q[0])
+    point = random_point([*system.x, *system.w, *system.q], small) | random_point(system.mu)
+    return np.array(_at(system, point, 17), dtype=float).reshape(m, m)
 
 
 def carried(system: System) -> list[tuple[Expression, Expression]]:
