@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from .algebroid import Algebroid, algebroid_of
+from .constrained_start import on_constraints
 from .elimination import explicit_rates
 from .exact import exact_number, parameter_values, without_floats
 from .failures import ReferenceFailure
@@ -105,13 +106,21 @@ def exact_constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> symp
 
     m, values = structure.dim_u, parameter_values(scene)
     if getattr(scene, "holonomic", None) is not None:
-        phi = sympy.Matrix([without_floats(sympy.sympify(e)) for e in scene.holonomic(x, values)])
-        return phi.jacobian(x) * structure.rho
+        return _phi(scene, x).jacobian(x) * structure.rho
     if getattr(scene, "nonholonomic", None) is not None:
         rows = [[without_floats(sympy.sympify(e)) for e in row]
                 for row in scene.nonholonomic(x, values)]  # fmt: skip
         return sympy.Matrix(rows)
     return sympy.zeros(0, m)
+
+
+def _phi(scene: Any, x: sympy.Matrix) -> sympy.Matrix:
+    """phi(x), k x 1; none where no constraint is holonomic."""
+    import sympy
+
+    given = getattr(scene, "holonomic", None)
+    entries = given(x, parameter_values(scene)) if given is not None else []
+    return sympy.Matrix(len(entries), 1, [without_floats(sympy.sympify(e)) for e in entries])
 
 
 def _exact(
@@ -160,9 +169,9 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
     import sympy
 
     x, v = base_and_velocity(scene)
-    start = exact_start(scene)
     lagrangian = exact_lagrangian(scene, x, v)
     structure = algebroid_of(scene, x)
+    start = exact_start(scene, structure, x, v)
     n, m = structure.dim_x, structure.dim_u
     momentum = sympy.Matrix([lagrangian.diff(v[g]) for g in range(m)])
     x_rates = structure.rho * v if n else sympy.zeros(0, 1)
@@ -212,8 +221,10 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
     )  # fmt: skip
 
 
-def exact_start(scene: Any) -> tuple[sympy.Expr, ...]:
-    """(x0, v0) as exact sympy numbers."""
+def exact_start(
+    scene: Any, structure: Algebroid, x: sympy.Matrix, v: sympy.Matrix
+) -> tuple[sympy.Expr, ...]:
+    """(x0, v0) as exact sympy numbers, on the scene's constraints (`constrained_start`)."""
     for name, given, wanted in (
         ("x0", scene.x0, scene.groupoid.dim_x),
         ("v0", scene.v0, scene.groupoid.dim_u),
@@ -223,11 +234,15 @@ def exact_start(scene: Any) -> tuple[sympy.Expr, ...]:
                 f"{name} of scene {scene.name} has {len(given)} entries where its groupoid "
                 f"has {wanted}; give {wanted}"
             )
-    return tuple(
+    start = tuple(
         exact_number(value, f"{name}[{i}] of scene {scene.name}")
         for name, given in (("x0", scene.x0), ("v0", scene.v0))
         for i, value in enumerate(given)
     )
+    matrix = exact_constraints(scene, structure, x)
+    if not matrix.rows:
+        return start
+    return on_constraints(scene.name, start, _phi(scene, x), matrix, x, v)
 
 
 def _with_symbolic_parameters(values: Any, entries: Any) -> list[sympy.Expr]:

@@ -42,8 +42,8 @@ class Problem:
 
         x, v = base_and_velocity(scene)
         lagrangian = exact_lagrangian(scene, x, v)
-        start = exact_start(scene)
         structure = algebroid_of(scene, x)
+        start = exact_start(scene, structure, x, v)
         more = [*exact_force(scene, x, v), *exact_constraints(scene, structure, x)]
         key = fingerprint(lagrangian, structure, start, more)
         return cls(scene, x, v, lagrangian, structure, start, key)

@@ -3,6 +3,7 @@
 from .absolute_terms import absolute_terms, energy_terms
 from .checks import check_momentum, check_regular, check_start
 from .constrained_equations import ConstrainedEquations
+from .constrained_start import check_on_constraints, on_constraints
 from .constraints import constraint, constraint_matrix
 from .continuous import (
     closed_velocity,
@@ -30,8 +31,9 @@ from .virtual_work import discrete_force, force_points
 __all__ = [
     "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
     "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "check_momentum",
-    "check_regular", "check_start", "closed_velocity", "constraint", "constraint_matrix",
-    "discrete_force", "energy", "energy_terms", "field_parts", "force_points", "initial_momentum",
-    "legendre_inverse", "mass_matrix", "momentum", "natural_structure", "no_stages", "power",
-    "rates", "stage_system", "step_system", "vector", "vector_field",
+    "check_on_constraints", "check_regular", "check_start", "closed_velocity", "constraint",
+    "constraint_matrix", "discrete_force", "energy", "energy_terms", "field_parts", "force_points",
+    "initial_momentum", "legendre_inverse", "mass_matrix", "momentum", "natural_structure",
+    "no_stages", "on_constraints", "power", "rates", "stage_system", "step_system", "vector",
+    "vector_field",
 ]  # fmt: skip

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ..errors import BadInput
-from ..numbers import jacobian, sympy, to_sympy
+from ..numbers import jacobian
 from ..numbers.types import Column, SymbolicMatrix
-from ..scene import Scene
 from .symbols import SceneSymbols, entries_of
 
 
@@ -48,27 +47,3 @@ def _given(s: SceneSymbols, x: Column) -> list[Any]:
     if hasattr(given, "tolist"):
         given = given.tolist()
     return list(given) if hasattr(given, "__iter__") else []
-
-
-def check_constraints(s: SceneSymbols, scene: Scene) -> None:
-    """Raise `BadInput` unless φ(x₀) = 0 and A(x₀) v₀ = 0, exactly.
-
-    It says how far the start is off, and a point or velocity nearby that is nearer.
-    """
-    at = dict(zip([*s.position, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
-    at |= dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
-    asked = [("A(x0) v0", "v0", constraint_matrix(s, s.x) * s.u, s.u, scene.v0)]
-    if s.holonomic:
-        asked.insert(0, ("φ(x0)", "x0", constraint(s, s.x), s.position, scene.x0))
-    for name, where, formulas, letters, start in asked:
-        off = formulas.xreplace(at).applyfunc(sympy.simplify)
-        if any(e != 0 for e in off):
-            slope = jacobian(formulas, letters).xreplace(at)
-            near = ", ".join(
-                f"{float(e - d):.6g}" for e, d in zip(start, slope.pinv() * off, strict=True)
-            )
-            raise BadInput(
-                f"{scene.name}: the constraint {name} = 0 is off by "
-                f"{max(abs(float(e)) for e in off):.3g}; give a {where} that satisfies it exactly, "
-                f"near ({near})."
-            )

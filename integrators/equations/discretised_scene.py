@@ -10,6 +10,7 @@ from ..rules import Composition, Discretisation, OneStepMap, own
 from ..scene import Scene
 from .checks import check_regular, check_start
 from .constrained_equations import ConstrainedEquations
+from .constrained_start import on_constraints
 from .discrete_equations import DiscreteEquations
 from .one_step_equations import OneStepEquations
 from .symbols import SceneSymbols
@@ -24,7 +25,7 @@ class DiscretisedScene:
     equations: those of a scene that differs in values alone, and nothing is derived. Else raises
     `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be evaluated,
     or L_d is degenerate (FL singular everywhere). Raises it for a start that violates a constraint
-    of the scene, and for a parameter of another shape than in the equations.
+    of the scene by more than round-off, and for a parameter of another shape than in the equations.
     """
 
     def __init__(
@@ -40,6 +41,7 @@ class DiscretisedScene:
         derived = _derived(scene, rule) if equations is None else equations
         if len(scene.parameter_values) != len(derived.s.parameter_list):
             raise BadInput(f"{scene.name}: a parameter has another shape than before.")
+        scene = on_constraints(derived.s, scene)
         check_start(derived.s, scene)
         if isinstance(derived, OneStepEquations):
             if equations is None:

@@ -8,7 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..bisections import EdgePolicy
-from ..equations import check_momentum, check_start, initial_momentum
+from ..equations import (
+    check_momentum,
+    check_on_constraints,
+    check_start,
+    initial_momentum,
+    on_constraints,
+)
 from ..errors import BadInput
 from ..numbers import Matrix, Vector, exact_rational
 from ..numbers.types import Exact
@@ -72,15 +78,19 @@ class Starting:
 
         A one-step map may leave it, and goes on from there.
         """
-        if not self.context.one_step:
-            check_momentum(self.context.equations.s, self.context.scene, start.x, start.mu)
+        context, s = self.context, self.context.equations.s
+        if context.scene.constrained:
+            check_on_constraints(s, context.scene, context.numbers, start.x, start.mu)
+        if not context.one_step:
+            check_momentum(s, context.scene, start.x, start.mu)
 
     def _with_momentum(self, x0: Any, mu0: Any, u0: Any, t0: Exact = 0) -> Start:
         context, scene = self.context, self.context.scene
         if mu0 is None:
             if x0 is not None:
-                scene = scene.with_values(x0=x0)
+                scene = on_constraints(context.equations.s, scene.with_values(x0=x0))
                 check_start(context.equations.s, scene)
+                x0 = scene.x0 if scene.constrained else x0
             mu0 = initial_momentum(context.equations.s, scene, context.numbers, t0)
         at = scene.x0 if x0 is None else x0
         x = context.vector(context.equations.s.with_time(at, t0), len(context.equations.s.x))

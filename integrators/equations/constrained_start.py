@@ -1,0 +1,170 @@
+"""Starts on a scene's constraints, φ(x₀) = 0 and A(x₀) v₀ = 0, and how far others are off them.
+
+A start in doubles is off by round-off: with entries known to `UNITS` units of round-off ε of the
+largest of x (of ξ), a row f by UNITS·ε times its size, Σ |∂f/∂zᵢ| max |z| and |f|'s terms added up.
+Of a row (x, μ) of a run ξ = M⁻¹(μ − …) is known to what M⁻¹ makes of ε of the largest of μ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from ..errors import BadInput
+from ..numbers import Arithmetic, arithmetic, jacobian, numeric, sympy
+from ..numbers.types import Number, Vector
+from ..scene import Scene
+from .constraints import constraint, constraint_matrix
+from .continuous import initial_momentum, mass_matrix
+from .legendre_inverse import legendre_inverse
+from .symbols import SceneSymbols, column
+
+UNITS = 4
+DIGITS = 130  # of the projection
+MET = Fraction(1, 10**100)  # of a row's size, where a start is left as it is
+CORRECTIONS = 60
+
+
+class _Gap(NamedTuple):
+    """How far one constraint is off at a start: by itself, and as a part of its size."""
+
+    what: str
+    off: Number
+    part: Number
+
+
+def on_constraints(s: SceneSymbols, scene: Scene) -> Scene:
+    """The scene with a start that meets its constraints to 100 digits: itself if its start does.
+
+    A start that round-off of doubles hides is projected: Newton's method with the least change,
+    first of x₀, then of v₀. Raises `BadInput` for one that is farther off, with one that is not.
+    """
+    if not scene.constrained:
+        return scene
+    numbers = arithmetic(DIGITS)
+    with numbers.working():
+        start = [
+            numbers.array([numbers.number(e) for e in z], len(z)) for z in (scene.x0, scene.v0)
+        ]
+        gaps, found = _projected(s, scene, numbers, start)
+        far = [gap for gap in gaps if not gap.part <= UNITS * Fraction(1, 2**53)]
+        x0, v0 = found or start
+        if far:
+            offered = {"x0": x0, "v0": v0} if found else {}
+            raise _refused(scene, far[0], offered)
+        if all(gap.part <= MET for gap in gaps):
+            return scene
+        return scene.with_values(x0=numbers.public(x0), v0=numbers.public(v0))
+
+
+def check_on_constraints(
+    s: SceneSymbols, scene: Scene, numbers: Arithmetic, x: Vector, mu: Vector
+) -> None:
+    """Raise `BadInput` unless (x, μ) meets the constraints up to the arithmetic's round-off."""
+    p = [numbers.number(e) for e in scene.parameter_values]
+    near = numbers.array([numbers.number(e) for e in scene.v0], 1, len(mu))
+    xi = legendre_inverse(s, numbers)(x[None], mu[None], p, near)[0]
+    z = [x[: s.n], xi]
+    inverse = numbers.solve(_mass(s, numbers)(x, xi, p), numbers.identity(len(mu)))
+    known = [
+        _largest(x[: s.n]),
+        max(_largest(xi), _largest(abs(inverse).sum(axis=1)) * _largest(mu)),
+    ]
+    gaps = [_gap(what, f(*z, 1, p), s.n, known)[0] for what, f, _ in _constraints(s, numbers)]
+    far = [gap for gap in gaps if not gap.part <= UNITS * numbers.eps]
+    if not far:
+        return
+    finer = arithmetic(DIGITS)
+    with finer.working():
+        start = [
+            finer.array([finer.number(e) for e in numbers.public(part)], len(part)) for part in z
+        ]
+        _, found = _projected(s, scene, finer, start)
+        offered = {}
+        if found:
+            x0, v0 = map(finer.public, found)
+            near_by = scene.with_values(x0=x0, v0=v0)
+            t0 = x[-1] if s.clocked else 0
+            offered = {"x0": x0, "mu0": initial_momentum(s, near_by, finer, t0)}
+    raise _refused(scene, far[0], offered)
+
+
+def _refused(scene: Scene, gap: _Gap, offered: dict[str, Any]) -> BadInput:
+    """The refusal of a start, with one that is accepted where there is one."""
+    such = ", ".join(f"{name}={[float(e) for e in values]}" for name, values in offered.items())
+    return BadInput(
+        f"{scene.name}: the constraint {gap.what} = 0 is off by {float(gap.off):.3g}; give a start "
+        f"that satisfies it{', such as ' + such if such else ''}."
+    )
+
+
+def _projected(
+    s: SceneSymbols, scene: Scene, numbers: Arithmetic, start: list[Vector]
+) -> tuple[list[_Gap], list[Vector] | None]:
+    """How far (x, ξ) is off each constraint, and the point on them; None where none is found.
+
+    ξ counts at the x that is found.
+    """
+    z, gaps = [part.copy() for part in start], list[_Gap]()
+    p = [numbers.number(e) for e in scene.parameter_values]
+    for what, f, own in _constraints(s, numbers):
+        first = _Gap(what, float("nan"), float("nan"))
+        for corrections in range(CORRECTIONS):
+            try:
+                gap, off, slope = _gap(what, f(*z, 1, p), s.n, [_largest(part) for part in z])
+                first = first if corrections else gap
+                if gap.part <= MET:
+                    break
+                moving = slope[:, : s.n] if own == 0 else slope[:, s.n :]
+                z[own] -= moving.T @ numbers.solve(moving @ moving.T, off)
+            except (ArithmeticError, ValueError):  # no slope, or outside a function's domain
+                return [*gaps, first], None
+        else:
+            return [*gaps, first], None
+        gaps.append(first)
+    return gaps, z
+
+
+def _gap(what: str, values: Any, n: int, known: list[Number]) -> tuple[_Gap, Vector, Any]:
+    """How far a constraint is off, its rows and their slope, of the values of `_constraints`.
+
+    known: to how much times ε the n entries of x are known, and those of ξ.
+    """
+    off, slope, sizes = values
+    sizes = sizes + abs(slope[:, :n]).sum(axis=1) * known[0]
+    sizes = sizes + abs(slope[:, n:]).sum(axis=1) * known[1]
+    parts = [abs(e) / size if e != 0 else 0 for e, size in zip(off, sizes, strict=True)]
+    return _Gap(what, _largest(off), max(parts)), off, slope
+
+
+def _in(numbers: Arithmetic, values: Any) -> Vector:
+    """A vector of an arithmetic's numbers."""
+    return numbers.array([numbers.number(e) for e in values], len(values))
+
+
+def _largest(entries: Vector) -> Number:
+    return max(map(abs, entries), default=0)
+
+
+@lru_cache(maxsize=64)
+def _mass(s: SceneSymbols, numbers: Arithmetic) -> Callable[..., Any]:
+    """∂²l/∂ξ² as f(x, ξ, parameters)."""
+    return numeric({"x": s.x, "u": s.u, "p": s.parameter_list}, [mass_matrix(s)], numbers)
+
+
+@lru_cache(maxsize=64)
+def _constraints(s: SceneSymbols, numbers: Arithmetic) -> list[tuple[str, Callable[..., Any], int]]:
+    """(what is 0; its rows, their slope and terms of x, ξ, any h and parameters; 0 or 1: x or ξ is
+    to be changed)."""
+    asked = [("A(x0) v0", constraint_matrix(s, s.x) * s.u, 1)]
+    if s.holonomic:
+        asked.insert(0, ("φ(x0)", constraint(s, s.x), 0))
+    arguments = {"x": s.position, "u": s.u, "h": s.h, "p": s.parameter_list}
+    found = []
+    for what, rows, own in asked:
+        slope = jacobian(rows, column([*s.position, *s.u]))
+        terms = [sympy.Add(*map(abs, sympy.Add.make_args(e))) for e in rows]
+        found.append((what, numeric(arguments, [list(rows), slope, terms], numbers), own))
+    return found
