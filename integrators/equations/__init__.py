@@ -4,6 +4,7 @@ from .absolute_terms import absolute_terms, energy_terms
 from .checks import check_momentum, check_regular, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import check_on_constraints, on_constraints
+from .constraint_values import vanishing_at_states, vanishing_in_a_step
 from .constraints import constraint, constraint_matrix
 from .continuous import (
     closed_velocity,
@@ -34,6 +35,7 @@ __all__ = [
     "check_on_constraints", "check_regular", "check_start", "closed_velocity", "constraint",
     "constraint_matrix", "discrete_force", "energy", "energy_terms", "field_parts", "force_points",
     "initial_momentum", "legendre_inverse", "mass_matrix", "momentum", "natural_structure",
-    "no_stages", "on_constraints", "power", "rates", "stage_system", "step_system", "vector",
+    "no_stages", "on_constraints", "power", "rates", "stage_system", "step_system",
+    "vanishing_at_states", "vanishing_in_a_step", "vector",
     "vector_field",
 ]  # fmt: skip

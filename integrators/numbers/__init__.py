@@ -44,7 +44,15 @@ from .multi_output import InArithmetic, as_one_number, collect, entry, opaque, r
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
 from .printing import Call, Coefficients, Parameters, Together, code, function_text
-from .running_error import Tracked, errors_of, rounded, solve, tracked, with_running_errors
+from .running_error import (
+    Tracked,
+    errors_of,
+    rounded,
+    solve,
+    tracked,
+    values_of,
+    with_running_errors,
+)
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
@@ -57,5 +65,5 @@ __all__ = [
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
     "random_columns", "random_point", "refuse_long", "register", "registered_function", "replaced",
     "rounded", "run_text", "shown", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
-    "vanishes", "with_running_errors", "with_tables", "written_out",
+    "values_of", "vanishes", "with_running_errors", "with_tables", "written_out",
 ]  # fmt: skip

@@ -22,6 +22,7 @@ from discmech.integrators.rules import OneStepMap
 from ..core import controls
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.runs import largest_stable_step
+from .constraints import constraint_defect
 
 NAME = "symplecticity"
 NEEDS = "under a force a one-step map has no form to keep; all else can be tested."
@@ -82,16 +83,23 @@ def limit(digits: int) -> float:
 ROUND_OFFS = 64
 
 
+FORMS = ("pullback", "poisson")
+
+
 def limits(digits: int) -> dict[str, float]:
     """The largest defect of each kind that is round-off."""
-    residual = ROUND_OFFS * float(arithmetic(digits).eps)
-    return {"pullback": limit(digits), "poisson": limit(digits), "residual": residual}
+    own = ROUND_OFFS * float(arithmetic(digits).eps)
+    return {**dict.fromkeys(FORMS, limit(digits)), "residual": own, "constraint": own}
+
+
+def _kinds(case: Case) -> tuple[str, ...]:
+    return (*FORMS, "residual", "constraint") if case.scene.constrained else (*FORMS, "residual")
 
 
 def demanded(case: Case) -> tuple[str, ...]:
-    """What has to be round-off: where a force acts, or a nonholonomic constraint, the residual
-    alone, which says that the steps are those of the equations."""
-    return ("residual",) if _free_of_forms(case) else ("pullback", "poisson", "residual")
+    """What has to be round-off: under a force, or a nonholonomic constraint, no form, but that
+    steps are those of the equations and meet the constraints."""
+    return tuple(k for k in _kinds(case) if k not in FORMS or not _free_of_forms(case))
 
 
 def _free_of_forms(case: Case) -> str:
@@ -111,7 +119,8 @@ def _broken(case: Case, measurement: dict[str, Any]) -> dict[str, float]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {step, index, time, pullback, poisson, residual}; measured: the worst of each."""
+    """Rows {step, index, time, pullback, poisson, residual}, on constrained scenes also constraint
+    (`constraint_defect`); measured: the worst of each."""
     label = f"{case.scene.name} {case.label}"
     progress(f"{label}: largest stable step", 0.0)
     largest = _largest_stable_step(case)
@@ -121,7 +130,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     )
     found: dict[str, Any] = {
         "rows": rows,
-        "measured": {kind: _worst(rows, kind) for kind in ("pullback", "poisson", "residual")},
+        "measured": {kind: _worst(rows, kind) for kind in _kinds(case)},
     }
     if largest != tried:  # a step this long could not be followed; the last rows are of a part
         found["left_out_step"] = float(tried)
@@ -160,6 +169,7 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
             "pullback": float(flow.pullback_defect(x, u)) if case.scheme.has_arrows else None,
             "poisson": _poisson(flow, x, mu, u),
             "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
+            **({"constraint": constraint_defect(flow, run, k)} if case.scene.constrained else {}),
         })  # fmt: skip
     return rows
 
@@ -248,7 +258,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         return None
     broken = _broken(case, measurement)
     # where a form is broken, the maps are; the residual alone speaks of the run
-    forms = {k: v for k, v in broken.items() if k != "residual"} or broken
+    forms = {k: v for k, v in broken.items() if k in FORMS} or broken
     kind = max(forms, key=lambda k: _badness(forms[k]))
     seen = [r for r in measurement["rows"] if r[kind] is not None]
     row = max(seen, key=lambda r: _badness(r[kind]))

@@ -27,9 +27,15 @@ CONTROLS = (
 
 
 def _got(measured: dict[str, Any]) -> str:
-    names = {"pullback": "pullback", "poisson": "Poisson", "residual": "residual"}
+    names = {"pullback": "pullback", "poisson": "Poisson", "residual": "residual",
+             "constraint": "constraint"}  # fmt: skip
     said = [f"{names[k]} {scientific(measured[k])}" for k in names if measured.get(k) is not None]
     return ", ".join(said) or NONE
+
+
+def _wanted(expected: dict[str, Any]) -> str:
+    free = "; no form is demanded" if "not_demanded" in expected else ""
+    return limit(expected) + free
 
 
 def _compared(case: Case) -> dict[str, Any]:
@@ -55,6 +61,6 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
-    columns=[measured_column(key) for key in ("pullback", "poisson", "residual")],
-    got=_got, wanted=limit, short=largest, sketches=_sketches, compared=_compared,
+    columns=[measured_column(key) for key in ("pullback", "poisson", "residual", "constraint")],
+    got=_got, wanted=_wanted, short=largest, sketches=_sketches, compared=_compared,
 )  # fmt: skip

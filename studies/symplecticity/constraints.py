@@ -1,0 +1,77 @@
+"""How far the rows of a run are from the scene's constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme
+from discmech.integrators.equations import (
+    closed_velocity,
+    vanishing_at_states,
+    vanishing_in_a_step,
+)
+from discmech.integrators.flows import Flow, round_off_from
+from discmech.integrators.geometry import in_round_offs
+from discmech.integrators.numbers import (
+    Vector,
+    arithmetic,
+    errors_of,
+    numeric_text,
+    rounded,
+    values_of,
+    with_running_errors,
+)
+
+
+def constraint_defect(flow: Flow, run: Any, k: int) -> float:
+    """The largest of what has to vanish in the step from row k and where it ends, in round-offs.
+
+    Σ ω_i A(x_i) u of a nonholonomic rule, φ(y) and A(y) ξ(y, μ′) where ξ has a closed form, each
+    over what round-off may leave of it (`running_error`): of (y, μ′) what the step's own operations
+    make (`round_off_from`), of velocities ε of the sum of all, where Newton's method stops.
+    So it is at most some ε. All to twice the digits of the flow.
+    """
+    at = flow.context.exactly
+    numbers = at.numbers
+    with numbers.working():
+        x, mu = at.vectors(run.base[k], run.mu[k])
+        u = at.vector(run.u[k], len(mu))
+        y, after = at.vectors(run.base[k + 1], run.mu[k + 1])
+        *_, errors = round_off_from(at, x, mu, u)
+        y, after = rounded(y, errors[: len(y)]), rounded(after, errors[len(y) :])
+        q = at.geometry.q
+        in_step, velocity, at_end = _functions(flow.scheme, numbers.digits)
+        found = [in_step(rounded(x), _as_solved(rounded(u)), q)]
+        v = np.array(velocity(y, after, q), dtype=object).ravel() if velocity else rounded(0 * u)
+        found.append(at_end(y, _as_solved(v), q))
+        each = np.concatenate([np.array(part, dtype=object).ravel() for part in found])
+        return float(in_round_offs(values_of(each), errors_of(each)))
+
+
+def _as_solved(velocity: Vector) -> Vector:
+    """The velocity with the errors of a solution whose corrections end at ε of its sum."""
+    values = values_of(velocity)
+    return rounded(values, errors_of(velocity) + abs(values).sum())
+
+
+@lru_cache(maxsize=64)
+def _functions(scheme: Scheme, digits: int) -> tuple[Any, Any, Any]:
+    """What vanishes in a step, of (x, u; q); ξ of (x, μ; q) or None; what vanishes at (x, ξ; q)."""
+    s, numbers = scheme.s, arithmetic(digits)
+    x, q = {"x": s.x}, {"q": s.q}
+
+    def function(letters: dict[str, Any], formulas: Any) -> Callable[..., Any]:
+        return with_running_errors(numeric_text(x | letters | q, [list(formulas)]), numbers)
+
+    # of several substeps it would be a sum of each one's
+    in_step = [] if scheme.substeps else vanishing_in_a_step(scheme.equations.of)
+    velocity = closed_velocity(s)  # where there is none, ξ = 0 hides what needs it
+    return (
+        function({"u": s.u}, in_step),
+        None if velocity is None else function({"mu": s.mu}, velocity),
+        function({"v": s.v}, vanishing_at_states(s)),
+    )
