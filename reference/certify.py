@@ -82,7 +82,8 @@ def certified_integration(
     parameters = parameter_values(scene)
     found = {}
     for t in times:
-        finding = _kept(findings[t], invariants, start.blocks, settings.digits + settings.guard)
+        working = settings.digits + settings.guard
+        finding = _kept(equations.name, findings[t], invariants, start.blocks, working)
         if form is not None:
             finding = _beside(form, finding, equations, parameters, digits, start.blocks)
         found[t] = finding.solution(digits, attitude)
@@ -132,9 +133,21 @@ def form_at(
         return blocks_of(equations, [*moved.x, *moved.v, *turned], working)
 
 
-def _kept(finding: Finding, invariants: Invariants, start: Blocks, working: int) -> Finding:
-    """The finding with its invariants compared."""
-    kept, words = invariants.digits(finding.blocks, start, working)
+def _kept(
+    name: str, finding: Finding, invariants: Invariants, start: Blocks, working: int
+) -> Finding:
+    """The finding with its invariants compared.
+
+    Raises `ReferenceFailure` where the equations have no value, between steps that have passed it.
+    """
+    try:
+        kept, words = invariants.digits(finding.blocks, start, working)
+    except ZeroDivisionError:
+        raise ReferenceFailure(
+            f"the reference of scene {name} has no rates at t = {finding.t}: the equations are "
+            "singular there (a pole, or constraints of which one vanishes or follows from the "
+            "others); ask for an earlier time or start elsewhere"
+        ) from None
     return finding.limited(kept, words, kept)
 
 

@@ -178,4 +178,6 @@ def _basic_step(
     )
     scale = max(max(map(abs, best)), max(map(abs, state)))
     error = max(abs(a - b) for a, b in zip(best, second, strict=True))
+    if not all(map(gmpy2.is_finite, best)):  # which a maximum may pass over
+        return best, gmpy2.nan()
     return best, error / scale if scale else error

@@ -101,16 +101,26 @@ def _singular(
         point = random_point([*s.x, *w, *s.q], (*w, s.h), seed) | s.constant_values(40)
         for p, value in zip(s.parameter_list, scene.parameter_values, strict=True):
             point[p] = to_sympy(value)
+        values = {
+            a: evaluate_matrix(asked[a], 30, point, maps.definitions(asked[a])) for a in found
+        }
+        # a root of what is negative at this point says nothing of other points
         found = {
-            a: null_direction(evaluate_matrix(asked[a], 30, point, maps.definitions(asked[a])))
-            for a in found
+            a: null_direction(matrix)
+            for a, matrix in values.items()
+            if all(e.is_real and e.is_finite for e in matrix)
         }
         found = {a: direction for a, direction in found.items() if direction is not None}
     return found
 
 
 def check_start(s: SceneSymbols, scene: Scene) -> None:
-    """Raise `BadInput` unless the start gives every quantity its value (as |Γ|² = 1), exactly."""
+    """Raise `BadInput` unless the start gives every quantity its value (as |Γ|² = 1), exactly.
+
+    And where the force is no real number there.
+    """
+    if s.forced:
+        _check_force(s, scene)
     at = dict(zip([*s.position, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
     for name, formula, wanted in _constraints(s, scene):
         if formula.free_symbols & set(s.mu):
@@ -126,6 +136,19 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
             raise BadInput(
                 f"{scene.name}: {name} is {_compared(value, wanted)} at x0, but must be "
                 f"{wanted}; change x0 (an exact value: fractions such as 2/7, 3/7, 6/7)."
+            )
+
+
+def _check_force(s: SceneSymbols, scene: Scene) -> None:
+    at = dict(zip([*s.x, *s.u], map(to_sympy, [*s.with_time(scene.x0), *scene.v0]), strict=True))
+    at |= dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
+    for i, (component, value) in enumerate(
+        zip(s.force, evaluate_matrix(s.force, 30, at), strict=True)
+    ):
+        if value is sympy.nan or value.is_real is False:
+            raise BadInput(
+                f"{scene.name}: component {i} of the force, {component}, is no real number at x0, "
+                "v0; begin elsewhere, or write it with functions that are real there."
             )
 
 

@@ -282,3 +282,14 @@ def test_the_form_changes_by_the_differential_of_the_forces_one_form(name, rule)
         assert abs(change - added).max() < 1e-45
         assert abs(change + added).max() > 1e-3  # another sign is seen
         assert 1 - 2 * n * 0.02 < float(made.numbers.det(M)) < 1
+
+
+def test_a_force_that_is_no_real_number_at_the_start_is_named():
+    def pushed(x0):
+        return Scene("rooted", pair(1), lambda x, v, p: v.dot(v) / 2, x0=[x0], v0=[0],
+                     force=lambda x, v, p: [sympy.sqrt(x[0] - 1)])  # fmt: skip
+
+    with pytest.raises(BadInput, match=r"component 0 of the force, sqrt\(x_0 - 1\), is no real"):
+        Scheme(pushed("0.5"), rules.get("midpoint"))
+    run = Scheme(pushed(2), rules.get("midpoint")).flow("0.01").trajectory(1)
+    assert run.mu[-1, 0] == pytest.approx(0.01, rel=1e-4)
