@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators import Scheme
+from discmech.integrators import BadInput, Scheme
 from discmech.integrators.equations import force_points
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import (
@@ -31,7 +31,10 @@ from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.runs import bins, interval, long_run, relative_drifts, with_terms
 
 NAME = "momentum"
-NEEDS = "it needs a scene that declares symmetries or Casimirs."
+NEEDS = (
+    "it needs a scene that declares symmetries or Casimirs; and of a one-step map or composition, "
+    "quantities on which no force does work, for they have no discrete work to hold them against."
+)
 DIGITS = (16, 50)
 ROWS = 400
 MOST_STRETCHES = 2000
@@ -86,7 +89,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     A drift is |J_k − J_0| over the sum of the absolute values of J's terms, but for constants.
     Quantities of the attitude run on the scene with the attitude as base; the others do without it.
     units: {name: (of a step, of the value)}, what round-off does, relative to the same sum, in ε.
+    Raises `BadInput` where nothing can be measured.
     """
+    if not _measured(case):
+        raise BadInput(f"{case.scene.name} with {case.label}: momentum cannot be measured: {NEEDS}")
     steps = case.steps or (10**6 if case.digits == 16 else 100)
     kept, measured = _kept(case), _measured(case)
     series: dict[str, np.ndarray] = {}

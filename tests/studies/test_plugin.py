@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from discmech.integrators import BadInput, discretisation, scenes
+from discmech.integrators import BadInput, Conserved, discretisation, scenes
 from discmech.studies.user import assertions
 from discmech.studies.user.assertions import (
     Missed,
@@ -110,6 +110,16 @@ def test_a_momentum_that_drifts_is_missed():
     with pytest.raises(Missed, match="angular momentum drifts") as caught:
         assert_momentum("midpoint", drifting, digits=30)
     assert caught.value.picture is not None and caught.value.picture.is_file()
+
+
+def test_a_map_under_a_force_has_no_work_to_hold_a_momentum_against():
+    turned = Conserved("angular momentum", lambda x, mu, p: x[0] * mu[1] - x[1] * mu[0])
+    scene = scenes.get("kepler").with_values(
+        name="rubbed", force=lambda x, v, p: [-v[0] / 9, -v[1] / 9], symmetries=[turned]
+    )
+    with pytest.raises(BadInput, match=r"rubbed with explicit-euler.* no discrete work"):
+        assert_momentum("explicit-euler", scene)
+    assert_momentum("midpoint", scene)
 
 
 def test_what_does_not_converge_is_missed(monkeypatch):
