@@ -89,8 +89,9 @@ def verify(
     asked = [get(name) for name in request.studies or studies()]
     held = [study for study in asked if list(study.cases(choice))]
     if not held:
-        needs = "; ".join(f"{study.name}: {study.needs}" for study in asked)
-        raise BadInput(f"no study applies to what was chosen ({needs}).")
+        needs = "; ".join(f"{study.name}: {study.needs.rstrip('.')}" for study in asked)
+        said = choice.unheeded() or [f"no study applies to what was chosen ({needs})."]
+        raise BadInput(" ".join(said))
     results, schemes = run_studies(
         held, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
     )

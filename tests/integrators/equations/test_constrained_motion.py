@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 import sympy
@@ -13,6 +14,7 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import restricted_form_defect
 from discmech.integrators.rules import compose
 from discmech.reference import solution
+from discmech.studies import check
 from tests.objects import SCENES, flow, scheme
 
 HOLONOMIC = ("cartesian-pendulum", "double-spherical-pendulum")
@@ -306,3 +308,45 @@ def test_what_constraints_go_with():
         flow("suslov", "midpoint", "0.1").pullback_defect([], [1, 0, 0])
     with pytest.raises(CannotMeasure, match="has no legendre_minus"):
         scheme("suslov", "midpoint").legendre_minus  # noqa: B018
+
+
+@pytest.mark.slow
+def test_pendulums_move_as_they_do_in_coordinates_without_constraints():
+    """To 28 digits: the sphere by S² × so(3), two bobs in the plane by their angles."""
+    reduced = scenes.get("spherical-pendulum")
+    x, omega = (sympy.Matrix(e) for e in (reduced.x0, reduced.v0))
+    ball = Scene(
+        "ball-on-a-sphere", pair(3), lagrangian=lambda x, v, p: v.dot(v) / 2 - x[2],
+        holonomic=lambda x, p: [x.dot(x) - 1], x0=list(x), v0=list(x.cross(omega)), duration=10,
+    )  # fmt: skip
+    here, there = solution(ball, 3, 30), solution(reduced, 3, 30)
+    assert min(here.certain_digits, there.certain_digits) == 30
+    assert max(abs(a - b) for a, b in zip(here.x, there.x, strict=True)) < 1e-28
+
+    angles = scenes.get("double-pendulum")
+    inner, outer = ([sympy.sin(a), -sympy.cos(a)] for a in angles.x0)
+    bobs = Scene(
+        "two-bobs", pair(4), lagrangian=lambda x, v, p: v.dot(v) / 2 - x[1] - x[3],
+        holonomic=lambda x, p: [x[0] ** 2 + x[1] ** 2 - 1,
+                                (x[2] - x[0]) ** 2 + (x[3] - x[1]) ** 2 - 1],
+        x0=[*inner, inner[0] + outer[0], inner[1] + outer[1]], v0=[0, 0, 0, 0], duration=5,
+    )  # fmt: skip
+    here, there = solution(bobs, 2, 30), solution(angles, 2, 30)
+    assert min(here.certain_digits, there.certain_digits) == 30
+    with mpmath.workdps(40):
+        first, second = there.x
+        wanted = [mpmath.sin(first), -mpmath.cos(first)]
+        wanted += [wanted[0] + mpmath.sin(second), wanted[1] - mpmath.cos(second)]
+        assert max(abs(a - b) for a, b in zip(here.x, wanted, strict=True)) < 1e-28
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("rule", "order"), [("rectangle", 1), ("midpoint", 2), ("trapezoidal", 2)])
+def test_a_nonholonomic_motion_that_no_reversibility_helps(rule, order):
+    """Standard tests flatter (Modin, Verdier 2020): the oscillator with its coupling and cube."""
+    scene = scenes.get("contact-oscillator").with_values(
+        name="coupled-oscillator", parameters={"coupling": "0.3", "cubic": "0.5"}
+    )
+    (case,) = check("order", [scene], [rule], [50])["cases"]
+    assert case["verdict"] == "pass"
+    assert case["measured"]["order"] == pytest.approx(order, abs=0.01)
