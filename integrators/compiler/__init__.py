@@ -17,7 +17,7 @@ from .kernels import (
     names_of,
     text_key,
 )
-from .kernels_at_step import KernelsAtStep, Run, StagesAtStep, taken_over
+from .kernels_at_step import KernelsAtStep, Run
 from .lattice_text import Kicks, LatticeSystem
 from .layout import (
     BRANCH,
@@ -39,6 +39,7 @@ from .layout import (
 from .omissions import SAVINGS, is_affine
 from .stage_system import StageSystem
 from .stage_text import NoShortForm
+from .stages_at_step import StagesAtStep, taken_over
 from .system import System
 
 __all__ = [

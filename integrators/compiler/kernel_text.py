@@ -37,7 +37,7 @@ from ..numbers.types import (
 )
 from .elimination import solve
 from .layout import Layout
-from .omissions import carried, definite, is_affine, pivot_rows
+from .omissions import carried, has_pivots, is_affine, pivot_rows
 from .system import System
 
 SHORTEST = 40  # operations of a function from which a call costs less than it saves
@@ -84,7 +84,8 @@ def texts_of(*names: str) -> str:
 class KernelText:
     """Derives the kernels' expressions from a system and writes their text.
 
-    omit: names of `omissions.SAVINGS` that are not made, so that they can be measured.
+    omit: names of `omissions.SAVINGS` that are not made, so that they can be measured, and "order"
+    where every elimination exchanges rows.
     """
 
     def __init__(self, system: System, suffix: str = "", omit: Iterable[str] = ()) -> None:
@@ -237,7 +238,7 @@ class KernelText:
         wanted = system.wanted or [*system.mu, *[0] * (len(system.w) - len(system.mu))]
         residual = sympy.Matrix(wanted) - rows
         # what small pivots spoil further corrections mend, of which an affine step has none
-        exchange = self.affine or (system.more > 0 and not definite(system))
+        exchange = self.affine or "order" in self.omit or not has_pivots(system)
         dw, steps = solve(slope, residual, self.coefficients, pivot_rows(system), exchange)
         before = [(s, type(values)(self._with_k(values))) for s, values in steps]
         if not self.affine or system.explicit:

@@ -9,13 +9,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import SimpleNamespace
 from typing import Any
 
 from ..numbers import Arithmetic, Double, Multiple, Number, Numbers, run_text
 from . import layout as _layout
 from .cache import cached_text, digest, sources
+from .elimination import ADJUGATE
 from .kernel_text import module_text
 from .lanes import lane_namespace
 from .lattice_text import LatticeSystem, lattice_text
@@ -52,7 +53,8 @@ class Kernels:
     advance: the driver (`driver.advance`), place: what stands for an array among its arguments, the
     address in machine code. prepare, carry: one of each system, of the rule and of
     its adjoint; q ↦ c and (x, c) ↦ k. affine: whether one correction solves a substep of it.
-    huge: what no size reaches; root_eps: √ε.
+    huge: what no size reaches; root_eps: √ε. exchanging: gives the kernels with row exchanges in
+    each elimination, None where these have no other.
     """
 
     advance: Callable[..., tuple[int, int]]
@@ -63,19 +65,29 @@ class Kernels:
     huge: Number
     root_eps: Number
     place: Callable[[Any], Any] = as_it_is
+    exchanging: Callable[[], Kernels | None] = lambda: None
 
 
 @lru_cache(maxsize=512)
 def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozenset()) -> Kernels:
     """The kernels of a system: machine code in double precision, else functions of its numbers.
 
-    omit: names of `SAVINGS` that are not made, so that they can be measured.
+    omit: names of `SAVINGS` that are not made, so that they can be measured, and "order" where
+    every elimination exchanges rows.
     """
     text = kernel_text(system, omit)
     if isinstance(numbers, Multiple):
-        return interpreted(text, numbers)
-    names = names_of(text, numbers)
-    return _compiled(system, text, names)
+        kernels = interpreted(text, numbers)
+    else:
+        kernels = _compiled(system, text, names_of(text, numbers))
+    return replace(kernels, exchanging=partial(_exchanging, system, numbers, omit))
+
+
+def _exchanging(system: System, numbers: Arithmetic, omit: frozenset[str]) -> Kernels | None:
+    more = omit | {"order"}
+    if len(system.w) <= ADJUGATE or kernel_text(system, more) == kernel_text(system, omit):
+        return None
+    return compile(system, numbers, more)
 
 
 def _compiled(system: System | StageSystem, text: str, names: dict[str, Any]) -> Kernels:

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import BadInput
 from ..numbers import Arithmetic, Matrix, Number, Numbers, Vector
 from .kernels import Kernels
-from .layout import BRANCH, ENTRIES, OK, PAST, REACH, SLACK
+from .layout import BRANCH, ENTRIES, OK, PAST, REACH, SINGULAR, SLACK
 
 #: a state and the coefficients in use: what a run goes on from
 Lead: TypeAlias = tuple[Vector, Matrix]
@@ -72,6 +72,7 @@ class KernelsAtStep:
         self.kinds = np.array(kinds, dtype=np.int64)
         self.layout = kernels.layout
         self._known: dict[tuple[int, int], Matrix] = {}
+        self._translates: dict[int, tuple[Matrix, Matrix] | None] = {}
         self.kinds_place = kernels.place(self.kinds)
         self._places: dict[int, Any] = {}
         self._lock = RLock()  # members of an ensemble share what is known
@@ -105,7 +106,7 @@ class KernelsAtStep:
                     q = [h / 2**halvings, *rest[: len(rest) - len(letters)], *letters]
                     rows[kind, h] = self._prepared(self.kernels.prepare[kind], q)
                 entries[: len(rows[kind, h])] = rows[kind, h]
-            self._known[key, halvings] = table
+            self._known[key, halvings], self._translates[key] = table, translate
         return self._known[key, halvings]
 
     def _prepared(self, prepare: Callable[[Numbers], Sequence[Number]], q: list[Number]) -> Vector:
@@ -235,6 +236,30 @@ class KernelsAtStep:
         return status
 
     def _loop(self, run: Run, stop: int, substeps: int) -> int:
+        """Steps up to `stop`; where a pivot is zero, one step with row exchanges."""
+        status = self._driven(run, stop, substeps)
+        while status == SINGULAR and self._exchanged(run, substeps):
+            status = self._driven(run, stop, substeps) if run.index < stop else OK
+        return status
+
+    def _exchanged(self, run: Run, substeps: int) -> bool:
+        """Whether a step that was not solved is taken by the kernels that exchange rows."""
+        used = next((key for key, c in self._known.items() if c is run.c), None)
+        if used is None or self._exchanging is None:
+            return False
+        key, halvings = used
+        mine, run.c = run.c, self._exchanging.coefficients(key, self._translates[key], halvings)
+        status = self._exchanging._driven(run, run.index + 1, substeps)
+        run.c = mine
+        return status == OK
+
+    @cached_property
+    def _exchanging(self) -> KernelsAtStep | None:
+        kernels = self.kernels.exchanging()
+        of = self.numbers, self.qs, list(self.kinds), self.name
+        return None if kernels is None else KernelsAtStep(kernels, *of)
+
+    def _driven(self, run: Run, stop: int, substeps: int) -> int:
         first = -(-run.index // run.every)
         state, c, rows = self.placed(run)
         run.index, status = self.kernels.advance(
@@ -260,31 +285,3 @@ class KernelsAtStep:
         run = self.buffers(self.lead(x, mu, c, guess), 0, 1)
         status = self.advance(run, 0)
         return None if status != OK else (run.us[0], run.totals[BRANCH])
-
-
-class StagesAtStep(KernelsAtStep):
-    """Kernels of collocation; a run may change between these and those of Newton's method."""
-
-    def lead(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> Lead:
-        """(state, c) at (x, μ); a fixed point has no use for a guess."""
-        at = self.layout
-        state = self.numbers.zeros(at.memory + at.row)
-        state[at.parts[0]], state[at.parts[1]] = x, mu
-        return state, c
-
-    def history(self, state: Vector) -> list[Vector]:
-        """The last u, if there was a step."""
-        first = self.layout.memory + 1
-        return [state[first : first + self.layout.m].copy()] if state[first - 1] else []
-
-
-def taken_over(run: Run, one: KernelsAtStep, other: KernelsAtStep, guess: Numbers) -> None:
-    """Let a run of the kernels `one` go on with `other`, with all that its sums lost.
-
-    guess: the u to begin with where no step was taken.
-    """
-    past = one.history(run.state)
-    x, mu, *lost = (run.state[part].copy() for part in one.layout.parts[:4])
-    run.state, run.c = other.lead(x, mu, other.c, past[0] if past else guess)
-    for part, value in zip(other.layout.parts[2:4], lost, strict=True):
-        run.state[part] = value

@@ -53,7 +53,7 @@ def pivot_rows(system: System) -> list[int]:
 
     So a step looks for none; where it is a poor choice Newton only takes more corrections. With
     multipliers it is the order of the equations: by the mass matrix, and then by A M⁻¹ Aᵀ, since
-    an entry of A that is large at one point is zero at another (`definite`).
+    an entry of A that is large at one point is zero at another (`has_pivots`).
     """
     m = len(system.w)
     rows = list(range(m))
@@ -69,16 +69,20 @@ def pivot_rows(system: System) -> list[int]:
     return rows
 
 
-def definite(system: System) -> bool:
-    """Whether ∂F⁻/∂u is definite at a random point: its symmetric part has one sign.
+def has_pivots(system: System) -> bool:
+    """Whether the order of equations with multipliers meets no pivot that is zero everywhere.
 
-    Then no pivot of a saddle point vanishes in the order of its equations: those of the matrix are
-    of that sign, and so are, after the sign of A, those of A M⁻¹ Aᵀ.
+    Where the mass matrix is definite none vanishes anywhere: its own have one sign, and so have
+    those of A M⁻¹ Aᵀ. Else some may at single points, which `KernelsAtStep` gets past.
     """
-    m = len(system.u)
-    mass = _sample(system)[:m, :m]
-    values = np.linalg.eigvalsh(mass + mass.T)
-    return bool(values.min() > 0 or values.max() < 0)
+    if not system.more:
+        return True
+    left = _sample(system)
+    for p in range(len(left)):
+        if abs(left[p, p]) < 1e-9 * abs(left[p]).max():  # only round-off is left
+            return False
+        left[p + 1 :] -= np.outer(left[p + 1 :, p] / left[p, p], left[p])
+    return True
 
 
 def _sample(system: System) -> np.ndarray:
