@@ -28,6 +28,11 @@ from .stage_text import stage_text
 from .system import System, written
 
 
+def _no_others() -> Kernels | None:
+    """None: there is no elimination that could exchange rows."""
+    return None
+
+
 @dataclass(frozen=True, eq=False)
 class LatticeKernels:
     """The functions of a lattice (`lattice_driver`): `advance`, and `prepare` of each system.
@@ -65,7 +70,7 @@ class Kernels:
     huge: Number
     root_eps: Number
     place: Callable[[Any], Any] = as_it_is
-    exchanging: Callable[[], Kernels | None] = lambda: None
+    exchanging: Callable[[], Kernels | None] = _no_others
 
 
 @lru_cache(maxsize=512)

@@ -15,7 +15,8 @@ DEFECTS = (
     "Defect of the symplectic form under the pullback by the step (filled), and of the Poisson "
     "bracket under the map on the dual (hollow). A mark is the worst point of the trajectory, the "
     "line beside it goes to the median; zero is drawn at the left edge. Dashed: the limit that the "
-    "verdict uses. Dotted: one unit of round-off."
+    "verdict uses; under a force or a nonholonomic constraint no form is demanded, and the change "
+    "is only shown. Dotted: one unit of round-off."
 )
 CONTROLS = (
     "Controls: maps that are not symplectic, or are tested against a wrong bracket, and have to "
