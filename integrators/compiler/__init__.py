@@ -25,11 +25,15 @@ from .layout import (
     CORRECTIONS,
     EDGE,
     FARTHEST,
+    KAPPA,
     LAST_SIZE,
+    LATTICE_ENTRIES,
     MOST,
     NOT_CONVERGED,
     OK,
+    PLACE,
     REACH,
+    SCALE,
     SINGULAR,
     SLACK,
     STRAYED,
@@ -43,11 +47,10 @@ from .stages_at_step import StagesAtStep, taken_over
 from .system import System
 
 __all__ = [
-    "BRANCH", "CONTRACTION", "CORRECTIONS", "EDGE", "FARTHEST", "Kernels", "KernelsAtStep",
-    "Kicks", "LAST_SIZE", "LatticeKernels", "LatticeSystem", "Layout",
-    "MOST", "NOT_CONVERGED", "NoShortForm", "OK", "REACH", "Run", "SAVINGS",
-    "SINGULAR", "SLACK", "STRAYED", "SWEEPS", "StageSystem", "StagesAtStep", "System",
-    "cache_folder", "cached_text", "compile", "compile_lattice", "compile_stages",
-    "imported", "interpreted",
+    "BRANCH", "CONTRACTION", "CORRECTIONS", "EDGE", "FARTHEST", "KAPPA", "Kernels", "KernelsAtStep",
+    "Kicks", "LAST_SIZE", "LATTICE_ENTRIES", "LatticeKernels", "LatticeSystem", "Layout", "MOST",
+    "NOT_CONVERGED", "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR",
+    "SLACK", "STRAYED", "SWEEPS", "StageSystem", "StagesAtStep", "System", "cache_folder",
+    "cached_text", "compile", "compile_lattice", "compile_stages", "imported", "interpreted",
     "is_affine", "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
 ]  # fmt: skip

@@ -136,10 +136,8 @@ def drift(system, x, nu, w, w1, p, c, ranges, parts, totals):
     for r in range(parts):
         for i in range(ranges[r, 0], ranges[r, 1]):
             here, given, own = row(x, i, n), row(nu, i, m), row(p, i, SITES)
-            if system.affine:
-                found = system.solver(here, given, (), c, own)
-            else:
-                found, count, status = by_newton(system, here, given, row(w, i, S), c, own)
+            found, count, status = alone(system, here, given, row(w, i, S), c, own)
+            if not system.affine:
                 if status != OK:
                     totals[PLACE] = i
                     break
@@ -161,6 +159,13 @@ def drift(system, x, nu, w, w1, p, c, ranges, parts, totals):
     return status
 
 
+def alone(system, x, mu, w, c, own):
+    """(w, corrections, status) of one site by itself, from a start that is near."""
+    if system.affine:
+        return system.solver(x, mu, (), c, own), 0, OK
+    return by_newton(system, x, mu, w, c, own)
+
+
 def by_newton(system, x, mu, w, c, own):
     """(w, corrections, status) of one site, from a start that is near (`newton_iteration`)."""
     before, count, scale, kappa, status = HUGE, 0, norm(w), 0.0, NOT_CONVERGED
@@ -179,10 +184,8 @@ def velocities(system, x, nu, w, w1, p, c, ranges, parts):
     for r in range(parts):
         for i in range(ranges[r, 0], ranges[r, 1]):
             here, given, own = row(x, i, n), row(nu, i, m), row(p, i, SITES)
-            if system.affine:
-                found = system.solver(here, given, (), c, own)
-            else:
-                found, count, status = by_newton(system, here, given, row(w, i, S), c, own)
+            found, count, status = alone(system, here, given, row(w, i, S), c, own)
+            if not system.affine:
                 if status != OK:
                     break
             put(w1, i, found)

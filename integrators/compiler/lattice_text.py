@@ -13,6 +13,7 @@ from .omissions import pivot_rows
 from .system import System
 
 BLOCK = 1024  # bonds whose sites stay in the cache nearest to the processor
+UNSEEN = 16  # round-offs of x/h: corrections of w below them do not move x
 MOST = 60  # operations of a force that is computed twice rather than one bond at a time
 
 
@@ -59,8 +60,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"RING, LISTED, LATER = {shape == 'ring'}, {shape == 'list'}, {int(shape == 'ring')}",
         f"COMPOSED = {composed}",
         f"SITES, BONDS, BLOCK = {len(system.own)}, {len(system.bond_own)}, {BLOCK}",
-        f"WORK, PLACE = {s * s * (2 if shape == 'ring' else 1) + s}, 3",
-        "KAPPA, SCALE, AGE, DEGREE, UNSEEN = 4, 5, 6, 7, 16",
+        f"WORK, UNSEEN = {s * s * (2 if shape == 'ring' else 1) + s}, {UNSEEN}",
         f"WIDTH = {max(k.width for k in made)}",
         f"ORDER = {tuple(pivot_rows(system.site))}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), made)),  # noqa: B905

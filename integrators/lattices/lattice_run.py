@@ -8,14 +8,23 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import CORRECTIONS, LAST_SIZE, MOST, NOT_CONVERGED, OK, SINGULAR
+from ..compiler import (
+    CORRECTIONS,
+    KAPPA,
+    LAST_SIZE,
+    LATTICE_ENTRIES,
+    MOST,
+    NOT_CONVERGED,
+    OK,
+    PLACE,
+    SCALE,
+    SINGULAR,
+)
 from ..errors import BadInput, StepFailure
 from .segments import ranges_of, segments_of
 from .sparse_steps import SparseMatrix, SparseSteps
 
 BEGIN, RUN, SHOW, ASSEMBLE, UPDATE, RELAX = range(6)  # tasks of the driver
-#: in `totals`: the site whose step was not found, κ, the largest w
-PLACE, KAPPA, SCALE = 3, 4, 5
 
 
 class LatticeRun:
@@ -25,7 +34,7 @@ class LatticeRun:
         self.flow, self.x, self.mu = flow, np.ascontiguousarray(x), np.ascontiguousarray(mu)
         lattice, kernels, scheme = flow.lattice, flow.kernels, flow.scheme
         N, S = lattice.sites, kernels.widths["w"]
-        self.nu, self.totals = np.zeros_like(self.mu), np.zeros(16)
+        self.nu, self.totals = np.zeros_like(self.mu), np.zeros(LATTICE_ENTRIES)
         self.past = [np.zeros((N, S)) for _ in range(4)]
         work = np.zeros((1 if scheme.local else N, kernels.widths["work"]))
         v0 = lattice.start[1]
