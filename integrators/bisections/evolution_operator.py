@@ -18,7 +18,7 @@ import numpy as np
 
 from ..errors import BadInput
 from ..geometry import Maps, pullback_defect, slopes
-from ..numbers import newton
+from ..numbers import newton, whole_number
 from ..numbers.types import Matrix, Number, Numbers, Vector
 from .bisection import Bisection, Point, groupoid_maps, in_own_numbers
 from .step_context import StepContext
@@ -86,8 +86,7 @@ class EvolutionOperator:
         operator's own, or if it has neither, `bisections_at` each arrow. Raises `BadInput` for a
         number of steps below 0, and as `evolve`.
         """
-        if type(steps) is not int or steps < 0:
-            raise BadInput(f"steps is {steps!r}: give a whole number from 0.")
+        steps = whole_number("steps", steps, 0)
         if choose is None and self.sigma is None and self.upsilon is None:
             choose = self.bisections_at
         with self.numbers.working():

@@ -185,9 +185,8 @@ def velocities(system, x, nu, w, w1, p, c, ranges, parts):
         for i in range(ranges[r, 0], ranges[r, 1]):
             here, given, own = row(x, i, n), row(nu, i, m), row(p, i, SITES)
             found, count, status = alone(system, here, given, row(w, i, S), c, own)
-            if not system.affine:
-                if status != OK:
-                    break
+            if not system.affine and status != OK:
+                break
             put(w1, i, found)
         if status != OK:
             break

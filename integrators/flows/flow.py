@@ -14,14 +14,14 @@ from ..compiler import Kernels, KernelsAtStep, StagesAtStep, System, compile
 from ..equations import DiscretisedScene, step_system
 from ..errors import BadInput
 from ..geometry import Arrow, LocalGeometry, Maps
-from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational
+from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
 from . import exact_defects
 from .collocation import collocation
 from .ensemble import Ensemble, ensemble
 from .initial_state import Start, Starting
 from .newton_step import arrow_before
 from .prepared_run import PreparedRuns
-from .run import Trajectory, element_of, first_u, run_from, whole_number
+from .run import Trajectory, element_of, first_u, run_from
 from .step_choice import StepChoice
 
 __all__ = ["Flow", "Trajectory"]

@@ -21,7 +21,6 @@ from ..compiler import (
     Run,
     taken_over,
 )
-from ..errors import BadInput
 from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
 from ..numbers import Arithmetic, Matrix, Numbers, Vector
@@ -33,7 +32,6 @@ from .initial_state import Start
 CHUNK, CHUNK_OF_DIGITS = 2**19, 64
 SHORT = 64  # rows of a run whose times are remembered
 STRETCH = 64  # steps by Newton before a fixed point is tried again
-MOST_STEPS = 2**53  # the last whole number that double precision counts to
 
 
 @dataclass(frozen=True)
@@ -71,17 +69,6 @@ class Trajectory:
     multipliers: Matrix
     solver: str
     contraction: float
-
-
-def whole_number(name: str, value: object, least: int) -> int:
-    """A count of steps that a user gave; raises `BadInput` for what is none."""
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not whole or not least <= value <= MOST_STEPS:  # type: ignore[operator]
-        raise BadInput(
-            f"{name} is {value!r}: give a whole number from {least}, "
-            "up to 2**53, the last that double precision counts to."
-        )
-    return int(value)  # type: ignore[call-overload]
 
 
 def run_from(

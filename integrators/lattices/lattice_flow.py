@@ -13,7 +13,7 @@ import numpy as np
 from ..compiler import CORRECTIONS, MOST, OK, LatticeKernels, compile_lattice, text_key
 from ..equations import momentum
 from ..errors import BadInput
-from ..numbers import Double, exact_rational, numeric
+from ..numbers import Double, exact_rational, numeric, whole_number
 from .checkpoint import Checkpoint
 from .dual_step import poisson_defect
 from .lattice import Lattice, floats
@@ -81,9 +81,7 @@ class LatticeFlow:
         done so far. Raises `BadInput` for wrong shapes or counts and for the checkpoint of another
         run, `StepFailure` (with the rows so far) if a step cannot be solved.
         """
-        for name, value, least in (("steps", steps, 0), ("every", every, 1)):
-            if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < least:
-                raise BadInput(f"{name} is {value!r}: give a whole number from {least}.")
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         run = LatticeRun(self, *self._start(x0, mu0))
         kept = None
         if checkpoint is not None:

@@ -29,6 +29,7 @@ from .exact import (
     listed,
     refuse_long,
     to_sympy,
+    whole_number,
 )
 from .identities import (
     first_violation,
@@ -65,5 +66,5 @@ __all__ = [
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
     "random_columns", "random_point", "refuse_long", "register", "registered_function", "replaced",
     "rounded", "run_text", "shown", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
-    "values_of", "vanishes", "with_running_errors", "with_tables", "written_out",
+    "values_of", "vanishes", "whole_number", "with_running_errors", "with_tables", "written_out",
 ]  # fmt: skip

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from fractions import Fraction
-from numbers import Complex, Real
+from numbers import Complex, Integral, Real
 from typing import Any
 
 from ..errors import BadInput
@@ -18,6 +18,7 @@ from .types import Exact, Expression
 
 #: bits of a numerator or denominator: Python writes no integer of more than 4,300 digits
 LARGEST = 14_000
+LARGEST_COUNT = 2**53  # the last whole number that double precision counts to
 
 
 def exact(value: Any, what: str) -> Exact:
@@ -84,6 +85,17 @@ def exact_rational(value: Any, what: str) -> Fraction:
     if not isinstance(number, Fraction):
         raise BadInput(f"{what} is {value}: give a fraction or a decimal, nothing irrational.")
     return number
+
+
+def whole_number(name: str, value: object, least: int) -> int:
+    """A count that a user gave; raises `BadInput` for what is none."""
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if not whole or not least <= value <= LARGEST_COUNT:  # type: ignore[operator]
+        raise BadInput(
+            f"{name} is {value!r}: give a whole number from {least}, "
+            "up to 2**53, the last that double precision counts to."
+        )
+    return int(value)  # type: ignore[call-overload]
 
 
 def exact_vector(values: Any, length: int, what: str) -> tuple[Exact, ...]:

@@ -64,7 +64,10 @@ def control(word: str) -> Any:
     from discmech.integrators import control as room
 
     file, name = _in_file(word)
-    return room.get(word) if file is None else _of(file, file.controls, name, "Control(...)")[0]
+    if file is None:
+        return room.get(word)
+    held = {v: thing for v, thing in file.variables.items() if isinstance(thing, room.Control)}
+    return _of(file, held, name, "Control(...)")[0]
 
 
 def rule_given(thing: Any) -> Discretisation:
@@ -144,7 +147,8 @@ def _of(file: UserFile, held: Mapping[str, _Held], name: str, kind: str) -> tupl
         raise BadInput(f"{file.path} defines no {kind}.")
     if not name:
         return tuple(held.values())
-    names = (name, file.variables.get(name, ""), name.replace("_", "-"))
+    variable = getattr(file.variables.get(name), "name", "")
+    names = (name, variable, name.replace("_", "-"))
     asked = next((n for n in names if n in held), name)
     if asked not in held:
         near = get_close_matches(asked, held, 1)

@@ -13,7 +13,6 @@ from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.control import Control
 from discmech.integrators.errors import RAISED
 
 
@@ -29,8 +28,7 @@ class UserFile:
     digest: str
     rules: dict[str, Discretisation]
     scenes: dict[str, Scene]
-    controls: dict[str, Control]  # problems of optimal control, by the names of variables
-    variables: dict[str, str]  # the names of rules and scenes by those of the file's variables
+    variables: dict[str, Any]  # all that the file's variables hold
 
 
 _loaded: dict[tuple[Path, bytes], UserFile] = {}
@@ -57,13 +55,7 @@ def load(path: str) -> UserFile:
     if (file, source) not in _loaded:
         digest, module = _run(path, file, source)
         rules, own = _collect(path, module)
-        variables = {
-            variable: thing.name
-            for variable, thing in vars(module).items()
-            if isinstance(thing, Discretisation | Scene)
-        }
-        steered = {v: thing for v, thing in vars(module).items() if isinstance(thing, Control)}
-        _loaded[file, source] = UserFile(path, digest, rules, own, steered, variables)
+        _loaded[file, source] = UserFile(path, digest, rules, own, vars(module))
     return _loaded[file, source]
 
 
