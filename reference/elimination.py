@@ -26,9 +26,13 @@ def explicit_rates(
         f"the mass matrix d2l/dxi2 of scene {name} is singular at the start; "
         "give every velocity a kinetic term"
     )
+    dependent = ReferenceFailure(
+        f"the constraints of scene {name} are dependent at the start: one vanishes there or "
+        "follows from the others; start elsewhere, or leave it out"
+    )
     if not mass.free_symbols:
         if mass.rank() < m:
-            raise singular
+            raise singular if mass[:velocities, :velocities].rank() < velocities else dependent
         return [], list(mass.LUsolve(force))
     work = mass.row_join(force)
     assignments: list[tuple[Any, Any]] = []
@@ -52,7 +56,7 @@ def explicit_rates(
         sizes = [abs(value(work[r, c])) for r in range(c, velocities if c < velocities else m)]
         best = max(range(len(sizes)), key=lambda r: sizes[r])
         if not sizes[best] > sympy.Float("1e-30"):
-            raise singular
+            raise singular if c < velocities else dependent
         if best:
             work.row_swap(c, c + best)
         for r in range(c + 1, m):

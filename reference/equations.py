@@ -52,6 +52,8 @@ class Equations:
     attitude_size: int
     timed: bool = False
     forced: bool = False
+    #: the rows A(x) of the constraints A(x) xi = 0, one after another
+    constraints: tuple[sympy.Expr, ...] = ()
 
     def block(self, name: str) -> slice:
         """Where a block of states stands: x, v, attitude or time."""
@@ -217,7 +219,7 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
     energy = sum((momentum[g] * v[g] for g in range(m)), sympy.S.Zero) - lagrangian
     return Equations(
         scene.name, tuple(states), start, tuple(assignments), tuple(rates), lagrangian,
-        tuple(momentum), energy, n, m, size, timed, bool(acting),
+        tuple(momentum), energy, n, m, size, timed, bool(acting), tuple(admitted),
     )  # fmt: skip
 
 

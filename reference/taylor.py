@@ -19,6 +19,7 @@ from .progress import tell
 
 if TYPE_CHECKING:
     from .equations import Equations
+    from .independence import Independence
     from .series import SeriesProgram
 
 BITS = math.log2(10)
@@ -71,9 +72,16 @@ def integrate(
     max_steps: int = 1_000_000,
     watch: Callable[[Step], None] | None = None,
 ) -> Sweep:
-    """The solution at the given times, forward and backward from 0; ``watch`` sees each step."""
+    """The solution at the given times, forward and backward from 0; ``watch`` sees each step.
+
+    Raises `ReferenceFailure` where it is singular, takes too many steps, or passes a time at which
+    the constraints are dependent (`independence`).
+    """
     import gmpy2
 
+    from .independence import Independence
+
+    tied = Independence(equations) if equations.constraints else None
     with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
         digits = settings.digits + settings.guard
         constants = program.constants_at(digits)
@@ -82,7 +90,9 @@ def integrate(
         steps = 0
         for direction in (1, -1):
             wanted = sorted((t for t in times if t * direction > 0), key=abs)
-            steps += _one_way(program, start, constants, wanted, settings, found, max_steps, watch)
+            steps += _one_way(
+                program, start, constants, wanted, settings, found, max_steps, watch, tied
+            )
     return Sweep({t: found[t] for t in times}, steps, settings.order)
 
 
@@ -95,6 +105,7 @@ def _one_way(
     found: dict[Fraction, list[Any]],
     max_steps: int,
     watch: Callable[[Step], None] | None,
+    tied: Independence | None,
 ) -> int:
     import gmpy2
 
@@ -125,6 +136,8 @@ def _one_way(
             )
         size = gmpy2.mpfr(size, STEP_BITS)
         step = gmpy2.copy_sign(size, last) if size < abs(last) else last
+        if tied is not None:
+            tied.check(series, step, now)
         reached = []
         while pending:
             t = pending[0]
