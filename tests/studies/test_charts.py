@@ -98,7 +98,7 @@ def test_it_is_drawn(found):
 
 @pytest.mark.slow
 def test_a_million_steps():
-    case = the_case(thorough=True)
+    case = the_case(own=(("thorough", True),))
     found = run_case(get("charts"), case)
     assert found["verdict"] == "pass", found["reason"]
     assert found["measured"]["steps"] >= 10**6
