@@ -7,13 +7,14 @@ import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from discmech.integrators import retractions
+from discmech.integrators import BadInput, retractions
 
 from ..core import lookup
 from ..core.options import Option, digits_in, whole
 
 if TYPE_CHECKING:
     from ..core.case import Choice
+    from ..core.cluster import Cluster
 
 RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE.py:NAME"
 
@@ -37,8 +38,17 @@ def add_choices(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--steps", metavar="N", help="of a run; of the coarsest where a study runs several"
     )
-    parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
+    add_jobs(parser)
     add_fresh(parser)
+
+
+def add_jobs(parser: argparse.ArgumentParser) -> None:
+    """Declare who measures; `jobs` reads it."""
+    parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS",
+        help="measure on the workers of this Dask scheduler (tcp://host:8786)",
+    )  # fmt: skip
 
 
 def add_fresh(parser: argparse.ArgumentParser) -> None:
@@ -85,8 +95,14 @@ def choice_of(options: argparse.Namespace) -> Choice:
     )
 
 
-def jobs(options: argparse.Namespace) -> int | None:
-    """Processes side by side, None: one a core."""
+def jobs(options: argparse.Namespace) -> int | Cluster | None:
+    """Processes side by side, None: one a core; or the workers of a cluster."""
+    if options.scheduler is not None:
+        from ..core.cluster import Cluster
+
+        if options.jobs is not None:
+            raise BadInput("--jobs counts processes here, --scheduler has its own: give one.")
+        return Cluster(options.scheduler)
     return None if options.jobs is None else whole("--jobs")(options.jobs)
 
 

@@ -7,10 +7,10 @@ import json
 from typing import Any
 
 from discmech.integrators import BadInput
+from discmech.integrators.flows import cores
 
-from ..core.options import whole
 from ..core.store import Store
-from .options import add_fresh
+from .options import add_fresh, add_jobs, jobs
 from .output import EXIT, console, progress_shown, writable, write
 
 
@@ -26,7 +26,7 @@ def add_to(commands: Any) -> None:
         "--thorough", action="store_true", help="all faults and 200 rules, not one in 12"
     )
     parser.add_argument("--only", metavar="WORDS", help="faults and rules whose name holds these")
-    parser.add_argument("--jobs", metavar="N", default="2", help="processes (default 2)")
+    add_jobs(parser)
     add_fresh(parser)
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     parser.set_defaults(action=_power)
@@ -36,10 +36,11 @@ def _power(options: argparse.Namespace) -> int:
     from ..power.results import power
 
     writable(options.json)
-    jobs = whole("--jobs")(options.jobs)
     with progress_shown() as show:
-        found = power(show, jobs, thorough=options.thorough, only=options.only or "",
-                      store=Store(options.fresh))  # fmt: skip
+        found = power(
+            show, jobs(options) or cores(), thorough=options.thorough, only=options.only or "",
+            store=Store(options.fresh),
+        )  # fmt: skip
     if not found["cases"]:
         raise BadInput(f"the name of no fault and of no rule holds {options.only!r}.")
     if options.json:

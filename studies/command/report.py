@@ -13,6 +13,7 @@ from discmech.integrators.scene import Scene
 
 from .. import NAMES, get
 from ..core.case import Choice, Progress, silent
+from ..core.cluster import Cluster
 from ..core.fingerprint import of_views
 from ..core.running import run_studies
 from ..core.store import Store
@@ -22,7 +23,7 @@ def make_report(
     choice: Choice,
     folder: Path,
     progress: Progress = silent,
-    jobs: int | None = None,
+    jobs: int | Cluster | None = None,
     store: Store | None = None,
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; returns (results, path of the page).

@@ -14,7 +14,7 @@ from discmech.integrators import BadInput
 from .. import NAMES
 from ..core.options import digits_in, whole
 from ..core.store import Store
-from .options import RULE_HELP, add_fresh, jobs
+from .options import RULE_HELP, add_fresh, add_jobs, jobs
 from .output import EXIT, console, progress_shown, writable, write
 
 EPILOG = "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive."
@@ -49,7 +49,7 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
         "--digits", action="append", default=[], metavar="D", help="default: 16 and 50"
     )
     parser.add_argument("--steps", metavar="N", help="of every run, as the studies' own --steps")
-    parser.add_argument("--jobs", metavar="N", help="processes side by side (default: one a core)")
+    add_jobs(parser)
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     add_fresh(parser)
     parser.add_argument("--html", metavar="FILE", help="write a page with figures")

@@ -19,11 +19,13 @@ from discmech.integrators.flows import cores
 
 from . import fingerprint
 from .case import DETAILS, Case, Choice, Progress, Verdict, scheme_of, silent, worst
+from .cluster import Cluster
 from .plan import Place, Plan, Task
 from .record import provenance, record
 from .shrinking import shrunk
 from .store import Store
 from .study import Study, counts, every_study
+from .userfile import expect_unchanged, stamps
 from .workers import worker_pool
 
 SCHEMA = 1
@@ -37,7 +39,7 @@ def unheard(study: str, result: dict[str, Any]) -> None:
 
 def run_study(
     study: Study, choice: Choice, progress: Progress = silent, *, store: Store | None = None,
-    jobs: int | None = 1,
+    jobs: int | Cluster | None = 1,
 ) -> dict[str, Any]:  # fmt: skip
     """Measure and judge every case of one study: see `run_studies`."""
     return run_studies([study], choice, progress, store=store, jobs=jobs)[0][0]
@@ -49,7 +51,7 @@ def run_studies(
     progress: Progress = silent,
     *,
     store: Store | None = None,
-    jobs: int | None = 1,
+    jobs: int | Cluster | None = 1,
     also: Callable[[Scheme], Any] | None = None,
     told: Told = unheard,
 ) -> tuple[list[dict[str, Any]], list[Any]]:
@@ -57,9 +59,9 @@ def run_studies(
 
     A study's verdict is the worst of its cases'. With a `store`, each finished case is kept at
     once and none is measured twice, so a run that was interrupted goes on where it stopped. `jobs`
-    processes work side by side (None: one a core) on scenes and rules known by name; studies that
-    take times run by themselves afterwards. `told` hears of each case as it
-    is finished.
+    processes work side by side (None: one a core), or the workers of a `Cluster`, on scenes and
+    rules known by name; studies that take times run by themselves afterwards, here. `told` hears of
+    each case as it is finished.
     Raises `BadInput` if a study applies to nothing that was chosen, or can use nothing of it.
     """
     plan = Plan(studies, choice)
@@ -91,7 +93,7 @@ def run_studies(
         progress(label, min(1.0, (len(found) + fraction) / total))
 
     if store is not None:
-        for place, result in _stored_results(plan, store):
+        for place, result in _stored_results(plan, store, isinstance(jobs, Cluster)):
             done([place], [result])
         extras = _stored_answers(plan, also, store) if also else {}
     remembered = Counter(place[0] for place in found)
@@ -142,11 +144,12 @@ def _about_stored(remembered: int, cases: int, store: Store | None) -> list[str]
     return said
 
 
-def _stored_results(plan: Plan, store: Store) -> Iterator[tuple[Place, dict[str, Any]]]:
-    """What the store has of the bench's own scenes and rules; others are derived first."""
+def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Place, dict[str, Any]]]:
+    """What the store has of the bench's own scenes and rules; others, if `all_`, are derived."""
     for place, case in plan.places():
-        if fingerprint.known_by_text(case):
-            earlier = store.find(_key(plan.studies[place[0]], case))
+        if all_ or fingerprint.known_by_text(case):
+            key = _key(plan.studies[place[0]], case)
+            earlier = None if key is None else store.find(key)
             if earlier is not None:
                 yield place, earlier
 
@@ -162,8 +165,17 @@ def _stored_answers(plan: Plan, also: Callable[[Scheme], Any], store: Store) -> 
     return found
 
 
-def _key(study: Study, case: Case) -> str:
-    return fingerprint.of_case(study, case, timed=study.alone)
+def _key(study: Study, case: Case) -> str | None:
+    """The fingerprint of a case; None where its result says why it has none."""
+    try:
+        return fingerprint.of_case(study, case, timed=study.alone)
+    except (BadInput, StepFailure, CannotMeasure):
+        return None
+
+
+def _kept(store: Store, key: str | None, result: dict[str, Any]) -> dict[str, Any]:
+    unusable = key is None or result.get("unusable")
+    return result if unusable else dict(store.keep(str(key), result))
 
 
 def measured(
@@ -172,21 +184,15 @@ def measured(
     """The case's result from the store, or measured now and kept there."""
     if store is None:
         return run_case(study, case, progress)
-    try:
-        key = _key(study, case)
-    except (BadInput, StepFailure, CannotMeasure):  # the result says why
-        return run_case(study, case, progress)
-    earlier = store.find(key)
-    if earlier is None:
-        result = run_case(study, case, progress)
-        earlier = result if result.get("unusable") else store.keep(key, result)
-    return dict(earlier)
+    key = _key(study, case)
+    earlier = None if key is None else store.find(key)
+    return _kept(store, key, run_case(study, case, progress)) if earlier is None else dict(earlier)
 
 
 def _done(
     plan: Plan,
     tasks: list[Task],
-    jobs: int | None,
+    jobs: int | Cluster | None,
     also: Callable[[Scheme], Any] | None,
     progress: Progress,
     store: Store | None,
@@ -194,11 +200,14 @@ def _done(
     """Places with their results, as they are finished, and what `also` says, by pair.
 
     Where others work too, this process does the first task, so that verdicts come soon and one by
-    one; the others' come scheme by scheme.
+    one; the others' come scheme by scheme. A cluster's workers have no part in the store here: what
+    they measured is kept as it comes.
     """
-    workers = min(jobs or cores(), len(tasks))
+    elsewhere = isinstance(jobs, Cluster)
+    workers = jobs if isinstance(jobs, Cluster) else min(jobs or cores(), len(tasks))
+    few = workers == 1 or sum(len(t.places) for t in tasks) < WORTH_WORKERS
     spoken = plan.choice.by_name()
-    if workers < 2 or spoken is None or sum(len(t.places) for t in tasks) < WORTH_WORKERS:
+    if not tasks or spoken is None or (few and not elsewhere):
         yield from _in_turn(plan, tasks, also, progress, store)
         return
     from concurrent.futures import as_completed
@@ -209,12 +218,20 @@ def _done(
     try:
         with worker_pool(workers) as pool:
             waiting = {
-                pool.submit(_in_worker, names, spoken, task, also, store): task
+                pool.submit(
+                    _in_worker, names, spoken, stamps(), task, also, None if elsewhere else store
+                ): task
                 for task in tasks[1:]
             }
             yield from _in_turn(plan, tasks[:1], also, progress, store)
             for future in as_completed(waiting):
-                yield waiting[future].places, *future.result()
+                task, (results, said) = waiting[future], future.result()
+                if elsewhere and store is not None:
+                    for (i, k), result in zip(task.places, results, strict=True):
+                        _kept(store, _key(plan.studies[i], plan.cases[i][k]), result)
+                    for pair, answer in said.items():
+                        store.keep(fingerprint.of_answer(also, *plan.pairs[pair]), answer)  # type: ignore[arg-type]
+                yield task.places, results, said
     except BrokenProcessPool:
         raise BadInput(
             "a process that was measuring was killed (too little memory?); the same command goes "
@@ -255,11 +272,13 @@ def _said(
 def _in_worker(
     names: tuple[str, ...],
     spoken: tuple[Any, ...],
+    files: tuple[tuple[str, str], ...],
     task: Task,
     also: Callable[[Scheme], Any] | None,
     store: Store | None,
 ) -> tuple[list[dict[str, Any]], dict[int, Any]]:
     plan = _plan(names, spoken)
+    expect_unchanged(files)
     results = [measured(plan.studies[i], plan.cases[i][k], store=store) for i, k in task.places]
     return results, _said(plan, task, also, store)
 

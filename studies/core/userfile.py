@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import sys
 import traceback
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -37,6 +38,18 @@ _loaded: dict[tuple[Path, bytes], UserFile] = {}
 def loaded() -> tuple[UserFile, ...]:
     """The files that this process has run."""
     return tuple(_loaded.values())
+
+
+def stamps() -> tuple[tuple[str, str], ...]:
+    """(path, digest) of these files, for `expect_unchanged` in another process."""
+    return tuple((file.path, file.digest) for file in loaded())
+
+
+def expect_unchanged(files: Iterable[tuple[str, str]]) -> None:
+    """Raise `BadInput` for a file of which this process has another text."""
+    for path, digest in files:
+        if load(path).digest != digest:
+            raise BadInput(f"{path} has another text here, or was changed; begin again.")
 
 
 def load(path: str) -> UserFile:

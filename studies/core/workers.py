@@ -5,29 +5,36 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context, parent_process
 from multiprocessing.connection import wait
 from threading import Thread
 
+from .cluster import Cluster
+
 
 @contextmanager
-def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+def worker_pool(workers: int | Cluster) -> Iterator[Executor]:
     """A pool of processes, killed at once where an exception (an interrupt, say) leaves it.
 
-    What they finished is in the store, so nothing is lost but what they were at.
+    What they finished is in the store, so nothing is lost but what they were at. Workers of a
+    cluster are not ours to kill: they are told to forget what is left.
     """
+    if isinstance(workers, Cluster):
+        with workers.pool() as pool:
+            yield pool
+        return
     others = set(active_children())
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _begin)
+    own = ProcessPoolExecutor(workers, get_context("spawn"), _begin)
     try:
-        yield pool
+        yield own
     except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
+        own.shutdown(wait=False, cancel_futures=True)
         for process in set(active_children()) - others:
             process.kill()
         raise
-    pool.shutdown()
+    own.shutdown()
 
 
 def _begin() -> None:

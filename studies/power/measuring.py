@@ -14,6 +14,7 @@ from discmech.integrators import rules as discretisations
 
 from .. import get
 from ..core.case import Case
+from ..core.cluster import Cluster
 from ..core.fingerprint import of_everything
 from ..core.record import provenance
 from ..core.running import run_case
@@ -115,7 +116,7 @@ def _through_studies(case_of: Callable[[str, int, int], Case]) -> dict[str, Any]
 def measure(
     faults: Sequence[int],
     rules: Sequence[int],
-    jobs: int,
+    jobs: int | Cluster,
     progress: Callable[[str, float], None],
     store: Store | None = None,
 ) -> tuple[list[Result], list[Result]]:

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ..core.cluster import Cluster
 from ..core.record import record
 from ..core.store import Store
 from .catalogue import everything
@@ -28,7 +29,7 @@ ABOUT = (
 
 def power(
     progress: Callable[[str, float], None],
-    jobs: int,
+    jobs: int | Cluster,
     *,
     thorough: bool = False,
     only: str = "",

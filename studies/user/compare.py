@@ -12,6 +12,7 @@ from typing import Any
 from discmech.integrators import BadInput
 
 from ..core.case import Progress, silent
+from ..core.cluster import Cluster
 from ..core.running import Told, unheard
 from ..core.store import Store
 from ..core.study import view_of
@@ -22,7 +23,7 @@ def compare(
     request: Request,
     progress: Progress = silent,
     told: Told = unheard,
-    jobs: int | None = None,
+    jobs: int | Cluster | None = None,
     store: Store | None = None,
 ) -> dict[str, Any]:
     """Like `verify`, with work and precision; "comparison" holds a line a scene and method.

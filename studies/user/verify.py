@@ -15,6 +15,7 @@ from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
 from .. import NAMES, get
 from ..core import lookup
 from ..core.case import Choice, Progress, silent, worst
+from ..core.cluster import Cluster
 from ..core.record import record
 from ..core.running import SCHEMA, Told, run_studies, unheard
 from ..core.store import Store
@@ -75,7 +76,7 @@ def verify(
     request: Request,
     progress: Progress = silent,
     told: Told = unheard,
-    jobs: int | None = None,
+    jobs: int | Cluster | None = None,
     store: Store | None = None,
 ) -> dict[str, Any]:
     """Run the studies; one result {"study": "verify", "verdict", "cases"}: cases name theirs.
