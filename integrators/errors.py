@@ -1,12 +1,16 @@
-"""Exceptions of this project: one sentence that names the cause and the fix."""
+"""Exceptions of this project: one sentence that names the cause and the fix; what finds both."""
 
 from __future__ import annotations
 
+import inspect
+import re
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import fields
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Self, cast
 
 _OURS = Path(__file__).resolve().parent
 
@@ -48,6 +52,67 @@ def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
     else:
         hint = f"there are {', '.join(names[:3])} and {len(names) - 3} more: say discmech list."
     return BadInput(f'there is no {kind} "{name}": {hint}')
+
+
+#: what Python, numpy or sympy say of a function that was asked with symbols, and what it means
+_REMEDIES = (
+    (r"has no callable (\w+) method", r"write it with sympy functions: sympy.\1, not numpy's"),
+    (r"Cannot convert expression to float|must be real number",
+     "write it with sympy functions, such as sympy.cos in place of math.cos"),
+    ("truth value", "symbols answer no if, sign or maximum: write one smooth formula"),
+    ("SimpleNamespace.* not subscriptable", "the parameters are p, and one of them is p.name"),
+    ("[Ii]ndex.* out of range", "fix it: entries are counted from 0 to the groupoid's dimension"),
+    ("positional argument", "give every function its arguments, no more and no fewer"),
+    ("and 'list'", "s is a list of columns, s[0] the first"),
+)  # fmt: skip
+
+
+def remedy(error: BaseException) -> str:
+    """What leads on from an error that a function of the user's raised for symbols."""
+    for pattern, words in _REMEDIES:
+        if found := re.search(pattern, str(error)):
+            return found.expand(words)
+    return "write it with sympy functions" if isinstance(error, TypeError) else "fix it"
+
+
+def check_function(function: Any, what: str, *wanted: str) -> None:
+    """Raise `BadInput` unless it can be called with the arguments of one of the `wanted`."""
+    words = " or ".join(wanted)
+    if not callable(function):
+        raise BadInput(f"{what} is {function!r}; give a function of {words}.")
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # of a callable that tells nothing
+        return
+    for arguments in wanted:
+        with suppress(TypeError):
+            signature.bind(*arguments.split(","))
+            return
+    place = line_of(function)
+    raise BadInput(
+        (f"{place}: " if place else "")
+        + f"{what} is a function of {signature}; write it with {words}."
+    )
+
+
+def brief_name(thing: Any) -> str:
+    """What a message calls a thing that is not what was asked for: its name, or what it is."""
+    return getattr(thing, "__name__", None) or getattr(thing, "name", None) or repr(thing)
+
+
+class NamedFields:
+    """A dataclass that says which fields it has where it is given another by name."""
+
+    #: what other programs call a field
+    also_called: ClassVar[Mapping[str, str]] = {}
+
+    def __new__(cls, *_: Any, **named: Any) -> Self:
+        names = [f.name for f in fields(cast(Any, cls)) if f.init]
+        if word := min(set(named) - set(names), default=""):
+            near = cls.also_called.get(word) or next(iter(get_close_matches(word, names, 1)), "")
+            say = f"say {near}" if near else f"it has {', '.join(names)}"
+            raise BadInput(f"{cls.__name__}({word}=...): there is no {word}=; {say}.")
+        return super().__new__(cls)
 
 
 class CannotMeasure(BadInput):

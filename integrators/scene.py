@@ -9,15 +9,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import partial
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
-from .errors import BadInput
+from .errors import BadInput, NamedFields, check_function
 from .groupoids import Groupoid, LieGroup, RowAction
 from .numbers import exact_nested, exact_rational, exact_vector, flatten
 
 
 @dataclass(frozen=True)
-class Conserved:
+class Conserved(NamedFields):
     """A quantity formula(x, mu, p) or formula(x, mu, p, h) → expression or column of them.
 
     x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters, h the step.
@@ -33,6 +33,9 @@ class Conserved:
     attitude: bool = False
     value: Any = None
     stretch: int | None = None
+
+    def __post_init__(self) -> None:
+        check_function(self.formula, self.name, "(x, mu, p)", "(x, mu, p, h)")
 
     @property
     def of_step(self) -> bool:
@@ -93,8 +96,18 @@ def on_group(
     return make if formula is None else make(formula)
 
 
+#: fields of a scene that are functions, and of what
+_FUNCTIONS = (
+    ("lagrangian", "(x, v, p)", "(x, v, p, t)"),
+    ("force", "(x, v, p)", "(x, v, p, t)"),
+    ("holonomic", "(x, p)"),
+    ("nonholonomic", "(x, p)"),
+    ("fast", "(x, p)"),
+)
+
+
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(NamedFields):
     """A mechanical system: Lagrangian, groupoid, parameters, start and symmetries.
 
     lagrangian(x, v, p): sympy columns x (n×1) and v (m×1, natural velocities: ẋ = ρ̂(x)v), and p
@@ -134,6 +147,15 @@ class Scene:
     holonomic: Callable[..., Any] | None = None
     nonholonomic: Callable[..., Any] | None = None
 
+    also_called: ClassVar[Mapping[str, str]] = {
+        "constraints": "holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0",
+        "potential": "lagrangian=, kinetic minus potential energy",
+        "hamiltonian": "lagrangian=; a method for H is a one-step map, @one_step",
+        "q0": "x0", "p0": "v0, from which the momentum follows", "u0": "v0", "T": "duration",
+        "h": "step", "dt": "step", "conserved": "symmetries",
+        "t": "lagrangian=lambda x, v, p, t: ...",
+    }  # fmt: skip
+
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
             object.__setattr__(self, name, value)
@@ -150,13 +172,16 @@ class Scene:
         given = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
         if not given or (given == 2 and not isinstance(self.discrete_lagrangian, OnGroup)):
             raise BadInput(f"{self.name}: give either lagrangian= or discrete_lagrangian=.")
-        if self.force is not None and not (callable(self.force) and not self.discrete_lagrangian):
+        if self.force is not None and self.discrete_lagrangian:
             raise BadInput(
-                f"{self.name}: force= is a function of (x, v, p) or (x, v, p, t) beside a "
-                "lagrangian=; a discrete Lagrangian has no points that it could act at."
+                f"{self.name}: force= acts beside a lagrangian=; a discrete Lagrangian has no "
+                "points that it could act at."
             )
+        for word, *wanted in _FUNCTIONS:
+            if getattr(self, word) is not None:
+                check_function(getattr(self, word), f"{self.name}: {word}=", *wanted)
         given_constraints = [f for f in (self.holonomic, self.nonholonomic) if f is not None]
-        if len(given_constraints) > 1 or not all(map(callable, given_constraints)):
+        if len(given_constraints) > 1:
             raise BadInput(
                 f"{self.name}: constraints are functions of (x, p): either holonomic=, a list, or "
                 "nonholonomic=, a list of rows."

@@ -6,16 +6,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ..errors import BadInput, CannotMeasure
+from ..errors import BadInput, CannotMeasure, NamedFields
 from ..numbers import exact_rational, exact_vector
-from ..rules import Composition, Discretisation, OneStepMap, midpoint
+from ..rules import Composition, Discretisation, OneStepMap, check_rule, midpoint
 from ..scene import Scene, arguments_of
 from .boundary_problem import Optimum, solve
 from .stages import ControlStages, stages_of
 
 
 @dataclass(frozen=True, eq=False)
-class Control:
+class Control(NamedFields):
     """Steer a scene from its start to `end` at the least cost: min ∫ C(x, ξ, f) dt.
 
     cost(x, v, f, p) or cost(x, v, f, p, t): C, with sympy columns x (n×1), v (m×1) and f, the
@@ -74,8 +74,7 @@ class Control:
 
         Raises `CannotMeasure` for compositions and one-step maps.
         """
-        if not isinstance(rule, Discretisation):
-            raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
+        check_rule(rule)
         if isinstance(rule, (Composition, OneStepMap)):
             raise CannotMeasure(
                 f"{self.scene.name}: {rule.name} is no weighted sum of values of L, of which "

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from ..errors import BadInput, CannotMeasure
+from ..errors import BadInput, CannotMeasure, brief_name
 from ..groupoids import check_axioms
-from ..rules import Composition, Discretisation, OneStepMap, own
+from ..rules import Composition, Discretisation, OneStepMap, check_rule, own
 from ..scene import Scene
 from .checks import check_regular, check_start
 from .constrained_equations import ConstrainedEquations
@@ -35,9 +35,8 @@ class DiscretisedScene:
         equations: DiscreteEquations | OneStepEquations | None = None,
     ) -> None:
         if not isinstance(scene, Scene):
-            raise BadInput(f"{scene!r} is no scene: give a Scene, or scenes.get(name).")
-        if not isinstance(rule, Discretisation):
-            raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
+            raise BadInput(f"{brief_name(scene)} is no scene: give a Scene, or scenes.get(name).")
+        check_rule(rule)
         derived = _derived(scene, rule) if equations is None else equations
         if len(scene.parameter_values) != len(derived.s.parameter_list):
             raise BadInput(f"{scene.name}: a parameter has another shape than before.")

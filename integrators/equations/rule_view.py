@@ -45,6 +45,8 @@ class GroupoidForRule:
     written: answer with the expressions themselves.
     """
 
+    offers = "G has target, velocity, element, inversion, constant"
+
     def __init__(self, s: SceneSymbols, written: bool = False) -> None:
         self.groupoid, self.s, self.written = s.groupoid, s, written
         n, m = s.groupoid.dim_x, s.groupoid.dim_u
@@ -113,6 +115,8 @@ class LagrangianForRule:
 
     written: answer with the expressions themselves.
     """
+
+    offers = "L has L(x, u), fast, discrete, parameters"
 
     def __init__(self, s: SceneSymbols, written: bool = False) -> None:
         self.s, self.parameters, self.written = s, s.parameters, written

@@ -9,7 +9,7 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
-from ..errors import RAISED, BadInput, CannotMeasure, line_of
+from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy
 from ..groupoids import Clocked
 from ..numbers import Arithmetic, floats_exact, refuse_long, sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
@@ -184,17 +184,15 @@ class SceneSymbols:
                 raise
             raise type(error)(f"{place}: {error}") from error
         except AttributeError as error:
-            known = ", ".join(vars(self.parameters)) or "none"
+            parameters = ", ".join(vars(self.parameters)) or "none"
+            there = getattr(error.obj, "offers", f"the parameters are: {parameters}")
             raise BadInput(
-                f"{self._at(function, what, error)} asks for what is not there ({error}); "
-                f"the parameters are: {known}."
+                f"{self._at(function, what, error)} asks for what is not there ({error}); {there}."
             ) from error
         except RAISED as error:
-            # a function made for numbers alone says that a symbol has the wrong type
-            fix = "write it with sympy functions" if isinstance(error, TypeError) else "fix it"
             raise BadInput(
                 f"{self._at(function, what, error)} could not be evaluated with symbols "
-                f"({type(error).__name__}: {error}); {fix}."
+                f"({type(error).__name__}: {error}); {remedy(error)}."
             ) from error
 
     def _at(self, function: Any, what: str, error: BaseException | None = None) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from ..errors import RAISED, BadInput, line_of
+from ..errors import RAISED, BadInput, line_of, remedy
 from ..numbers import floats_exact, sympy
 from ..numbers.types import Column, Expression
 from .groupoid import Groupoid
@@ -82,7 +82,7 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
     except RAISED as error:
         raise BadInput(
             f"{said(error)} could not be evaluated with symbols ({type(error).__name__}: {error}); "
-            "write it with sympy functions."
+            f"{remedy(error)}."
         ) from error
     if len(entries) != length:
         raise BadInput(f"{said()} returned {len(entries)} entries, but {length} are needed.")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput
+from ..errors import BadInput, NamedFields
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational
 
@@ -18,7 +18,7 @@ INTEGER = (int, np.integer)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Lattice:
+class Lattice(NamedFields):
     """N sites of one groupoid: L = Σ on_site(x_i, v_i, p) + Σ on_bond(x_i, x_j, p) over bonds.
 
     site: the groupoid of a site, with base dimension n and fibre dimension m. On lie_group(...)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..compiler import LatticeSystem
-from ..errors import BadInput, CannotMeasure
+from ..errors import CannotMeasure
 from ..numbers import Double, flatten
 from ..numbers.types import Letter, Letters
-from ..rules import Composition, Discretisation, OneStepMap, adjoint
+from ..rules import Composition, Discretisation, OneStepMap, adjoint, check_rule
 from .lattice import Lattice
 from .lattice_equations import LatticeEquations
 from .lattice_flow import LatticeFlow
@@ -26,8 +26,7 @@ class LatticeScheme:
     """
 
     def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
-        if not isinstance(rule, Discretisation):
-            raise BadInput(f"{rule!r} is no rule: decorate the function with @discretisation().")
+        check_rule(rule)
         of_step = rule.base if isinstance(rule, Composition) else rule
         if isinstance(of_step, OneStepMap):
             raise CannotMeasure(f"{lattice.name}: lattices run by rules, and {rule.name} is a "

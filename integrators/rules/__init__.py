@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from ..errors import unknown
 from .composition import METHODS, Composition, Method, Substep, adjoint, compose
-from .discretisation import Discretisation, discretisation, own
+from .discretisation import Discretisation, check_rule, discretisation, own
 from .galerkin import FAMILIES, gauss, lobatto
 from .maps import MAPS, dual_gauss, map_of, newmark
 from .one_step import OneStepMap, one_step
@@ -16,9 +16,9 @@ from .simple import imex, midpoint, rectangle, trapezoidal
 
 __all__ = [
     "BUILT_IN", "Composition", "Discretisation", "FAMILIES", "GaussNodes", "MAPS", "METHODS",
-    "Method", "OneStepMap", "Substep", "adjoint", "compose", "discretisation", "dual_gauss",
-    "gauss", "get", "imex", "lobatto", "midpoint", "names", "newmark", "one_step", "own",
-    "rectangle", "trapezoidal",
+    "Method", "OneStepMap", "Substep", "adjoint", "check_rule", "compose", "discretisation",
+    "dual_gauss", "gauss", "get", "imex", "lobatto", "midpoint", "names", "newmark", "one_step",
+    "own", "rectangle", "trapezoidal",
 ]  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import BadInput, unknown
+from ..errors import BadInput, brief_name, unknown
 from ..numbers.types import Column, Expression, Letter
 from .quadrature import GaussNodes
 
@@ -100,6 +100,16 @@ def discretisation(
         return Discretisation(label, formula, order, about, stages, splits, where)
 
     return make
+
+
+def check_rule(thing: Any) -> None:
+    """Raise `BadInput` unless it is a rule."""
+    if isinstance(thing, Discretisation):
+        return
+    fix = "decorate the function with @discretisation(), or @one_step() if it is a map (s, z, h)"
+    if isinstance(thing, str):
+        fix = f'write discmech.integrators.rules.get("{thing}")'
+    raise BadInput(f"{brief_name(thing)} is no rule: {fix}.")
 
 
 def checked(

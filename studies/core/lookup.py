@@ -113,6 +113,8 @@ def _given(thing: Any, kind: type[_Thing], named: Callable[[str], _Thing], noun:
         return thing
     if isinstance(thing, str):
         return named(thing)
+    if kind is Discretisation and callable(thing):
+        discretisations.check_rule(thing)  # which says how a function becomes one
     raise BadInput(f"{thing!r} is no {noun}: give one, or its name.")
 
 

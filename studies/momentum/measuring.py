@@ -210,7 +210,8 @@ def formula_of(scheme: Scheme, q: Conserved, step: Any) -> Any:
     if q.attitude:
         size = scheme.scene.groupoid.algebra.size  # type: ignore[attr-defined]
         x = x.reshape(size, size)
-    given = q.at(x, scheme.s.mu, scheme.s.parameters, to_sympy(exact_rational(step, "step")))
+    h = to_sympy(exact_rational(step, "step"))
+    given = scheme.s.evaluated(q.at, q.name, x, scheme.s.mu, scheme.s.parameters, h)
     entries = [scheme.s.scalar(e, q.name, q.formula) for e in
                (list(given) if hasattr(given, "shape") else [given])]  # fmt: skip
     return sympy.Matrix([_varying(e, [*scheme.x, *scheme.s.mu]) for e in entries])

@@ -1,5 +1,7 @@
 """Bad input: each kind is refused in one sentence that names the thing and the mend."""
 
+import math
+
 import numpy as np
 import pytest
 import sympy
@@ -94,9 +96,20 @@ CASES = {
     "Lagrangian raises": (lambda: with_lagrangian(lambda x, v, p: 1 / 0),
                           "bad: its Lagrangian could not be evaluated with symbols .*Zero"),
     "numpy": (lambda: with_lagrangian(lambda x, v, p: np.cos(x[0]) * v[0] ** 2),
-              "its Lagrangian could not be evaluated .* write it with sympy functions"),
+              "could not be evaluated .* sympy functions: sympy.cos, not numpy's"),
     "index": (lambda: with_lagrangian(lambda x, v, p: v[1]), "IndexError.*; fix it"),
-    "arguments": (lambda: with_lagrangian(lambda x, v: v[0]), "its Lagrangian could not be"),
+    "math": (lambda: with_lagrangian(lambda x, v, p: math.cos(x[0])), "such as sympy.cos"),
+    "an if": (lambda: with_lagrangian(lambda x, v, p: v[0] if x[0] > 0 else 0), "one smooth form"),
+    "arguments": (lambda: with_lagrangian(lambda x, v: v[0]),
+                  r"test_bad_input.py, line \d+: bad: lagrangian= .*\(x, v\); write it with"),
+    "a force's arguments": (lambda: plain(force=lambda x, v: [0]), r"force= .*\(x, v, p\) or"),
+    "a constraint with time": (lambda: plain(holonomic=lambda x, p, t: [t]), r"with \(x, p\)\."),
+    "a quantity's arguments": (lambda: Conserved("J", lambda x, v: 0), r"J is .*\(x, mu, p\) or"),
+    "p as a dictionary": (lambda: with_lagrangian(lambda x, v, p: p["m"]), "of them is p.name"),
+    "forces": (lambda: plain(forces=0), r"Scene\(forces=...\): there is no forces=; say force\."),
+    "constraints": (lambda: plain(constraints=0), "no constraints=; say holonomic= for"),
+    "t": (lambda: plain(t=0), "no t=; say lagrangian=lambda x, v, p, t"),
+    "an unknown field": (lambda: plain(colour=0), "no colour=; it has name, groupoid"),
     "parameter not there": (
         lambda: with_lagrangian(lambda x, v, p: p.width * v[0], parameters={"length": 1}),
         "asks for what is not there .*width.*the parameters are: length"),
@@ -138,7 +151,8 @@ CASES = {
     # rules
     "rule's name": (lambda: rule_called("midpont"), 'no rule "midpont": did you mean midpoint?'),
     "rule unlike any": (lambda: rule_called("zzz"), "there are rectangle, midpoint, trapezoidal"),
-    "rule as text": (lambda: Scheme(plain(), "midpoint"), "'midpoint' is no rule: decorate"),
+    "rule as text": (lambda: Scheme(plain(), "midpoint"), r"'midpoint' is no rule: write .*get\("),
+    "what G has not": (lambda: with_rule(lambda L, G, x, u, h: G.point(x)), "; G has target, vel"),
     "rule undecorated": (lambda: Scheme(plain(), lambda L, G, x, u, h: 0), "is no rule: decorate"),
     "rule without brackets": (lambda: discretisation(lambda L, G, x, u, h: 0), "with brackets"),
     "rule of four": (lambda: discretisation(name="mine")(lambda L, G, x, u: 0),
