@@ -117,6 +117,9 @@ class Scene(NamedFields):
     d/dt ∂l/∂ξ = ρ̂ᵀ ∂l/∂x + ad* … + f gets beside the Lagrangian (Lagrange–d'Alembert).
     holonomic(x, p): constraints φ(x) = 0 on the base, a list; nonholonomic(x, p): the rows A(x) of
     constraints A(x) ξ = 0, a list of lists of m (constants on a group without base).
+    contact(x, p): gaps φ(x) ≥ 0 on the base, a list; an entry (φ, [t, …]) says along which
+    coordinates of the touching point it slips (default: x). friction: Coulomb's coefficient, a
+    number or one a gap; restitution: e in [0, 1]; impacts: "stepped" or "located" inside a step.
     fast(x, p): the part of the potential that makes the stiff motion, for rules that treat it apart
     (`imex`); `lagrangian` subtracts it all the same.
     discrete_lagrangian(x, u, h, p) instead, for a discrete Lagrangian given as such; or
@@ -146,6 +149,10 @@ class Scene(NamedFields):
     mu0: Sequence[Any] | None = None
     holonomic: Callable[..., Any] | None = None
     nonholonomic: Callable[..., Any] | None = None
+    contact: Callable[..., Any] | None = None
+    friction: Any = 0
+    restitution: Any = 0
+    impacts: str = "stepped"
 
     also_called: ClassVar[Mapping[str, str]] = {
         "constraints": "holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0",
@@ -193,6 +200,10 @@ class Scene(NamedFields):
                 f"{self.name}: {self.groupoid.name} has no base for φ(x) = 0; constraints of the "
                 "velocity are nonholonomic=."
             )
+        if self.contact is not None:
+            for key in ("friction", "restitution"):
+                put(key, exact_nested(getattr(self, key), f"{self.name}: {key}"))
+            self._check_contact()
         if not isinstance(self.parameters, Mapping):
             raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")
         for key in self.parameters:
@@ -224,6 +235,21 @@ class Scene(NamedFields):
             if not isinstance(quantity, Conserved):
                 raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
 
+    def _check_contact(self) -> None:
+        if not callable(self.contact) or not self.groupoid.dim_x:
+            raise BadInput(
+                f"{self.name}: contact= is a function of (x, p), a list of gaps φ(x) ≥ 0 on the "
+                f"base, of which {self.groupoid.name} must have one."
+            )
+        if self.constrained or self.discrete_lagrangian or not self.lagrangian:
+            raise BadInput(f"{self.name}: contact needs a lagrangian= alone, and no constraints.")
+        if min(flatten((self.friction,)), default=0) < 0:
+            raise BadInput(f"{self.name}: the friction is negative; give a number from 0.")
+        if isinstance(self.restitution, tuple) or not 0 <= self.restitution <= 1:
+            raise BadInput(f"{self.name}: give a restitution from 0 to 1, one for all contacts.")
+        if self.impacts not in ("stepped", "located"):
+            raise BadInput(f'{self.name}: impacts={self.impacts!r}; say "stepped" or "located".')
+
     @property
     def constrained(self) -> bool:
         """Whether constraints restrict the motion."""
@@ -244,7 +270,7 @@ class Scene(NamedFields):
     def laws(self) -> tuple[Any, ...]:
         """All that is given by functions: scenes whose laws are alike differ in numbers alone."""
         return (self.lagrangian, self.discrete_lagrangian, self.fast, self.force, self.holonomic,
-                self.nonholonomic, self.symmetries)  # fmt: skip
+                self.nonholonomic, self.contact, self.symmetries)  # fmt: skip
 
     @property
     def parameter_values(self) -> list[Any]:

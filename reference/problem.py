@@ -93,12 +93,17 @@ def scene_of(scene: Any) -> Any:
             raise ReferenceFailure(
                 f"{scene!r} is no scene; give a Scene or the name of one, such as 'pendulum'"
             )
+        if getattr(scene, "contact", None) is not None:
+            raise ReferenceFailure(
+                f"{scene.name} has contact, and references enclose smooth motions: compare its "
+                "runs with smaller steps, or with a closed form"
+            )
         return scene
     from discmech.integrators import scenes
 
     names = list(scenes.names())
-    if scene in names:
-        return scenes.get(scene)
+    if scene in scenes.every_name():
+        return scene_of(scenes.get(scene))
     near = get_close_matches(scene, names, 3)
     hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(names)}"
     raise ReferenceFailure(f"there is no scene {scene!r}: {hint}")

@@ -157,6 +157,11 @@ class StepContext:
 
     def check_one_arrow(self) -> None:
         """Raise `CannotMeasure` where a step is no map of arrows (x, u)."""
+        if self.scene.contact is not None:
+            raise CannotMeasure(
+                f"{self.scene.name} has contact: a step is a map on (x, mu) with impulses in it, "
+                "not on arrows (x, u); use dual_step."
+            )
         if self.scene.constrained:
             raise CannotMeasure(
                 f"{self.scene.name} has constraints: a step is a map on (x, mu), not on arrows "

@@ -43,10 +43,11 @@ class Control(NamedFields):
         if not isinstance(scene, Scene):
             raise BadInput(f"{scene!r} is no scene: give a Scene, or scenes.get(name).")
         name, m = scene.name, scene.groupoid.dim_u
-        if scene.lagrangian is None or scene.discrete_lagrangian is not None or scene.constrained:
+        bound = scene.constrained or scene.contact is not None
+        if scene.lagrangian is None or scene.discrete_lagrangian is not None or bound:
             raise CannotMeasure(
-                f"{name}: control needs a scene with a lagrangian= and without constraints: a "
-                "force acts at the points where a rule asks for L."
+                f"{name}: control needs a scene with a lagrangian= and without constraints or "
+                "contact: a force acts at the points where a rule asks for L."
             )
         count = m if self.controls is None else self.controls
         if type(count) is not int or count < 1 or (self.inputs is None and count != m):

@@ -5,11 +5,13 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
+from ..contact import check_gaps
 from ..equations import DiscretisedScene
 from ..errors import BadInput
 from ..geometry import is_self_adjoint
 from ..lattices import Lattice, LatticeScheme
 from ..rules import Composition, OneStepMap, Substep
+from .contact_flow import ContactFlow
 from .flow import Flow, Substeps
 from .step_choice import step_for
 
@@ -18,8 +20,14 @@ class Scheme(DiscretisedScene):
     """A scene discretised by a rule: (equations, values) with an order, an adjoint and flows.
 
     Raises `BadInput` if the groupoid violates its axioms, the rule or the Lagrangian cannot be
-    evaluated, or L_d is degenerate (FL singular everywhere).
+    evaluated, or L_d is degenerate (FL singular everywhere); of a scene with contact, if the start
+    is inside the obstacle (how deep), and for gaps that are closed there and contradict each other.
     """
+
+    def __init__(self, scene: Any, rule: Any, equations: Any = None) -> None:
+        super().__init__(scene, rule, equations)
+        if self.scene.contact is not None:
+            check_gaps(self.equations.s, self.scene)
 
     def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
         """Of a `Lattice`, its `LatticeScheme`."""
@@ -33,7 +41,7 @@ class Scheme(DiscretisedScene):
         Nothing is derived or compiled again. Raises `BadInput` for values that do not fit, and for
         another Lagrangian or groupoid.
         """
-        functions = {"lagrangian", "groupoid", "discrete_lagrangian", "fast", "force"}
+        functions = {"lagrangian", "groupoid", "discrete_lagrangian", "fast", "force", "contact"}
         if derived := set(values) & functions:
             raise BadInput(
                 f"{self.scene.name}: another {min(derived)} makes another scheme; "
@@ -103,15 +111,26 @@ class Scheme(DiscretisedScene):
         return order + 1 if groupoid._inversion is not None and self.self_adjoint else order
 
     def flow(
-        self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
+        self,
+        step: Any = None,
+        digits: int = 16,
+        on_edge: str = "refuse",
+        *,
+        tolerance: Any = None,
+        impacts: str | None = None,
     ) -> Flow:
         """The flow at one step size; digits = 16 is compiled double precision, more is mpmath.
 
         on_edge: "refuse", "bisect" or "shrink" where a step reaches the edge of its chart
         (`bisections.edge_policies`); a composition cannot "bisect". tolerance: instead of a step,
         the error over the scene's duration, for which a pilot picks the step (`Flow.choice`).
+        impacts: "stepped" or "located", where the scene has contact (default: as it says).
         Raises `BadInput` unless there is one of the two, and for a tolerance out of reach.
         """
+        if impacts is not None:
+            if self.scene.contact is None:
+                raise BadInput(f"{self.scene.name} has no contact: leave impacts= out.")
+            return self.at(impacts=impacts).flow(step, digits, on_edge, tolerance=tolerance)
         if (step is None) == (tolerance is None):
             raise BadInput(
                 f"{self.scene.name}: give a step, or a tolerance for which a step is chosen."
@@ -126,4 +145,5 @@ class Scheme(DiscretisedScene):
 
     def flow_at(self, step: Any, digits: int, on_edge: str) -> Flow:
         """The flow at a step that was given or chosen."""
-        return Flow(self, step, digits, on_edge, self.flow_substeps)
+        kind = Flow if self.scene.contact is None else ContactFlow
+        return kind(self, step, digits, on_edge, self.flow_substeps)

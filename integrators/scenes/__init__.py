@@ -20,18 +20,34 @@ NAMES = (
 )  # fmt: skip
 
 
+#: scenes with contact: what holds of them is another study's (`contact`)
+CONTACT = (
+    "bouncing-ball", "wedge-billiard", "sliding-block", "falling-stick", "beads", "tumbling-box",
+)  # fmt: skip
+
+
 def names() -> tuple[str, ...]:
-    """The names of all scenes, simplest first."""
+    """The names of all scenes without contact, simplest first."""
     return NAMES
+
+
+def every_name() -> tuple[str, ...]:
+    """The names of all scenes, those with contact last."""
+    return (*NAMES, *CONTACT)
 
 
 def get(name: str) -> Scene:
     """The scene of that name; raises `BadInput` with the nearest name."""
-    if name not in NAMES:
-        raise unknown("scene", name, NAMES)
+    if name not in every_name():
+        raise unknown("scene", name, every_name())
     return cast(Scene, import_module(f".{name.replace('-', '_')}", __name__).scene)
 
 
 def all_scenes() -> list[Scene]:
-    """Every scene, in the order of `names`."""
+    """Every scene without contact, in the order of `names`."""
     return [get(name) for name in NAMES]
+
+
+def with_contact() -> list[Scene]:
+    """Every scene with contact."""
+    return [get(name) for name in CONTACT]

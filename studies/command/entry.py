@@ -103,7 +103,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _list(options: argparse.Namespace) -> int:
-    found = {"scenes": list(scenes.names()), "rules": list(discretisations.names()),
+    found = {"scenes": list(scenes.every_name()), "rules": list(discretisations.names()),
              "groupoids": list(GROUPOIDS), "studies": list(NAMES),
              "one_step_maps": list(discretisations.MAPS)}  # fmt: skip
     if options.json:

@@ -66,6 +66,10 @@ class Choice:
     def unheeded(self) -> list[str]:
         """A sentence for each scene named that has no use for the rules that were chosen."""
         found = [said for s in self.scenes for rule in self.rules if (said := rule.refusal(s))]
+        found += [
+            f"{s.name} has contact: it is judged by `discmech contact`, and not by other studies."
+            for s in self.scenes if s.contact is not None
+        ]  # fmt: skip
         for scene in self.scenes if self.rules else ():
             rules = [
                 rule.name for rule in self.rules

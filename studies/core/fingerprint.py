@@ -81,7 +81,7 @@ def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation
 def is_ours(thing: Scene | Discretisation) -> bool:
     """Whether the bench itself defines the scene or rule, values and composition aside."""
     if isinstance(thing, Scene):
-        own = scenes.get(thing.name) if thing.name in scenes.NAMES else None
+        own = scenes.get(thing.name) if thing.name in scenes.every_name() else None
         return own is not None and own.laws == thing.laws
     formula = (thing.base if isinstance(thing, Composition) else thing).formula
     return str(formula.__module__).startswith("discmech.integrators.")

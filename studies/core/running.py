@@ -68,6 +68,9 @@ def run_studies(
     for study, cases in zip(plan.studies, plan.cases, strict=True):
         if not cases:
             names = ", ".join(s.name for s in choice.scenes)
+            met = any(s.contact is not None for s in choice.scenes)
+            if met and (said := choice.unheeded()):
+                raise BadInput(" ".join(said))
             if names and choice.rules and not plan.pairs:
                 if said := choice.unheeded():
                     raise BadInput(" ".join(said))

@@ -65,8 +65,10 @@ class Study:
         return import_module(f"{self.package}.view").VIEW
 
     def cases(self, choice: Choice) -> list[Case]:
-        """The cases of a choice."""
-        return list(self.measuring.cases(choice))
+        """The cases of a choice: scenes with contact are the study's that says it judges them."""
+        contact = getattr(self.measuring, "CONTACT", False)
+        found = list(self.measuring.cases(choice))
+        return [case for case in found if (case.scene.contact is not None) == contact]
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
         """The numbers of a case: {"measured": {...}, "rows": [...], ...}."""

@@ -81,7 +81,10 @@ def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], 
         if isinstance(thing, Discretisation):
             known, names = discretisations.BUILT_IN.get(thing.name), rules
         elif isinstance(thing, Scene):
-            known, names = scenes.get(thing.name) if thing.name in scenes.NAMES else None, own
+            known, names = (
+                scenes.get(thing.name) if thing.name in scenes.every_name() else None,
+                own,
+            )
         else:
             continue
         if thing is known:

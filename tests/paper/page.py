@@ -48,7 +48,8 @@ No displayed formula. What the last paragraph hopes for, and what of it runs her
   (`docs/constraints.md`);
 - discrete optimal control: on every groupoid, by the forced equations and the cost of one rule
   (`docs/optimal-control.md`);
-- frictional contact, multisymplectic field theories: not yet.
+- frictional contact: on every groupoid with a base, by every rule (`docs/contact.md`);
+- multisymplectic field theories: not yet.
 """
 
 OVER = {

@@ -33,7 +33,7 @@ def test_list_as_json(ask, tmp_path):
     assert code == 0 and list(found) == [
         "scenes", "rules", "groupoids", "studies", "one_step_maps",
     ]  # fmt: skip
-    assert found["scenes"] == list(scenes.names()) and found["studies"] == list(NAMES)
+    assert found["scenes"] == list(scenes.every_name()) and found["studies"] == list(NAMES)
     assert found["rules"][:3] == ["rectangle", "midpoint", "trapezoidal"]
     assert found["rules"] == list(discretisations.names())
     assert ask("list", "--json", str(tmp_path / "list.json")) == (0, "", "")

@@ -1,0 +1,273 @@
+"""A step under contact: free steps between impulses of the contacts.
+
+A gap that is closed and does not open keeps closed as a constraint would, by an impulse at each end
+of the step (`equations.constrained_equations`; RATTLE where the rule is trapezoidal), here in the
+cone of Coulomb: with λ_i ≥ 0 at the start, φ(b(x, u)) ≥ 0 and λ_i φ_i = 0, and at the end the same
+of the velocity. At the start friction meets the way along the plane, so that what sticks stays.
+
+A gap that would become negative is an impact. Here an impulse at the start ends the step on φ = 0;
+at the end it is given back as far as the energy at the start of the step allows, and the impact is
+there: its time is late by less than a step (Kane, Repetto, Ortiz, Marsden 1999; Pandolfi, Kane,
+Marsden, Ortiz 2002). `located_step` finds it inside the step.
+
+All is made of free steps of the scheme, of the size of the step or a part of it, so that nothing is
+compiled for contact, and every rule on every groupoid has it. Unknowns are few: an impulse for each
+closed gap, and for each direction of its plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..errors import CannotMeasure
+from ..numbers.types import Number, Vector
+from .gaps import Gaps, Place
+from .impacts import AGAIN, NOISE, Active, active, given_back, in_cones, velocity_law, width
+
+LEFT_OVER = 2**12  # units of round-off that a gap may be negative by
+ZENO = 64  # impacts of one gap in one step, after which it closes without a rebound
+
+
+@dataclass(frozen=True)
+class FreeSteps:
+    """Steps of the scheme without contact.
+
+    h: the step; part: (share of the step, x, μ, a velocity nearby) ↦ (y, μ′, u) after it, u what
+    left x. It may raise `StepFailure`.
+    """
+
+    h: Number
+    part: Callable[[Number, Vector, Vector, Vector], tuple[Vector, Vector, Vector]]
+
+
+class Moment(NamedTuple):
+    """Where a run is: place, μ, a velocity nearby, and of each gap the noise of its velocities."""
+
+    place: Place
+    mu: Vector
+    u: Vector
+    noise: Vector
+
+
+class Impact(NamedTuple):
+    """An impact: its part of the step, x, μ before and after, and the impulses (K, 1 + D)."""
+
+    share: Number
+    x: Vector
+    before: Vector
+    after: Vector
+    impulses: np.ndarray
+
+
+class Taken(NamedTuple):
+    """A part of a step that was taken: where it led to, the velocity that left, the impulses.
+
+    start, at_start: the contacts that pushed at the start, and their impulses.
+    """
+
+    place: Place
+    mu: Vector
+    u: Vector
+    impulses: np.ndarray
+    noise: Vector
+    start: Active
+    at_start: Vector
+
+
+class ContactSteps:
+    """Steps of a scene under contact, with impacts at the end of a step.
+
+    restitution: a number of the arithmetic.
+    """
+
+    def __init__(self, gaps: Gaps, free: FreeSteps, restitution: Number) -> None:
+        self.gaps, self.free, self.e = gaps, free, restitution
+        self.eps, self.one = gaps.numbers.eps, gaps.numbers.number(1)
+
+    def still(self) -> Vector:
+        """The noise of a start."""
+        return self.gaps.numbers.zeros(self.gaps.count)
+
+    def still_impulses(self) -> np.ndarray:
+        """No impulses, (K, 1 + D)."""
+        found: np.ndarray = self.gaps.numbers.zeros(self.gaps.count, width(self.gaps))
+        return found
+
+    def free_steps(self, x: np.ndarray) -> tuple[int, np.ndarray]:
+        """Of free steps along rows of x (r, n), how many come before one that may meet a gap; φ."""
+        phi = self.gaps.phi(x)
+        where = np.flatnonzero(self._met(phi).any(axis=1))
+        return (int(where[0]) if len(where) else len(x) - 1), phi
+
+    def _met(self, phi: np.ndarray) -> np.ndarray:
+        """Of rows of φ (r, K), whether a step may meet a gap, (r − 1, K)."""
+        met: np.ndarray = phi[1:] < 0
+        return met
+
+    def step(self, m: Moment) -> tuple[Moment, Vector, np.ndarray, list[Impact]]:
+        """(the moment after one step, the u that left, impulses (K, 1 + D), impacts).
+
+        Raises `CannotMeasure` where no impulses are found, or impacts do not end.
+        """
+        m = m._replace(noise=m.noise / 4)  # within a step it does not shrink
+        return self._taken(m, [0] * self.gaps.count, [])
+
+    def resting(self, m: Moment, xi: Vector) -> list[int]:
+        """The gaps that are closed and do not open."""
+        place = m.place
+        slow = self._slow(place.normal, xi, m.noise)
+        return [int(i) for i in np.flatnonzero(place.closed & (place.normal @ xi <= slow))]
+
+    def _slow(self, rows: np.ndarray, xi: Vector, noise: Vector) -> Vector:
+        """Velocities along rows that are round-off."""
+        slow: Vector = NOISE * self.eps * (abs(rows) @ abs(xi) + noise)
+        return slow
+
+    def _check_open(self, place: Place) -> None:
+        """Raise `CannotMeasure` if a gap is negative by more than round-off."""
+        if (place.phi < -LEFT_OVER * self.eps * place.size).any():
+            raise CannotMeasure("a contact was met that no impulse and no part of the step opens")
+
+    # -- impacts ---------------------------------------------------------------------------------
+
+    def _struck(
+        self, m: Moment, share: Number, counts: list[int], impacts: list[Impact]
+    ) -> tuple[Moment, Vector]:
+        """The moment after the impacts of closed gaps that are still closing, and ξ there."""
+        place = m.place
+        for _ in range(AGAIN):
+            xi = self.gaps.velocity(place.x, m.mu, m.u)
+            slow = self._slow(place.normal, xi, m.noise)
+            closing = place.closed & (place.normal @ xi < -slow)
+            if not closing.any():
+                return m, xi
+            for i in np.flatnonzero(closing):
+                counts[i] += 1
+            tired = self.e < 1 and max(counts) > ZENO
+            e = 0 * self.one if tired else self.e
+            contacts = active(self.gaps, place, [int(i) for i in np.flatnonzero(place.closed)])
+            P, after, changed = velocity_law(self.gaps, place, m.mu, m.u, contacts, e)
+            impacts.append(Impact(share, place.x, m.mu, after, contacts.total(P)))
+            m = Moment(place, after, m.u, np.maximum(m.noise, self._noise(contacts, changed)))
+        raise CannotMeasure(f"{AGAIN} impacts at one place do not open the gaps")
+
+    def _noise(self, contacts: Active, changed: Vector) -> Vector:
+        noise = self.still()
+        for i, change in zip(contacts.owners, changed, strict=True):
+            noise[i] = max(noise[i], change)
+        return noise
+
+    def _slips(
+        self, m: Moment, xi: Vector, resting: list[int], stuck: set[int]
+    ) -> dict[int, Vector]:
+        """The directions in which resting gaps with friction slip."""
+        found, place = {}, m.place
+        for i in resting:
+            if i in stuck or not self.gaps.friction[i] > 0:
+                continue
+            slip = place.slip[i] @ xi
+            if (abs(slip) > self._slow(place.slip[i], xi, m.noise[i])).any():
+                found[i] = slip / sum(e * e for e in slip) ** 0.5
+        return found
+
+    # -- parts of a step -------------------------------------------------------------------------
+
+    def _moved(
+        self,
+        m: Moment,
+        xi: Vector,
+        share: Number,
+        resting: Sequence[int],
+        slips: Mapping[int, Vector],
+        landing: Sequence[int] = (),
+        held: bool = False,
+    ) -> Taken:
+        """A part of a step in which the resting gaps stay closed, or open.
+
+        slips: directions in which they slip, against which friction is at the start where the way
+        along the plane does not turn back. landing: gaps that are kept from being negative by an
+        impulse without friction, at the start only. held: friction is against the slips throughout.
+        """
+        gaps, h, place = self.gaps, self.free.h * share, m.place
+        start = active(gaps, place, resting, landing, slips)
+        W = gaps.flexibility(place.x, xi, start.rows, start.push)
+        reach = place.own + self.free.h * (abs(place.normal) @ abs(xi) + m.noise)
+
+        def trial(P: Vector) -> tuple[Vector, Vector, Any]:
+            y, mu, u = self.free.part(share, place.x, m.mu + start.push.T @ P, m.u)
+            there = gaps.at(y, reach + self.free.h * self._noise(start, abs(W) @ abs(P)))
+            F, unit = gaps.numbers.zeros(len(P)), gaps.numbers.zeros(len(P))
+            for cone, i in zip(start.cones, [*resting, *landing], strict=True):
+                F[cone.normal], unit[cone.normal] = there.phi[i] / h, there.size[i] / h
+                if cone.tangent.start < cone.tangent.stop:
+                    F[cone.tangent] = place.moved(i, there) / h
+                    unit[cone.tangent] = max(abs(there.where[i])) / h
+            return F, unit, (there, mu, u)
+
+        P = gaps.numbers.zeros(len(start.rows))
+        if not len(P):
+            _, _, (there, mu, u) = trial(P)
+            return Taken(there, mu, u, start.total(P), m.noise, start, P)
+        P, (there, mu, u) = in_cones(gaps, trial, W, start.cones)
+        onward = {i: e for i, e in slips.items() if held or e @ place.moved(i, there) > 0}
+        if len(onward) < len(slips):
+            return self._moved(m, xi, share, resting, onward, landing)
+        kept = [i for i in resting if there.closed[i]]
+        turned = {i: carried(place, there, i, e) for i, e in slips.items()} if held else {}
+        end = active(gaps, there, kept, (), turned)
+        total, noise = start.total(P), np.maximum(m.noise, self._noise(start, abs(W) @ abs(P)))
+        if kept:
+            Q, mu, changed = velocity_law(gaps, there, mu, u, end, 0)
+            total, noise = total + end.total(Q), np.maximum(noise, self._noise(end, changed))
+        return Taken(there, mu, u, total, noise, start, P)
+
+    def _taken(
+        self, m: Moment, counts: list[int], impacts: list[Impact]
+    ) -> tuple[Moment, Vector, np.ndarray, list[Impact]]:
+        """`step`, of which counts (K,) and impacts are written on the way."""
+        m, xi = self._struck(m, 0 * self.one, counts, impacts)
+        resting = self.resting(m, xi)
+        gaps, landing = self.gaps, list[int]()
+        slips = self._slips(m, xi, resting, set())
+        while True:
+            taken = self._moved(m, xi, self.one, resting, slips, landing)
+            there = taken.place
+            low = np.flatnonzero((there.phi < 0) & ~there.closed)
+            new = [int(i) for i in low if i not in {*resting, *landing}]
+            if not new:
+                break
+            landing += new
+        total, mu = taken.impulses, taken.mu
+        pushed = [k for k, i in enumerate(taken.start.owners) if i in landing]
+        landed = [k for k in pushed if taken.at_start[k] > 0]
+        if landed:
+            others = taken.at_start.copy()
+            others[pushed] = 0
+            after = m.mu + taken.start.push.T @ others
+            pushed_off = gaps.velocity(m.place.x, after, m.u)
+            wanted = min(gaps.energy(m.place.x, xi, m.mu),
+                         gaps.energy(m.place.x, pushed_off, after))  # fmt: skip
+            owners = [taken.start.owners[k] for k in landed]
+            along = taken.at_start[landed] @ there.normal[owners]
+            back = given_back(gaps, there, mu, taken.u, along, wanted)
+            part = (mu - back) @ along / (along @ along)
+            total[owners, 0] -= part * taken.at_start[landed]
+            mu = back
+        m = Moment(there, mu, taken.u, taken.noise)
+        self._check_open(there)
+        m, _ = self._struck(m, self.one, counts, impacts)
+        return m, taken.u, sum((e.impulses for e in impacts), total), impacts
+
+
+def carried(place: Place, there: Place, i: int, along: Vector) -> Vector:
+    """A direction of the plane of a gap, in the basis of its plane at another place."""
+    if place.bases[i] is None:
+        return along
+    found = there.bases[i].T @ (place.bases[i] @ along)
+    length = sum(e * e for e in found) ** 0.5
+    turned: Vector = found / length
+    return turned

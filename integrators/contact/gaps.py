@@ -1,0 +1,251 @@
+"""The gaps φ(x) ≥ 0 of a scene, as numbers: slopes, planes of contact, velocities and energy.
+
+The normal row of a gap is A = φ′ρ̂, so that dφ/dt = A ξ and Aᵀλ is the force of a multiplier λ. In
+the plane of contact the touching point has coordinates t(x), whose rates T ξ are its slip: those
+that the scene gives, or x itself without its part along φ′, in an orthonormal basis of the plane.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..equations import (
+    SceneSymbols,
+    energy,
+    legendre_inverse,
+    mass_matrix,
+    momentum,
+    natural_structure,
+)
+from ..errors import BadInput
+from ..numbers import Arithmetic, arithmetic, flatten, jacobian, numeric, sympy
+from ..numbers.types import Column, Number, Vector
+from ..scene import Scene
+
+TOUCHING = 128  # units of round-off of its size within which a gap is closed
+DEEPEST = 100  # corrections of the search for a place outside the obstacle
+
+
+class Place(NamedTuple):
+    """The gaps at a point x, K of them.
+
+    phi, own, size (K,): their values, what their round-off is a part of here, and what it is with
+    the way that led here; normal (K, m); slip: of each gap T (d, m); bases: of each gap an
+    orthonormal basis of its plane, or None where the scene gives coordinates; where: of each gap
+    its t(x); scale (K,): |φ′| where T is in its units, else 1; closed (K,): whether a gap is 0 to
+    round-off.
+    """
+
+    x: Vector
+    phi: Vector
+    own: Vector
+    size: Vector
+    normal: np.ndarray
+    slip: list[np.ndarray]
+    bases: list[Any]
+    where: list[Vector]
+    scale: Vector
+    closed: Vector
+
+    def moved(self, i: int, other: Place) -> Vector:
+        """How far the touching point of gap i has moved along its plane, from here to there."""
+        way = other.where[i] - self.where[i]
+        return way if self.bases[i] is None else way @ self.bases[i]
+
+
+class Gaps:
+    """The gaps of a scene in an arithmetic, and what their velocities follow from.
+
+    friction (K,). Raises `BadInput` for gaps that are no expressions of x and p, coordinates
+    without a gap, another number of coefficients than of gaps, and friction in a base of 1.
+    """
+
+    def __init__(self, s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> None:
+        self.s, self.scene, self.numbers, self.n = s, scene, numbers, s.n
+        self.p = [numbers.number(e) for e in scene.parameter_values]
+        phi, coordinates = _entries(s, scene.contact)
+        self.count = len(phi)
+        given = flatten((scene.friction,))
+        if isinstance(scene.friction, tuple) and len(given) != self.count:
+            raise BadInput(
+                f"{s.name}: friction has {len(given)} entries; give one for each gap, {self.count}."
+            )
+        spread = given if isinstance(scene.friction, tuple) else given * self.count
+        self.friction = [numbers.number(e) for e in spread]
+        for i, (e, own) in enumerate(zip(self.friction, coordinates, strict=True)):
+            if e > 0 and own is None and s.n == 1:
+                raise BadInput(
+                    f"{s.name}: gap {i} has friction, but a base of 1 has no plane of contact; "
+                    "give the coordinates along which it slips, (φ, [t, …])."
+                )
+        self.coordinates = coordinates
+        self._place, self._phi, self._motion, self._energy = _functions(s, scene.contact, numbers)
+        self._legendre = legendre_inverse(s, numbers)
+        #: whether ξ is affine in μ
+        self.quadratic = self._legendre.quadratic
+
+    def phi(self, rows: np.ndarray) -> np.ndarray:
+        """φ at rows of x, (r, K)."""
+        if self.numbers.dtype is object:
+            return np.array([self._phi(x, self.p) for x in rows])
+        return np.array(np.broadcast_to(self._phi(rows.T, self.p).T, (len(rows), self.count)))
+
+    def at(self, x: Vector, reach: Any = 0) -> Place:
+        """The gaps at a point; reach (K,): sizes of what was added up on the way to it."""
+        phi, own_size, slope, normal, rho, own, own_slope = self._place(x, self.p)
+        slip, bases, where, scale, first = [], [], [], [], 0
+        for i, coordinates in enumerate(self.coordinates):
+            basis, length = None, 1 + 0 * phi[i]
+            if coordinates is None and self.friction[i] > 0:
+                length = sum(e * e for e in slope[i]) ** 0.5
+                basis = _plane(slope[i] / length)
+            last = first + len(coordinates or ())
+            slip.append(own_slope[first:last] if basis is None else basis.T @ rho)
+            where.append(own[first:last] if basis is None else x[: self.n])
+            bases.append(basis)
+            scale.append(length)
+            first = last
+        size = own_size + reach
+        closed = abs(phi) <= TOUCHING * self.numbers.eps * size
+        scales = np.array(scale)
+        return Place(x, phi, own_size, size, normal, slip, bases, where, scales, closed)
+
+    def velocity(self, x: Vector, mu: Vector, near: Vector) -> Vector:
+        """ξ(x, μ), m; `near`: one nearby."""
+        if self.quadratic:
+            mass, still = self._motion(x, 0 * mu, self.p)
+            solved: Vector = self.numbers.solve(mass, mu - still)
+            return solved
+        found: Vector = self._legendre(x[None], mu[None], self.p, near[None])[0]
+        return found
+
+    def flexibility(self, x: Vector, xi: Vector, rows: np.ndarray, push: np.ndarray) -> np.ndarray:
+        """rows M⁻¹ pushᵀ: how impulses along `push` change the velocities along `rows`."""
+        mass, _ = self._motion(x, xi, self.p)
+        solved: np.ndarray = rows @ self.numbers.solve(mass, push.T)
+        return solved
+
+    def energy(self, x: Vector, xi: Vector, mu: Vector) -> Number:
+        """H at (x, ξ, μ)."""
+        return self._energy(x, xi, mu, self.p)
+
+
+def _plane(normal: Vector) -> np.ndarray:
+    """An orthonormal basis of the plane across a unit vector, n×(n−1), by a reflection."""
+    n, along = len(normal), normal.copy()
+    along[0] += 1 if normal[0] >= 0 else -1
+    one = np.eye(n, dtype=int) + 0 * normal[0]
+    return (one - 2 * np.outer(along, along) / (along @ along))[:, 1:]
+
+
+def _entries(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
+    """The gaps, K×1, and of each the coordinates of its plane, or None where it gives none."""
+    what = "its contact"
+    given = s.evaluated(contact, what, s.position, s.parameters)
+    if not hasattr(given, "__iter__") or not len(given):
+        raise BadInput(
+            f"{s.name}: contact= gives {given!r}, but must give a list of gaps φ(x), or of (φ, "
+            "[t, …]) with the coordinates along which the touching point slips."
+        )
+    gaps, coordinates = [], []
+    for i, e in enumerate(list(given)):
+        split = isinstance(e, (tuple, list))
+        if split and (len(e) != 2 or not hasattr(e[1], "__iter__") or not len(list(e[1]))):
+            raise BadInput(f"{s.name}: gap {i} is {e!r}; give φ, or (φ, [t, …]).")
+        gaps.append(e[0] if split else e)
+        coordinates.append(s.scalars(e[1], what, contact) if split else None)
+    phi = s.scalars(gaps, what, contact)
+    for column in (phi, *(e for e in coordinates if e is not None)):
+        s.refuse_unknown(column, {*s.position}, what, contact, "x and p")
+    for i, e in enumerate(phi):
+        if not e.free_symbols & {*s.position}:
+            raise BadInput(f"{s.name}: gap {i} is {e}, which no motion changes; leave it out.")
+    return phi, coordinates
+
+
+@lru_cache(maxsize=64)
+def _functions(s: SceneSymbols, contact: Any, numbers: Arithmetic) -> tuple[Any, ...]:
+    """What `Gaps.at` needs; φ, of columns where there are any; M and ∂l/∂ξ; H."""
+    phi, coordinates = _entries(s, contact)
+    own = sympy.Matrix([e for part in coordinates for e in part or ()])
+    rho = natural_structure(s, s.x)[0][: s.n, :]
+    slope = jacobian(phi, s.position)
+    size = [
+        sympy.Add(*map(abs, sympy.Add.make_args(e)), *(abs(d * x) for d, x in
+                zip(row, s.position, strict=True)))
+        for e, row in zip(phi, slope.tolist(), strict=True)
+    ]  # fmt: skip
+    given: dict[str, Any] = {"x": s.x, "p": s.parameter_list}
+    results: list[Any] = [list(phi), size, slope, slope * rho, rho]
+    results += [list(own), jacobian(own, s.position) * rho] if len(own) else [[], []]
+    moving = {"x": s.x, "u": s.u, "p": s.parameter_list}
+    with_momentum = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    return (
+        numeric(given, results, numbers),
+        numeric(given, [list(phi)], numbers, columns=numbers.dtype is not object),
+        numeric(moving, [mass_matrix(s), list(momentum(s))], numbers),
+        numeric(with_momentum, [energy(s)], numbers),
+    )
+
+
+def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
+    """Raise `BadInput` unless a start is outside the obstacle, and the closed gaps leave room.
+
+    x0: another start than the scene's, in exact numbers or of any arithmetic, without its time.
+    """
+    numbers = arithmetic(16)
+    with numbers.working():
+        gaps = Gaps(s, scene, numbers)
+        x = np.array([float(e) for e in s.with_time(scene.x0 if x0 is None else x0)])
+        try:
+            place = gaps.at(x)
+        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+            raise BadInput(
+                f"{scene.name}: a gap has no real value at x0; begin elsewhere."
+            ) from None
+        inside = place.phi < -TOUCHING * numbers.eps * place.size
+        if inside.any():
+            raise BadInput(f"{scene.name}: {_depth(gaps, x, place)}.")
+        for i in np.flatnonzero(place.closed):
+            if not abs(place.normal[i]).max() > 0:
+                raise BadInput(
+                    f"{scene.name}: gap {i} is closed at x0 and has no slope there, so no force "
+                    "keeps it open; write it with a slope (a distance has one)."
+                )
+        closed = place.normal[place.closed]
+        if _opposed(closed):
+            listed = ", ".join(map(str, np.flatnonzero(place.closed)))
+            raise BadInput(
+                f"{scene.name}: the gaps {listed} contradict each other: closed at x0, they leave "
+                "no direction to move in that opens them all; a constraint is holonomic=."
+            )
+
+
+def _depth(gaps: Gaps, x: Vector, place: Place) -> str:
+    """How deep a start is inside the obstacle, and a place outside if there is one nearby."""
+    i = int(np.argmin(place.phi))
+    told = f"x0 is inside the obstacle: gap {i} is {place.phi[i]:.3g}"
+    at = x.copy()
+    for _ in range(DEEPEST):
+        phi, _, slope, *_ = gaps._place(at, gaps.p)
+        if (phi >= 0).all():
+            return f"{told}; begin outside, such as at x0={[float(e) for e in at[: gaps.n]]}"
+        low = phi < 0
+        at[: gaps.n] -= np.linalg.pinv(slope[low]) @ (phi[low] * 1.125)
+        if not np.isfinite(at).all():
+            break
+    return f"{told}, and the gaps contradict each other: no place near x0 has all of them open"
+
+
+def _opposed(rows: np.ndarray) -> bool:
+    """Whether a sum of the rows with weights ≥ 0, not all 0, vanishes: no direction opens all."""
+    if len(rows) < 2:
+        return False
+    from scipy.optimize import nnls  # few starts have two gaps closed
+
+    unit = rows / np.linalg.norm(rows, axis=1)[:, None]
+    table = np.vstack([unit.T, np.ones(len(unit))])
+    return bool(nnls(table, np.eye(len(table))[-1])[1] < 1e-9)

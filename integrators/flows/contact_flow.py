@@ -1,0 +1,268 @@
+"""The flow of a scene with contact: free steps at full speed, steps with contact where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..compiler import OK, KernelsAtStep
+from ..contact import ContactSteps, FreeSteps, Gaps, Impact, LocatedSteps, Moment, check_gaps
+from ..errors import BadInput, CannotMeasure, StepFailure
+from ..numbers import Matrix, Numbers, Vector, exact_rational
+from .failures import CAUSES
+from .flow import Flow
+from .initial_state import Start
+from .run import Trajectory, run_from, whole_number
+
+MOST_AT_ONCE = 4096  # free steps that are taken before anybody looks for a contact
+
+
+@dataclass(frozen=True)
+class Impacts:
+    """The impacts of a run: t (i,), x (i, n), before and after (i, m), impulses (i, K, 1 + D).
+
+    before, after: μ; the jump is Σ impulses over the gaps, the normal one along A = φ′ρ̂, the others
+    along the coordinates of the plane of contact.
+    """
+
+    t: Vector
+    x: Matrix
+    before: Matrix
+    after: Matrix
+    impulses: np.ndarray
+
+
+@dataclass(frozen=True)
+class ContactTrajectory(Trajectory):
+    """Rows of a run with contact, as of any run, with what the contacts did.
+
+    multipliers (r, K): the normal impulse of each gap in the step that leaves a row, over h.
+    impulses (r, K, 1 + D): that impulse, and those of friction along the coordinates of its plane.
+    gaps (r, K): φ. impacts: all impacts, with or without a row.
+    """
+
+    impulses: np.ndarray
+    gaps: Matrix
+    impacts: Impacts
+
+
+class ContactFlow(Flow):
+    """The flow of a scene with contact: (x, μ) ↦ (x, μ) with φ ≥ 0 (`contact.ContactSteps`).
+
+    It has no maps of arrows, no forms and no past: what asks for them raises `CannotMeasure`.
+    Raises `BadInput` for a negative step, and another on_edge than "refuse".
+    """
+
+    def __init__(self, scheme: Any, step: Any, digits: int, on_edge: str, substeps: Any) -> None:
+        super().__init__(scheme, step, digits, on_edge, substeps)
+        scene = scheme.scene
+        if self.step < 0:
+            raise BadInput(
+                f"{scene.name}: an impact has no unique past, so a scene with contact takes "
+                "positive steps only."
+            )
+        if on_edge != "refuse":
+            raise BadInput(f'{scene.name}: contact needs on_edge="refuse", the default.')
+
+    @cached_property
+    def _gaps(self) -> Gaps:
+        return Gaps(self.scheme.equations.s, self.scheme.scene, self.numbers)
+
+    @cached_property
+    def _steps(self) -> ContactSteps:
+        scene, h = self.scheme.scene, self.context.h
+        e = self.numbers.number(scene.restitution)
+        kind = LocatedSteps if scene.impacts == "located" else ContactSteps
+        return kind(self._gaps, FreeSteps(h, self._part), e)
+
+    def _part(self, share: Any, x: Vector, mu: Vector, u: Vector) -> tuple[Vector, Vector, Vector]:
+        """(y, μ′, u) of a free step of a share of the step."""
+        machine = self.machine
+        if share != 1:
+            of = self.machine
+            parts = [[share * part.q[0], *part.q[1:]] for part in self.parts]
+            machine = KernelsAtStep(of.kernels, self.numbers, parts, list(of.kinds), of.name)
+        guess = self.context.start(x, mu, u)
+        run = machine.buffers(machine.lead(x, mu, machine.c, guess), 1, 1)
+        self.edge.begin(run, None)
+        status = machine.one_step(run)
+        if status != OK:
+            raise self.context.failure(CAUSES[status], {"x": x, "mu": mu})
+        leaving = run.us[0, : len(mu)]
+        if self.context.one_step:
+            leaving = self._gaps.velocity(x, mu, u)
+        return *machine.point(run.state), leaving
+
+    def trajectory(
+        self,
+        steps: int,
+        every: int = 1,
+        *,
+        x0: Any = None,
+        mu0: Any = None,
+        u0: Any = None,
+        element0: Any = None,
+        t0: Any = 0,
+        progress: Callable[[int], None] | None = None,
+    ) -> ContactTrajectory:
+        """As `Flow.trajectory`, with what the contacts did; no element0.
+
+        A start with a closed gap that is closing begins with that impact.
+        """
+        if element0 is not None:
+            raise BadInput(
+                f"{self.scheme.scene.name}: a scene with contact takes mu0, no element0."
+            )
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        with self.numbers.working():
+            t0 = exact_rational(t0, "t0")
+            start = self.starting.at(x0, mu0, u0, None, t0)
+            if mu0 is not None:
+                self.starting.check(start)
+            if x0 is not None:
+                s = self.scheme.equations.s
+                check_gaps(s, self.scheme.scene, self.numbers.public(start.x[: s.n]))
+            return _Run(self, start, steps, every, progress).taken()
+
+    def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
+        """(x, μ) ↦ (x, μ) after one step with its contacts."""
+        run = self.trajectory(1, x0=x, mu0=mu)
+        return run.base[-1], run.mu[-1]
+
+    def _no_form(self, *given: Any, **named: Any) -> Any:
+        """Not defined where a step holds impulses: raises `CannotMeasure`."""
+        raise CannotMeasure(
+            f"{self.scheme.scene.name} has contact: what is asked for is not defined where a step "
+            "holds impulses; discmech contact judges it."
+        )
+
+    poisson_defect = step_defect = tangent = solutions = inverse_legendre = _no_form
+
+
+class _Run:
+    """A run of a contact flow as it goes."""
+
+    def __init__(self, flow: Any, start: Start, steps: int, every: int, progress: Any) -> None:
+        self.flow, self.steps, self.every, self.progress = flow, steps, every, progress
+        self.numbers, self.gaps, self.contact = flow.numbers, flow._gaps, flow._steps
+        self.t0, self.index, self.chunk = start.t0, 0, 8
+        m = len(start.mu)
+        self.moment = Moment(self.gaps.at(start.x), start.mu, start.guess[:m], self.contact.still())
+        if flow.context.one_step:
+            near = flow.context.vector(flow.scheme.scene.v0, m)
+            self.moment = self.moment._replace(u=self.gaps.velocity(start.x, start.mu, near))
+        count = steps // every + 1
+        self.rows = [self.numbers.zeros(count, k) for k in (len(start.x), m, m)]
+        self.impulses = self.numbers.zeros(count, *self.contact.still_impulses().shape)
+        self.impacts: list[tuple[int, Impact]] = []
+
+    def taken(self) -> ContactTrajectory:
+        """The trajectory; raises `StepFailure` with the rows so far."""
+        while self.index < self.steps:
+            try:
+                if not self._freely():
+                    self._in_contact()
+            except (StepFailure, CannotMeasure) as failure:
+                raise self._failed(failure) from None
+            except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+                raise self._failed(CannotMeasure("L or a gap of it is no number")) from None
+            if self.progress is not None:
+                self.progress(self.index)
+        m = self.moment
+        try:
+            leaving = self.flow._part(1, m.place.x, m.mu, m.u)[2]
+        except StepFailure as failure:
+            raise self._failed(failure) from None
+        self._write(m.place.x, m.mu, leaving)
+        return self._trajectory(self.steps // self.every + 1)
+
+    def _failed(self, failure: Exception) -> StepFailure:
+        cause = getattr(failure, "cause", str(failure))
+        context, m = self.flow.context, self.moment
+        rows = self._trajectory(-(-self.index // self.every))
+        found: StepFailure = context.failure(cause, {"x": m.place.x, "mu": m.mu}, self.index, rows)
+        return found
+
+    def _write(self, x: Vector, mu: Vector, u: Vector, impulses: Any = 0) -> None:
+        """The row of now, if it has one."""
+        if self.index % self.every == 0:
+            row = self.index // self.every
+            for column, value in zip(self.rows, (x, mu, u), strict=True):
+                column[row] = value
+            self.impulses[row] += impulses
+
+    def _in_contact(self) -> None:
+        m = self.moment
+        after, u, impulses, impacts = self.contact.step(m)
+        self._write(m.place.x, m.mu, u, impulses)
+        self.impacts += [(self.index, e) for e in impacts]
+        self.moment, self.index, self.chunk = after, self.index + 1, 8
+
+    def _freely(self) -> bool:
+        """Take free steps up to the first with a contact; whether there were any."""
+        m, numbers = self.moment, self.numbers
+        at = m.place.x
+        closed = m.place.closed.any()
+        if closed and self.contact.resting(m, self.gaps.velocity(at, m.mu, m.u)):
+            return False
+        count = min(self.chunk, self.steps - self.index)
+        start = Start(at, m.mu, self.flow.context.start(at, m.mu, m.u))
+        try:
+            run = run_from(self.flow.edge, start, count)
+        except StepFailure as failure:  # perhaps beyond a contact that nobody looked for
+            run = failure.trajectory
+            if run is None or len(run.t) < 2:
+                return False
+        x, mu, u = (
+            np.array([[numbers.number(e) for e in row] for row in rows], dtype=numbers.dtype)
+            if numbers.dtype is object else rows for rows in (run.base, run.mu, run.u)
+        )  # fmt: skip
+        free, phi = self.contact.free_steps(x)
+        for k in range(free):
+            self._write(x[k], mu[k], u[k])
+            self.index += 1
+        if free:
+            place = self.gaps.at(x[free], abs(phi[free] - phi[free - 1]))
+            self.moment = Moment(place, mu[free], u[free], self.contact.still())
+        self.chunk = min(2 * self.chunk, MOST_AT_ONCE)
+        return free > 0
+
+    def _trajectory(self, count: int) -> ContactTrajectory:
+        flow, public = self.flow, self.numbers.public
+        x, mu, u = (public(rows[:count]) for rows in self.rows)
+        impulses, n = public(self.impulses[:count]), self.gaps.n
+        index = np.arange(count, dtype=np.int64) * self.every
+        t0 = self.numbers.number(self.t0)
+        phi = public(self.gaps.phi(self.rows[0][:count])) if count else x[:, :0]
+        zero = np.zeros(count, dtype=np.int64)
+        return ContactTrajectory(
+            t=public(self.numbers.multiples(flow.step, index) + t0), x=x[:, :n], u=u, mu=mu,
+            iterations=zero, newton_mean=0.0, newton_max=0, newton_residual=0.0,
+            steps=self.index, step=flow.step, margin=1.0, edges=0, translates=zero, base=x,
+            multipliers=public(self.impulses[:count, :, 0] / flow.context.h),
+            solver="Newton, contacts in cones", contraction=0.0, impulses=impulses, gaps=phi,
+            impacts=self._impacts(),
+        )  # fmt: skip
+
+    def _impacts(self) -> Impacts:
+        numbers, h = self.numbers, self.flow.context.h
+        times = [numbers.number(self.flow.step * k) + e.share * h + numbers.number(self.t0)
+                 for k, e in self.impacts]  # fmt: skip
+        n, m = self.gaps.n, self.rows[1].shape[1]
+
+        def table(values: list[Any], *shape: int) -> np.ndarray:
+            found: np.ndarray = numbers.public(
+                np.array(values, dtype=numbers.dtype).reshape(len(values), *shape)
+            )
+            return found
+
+        each = [e for _, e in self.impacts]
+        return Impacts(
+            table(times), table([e.x[:n] for e in each], n), table([e.before for e in each], m),
+            table([e.after for e in each], m),
+            table([e.impulses for e in each], *self.impulses.shape[1:]),
+        )  # fmt: skip
