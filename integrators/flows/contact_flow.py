@@ -12,11 +12,11 @@ import numpy as np
 from ..compiler import OK, KernelsAtStep
 from ..contact import ContactSteps, FreeSteps, Gaps, Impact, LocatedSteps, Moment, check_gaps
 from ..errors import BadInput, CannotMeasure, StepFailure
-from ..numbers import Matrix, Numbers, Vector, exact_rational
+from ..numbers import Matrix, Numbers, Vector, exact_rational, whole_number
 from .failures import CAUSES
 from .flow import Flow
 from .initial_state import Start
-from .run import Trajectory, run_from, whole_number
+from .run import Trajectory, run_from
 
 MOST_AT_ONCE = 4096  # free steps that are taken before anybody looks for a contact
 
