@@ -94,25 +94,28 @@ def _answer(options: argparse.Namespace) -> int:
 
 
 def _show(result: dict[str, Any], notes: list[str], seconds: float) -> None:
-    from ..report import verdicts
+    from ..report import advising, verdicts
 
     screen = console()
     screen.print(verdicts.table(result))
     if "comparison" in result:
         screen.print(verdicts.side_by_side(result))
-    for paragraph in (*verdicts.adjoints(result), *notes, *verdicts.troubles(result)):
+    advised = advising.recommended(result) if "advice" in result else []
+    for paragraph in (*advised, *verdicts.adjoints(result), *notes, *verdicts.troubles(result)):
         screen.print(paragraph, highlight=False, markup=False, soft_wrap=True)
     print(f"{verdicts.summary(result)} ({seconds:.0f} s)")
 
 
 def _page(request: Any, result: dict[str, Any]) -> str:
-    from ..report import verdicts
+    from ..report import advising, verdicts
     from ..report.page import lone_page
     from .report import about
 
     scenes = {scene.name: scene for scene, _ in request.choice().pairs()}
     tables = [verdicts.overview(result)]
-    tables += [verdicts.comparison(result)] if "comparison" in result else []
+    if "comparison" in result:
+        tables += [verdicts.comparison(result)]
+        tables += [advising.recommendation(result)] if result["advice"] else []
     studies = verdicts.by_study(result)
     return lone_page(studies, [about(s) for s in scenes.values()], result["command"], tables)
 

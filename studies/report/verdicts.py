@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.study import view_of
+from .advising import times
 from .tables import COLOURS, got, short, wanted
 from .wording import (
     NONE,
@@ -33,6 +34,7 @@ COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
     "defect": ("Ω defect", scientific),
     "drift": ("Momentum drift", scientific),
     "band": ("Energy band", scientific),
+    "bounded": ("Bounded share", "{:.0%}".format),
     "stable": ("Stable hω", "{:.3g}".format),
     "seconds": ("Time to an error", duration),
 }
@@ -123,17 +125,23 @@ def adjoints(result: Result) -> list[str]:
 
 def comparison(result: Result) -> dict[str, Any]:
     """A line a scene, precision and method; in brackets how many times the best one's."""
-    names = [n for n in COMPARED if any(line.get(n) is not None for line in result["comparison"])]
+    names = [n for n in COMPARED
+             if any(line.get(n) is not None or n in line.get("not_finite", ())
+                    for line in result["comparison"])]  # fmt: skip
 
     def shown(line: Mapping[str, Any], name: str) -> str:
         value = number(line.get(name))
-        if value is None:
+        if name in line.get("not_finite", ()):
+            return "not finite"
+        # one cell of a map decides its largest step, and not its share
+        if value is None or (name == "stable" and "bounded" in line):
             return NONE
         words = COMPARED[name][1](value)
         words += f" to {scientific(line['accuracy'])}" if name == "seconds" else ""
         words += f" at h = {line['step']:.3g}" if name == "error" else ""
+        words += f" ± {100 * line['bounded_spread']:.0f}" if name == "bounded" else ""
         ratio = number(line["ratios"].get(name))
-        return words if ratio is None else f"{words} ({ratio:.3g}×)"
+        return words if ratio is None else f"{words} ({times(ratio)})"
 
     lines = sorted(result["comparison"], key=lambda line: str(line["digits"]))
     scenes = list(dict.fromkeys(line["scene"] for line in lines))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ from ..report.view import Sketch, Titles, View
 from ..report.wording import NONE, Case, mapping, number
 from . import plot_linear, plot_maps
 
+FARTHEST = 1000.0  # hω up to which the linear part looks
 LINEAR = (
     "The exact step of each rule on the harmonic oscillator. Left: its spectral radius; a "
     "symplectic step is stable while it is one, to the number beside the rule (by root "
@@ -53,7 +55,9 @@ def _got(measured: dict[str, Any]) -> str:
         off, end = number(measured.get("off_circle")), number(measured.get("stable_to"))
         if off is not None:
             return f"leaves the unit circle at hω = {off:g}"
-        return "stable at every hω up to 1000" if end is None else f"stable to hω = {end:.6f}"
+        return (
+            f"stable at every hω up to {FARTHEST:g}" if end is None else f"stable to hω = {end:.6f}"
+        )
     said = [", ".join(f"{count} {name}" for name, count in measured["classes"].items())]
     ends = [e for e in map(number, (measured.get("limits") or {}).values()) if e is not None]
     if ends:
@@ -81,8 +85,23 @@ def _short(measured: dict[str, Any]) -> str:
 
 
 def _compared(case: Case) -> dict[str, Any]:
+    """Of the oscillator the end that bisection found; of a map the share of it that is bounded.
+
+    An edge of that share lies anywhere between two cells in step: half a cell each is uncertain.
+    """
+    if case.get("kind") == "linear" and case["measured"]:
+        end = case["measured"]["stable_to"]
+        return {"stable": FARTHEST if end is None else end}
     limits = [v for v in (case["measured"].get("limits") or {}).values() if v is not None]
-    return {"stable": min(limits)} if limits else {}
+    if not limits:
+        return {}
+    bounded = [(row["stiffness"], row["class"] == "bounded") for row in case["rows"]]
+    edges = sum(a[0] == b[0] and a[1] != b[1] for a, b in itertools.pairwise(bounded))
+    return {
+        "stable": min(limits),
+        "bounded": sum(inside for _, inside in bounded) / len(bounded),
+        "bounded_spread": edges / 2 / len(bounded),
+    }
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:

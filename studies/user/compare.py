@@ -5,6 +5,7 @@ Figures that can be compared are held against the best method's of the same scen
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,7 +17,10 @@ from ..core.cluster import Cluster
 from ..core.running import Told, unheard
 from ..core.store import Store
 from ..core.study import view_of
+from .advice import LOST, advice
 from .verify import Request, studies, verify
+
+PERIODS = 1000  # of the long race beside the one over a scene's duration
 
 
 def compare(
@@ -26,17 +30,20 @@ def compare(
     jobs: int | Cluster | None = None,
     store: Store | None = None,
 ) -> dict[str, Any]:
-    """Like `verify`, with work and precision; "comparison" holds a line a scene and method.
+    """Like `verify`, with work and precision.
 
+    "comparison" holds a line a scene and method, "advice" which one to take (see `advice`).
     Raises `BadInput` for fewer than two methods.
     """
     rules = request.rules()
     if len(rules) < 2:
         raise BadInput("name at least two methods to compare, such as my_rule.py midpoint.")
     asked = request.studies or (*studies(), "work-precision")
-    result = verify(replace(request, studies=asked), progress, told, jobs, store)
+    asking = replace(request, studies=asked, also_periods=PERIODS)
+    result = verify(asking, progress, told, jobs, store)
     result["study"] = "compare"
     result["comparison"] = comparison(result["cases"])
+    result["advice"] = advice(result["cases"], result["comparison"])
     return result
 
 
@@ -45,8 +52,10 @@ def comparison(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
     error: at the smallest `step` that all methods of the scene ran. seconds: to the smallest
     `accuracy` that all of them reach. order, defect, drift, band, stable (largest step times
-    fastest frequency, where maps are drawn) as their studies have them. Ratios are to the smallest
-    of the scene and precision.
+    fastest frequency, where maps are drawn), bounded and bounded_spread (share of such a map) as
+    their studies have them. Ratios are to the smallest of the scene and precision. not_finite:
+    names of what has no value because the run failed or its numbers are not finite; a value that
+    is as large as what it is relative to has no ratio.
     """
     lines: dict[tuple[Any, ...], dict[str, Any]] = {}
     for case in cases:
@@ -56,7 +65,12 @@ def comparison(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         )
         read = view_of(case["study"]).compared
         if read is not None and not case["control"]:
-            line.update(read(case))
+            failed = case.get("verdict") == "fail" and not case["measured"]
+            for name, value in read(case).items():
+                if _is_finite(value) or (value is None and not failed):
+                    line[name] = value
+                else:
+                    line.setdefault("not_finite", []).append("error" if name == "errors" else name)
     found = [line for line in lines.values() if len(line) > 4]
     for line in found:
         fellows = [f for f in found if (f["scene"], f["digits"]) == (line["scene"], line["digits"])]
@@ -67,9 +81,22 @@ def comparison(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         line["ratios"] = {
             name: line[name] / least
             for name in ("error", "band", "seconds")
-            if line.get(name) and (least := min(f[name] for f in fellows if f.get(name)))
+            if _sound(line, name) and (least := min(f[name] for f in fellows if _sound(f, name)))
         }
     return [{k: v for k, v in line.items() if k not in ("errors", "costs")} for line in found]
+
+
+def _is_finite(value: Any) -> bool:
+    """Of a number; of a table, whether it has one."""
+    if isinstance(value, dict):
+        return any(map(math.isfinite, value.values()))
+    return value is not None and math.isfinite(value)
+
+
+def _sound(line: dict[str, Any], name: str) -> bool:
+    """Whether a value may stand in a ratio: where all is lost, how many times says nothing."""
+    value = line.get(name) or 0.0
+    return value > 0 and (name == "seconds" or value < LOST)
 
 
 def _common(

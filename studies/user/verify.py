@@ -43,6 +43,7 @@ class Request:
     steps: int | None = None
     every_scene: bool = False
     peers: tuple[str, ...] = ("none",)  # of work-precision
+    also_periods: int | None = None  # of a second race of work-precision
 
     def rules(self) -> tuple[Discretisation, ...]:
         """The rules of the files, or of the words; for scenes alone two well-known ones."""
@@ -68,7 +69,7 @@ class Request:
             rules=rules,
             digits=self.digits,
             steps=self.steps,
-            own=(("peer", self.peers),),
+            own=(("peer", self.peers), ("also_periods", self.also_periods)),
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,7 +65,11 @@ class Yardstick:
             self.floors |= {name: UNIT, f"{name}-max": UNIT}
 
     def errors(self, states: States) -> dict[str, float]:
-        """Every metric that exists here; not finite where the run is not."""
+        """Every metric that exists here, not finite where the run is not; and "growth".
+
+        That is the power of time with which the largest energy error grows from half the run to all
+        of it: 0 of a band that stands, 1 of a drift.
+        """
         found: dict[str, float] = {}
         if self.reference is not None and len(states.checkpoints):
             found |= self._against_reference(states.checkpoints - self.reference)
@@ -76,6 +81,8 @@ class Yardstick:
                 drifts.append(("momentum", np.max(each, axis=0)))
         for name, drift in drifts:
             found |= {name: float(drift[-1]), f"{name}-max": float(drift.max())}
+        half = float(drifts[0][1][: len(path.t) // 2 + 1].max())
+        found["growth"] = math.log2(found["energy-max"] / half) if half > 0 else 0.0
         return found
 
     def _against_reference(self, gap: np.ndarray) -> dict[str, float]:

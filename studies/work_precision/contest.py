@@ -67,7 +67,9 @@ def hold_race(
         where = scene.name if periods is None else f"a race of {scene.name} over many periods"
         known = ", ".join(m for m in METRICS if m in yardstick.floors)
         raise BadInput(f"--y {axes[1]} does not exist in {where}: choose {known}.")
-    entrants: list[Contestant] = [RuleContestant(problem, rule, first) for rule in rules]
+    ours = [RuleContestant(problem, rule, first) for rule in rules]
+    alike = _one_method(ours)
+    entrants: list[Contestant] = [one for one in ours if one.name not in alike]
     entrants += [peer(name, problem, equations) for name in peers]
     climbs = []
     for i, contestant in enumerate(entrants):
@@ -75,13 +77,24 @@ def hold_race(
         climbs.append(climb(contestant, yardstick, axes[1], each))
     progress(f"{scene.name}: timing", 0.5)
     timed = [pair for each in climbs for pair in each.runs]
-    timings = race([run for _, run in timed], REPEATING * budget)
+    timings = race([run for _, run in timed], REPEATING * each * len(entrants))
     for (row, _), timing in zip(timed, timings, strict=True):
         row |= {"seconds": timing.median, "seconds_low": timing.low, "seconds_high": timing.high,
                 "samples": timing.samples, "outliers": timing.outliers}  # fmt: skip
     whole = {"floor": yardstick.floors, "duration": float(problem.duration), "periods": periods,
              "crossovers": crossovers(climbs, axes)}  # fmt: skip
-    return {each.contestant.name: {**whole, **summary(each, climbs, axes)} for each in climbs}
+    found = {each.contestant.name: {**whole, **summary(each, climbs, axes)} for each in climbs}
+    for name, first_of_them in alike.items():
+        twin = found[first_of_them]
+        found[name] = {**twin, "measured": {**twin["measured"], "same_as": first_of_them}}
+    return found
+
+
+def _one_method(rules: Sequence[RuleContestant]) -> dict[str, str]:
+    """Rules whose step is that of an earlier one → its name; they run once, and share the rows."""
+    first: dict[str, str] = {}
+    leaders = {rule.name: first.setdefault(rule.equations, rule.name) for rule in rules}
+    return {name: leader for name, leader in leaders.items() if name != leader}
 
 
 def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: float) -> Climb:
@@ -103,7 +116,7 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
             needed = before * growth
             found.cut = f"{told['setting']}, about {needed:.2g} s"
             break
-        row: dict[str, Any] = {**told, **dict.fromkeys((*METRICS, *WORK)), "cause": ""}
+        row: dict[str, Any] = {**told, **dict.fromkeys((*METRICS, "growth", *WORK)), "cause": ""}
         found.rows.append(row)
         try:
             run = contestant.prepare(setting)

@@ -12,11 +12,13 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
 from discmech.integrators import Scheme
+from discmech.integrators.compiler import text_key
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene
@@ -119,6 +121,14 @@ class RuleContestant:
         with suppress(StepFailure):  # compiled it is anyway; the ladder tells what fails
             self.scheme.flow(problem.duration / self.first).trajectory(1)
         self.setup = time.perf_counter() - begun
+
+    @cached_property
+    def equations(self) -> str:
+        """What tells its step from any other's: two rules with equal ones are one method here."""
+        system = self.scheme.flow(self.problem.duration / self.first).system
+        constants = [str(value(60)) for value in system.constants.values()]
+        shares = [f"{part.coefficient(60)} {part.adjoint}" for part in self.scheme.substeps]
+        return text_key(system, *constants, *shares)
 
     def ladder(self) -> Iterator[int]:
         """Numbers of steps, doubled on and on: first a quarter of what the scene's own step makes,

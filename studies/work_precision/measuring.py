@@ -97,7 +97,8 @@ class Entry(Case):
 def cases(choice: Choice) -> list[Case]:
     """The methods of every scene's race: over its duration, or over `--periods` of its motion.
 
-    Where no scene is chosen, a few scenes run over a thousand periods as well.
+    Where no scene is chosen, a few scenes run over a thousand periods as well; with the choice's
+    `also_periods` (of `compare`) all whose energy is kept do, over as many.
     """
     if choice.digits and 16 not in choice.digits:
         return []
@@ -112,7 +113,13 @@ def cases(choice: Choice) -> list[Case]:
         Race(*scene_and_rules, choice, choice.asked("periods"))
         for scene_and_rules in found.values()
     ]
-    if choice.asked("periods") is None and not choice.scenes:
+    if also := choice.asked("also_periods"):
+        races += [
+            Race(scene, rules, choice, also)
+            for scene, rules in found.values()
+            if scene.force is None  # the energy is what counts there
+        ]
+    elif choice.asked("periods") is None and not choice.scenes:
         races += [Race(*found[key], choice, PERIODS) for key in found if key[0] in LONG]
     return [
         Entry(NAME, one.scene, one.rules[0], 16, choice.steps, race=one, method=method)
@@ -153,7 +160,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     seconds_low, seconds_high (quartiles), samples, outliers, cause (of a failure)}.
 
     measured: {x, y, best, cost: {accuracy: work or None}, ratio: {accuracy: to the best peer},
-    cut: what was left out, setup: seconds to derive and compile}; floor: {metric: error};
+    cut: what was left out, setup: seconds to derive and compile, spread: {accuracy: cost by the
+    quartiles of the times}, dearest: work of the longest run, equal_time: see
+    `standings.equal_time`, same_as: the rule whose rows these are, since it is the same method};
+    rows have the energy error's growth too (`Yardstick.errors`); floor: {metric: error};
     kind: rule or peer; duration; periods.
     """
     assert isinstance(case, Entry)

@@ -24,7 +24,11 @@ class Climb:
 
 
 def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict[str, Any]:
-    """{rows, measured, kind, setup}: what each accuracy costs, beside the best peer's cost."""
+    """{rows, measured, kind}: what each accuracy costs, beside the best peer's cost.
+
+    cost, its quartiles (`spread`) and `equal_time` are read off the line through the runs; see
+    `measuring.measure`.
+    """
     costs = cost(each.rows, axes)
     others = [cost(c.rows, axes) for c in climbs if c.contestant.kind == "peer"]
     ratio = {}
@@ -40,11 +44,60 @@ def summary(each: Climb, climbs: Sequence[Climb], axes: tuple[str, str]) -> dict
             "y": axes[1],
             "best": min(errors, default=None),
             "cost": costs,
+            "spread": _spread(each.rows, axes),
             "ratio": ratio,
             "cut": each.cut,
+            "dearest": max((work for work, _ in _points(each.rows, axes)), default=None),
+            "equal_time": equal_time(each.rows, [c.rows for c in climbs], axes[1]),
+            "same_as": None,
             "setup": getattr(each.contestant, "setup", None),
         },
     }
+
+
+def _spread(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> dict[str, list[float] | None]:
+    """Per accuracy the cost by the quartiles of all times; None where it is not a time."""
+    if axes[0] != "seconds":
+        return {}
+    ends = [cost(rows, (f"seconds_{end}", axes[1])) for end in ("low", "high")]
+    pairs = {key: [value for end in ends if (value := end[key]) is not None] for key in ends[0]}
+    return {key: pair if len(pair) == 2 else None for key, pair in pairs.items()}
+
+
+def equal_time(
+    own: Sequence[dict[str, Any]], every: Sequence[Sequence[dict[str, Any]]], metric: str
+) -> dict[str, Any] | None:
+    """{seconds, error, spread, growth}: the least error within the time that all methods ran.
+
+    That time is the shortest of the methods' longest runs. spread: the same by the quartiles of the
+    times. growth: of the energy error in the longest run within it. None if no run is as short.
+    """
+    longest = [max((s for s, _ in _points(rows, ("seconds", metric))), default=None)
+               for rows in every]  # fmt: skip
+    ended = [seconds for seconds in longest if seconds is not None]
+    if not ended or not own:
+        return None
+    when = min(ended)
+    found = [
+        next(iter(cost(own, (metric, clock), [when]).values()))
+        for clock in ("seconds", "seconds_low", "seconds_high")
+    ]
+    inside = [row for row in own if row.get("seconds") and row["seconds"] <= when]
+    if found[0] is None or not inside:
+        return None
+    ends = [value for value in found if value is not None]
+    growth = max(inside, key=lambda row: row["seconds"]).get("growth")
+    spread = [min(ends), max(ends)]
+    return {"seconds": when, "error": found[0], "spread": spread, "growth": growth}
+
+
+def _points(rows: Sequence[dict[str, Any]], axes: tuple[str, str]) -> list[tuple[float, float]]:
+    """(work, error) of the runs that came to their end, in the order of the ladder."""
+    return [
+        (row[axes[0]], max(row[axes[1]], 1e-300))
+        for row in rows
+        if row.get(axes[0]) and row.get(axes[1]) is not None
+    ]
 
 
 def crossovers(climbs: Sequence[Climb], axes: tuple[str, str]) -> list[dict[str, Any]]:
@@ -84,11 +137,7 @@ def cost(
     That of the line through the runs in log–log, in the order of the ladder. In the order of work
     two runs that take about as long would change places by chance, and the cost with them.
     """
-    points = [
-        (row[axes[0]], max(row[axes[1]], 1e-300))
-        for row in rows
-        if row[axes[0]] and row[axes[1]] is not None
-    ]
+    points = _points(rows, axes)
     found: dict[str, float | None] = {}
     for accuracy in accuracies:
         works = [work for work, error in points if error <= accuracy]

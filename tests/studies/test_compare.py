@@ -8,6 +8,7 @@ import os
 import pytest
 
 from discmech.studies.command.entry import main
+from discmech.studies.report import verdicts
 from discmech.studies.user.compare import comparison
 from tests.studies.test_userfile import RULE
 
@@ -40,6 +41,21 @@ def test_times_are_compared_at_the_smallest_error_that_all_reach():
     assert [(line["accuracy"], line["seconds"]) for line in found] == [(1e-4, 1.0), (1e-4, 0.5)]
     assert found[0]["ratios"] == {"seconds": 2, "band": 1}
     assert found[1]["ratios"] == {"seconds": 1, "band": pytest.approx(3)}
+
+
+def test_what_is_not_finite_has_no_number():
+    failed = {"verdict": "fail", "reason": "a step failed"}
+    found = comparison([
+        case("energy", "a", {"band": 1e-3}), case("energy", "b", {"band": float("inf")}),
+        case("order", "a", {"order": 2.0}, ladder((0.1, 1e-4))),
+        case("order", "b", {"order": None}, ladder((0.1, 1e22))),
+        case("energy", "c", {}) | failed,
+    ])  # fmt: skip
+    a, b, c = found
+    assert b["not_finite"] == c["not_finite"] == ["band"] and "band" not in b
+    assert b["error"] == 1e22 and b["ratios"] == {} and a["ratios"] == {"band": 1, "error": 1}
+    lines = verdicts.comparison({"comparison": found})["lines"]
+    assert [line[-1] for line in lines] == ["10⁻³ (1×)", "not finite", "not finite"]
 
 
 def test_precisions_are_not_compared_with_each_other():

@@ -1,0 +1,100 @@
+"""`compare`'s advice in sentences: which method to take, and the numbers that say so."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from .wording import USUAL_RETRACTION, Result, duration, number, scientific
+
+Line = Mapping[str, Any]
+FAR = 1e6  # a ratio beyond which how much more says nothing more
+GOALS = {"1e6 periods": "a million periods", "large steps": "large steps"}
+
+
+def recommended(result: Result) -> list[str]:
+    """Of each scene what to take in one line, and under it a sentence a goal with its evidence."""
+    scenes: dict[str, list[Line]] = {}
+    for line in result["advice"]:
+        scenes.setdefault(_place(line), []).append(line)
+    return [
+        "\n  ".join([f"{place}: {', '.join(map(short, lines))}.", *map(sentence, lines)])
+        for place, lines in scenes.items()
+    ]
+
+
+def recommendation(result: Result) -> dict[str, Any]:
+    """The same as plain cells for the page."""
+    return {
+        "title": "Which to take",
+        "about": "By the time to an error, the energy error at equal time, the share of the "
+        "stability map; in brackets what the spread of the times, or of the map's edges, leaves "
+        "open. Methods within it cannot be told apart.",
+        "heads": ["Scene", "Evidence"],
+        "lines": [[_place(line), sentence(line)] for line in result["advice"]],
+    }
+
+
+def short(line: Line) -> str:
+    """For 10⁻⁴ take midpoint or trapezoidal."""
+    goal = line["for"]
+    labels = [_label(e) for e in line["evidence"] if e["standing"] in ("best", "tied")]
+    said = f"take {' or '.join(labels)}" if labels else "no method came so far"
+    return f"for {GOALS.get(goal) or scientific(float(goal))} {said}"
+
+
+def sentence(line: Line) -> str:
+    """The same with what it rests on: figures, ratios to the best and their spread."""
+    best = next((e for e in line["evidence"] if e["standing"] == "best"), None)
+    figure = "" if best is None else f" ({_figure(line['for'], best)})"
+    tied = "" if line["told_apart"] or best is None else ", which cannot be told apart"
+    others = [_beside(line["for"], e) for e in line["evidence"] if e is not best]
+    said = f"{short(line)}{tied}{figure}" + (f": {', '.join(others)}." if others else ".")
+    if line.get("seconds") is None:
+        return said
+    carried = "" if line["periods"] >= FAR else ", carried on by how it grows there"
+    return (
+        f"{said} At equal time, {duration(line['seconds'])} for {line['periods']} periods{carried}."
+    )
+
+
+def times(ratio: float) -> str:
+    """2.3×, or that it is too many to count."""
+    return f"{ratio:.3g}×" if ratio < FAR else "over 10⁶×"
+
+
+def _place(line: Line) -> str:
+    chart = line.get("retraction")
+    return str(line["scene"]) + ("" if chart in (None, USUAL_RETRACTION) else f", {chart}")
+
+
+def _label(entry: Line) -> str:
+    return " = ".join(entry["rules"])
+
+
+def _figure(goal: str, entry: Line) -> str:
+    if goal == "large steps":
+        spread = 50 * (entry["high"] - entry["low"])
+        return f"{100 * (1 - entry['value']):.0f} ± {spread:.0f} % of the map bounded"
+    if goal == "1e6 periods":
+        return f"energy error {scientific(entry['value'])}"
+    return duration(entry["value"])
+
+
+def _beside(goal: str, entry: Line) -> str:
+    """One of the others beside the best."""
+    ratio, label = number(entry["ratio"]), _label(entry)
+    if goal == "large steps":
+        return f"{label} {_figure(goal, entry)}"
+    if ratio is not None:
+        low, high = entry["ratios"]
+        held = f"{low:.3g} to {high:.3g}" if (number(high) or FAR) < FAR else f"from {low:.3g} on"
+        return f"{label} {times(ratio)} ({held})"
+    if goal == "1e6 periods":
+        return f"{label} does not hold the energy"
+    if number(entry["best"]) is None:
+        return f"{label} came to no end, or to no finite numbers"
+    if entry["standing"] == "out":
+        return f"{label} stops at {scientific(entry['best'])}"
+    more = f", so more than {times(entry['ratios'][0])}" if entry["standing"] == "behind" else ""
+    return f"{label} came to {scientific(entry['best'])} in {duration(entry['followed'])}{more}"

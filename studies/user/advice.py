@@ -1,0 +1,181 @@
+"""Which method to take, a line a scene and accuracy, from the numbers of `compare`'s cases.
+
+Every method has a figure of which less is better, between two ends. Those whose ends meet the best
+one's cannot be told apart from it, and are all named. `report.advising` says it in sentences.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+Case = Mapping[str, Any]
+#: two runs of one race give ratios within 9.2 % of each other (docs/studies/crossovers.md), so
+#: nothing within a tenth tells two methods apart, however narrow the quartiles of a run are; half
+#: of it (of its logarithm) goes to each of the two
+AGREE = math.sqrt(1.1)
+MANY = 10**6  # periods of the long run that is spoken of
+LOST = 1.0  # an error as large as what it is relative to: the motion is another
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A method's figure between its ends; `rules`: those that are this one method.
+
+    value: None where it is only known to be more than `low`; with low = inf the method does not
+    come to what is asked. best: its smallest error; followed: seconds of its longest run.
+    """
+
+    rules: tuple[str, ...]
+    value: float | None
+    low: float
+    high: float = math.inf
+    best: float | None = None
+    followed: float | None = None
+
+
+def ranked(standings: Sequence[Standing]) -> list[tuple[str, Standing]]:
+    """The standings with what can be told of each, whatever order they come in.
+
+    best; tied: cannot be told from the best; behind: is worse for certain; open: was not followed
+    far enough to say; out: does not come to what is asked.
+    """
+    every = sorted(standings, key=lambda s: (math.inf if s.value is None else s.value, s.rules))
+    reach = every[0].high if every and every[0].value is not None else math.inf
+
+    def place(k: int, one: Standing) -> str:
+        if one.low == math.inf:
+            return "out"
+        if one.low > reach:
+            return "behind"
+        return "open" if one.value is None else "tied" if k else "best"
+
+    found = [(place(k, one), one) for k, one in enumerate(every)]
+    order = ("best", "tied", "behind", "open", "out")
+    return sorted(found, key=lambda pair: order.index(pair[0]))
+
+
+def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, Any]]:
+    """Lines {"scene", "retraction", "for", "take", "told_apart", "evidence"}.
+
+    for: "1e-04", "1e-08", "1e-12" (the least time to that error), "1e6 periods" (the least energy
+    error at equal time, with "seconds" for so many "periods") or "large steps" (the least share of
+    the stability map that is not bounded). take: the rules, none where none comes so far;
+    told_apart: whether they are one method. evidence: a line a method {"rules", "standing" (see
+    `ranked`), "value", "low", "high", "ratio", "ratios": [low, high] (to the best one's), "best"
+    (its smallest error), "followed" (seconds of its longest run)}.
+    """
+    races: dict[tuple[Any, ...], list[Case]] = {}
+    for case in cases:
+        if case["study"] == "work-precision" and case["measured"].get("x") == "seconds":
+            key = (case["scene"], case["retraction"], case.get("periods"))
+            races.setdefault(key, []).append(case)
+    found: list[tuple[Any, dict[str, Any]]] = []
+    for (*place, periods), own in races.items():
+        if periods is not None:
+            found.append((place, _over_long_times(own)))
+        else:
+            found += [(place, _for_accuracy(own, key)) for key in own[0]["measured"]["cost"]]
+    maps: dict[tuple[Any, ...], list[Case]] = {}
+    for line in comparison:
+        if line.get("bounded") is not None:
+            maps.setdefault((line["scene"], line["retraction"]), []).append(line)
+    for (scene, chart), lines in maps.items():
+        if len(lines) > 1:
+            alike = _leaders(races.get((scene, chart, None), ()))
+            found.append(([scene, chart], _at_large_steps(lines, alike)))
+    places = [place for place, _ in found]
+    return [
+        {"scene": place[0], "retraction": place[1], **line}
+        for place, line in sorted(found, key=lambda pair: places.index(pair[0]))
+    ]
+
+
+def _for_accuracy(cases: Sequence[Case], accuracy: str) -> dict[str, Any]:
+    """The least time to an error."""
+
+    def standing(rules: tuple[str, ...], case: Case) -> Standing:
+        measured = case["measured"]
+        cost, best, dearest = measured["cost"][accuracy], measured["best"], measured["dearest"]
+        if cost is not None:
+            low, high = measured["spread"].get(accuracy) or (cost, cost)
+            low, high = min(low, cost / AGREE), max(high, cost * AGREE)
+            return Standing(rules, cost, low, high, best, dearest)
+        cut = measured["cut"] and dearest is not None
+        return Standing(rules, None, dearest / AGREE if cut else math.inf, math.inf, best, dearest)
+
+    return _line(accuracy, _standings(cases, _leaders(cases), standing))
+
+
+def _over_long_times(cases: Sequence[Case]) -> dict[str, Any]:
+    """The least energy error at equal time, carried on to `MANY` periods.
+
+    Its ends: the error stands where it is, or grows on as it did from half the run to all of it.
+    """
+    periods = int(cases[0]["periods"])
+
+    def standing(rules: tuple[str, ...], case: Case) -> Standing:
+        found = case["measured"]["equal_time"]
+        if found is None or found["error"] > LOST:
+            return Standing(rules, None, math.inf)
+        error, (low, high) = found["error"], found["spread"]
+        grown = max(1.0, MANY / periods) ** max(0.0, found["growth"] or 0.0)
+        return Standing(rules, error, min(low, error / AGREE), max(high, error * AGREE) * grown)
+
+    times = [found["seconds"] for c in cases if (found := c["measured"]["equal_time"])]
+    line = _line("1e6 periods", _standings(cases, _leaders(cases), standing))
+    return {**line, "periods": periods, "seconds": min(times, default=None)}
+
+
+def _at_large_steps(lines: Sequence[Case], alike: Mapping[str, str]) -> dict[str, Any]:
+    """The least share of the map of steps and stiffness where something goes wrong."""
+
+    def standing(rules: tuple[str, ...], line: Case) -> Standing:
+        wrong, spread = 1 - line["bounded"], line["bounded_spread"]
+        return Standing(rules, wrong, wrong - spread, wrong + spread)
+
+    return _line("large steps", _standings(lines, alike, standing))
+
+
+def _leaders(cases: Sequence[Case]) -> dict[str, str]:
+    """Of each rule of a race the one that it is the same method as."""
+    return {case["rule"]: case["measured"].get("same_as") or case["rule"] for case in cases}
+
+
+def _standings(
+    lines: Sequence[Case],
+    leaders: Mapping[str, str],
+    standing: Callable[[tuple[str, ...], Case], Standing],
+) -> list[Standing]:
+    """One of each method: rules with one leader are the same."""
+    alike: dict[str, list[Case]] = {}
+    for line in lines:
+        alike.setdefault(leaders.get(line["rule"], line["rule"]), []).append(line)
+    return [
+        standing(tuple(sorted(line["rule"] for line in same)), same[0]) for same in alike.values()
+    ]
+
+
+def _line(goal: str, standings: Sequence[Standing]) -> dict[str, Any]:
+    """The line of the advice, without its place."""
+    found = ranked(standings)
+    best = found[0][1] if found and found[0][0] == "best" else None
+    least = best.value if best is not None else None
+    taken = [one for said, one in found if said in ("best", "tied")]
+    return {
+        "for": goal,
+        "take": [rule for one in taken for rule in one.rules],
+        "told_apart": len(taken) == 1,
+        "evidence": [
+            {
+                **vars(one),
+                "rules": list(one.rules),
+                "standing": said,
+                "ratio": one.value / least if least and one.value else None,
+                "ratios": [one.low / best.high, one.high / best.low] if best and least else None,
+            }
+            for said, one in found
+        ],
+    }
