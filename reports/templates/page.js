@@ -1,7 +1,8 @@
-for (const button of document.querySelectorAll("button.copy")) {
-  button.hidden = false;
+for (const code of document.querySelectorAll("code.command")) {
+  const text = code.textContent;
+  const button = document.createElement("button");
+  Object.assign(button, { type: "button", className: "copy", textContent: "copy", ariaLabel: `copy the command: ${text}` });
   button.addEventListener("click", async () => {
-    const text = button.dataset.copy;
     try {
       await navigator.clipboard.writeText(text);
     } catch {
@@ -14,6 +15,15 @@ for (const button of document.querySelectorAll("button.copy")) {
     button.textContent = "copied";
     setTimeout(() => (button.textContent = "copy"), 1500);
   });
+  code.after(button);
+  code.replaceChildren(
+    ...text.split(" ").flatMap((word, k) => {
+      const whole = document.createElement("span"); // options are not broken at their hyphens
+      whole.className = "whole";
+      whole.textContent = word;
+      return k ? [" ", whole] : [whole];
+    })
+  );
 }
 
 // The number under the pointer: the nearest mark of a panel, read off its axes.
@@ -26,17 +36,16 @@ reading.className = "reading";
 reading.hidden = true;
 for (const plot of document.querySelectorAll("svg.plot[data-axes]")) {
   const [x, y] = JSON.parse(plot.dataset.axes);
-  const inside = (mark) =>
-    Math.abs(mark.x.baseVal.value - x[0]) > 0.01 && Math.abs(mark.y.baseVal.value - y[0]) > 0.01; // no tick
+  const places = (path) => [...path.getAttribute("d").matchAll(/(-?[\d.]+) ?(-?[\d.]+)/g)].map((m) => [+m[1], +m[2]]);
   let marks = null;
   plot.addEventListener("pointermove", (event) => {
-    marks ??= [...plot.querySelectorAll("use")].filter(inside);
+    marks ??= [...plot.querySelectorAll(".marks")].flatMap(places);
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(plot.getScreenCTM().inverse());
-    const far = (mark) => Math.hypot(mark.x.baseVal.value - at.x, mark.y.baseVal.value - at.y);
+    const far = (mark) => Math.hypot(mark[0] - at.x, mark[1] - at.y);
     const nearest = marks.reduce((best, mark) => (best && far(best) <= far(mark) ? best : mark), null);
     reading.hidden = !nearest || far(nearest) > 8;
     if (reading.hidden) return;
-    const place = [value(nearest.x.baseVal.value, x), value(nearest.y.baseVal.value, y)];
+    const place = [value(nearest[0], x), value(nearest[1], y)];
     reading.textContent = place.map((number) => Number(number.toPrecision(3))).join(", ");
     reading.style.left = `${event.pageX + 12}px`;
     reading.style.top = `${event.pageY + 12}px`;

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from .palette import GRID, INK, MUTED, PAPER
 from .svg import inline_panels
-from .typeset import figure_text
+from .typeset import figure_text, page_text
 from .wording import power_of_ten
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _RC: Any = {
     "svg.fonttype": "path",
@@ -105,32 +106,51 @@ def render(panels: Sequence[Panel], sheet: Sheet, library: dict[str, str]) -> Dr
             axes = figure.add_axes(rectangle)
             _dress(axes, panel, sheet)
             panel.draw(axes)
-            scales.append(_scales(axes, rectangle, 72 * width, 72 * height))
+            scales.append(_scales(axes, sheet))
             cells.append((72 * x, 72 * line * sheet.height, 72 * sheet.width, 72 * sheet.height))
         svg, words, png = BytesIO(), BytesIO(), BytesIO()
         about = {"Date": None, "Creator": "discmech"}
         figure.savefig(svg, format="svg", metadata=about)
+        figure.savefig(png, format="png", dpi=200, metadata={"Software": "discmech"})
+        _say_in_words(figure)
         with matplotlib.rc_context({"svg.fonttype": "none"}):  # the page has fonts of its own
             figure.savefig(words, format="svg", metadata=about)
-        figure.savefig(png, format="png", dpi=200, metadata={"Software": "discmech"})
     spoken = [panel.spoken for panel in panels]
     inline = inline_panels(words.getvalue(), cells, spoken, scales, library)
     return Drawing(svg.getvalue(), png.getvalue(), inline, sheet.width, columns)
 
 
-def _scales(axes: Axes, rectangle: Sequence[float], width: float, height: float) -> str:
+def _say_in_words(figure: Figure) -> None:
+    """Powers and indices as letters instead of formulas, whose parts have places of their own.
+
+    The page's font is not the one that these places were computed for.
+    """
+    from matplotlib.text import Text
+    from matplotlib.ticker import FixedLocator
+
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            words = [label.get_text() for label in axis.get_ticklabels()]
+            if isinstance(axis.get_major_locator(), FixedLocator) and any("$" in w for w in words):
+                axis.set_ticklabels([page_text(w) for w in words])
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        text.set_text(page_text(text.get_text()))
+
+
+def _scales(axes: Axes, sheet: Sheet) -> str:
     """Of x and y: [first place, last place, number there, number there, logarithmic], as JSON.
 
-    Places are in points of the drawing, downwards from its upper edge as SVG has them.
+    Places are in points of the panel, downwards from its upper edge as SVG has them.
     """
-    left, bottom, wide, tall = rectangle
-    places = [left * width, (left + wide) * width, (1 - bottom) * height,
-              (1 - bottom - tall) * height]  # fmt: skip
-    ends = [*axes.get_xlim(), *axes.get_ylim()]
+    edges = (sheet.left, sheet.width - sheet.right, sheet.height - sheet.bottom, sheet.top)
+    places = [72 * edge for edge in edges]
+    ends = [float(f"{end:.7g}") for end in (*axes.get_xlim(), *axes.get_ylim())]
     logs = [int(axis.get_scale() == "log") for axis in (axes.xaxis, axes.yaxis)]
     return json.dumps(
-        [[*(round(p, 2) for p in places[i : i + 2]), *map(float, ends[i : i + 2]), logs[i // 2]]
-         for i in (0, 2)]
+        [[*(round(p, 2) for p in places[i : i + 2]), *ends[i : i + 2], logs[i // 2]]
+         for i in (0, 2)],
+        separators=(",", ":"),
     )  # fmt: skip
 
 

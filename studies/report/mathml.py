@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from html import escape, unescape
 
 _ALLOWED = re.compile(
@@ -15,6 +16,9 @@ _KEPT = re.compile(
     "displaystyle"
 )
 _ENTITY = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9a-fA-F]+);)(\w+);")
+
+_TIMES = '<mo lspace="0.1em" rspace="0.1em">\u2062</mo>'
+_INFIX = re.compile(r'(</(?!mspace)\w+>)<mo form="infix">')  # the place says so already
 
 
 def display(source: str | None) -> str:
@@ -33,6 +37,18 @@ def display(source: str | None) -> str:
         return f"<code>{escape(source)}</code>"
     inner = "".join(_written(child) for child in root) if _tag(root) == "math" else _written(root)
     return f'<math display="block">{inner}</math>'
+
+
+def inline(formula: str) -> str:
+    """A displayed formula as HTML has it, which is shorter; the page's style spaces products."""
+    return _INFIX.sub(r"\1<mo>", formula.replace(_TIMES, "<mo class=x>\u2062</mo>"))
+
+
+def together(formulas: Sequence[str]) -> str:
+    """Displayed formulas as one, each on a line of its own."""
+    lines = (formula[formula.index(">") + 1 :].removesuffix("</math>") for formula in formulas)
+    rows = "".join(f"<mtr><mtd>{line}</mtd></mtr>" for line in lines)
+    return f'<math display="block"><mtable displaystyle="true">{rows}</mtable></math>'
 
 
 def _tag(element: ET.Element) -> str:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.study import every_study
-from .mathml import display
+from .mathml import display, inline, together
 from .publish import published
 from .summary import headline, machine, merged, runs, tally, trouble, when
+from .svg import short_names
 from .tables import columns, file_name, write_tables
 from .wording import CONSTRAINED, VERDICTS, Case, Result, is_control, verdict, why
 
@@ -103,7 +105,7 @@ def _page(
         "record": machine(results),
         "runs": runs(results),
     }
-    return environment().get_template("report.html.j2").render(context)
+    return short_names(environment().get_template("report.html.j2").render(context))
 
 
 def environment() -> Environment:
@@ -166,29 +168,64 @@ def _view(study: Result, drawn: Sequence[Plate], files: Sequence[str]) -> dict[s
 def _schemes(
     equations: Sequence[Mapping[str, Any]], titles: Mapping[str, str], folder: Path
 ) -> list[dict[str, Any]]:
-    """The equations of each scheme; those too long for the page as files."""
-    spent, found = 0, []
+    """The schemes of each scene, with what all of them share (its Lagrangian, say) by itself."""
+    room = _Room(folder, FORMULAE)
+    by_scene: dict[str, list[Mapping[str, Any]]] = {}
     for entry in equations:
-        names = [str(entry.get(key) or "") for key in ("scene", "rule", "retraction")]
-        shown = []
-        for head, key in _FORMULAE:
-            given = entry.get(key) or []
-            for index, source in enumerate([given] if isinstance(given, str) else given):
-                formula, link = display(source), ""
-                if len(formula) > LONGEST_FORMULA or spent + len(formula) > FORMULAE:
-                    link = file_name("-".join([*filter(None, names), key, str(index)])) + ".mml"
-                    folder.joinpath(link).write_text(formula, encoding="utf-8")
-                    formula = ""
-                spent += len(formula)
-                shown.append({"head": "" if index else head, "formula": formula, "link": link})
-        scene, rule, retraction = titles.get(names[0], names[0]), names[1], names[2]
-        title = ", ".join(filter(None, [scene, rule, retraction]))
-        facts = ["self-adjoint" if entry.get("self_adjoint") else "not self-adjoint"]
-        facts.append("solved without iteration" if entry.get("affine") else "solved by Newton")
-        source = str(entry.get("source") or "")
-        words = {"title": title, "source": source, "notation": str(entry.get("notation") or "")}
-        found.append({**words, "facts": facts, "formulae": shown})
+        by_scene.setdefault(str(entry.get("scene") or ""), []).append(entry)
+    found = []
+    for scene, entries in by_scene.items():
+        shared = [
+            key for _, key in _FORMULAE
+            if len(entries) > 1 and all(e.get(key) == entries[0].get(key) for e in entries)
+        ]  # fmt: skip
+        schemes = []
+        for entry in entries:
+            names = [str(entry.get(key) or "") for key in ("scene", "rule", "retraction")]
+            facts = ["self-adjoint" if entry.get("self_adjoint") else "not self-adjoint"]
+            facts.append("solved without iteration" if entry.get("affine") else "solved by Newton")
+            own = [(head, key) for head, key in _FORMULAE if key not in shared]
+            schemes.append(
+                {"title": ", ".join(filter(None, names[1:])), "facts": facts,
+                 "source": str(entry.get("source") or ""),
+                 "notation": str(entry.get("notation") or ""),
+                 "formulae": room.formulae(entry, own, filter(None, names))}
+            )  # fmt: skip
+        common = [(head, key) for head, key in _FORMULAE if key in shared]
+        found.append(
+            {"title": titles.get(scene, scene), "schemes": schemes,
+             "shared": room.formulae(entries[0], common, [scene])}
+        )  # fmt: skip
     return found
+
+
+@dataclass
+class _Room:
+    """What there is left for formulas on the page; those too long for it are files in a folder."""
+
+    folder: Path
+    left: int
+
+    def formulae(
+        self, entry: Mapping[str, Any], wanted: Iterable[tuple[str, str]], names: Iterable[str]
+    ) -> list[dict[str, Any]]:
+        """Of each head that the entry has: what is shown of it, and the file with the rest."""
+        found, before = [], list(names)
+        for head, key in wanted:
+            given = entry.get(key) or []
+            long, shown = [], []
+            for formula in map(display, [given] if isinstance(given, str) else given):
+                if len(small := inline(formula)) > min(LONGEST_FORMULA, self.left):
+                    long.append(formula)
+                else:
+                    shown.append(small)
+                    self.left -= len(small)
+            link = file_name("-".join([*before, key])) + ".mml" if long else ""
+            if link:
+                self.folder.joinpath(link).write_text(together(long), encoding="utf-8")
+            if shown or long:
+                found.append({"head": head, "shown": shown, "link": link})
+        return found
 
 
 _SCENE: dict[str, Any] = dict.fromkeys(

@@ -48,7 +48,8 @@ def drift(
         expected = [mapping(case, "expected") for case in cases]
         walks = [number(e.get("random_walk")) for e in expected]
         factor = max((walk for walk in walks if walk), default=unit * math.sqrt(last))
-        limits = sorted({x for e in expected if (x := number(e.get("limit")))})
+        limits = [x for e in expected if (x := number(e.get("limit")))]
+        limits = sorted({float(f"{x:.2g}") for x in limits})  # what is one line to the eye is one
         floor = min([unit / 4, *(value for _, value in points if value > 0)])
         log_axis(axes, "x", log_limits((step for step, _ in points), 0.03))
         values = [max(value, floor) for _, value in points]

@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 
 # Colours of the drawing and the CSS variables that take their place on the page.
@@ -28,12 +30,17 @@ THEME = {
     "#855c00": "orange-words",
     "#000000": "ink",
 }
-FONTS = re.compile(r"\s*font-family: [^;]*;?")  # the page has its own
+OWN = ("font-family",)  # properties for which the page has a value of its own
+AREA = 100  # numbers in a shape from which on it is a band or a region, not a mark
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}\b")
-_DECIMAL = re.compile(r"-?\d+\.\d+")
-_TRANSLATE = re.compile(r"translate\([^)]*\)")
+_NUMBER = re.compile(r"-?[\d.]+(?:e-?\d+)?")
+_COMMAND = re.compile(r"([MLCQz])([^MLCQz]*)")
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
+_LEVELS = re.compile("([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|[₀₁₂₃₄₅₆₇₈₉]+)")
+_RAISED = "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"
+_FLAT = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉", "−01234567890123456789")
 _HREF = "{http://www.w3.org/1999/xlink}href"
+_NAME = re.compile("\ue000[0-9a-f]{10}")  # begins with a letter that no text has
 
 
 def inline_panels(
@@ -46,122 +53,186 @@ def inline_panels(
     """The n-th axes of the drawing as an SVG of its own, cropped to the n-th cell (in points).
 
     scales: how places on its axes become numbers, as JSON. The drawing has its words as text.
-    Markers and styles are moved to `library` (id → element), named by their content, so that a
-    page holds each of them once and no two panels quarrel about a name.
+    Marks, styles and clipping paths are moved to `library` (name → element), named by their
+    content, so that a page holds each of them once and no two panels quarrel about a name. The
+    marks of a series are the corners of one path of the class "marks", from which numbers can be
+    read; lines are true to 0.05 points, a tenth of a pixel.
     """
     root = ET.fromstring(svg)
     defined = {e.get("id", ""): e for d in root.iter(f"{_ns(root)}defs") for e in d}
     groups = {e.get("id"): e for e in root.iter() if (e.get("id") or "").startswith("axes_")}
     found = []
     for index, (cell, words, scale) in enumerate(zip(cells, spoken, scales, strict=True)):
-        writer = _Writer(defined, library, f"{index} {words}")
-        body = writer.text(groups[f"axes_{index + 1}"])
-        own = f"<defs>{''.join(writer.own.values())}</defs>" if writer.own else ""
-        box = " ".join(_round(f"{edge:.3f}") for edge in cell)
-        head = f'<svg class="plot" viewBox="{box}" role="img" data-axes="{scale}" '
-        head += f'aria-label="{escape(words)}">'
-        found.append(f"{head}{own}{body}</svg>")
+        x, y, *size = cell
+        body = _Writer(defined, library, x, y).panel(groups[f"axes_{index + 1}"])
+        box = " ".join(_short(edge) for edge in size)
+        head = f'<svg class="plot" viewBox="0 0 {box}" role="img" data-axes="{scale}" '
+        found.append(f'{head}aria-label="{escape(words)}">{body}</svg>')
     return found
 
 
+def short_names(page: str) -> str:
+    """The page with names of styles, marks and clipping paths as short as it allows."""
+    often = Counter(_NAME.findall(page)).most_common()
+    names = {name: f"k{k}" for k, (name, _) in enumerate(often)}
+    return _NAME.sub(lambda match: names[match[0]], page)
+
+
+@dataclass
+class _Item:
+    """Something that is drawn. joins: what is drawn next in the same style may become its part."""
+
+    tag: str
+    attributes: dict[str, str]
+    inner: str
+    joins: bool = False
+
+    def text(self) -> str:
+        if self.tag == "path":
+            return _element("path", {**self.attributes, "d": self.inner}, "")
+        return _element(self.tag, self.attributes, self.inner)
+
+
+@dataclass
 class _Writer:
-    """Writes elements without namespaces, ids and superfluous groups."""
+    """Writes what is drawn, measured from a corner, without superfluous groups."""
 
-    def __init__(self, defined: dict[str, ET.Element], library: dict[str, str], panel: str) -> None:
-        self.defined = defined
-        self.library = library
-        self.panel = panel
-        self.own: dict[str, str] = {}
+    defined: Mapping[str, ET.Element]
+    library: dict[str, str]
+    left: float
+    top: float
 
-    def text(self, element: ET.Element) -> str:
-        """An element and what it holds; definitions are dropped here and fetched when used."""
-        tag = element.tag.rpartition("}")[2]
-        if tag in ("defs", "metadata", "style"):
-            return ""
-        if tag == "text":
-            return self._words(element)
-        attributes = dict(element.attrib)
-        attributes.pop("id", None)
-        if _HREF in attributes:
-            attributes["href"] = "#" + self._shared(attributes.pop(_HREF)[1:])
-        if "clip-path" in attributes:
-            attributes["clip-path"] = _REFERENCE.sub(self._clip, attributes["clip-path"])
-        inner = "".join(self.text(child) for child in element)
-        if tag == "g" and (not attributes or not inner):
-            return inner
-        return _element(tag, self._styled(attributes), inner)
+    def panel(self, group: ET.Element) -> str:
+        """All that is in a group; neighbouring lines or marks of one style are one path."""
+        found: list[_Item] = []
+        for item in self._items(group, {}, axis=False):
+            last = found[-1] if found else None
+            if last and last.joins and item.joins and last.attributes == item.attributes:
+                last.inner += item.inner
+            else:
+                found.append(item)
+        return "".join(item.text() for item in found)
 
-    def _styled(self, attributes: dict[str, str]) -> dict[str, str]:
-        """The attributes with a class of the page in place of the style."""
-        style = _tidy("style", FONTS.sub("", attributes.pop("style", ""))).strip("; ")
-        if not style:
-            return attributes
-        name = "s" + _digest(style)[:6]
-        self.library[name] = f"<style>.{name}{{{style}}}</style>"
-        return {"class": name, **attributes}
+    def _items(self, element: ET.Element, outer: dict[str, str], axis: bool) -> Iterator[_Item]:
+        """What an element draws in the style that it inherits; definitions draw nothing."""
+        tag = _tag(element)
+        style = outer | _style(element)
+        if clip := _REFERENCE.search(element.get("clip-path", "")):
+            style["clip-path"] = f"url(#{self._clip(clip[1])})"
+        if tag == "path":
+            yield self._path(element.get("d", ""), style)
+        elif tag == "use":
+            yield self._used(element, style, axis)
+        elif tag == "text":
+            yield _Item(tag, self._class(style) | self._placed(element), self._words(element))
+        elif tag == "g" and "transform" in element.attrib:  # the letters of a formula
+            inner = _Writer(self.defined, self.library, 0, 0)
+            body = "".join(inner.panel(child) for child in element)
+            yield _Item(tag, self._class(style) | self._placed(element), body)
+        elif tag == "g":
+            whole = (element.get("id") or "").startswith("matplotlib.axis")
+            inside = (i for child in element for i in self._items(child, style, axis or whole))
+            # nothing of an axis covers anything else of it
+            yield from sorted(inside, key=lambda i: str(i.attributes)) if whole else inside
+
+    def _path(self, d: str, style: dict[str, str], x: float = 0, y: float = 0) -> _Item:
+        """Lines with their first corner at (x, y) if it is at the origin of `d`."""
+        lucid = style.get("fill") != "none" or "opacity" in style  # it is seen where two overlap
+        return _Item("path", self._class(style), _route(d, x - self.left, y - self.top), not lucid)
+
+    def _used(self, element: ET.Element, style: dict[str, str], axis: bool) -> _Item:
+        """A mark; what is no mark is drawn where it stands: ticks, and areas that are used once."""
+        shape = self.defined[element.get(_HREF, "")[1:]]
+        x, y = float(element.get("x", 0)), float(element.get("y", 0))
+        d, own = shape.get("d", ""), _style(shape)
+        if axis or len(_NUMBER.findall(d)) > AREA:
+            return self._path(d, {"fill": "none", **style, **own} if axis else style | own, x, y)
+        clip = {key: style.pop(key) for key in ("clip-path",) if key in style}
+        drawn = _element("path", {"d": _route(d, 0, 0, 0.01), "style": _css(style | own)}, "")
+        name = _name(drawn)
+        self.library[name] = f'<marker id="{name}" markerUnits="userSpaceOnUse">{drawn}</marker>'
+        kind = self._class({"fill": "none", "marker": f"url(#{name})", **clip})
+        kind["class"] += " marks"
+        return _Item("path", kind, f"M{_short(x - self.left)} {_short(y - self.top)}", True)
+
+    def _class(self, style: dict[str, str]) -> dict[str, str]:
+        """The class of the page that stands for a style."""
+        css = _css(style)
+        if not css:
+            return {}
+        name = _name(css)
+        self.library[name] = f"<style>.{name}{{{css}}}</style>"
+        return {"class": name}
+
+    def _clip(self, name: str) -> str:
+        """The name of a clipping path, measured from the panel's corner."""
+        (shape,) = self.defined[name]
+        box = dict(shape.attrib) | self._placed(shape)
+        inner = _element(_tag(shape), box, "")
+        key = _name(inner)
+        self.library[key] = _element("clipPath", {"id": key}, inner)
+        return key
+
+    def _placed(self, element: ET.Element) -> dict[str, str]:
+        """Where an element stands, and how it is turned."""
+        found = {}
+        for key, edge in (("x", self.left), ("y", self.top)):
+            if first := element.get(key, "").split()[:1]:  # a place for each letter: the first's
+                found[key] = _short(float(first[0]) - edge)
+        kind, _, rest = element.get("transform", "").partition("(")
+        numbers = [float(n) for n in _NUMBER.findall(rest)]
+        if kind == "translate":
+            found["transform"] = f"translate({_short(numbers[0] - self.left)} "
+            found["transform"] += f"{_short(numbers[1] - self.top)})"
+        elif kind == "rotate" and numbers[0]:
+            found["transform"] = f"rotate({_short(numbers[0])} {found['x']} {found['y']})"
+        return found
 
     def _words(self, element: ET.Element) -> str:
         """A text; of the letters of a formula those with one style on one line stand together.
 
-        Matplotlib writes letter by letter, sorted by style: what is raised comes last.
+        Matplotlib writes a formula letter by letter, sorted by style: what is raised comes last.
         """
-        attributes = dict(element.attrib)
-        if re.match(r"rotate\(-?0 ", attributes.get("transform", "")):
-            del attributes["transform"]
+        if element.text and element.text.strip():
+            return _levels(element.text)
         spans: list[tuple[dict[str, str], str]] = []
         for child in sorted(element, key=lambda letter: float(letter.get("x", 0))):
-            here = {k: child.get(k, "") for k in ("style", "y")}
-            if spans and here == {k: spans[-1][0].get(k) for k in here}:
+            place = self._placed(child)
+            here = self._class(_style(child)) | {"y": place.get("y", "0")}
+            if spans and here.items() <= spans[-1][0].items():
                 spans[-1] = (spans[-1][0], spans[-1][1] + (child.text or ""))
             else:
-                spans.append(({"x": child.get("x", "0"), **here}, child.text or ""))
-        inner = escape(element.text or "") if not spans else ""
-        inner += "".join(_element("tspan", self._styled(a), escape(words)) for a, words in spans)
-        return _element("text", self._styled(attributes), inner)
-
-    def _shared(self, name: str) -> str:
-        """The page-wide name of a glyph or a marker."""
-        content = dict(self.defined[name].attrib)
-        content.pop("id", None)
-        tag = self.defined[name].tag.rpartition("}")[2]
-        key = "d" + _digest(_element(tag, content, ""))
-        self.library[key] = _element(tag, {"id": key, **content}, "")
-        return key
-
-    def _clip(self, match: re.Match[str]) -> str:
-        """The name of a clipping path, which stays in the panel: it is fixed to its place."""
-        inner = "".join(self.text(child) for child in self.defined[match[1]])
-        key = "c" + _digest(self.panel + inner)
-        self.own[key] = _element("clipPath", {"id": key}, inner)
-        return f"url(#{key})"
+                spans.append(({"x": place.get("x", "0"), **here}, child.text or ""))
+        return "".join(_element("tspan", a, escape(words)) for a, words in spans)
 
 
 def _ns(root: ET.Element) -> str:
     return root.tag.rpartition("}")[0] + "}"
 
 
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:10]
+def _tag(element: ET.Element) -> str:
+    return element.tag.rpartition("}")[2]
 
 
-def _element(tag: str, attributes: dict[str, str], inner: str) -> str:
-    written = "".join(f' {key}="{escape(_tidy(key, v))}"' for key, v in attributes.items())
+def _name(content: str) -> str:
+    return "\ue000" + hashlib.sha256(content.encode()).hexdigest()[:10]
+
+
+def _element(tag: str, attributes: Mapping[str, str], inner: str) -> str:
+    written = "".join(f' {key}="{escape(value)}"' for key, value in attributes.items())
     return f"<{tag}{written}>{inner}</{tag}>" if inner else f"<{tag}{written}/>"
 
 
-def _tidy(key: str, value: str) -> str:
-    """Shorter numbers, and colours of the theme instead of fixed ones."""
-    if key == "style":
-        value = value.replace("; ", ";").replace(": ", ":")
-        return _COLOUR.sub(_themed, value)
-    if key == "d":
-        return " ".join(_DECIMAL.sub(lambda m: _round(m[0]), value).split())
-    if key == "transform":
-        return _TRANSLATE.sub(lambda m: _DECIMAL.sub(lambda n: _round(n[0]), m[0]), value)
-    if key in ("x", "y", "width", "height"):
-        value = " ".join(value.split()[:1])  # one place for the first letter of a span
-        return _DECIMAL.sub(lambda m: _round(m[0]), value)
-    return value
+def _style(element: ET.Element) -> dict[str, str]:
+    """Properties of an element, without those that are the page's."""
+    pairs = (entry.partition(":") for entry in element.get("style", "").split(";"))
+    found = {key.strip(): value.strip() for key, _, value in pairs}
+    return {key: value for key, value in found.items() if value and key not in OWN}
+
+
+def _css(style: Mapping[str, str]) -> str:
+    """Properties as a page has them, in colours of the theme."""
+    return _COLOUR.sub(_themed, ";".join(f"{k}:{v}" for k, v in sorted(style.items())))
 
 
 def _themed(match: re.Match[str]) -> str:
@@ -169,6 +240,50 @@ def _themed(match: re.Match[str]) -> str:
     return f"var(--{name})" if name else match[0]
 
 
-def _round(decimal: str) -> str:
-    text = f"{float(decimal):.2f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text
+def _levels(text: str) -> str:
+    """Words with what is raised or lowered as the page sets it: few fonts have such letters."""
+    found, after = "", ""
+    for word in filter(None, _LEVELS.split(text)):
+        if _LEVELS.fullmatch(word):
+            shift, after = ("-.5em", ".35em") if word[0] in _RAISED else (".3em", "-.21em")
+            found += _element("tspan", {"class": "level", "dy": shift}, word.translate(_FLAT))
+        else:
+            found += _element("tspan", {"dy": after}, escape(word)) if after else escape(word)
+            after = ""
+    return found
+
+
+def _route(d: str, dx: float, dy: float, unit: float = 0.1) -> str:
+    """A path moved by (dx, dy): straight lines as steps of whole units, curves to hundredths."""
+    found: list[tuple[str, list[float]]] = []
+    x, y = 0, 0
+    for letter, rest in _COMMAND.findall(d):
+        numbers = [float(n) + (dx, dy)[k % 2] for k, n in enumerate(_NUMBER.findall(rest))]
+        before = (x, y)
+        if numbers:
+            x, y = (round(n / unit) for n in numbers[-2:])
+        across, down = unit * (x - before[0]), unit * (y - before[1])
+        if letter == "M":
+            found.append(("M", [unit * x, unit * y]))
+        elif letter != "L":
+            found.append((letter, numbers))
+        elif across and down:
+            found.append(("l", [across, down]))
+        elif across or down:
+            way, step = ("h", across) if across else ("v", down)
+            if found[-1][0] == way and found[-1][1][0] * step > 0:
+                step += found.pop()[1][0]
+            found.append((way, [step]))
+    text, last = "", ""
+    for letter, numbers in found:
+        text += "" if letter == last and letter == "l" else letter
+        for word in map(_short, numbers):
+            text += word if text[-1].isalpha() or word[0] == "-" else f" {word}"
+        last = letter
+    return text
+
+
+def _short(value: float) -> str:
+    """A number of at most two decimals, as short as it can be written."""
+    text = f"{value:.2f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else re.sub(r"^(-?)0\.", r"\1.", text)

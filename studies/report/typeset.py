@@ -16,6 +16,8 @@ _SUBSCRIPT = re.compile("[₀₁₂₃₄₅₆₇₈₉]+")
 _SUPERSCRIPT = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 _FROM_SUPER = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _FROM_SUB = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
+_TO_SUPER = {new: old for old, new in _FROM_SUPER.items()}
+_TO_SUB = {new: old for old, new in _FROM_SUB.items()}
 
 
 def _indices(text: str) -> str:
@@ -40,3 +42,13 @@ def figure_text(text: str) -> str:
     """The same words for a figure; a dollar sign stays one, a bar does not touch its letter."""
     words = _indices(text.replace("\\", "\\\\").replace("$", r"\$"))
     return _SEAM.sub("", words.replace("|", r"$\,|\,$"))
+
+
+def page_text(text: str) -> str:
+    """The words of a figure again from their mathematics; what is not from here stays as it is."""
+    found = text.replace(r"\,|\,", "\u2009|\u2009").replace(r"\times ", "×").replace(r"\times", "×")
+    found = re.sub(r"\^\{([-\d]+)\}", lambda m: m[1].translate(_TO_SUPER), found)
+    found = re.sub(r"_\{(\d+)\}", lambda m: m[1].translate(_TO_SUB), found)
+    if re.search(r"\$[^$]*[\\^_][^$]*\$", found.replace(r"\$", "")):
+        return text
+    return re.sub(r"\\([\\$])", r"\1", re.sub(r"(?<!\\)\$", "", found))

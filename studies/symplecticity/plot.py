@@ -43,23 +43,23 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
         axes.set_yticks([])
         axes.spines["left"].set_visible(False)
         floor = axes.get_xlim()[0]
-        for case, spot in zip(cases, spots, strict=True):
-            for kind, colour, marker, shift, fill in KINDS:
-                if not _values(case, kind):
-                    continue
-                middle, worst = (max(value, floor) for value in _ends(case, kind))
-                y = -spot + shift
-                axes.plot([middle, worst], [y, y], color=colour, lw=0.9, solid_capstyle="butt")
-                style: dict[str, Any] = {
-                    "ms": 3.6 if kind == "pullback" else 3.2,
-                    "mew": 0.8,
-                    "mfc": fill,
-                }
-                axes.plot([worst], [y], marker, color=colour, clip_on=False, **style)
+        for kind, colour, marker, shift, fill in KINDS:
+            bars = [
+                (max(middle, floor), max(worst, floor), shift - spot)
+                for case, spot in zip(cases, spots, strict=True)
+                if _values(case, kind)
+                for middle, worst in (_ends(case, kind),)
+            ]
+            if bars:
+                middles, worsts, heights = zip(*bars, strict=True)
+                axes.hlines(heights, middles, worsts, color=colour, lw=0.9)
+                style: dict[str, Any] = {"ms": 3.6 if kind == "pullback" else 3.2, "mew": 0.8}
+                style |= {"color": colour, "mfc": fill, "clip_on": False}
+                axes.plot(worsts, heights, marker, **style)
         _names(axes, cases, spots, titles)
         for limit in sorted(set(limits)):
             axes.axvline(limit, color=INK, lw=0.8, ls=(0, (3, 2)))
-            _above(axes, limit, f"limit {scientific(limit)}")
+            _above(axes, limit, f"limit {scientific(limit)}", "left")
         axes.axvline(unit, color=MUTED, lw=0.6, ls=(0, (1, 1.6)))
         _above(axes, unit, "unit round-off", "right")
 
@@ -83,9 +83,10 @@ def _names(
 ) -> None:
     """Rule names beside their lines, the scene's name above its first one."""
     across = axes.get_yaxis_transform()
+    lines: dict[str, Any] = {"color": GRID, "lw": 0.4, "zorder": 0, "transform": across}
+    axes.hlines([-spot for spot in spots], 0, 1, **lines)
     before = None
     for case, spot in zip(cases, spots, strict=True):
-        axes.axhline(-spot, color=GRID, lw=0.4, zorder=0)
         state = verdict(case)
         colour = INK if state == "pass" else WORDS[VERMILLION]
         name = rule_name(case) + ("" if state == "pass" else f" ({state})")
@@ -103,7 +104,7 @@ def _names(
             axes.annotate(scene, textcoords="offset points", **left, **bold)
 
 
-def _above(axes: Axes, x: float, words: str, side: str = "center") -> None:
+def _above(axes: Axes, x: float, words: str, side: str) -> None:
     if axes.get_xlim()[0] <= x <= axes.get_xlim()[1]:
         where: dict[str, Any] = {
             "xy": (x, 1),
