@@ -206,7 +206,7 @@ def append(file):
 
 
 TEXT_OF_IT = (
-    "integrators/flows/flow.py", "integrators/compiler/driver.py", "integrators/scene.py",
+    "integrators/flows/flow.py", "integrators/compiler/driver.py", "integrators/scene/scene.py",
     "integrators/rules/composition.py", "integrators/groupoids/pair.py", "reference/taylor.py",
     "studies/order/measuring.py", "studies/core/fitting.py", "studies/core/running.py",
     "studies/core/fingerprint.py", "studies/causes/diagnosis.py",

@@ -273,7 +273,7 @@ def ball(**given):
         ({"contact": lambda x, p: [1]}, "no motion changes"),
         ({"contact": lambda x, p: [x[0] ** 2], "x0": [0]}, "no slope there"),
         ({"contact": lambda x, p: [sympy.log(x[0] - 2)]}, "no real value"),
-        ({"contact": 3}, "contact= is a function"),
+        ({"contact": 3}, "give a function of"),
         ({"impacts": "never"}, "stepped"),
         ({"holonomic": lambda x, p: [x[0] - 1]}, "no constraints"),
         ({"groupoid": lie_group(so(3)), "x0": [], "v0": [1, 0, 0]}, "must have one"),

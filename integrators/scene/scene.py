@@ -2,99 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
-from functools import partial
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
-from .errors import BadInput, NamedFields, check_function
-from .groupoids import Groupoid, LieGroup, RowAction
-from .numbers import exact_nested, exact_rational, exact_vector, flatten
-
-
-@dataclass(frozen=True)
-class Conserved(NamedFields):
-    """A quantity formula(x, mu, p) or formula(x, mu, p, h) → expression or column of them.
-
-    x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters, h the step.
-    With `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
-    quantity is a constraint: the start must have exactly this value (|Γ|² = 1). With `stretch` it
-    is compared over so many steps at a time, the attitude starting anew at e: an attitude that
-    grows exponentially (SL(2)) loses its digits over a whole run.
-    """
-
-    name: str
-    formula: Callable[..., Any]
-    kind: Literal["momentum map", "Casimir", "first integral"] = "momentum map"
-    attitude: bool = False
-    value: Any = None
-    stretch: int | None = None
-
-    def __post_init__(self) -> None:
-        check_function(self.formula, self.name, "(x, mu, p)", "(x, mu, p, h)")
-
-    @property
-    def of_step(self) -> bool:
-        """Whether the quantity depends on the step h: a fourth argument without a default."""
-        return takes_fourth(self.formula)
-
-    def at(self, x: Any, mu: Any, p: Any, h: Any) -> Any:
-        """The quantity in sympy columns x, mu, parameters p and the step h."""
-        return self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
-
-    @property
-    def to_roundoff(self) -> bool:
-        """Whether a variational integrator keeps it to round-off."""
-        return self.kind != "first integral"
-
-
-@dataclass(frozen=True)
-class OnGroup:
-    """A discrete Lagrangian formula(x, g, h, p): x (n×1) and g (N×N) are sympy matrices.
-
-    `branch(x, g, h, p)`: a number that distinguishes the solutions of F⁻(x, g) = hμ; the one with
-    the number nearest to the last step's is taken. Default: L_d itself.
-    `kept`: whether the map conserves that number exactly, so that any change shows a wrong branch.
-    `order`: the order of the method in (x, μ), if known.
-    """
-
-    formula: Callable[..., Any]
-    branch: Callable[..., Any] | None = None
-    kept: bool = False
-    order: int | None = None
-
-
-def takes_fourth(function: Callable[..., Any] | None) -> bool:
-    """Whether a function of three arguments has a fourth without a default: time, or the step."""
-    return arguments_of(function) == 4
-
-
-def arguments_of(function: Callable[..., Any] | None) -> int:
-    """How many arguments without a default a function takes by place; 0 of what tells nothing."""
-    if function is None:
-        return 0
-    try:
-        given = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):  # of a callable that tells nothing
-        return 0
-    return sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given)
-
-
-def on_group(
-    formula: Callable[..., Any] | None = None,
-    *,
-    branch: Callable[..., Any] | None = None,
-    kept: bool = False,
-    order: int | None = None,
-) -> Any:
-    """Mark formula(x, g, h, p) as given on the group; with options it is a decorator."""
-    make = partial(OnGroup, branch=branch, kept=kept, order=order)
-    return make if formula is None else make(formula)
-
+from ..errors import BadInput, NamedFields, check_function
+from ..groupoids import Groupoid, LieGroup, RowAction
+from ..numbers import exact_nested, exact_rational, exact_vector, flatten
+from .quantities import Conserved, OnGroup, takes_fourth
 
 #: fields of a scene that are functions, and of what
 _FUNCTIONS = (
@@ -102,6 +20,7 @@ _FUNCTIONS = (
     ("force", "(x, v, p)", "(x, v, p, t)"),
     ("holonomic", "(x, p)"),
     ("nonholonomic", "(x, p)"),
+    ("contact", "(x, p)"),
     ("fast", "(x, p)"),
 )
 
@@ -236,7 +155,7 @@ class Scene(NamedFields):
                 raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
 
     def _check_contact(self) -> None:
-        if not callable(self.contact) or not self.groupoid.dim_x:
+        if not self.groupoid.dim_x:
             raise BadInput(
                 f"{self.name}: contact= is a function of (x, p), a list of gaps φ(x) ≥ 0 on the "
                 f"base, of which {self.groupoid.name} must have one."

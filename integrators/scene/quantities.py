@@ -1,0 +1,94 @@
+"""What a scene declares beside its Lagrangian: conserved quantities, L_d on a group."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Literal
+
+from ..errors import NamedFields, check_function
+
+
+@dataclass(frozen=True)
+class Conserved(NamedFields):
+    """A quantity formula(x, mu, p) or formula(x, mu, p, h) → expression or column of them.
+
+    x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters, h the step.
+    With `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
+    quantity is a constraint: the start must have exactly this value (|Γ|² = 1). With `stretch` it
+    is compared over so many steps at a time, the attitude starting anew at e: an attitude that
+    grows exponentially (SL(2)) loses its digits over a whole run.
+    """
+
+    name: str
+    formula: Callable[..., Any]
+    kind: Literal["momentum map", "Casimir", "first integral"] = "momentum map"
+    attitude: bool = False
+    value: Any = None
+    stretch: int | None = None
+
+    def __post_init__(self) -> None:
+        check_function(self.formula, self.name, "(x, mu, p)", "(x, mu, p, h)")
+
+    @property
+    def of_step(self) -> bool:
+        """Whether the quantity depends on the step h: a fourth argument without a default."""
+        return takes_fourth(self.formula)
+
+    def at(self, x: Any, mu: Any, p: Any, h: Any) -> Any:
+        """The quantity in sympy columns x, mu, parameters p and the step h."""
+        return self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
+
+    @property
+    def to_roundoff(self) -> bool:
+        """Whether a variational integrator keeps it to round-off."""
+        return self.kind != "first integral"
+
+
+@dataclass(frozen=True)
+class OnGroup:
+    """A discrete Lagrangian formula(x, g, h, p): x (n×1) and g (N×N) are sympy matrices.
+
+    `branch(x, g, h, p)`: a number that distinguishes the solutions of F⁻(x, g) = hμ; the one with
+    the number nearest to the last step's is taken. Default: L_d itself.
+    `kept`: whether the map conserves that number exactly, so that any change shows a wrong branch.
+    `order`: the order of the method in (x, μ), if known.
+    """
+
+    formula: Callable[..., Any]
+    branch: Callable[..., Any] | None = None
+    kept: bool = False
+    order: int | None = None
+
+
+def takes_fourth(function: Callable[..., Any] | None) -> bool:
+    """Whether a function of three arguments has a fourth without a default: time, or the step."""
+    return arguments_of(function) == 4
+
+
+def arguments_of(function: Callable[..., Any] | None) -> int:
+    """How many arguments without a default a function takes by place; 0 of what tells nothing."""
+    if function is None:
+        return 0
+    try:
+        given = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):  # of a callable that tells nothing
+        return 0
+    return sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given)
+
+
+def on_group(
+    formula: Callable[..., Any] | None = None,
+    *,
+    branch: Callable[..., Any] | None = None,
+    kept: bool = False,
+    order: int | None = None,
+) -> Any:
+    """Mark formula(x, g, h, p) as given on the group; with options it is a decorator."""
+    make = partial(OnGroup, branch=branch, kept=kept, order=order)
+    return make if formula is None else make(formula)
+
+
+#: fields of a scene that are functions, and of what
