@@ -106,7 +106,7 @@ class DiscreteEquations:
         end = self.written_out(self.at_points.target)
         after = [*self.v, *end, *vector("r", len(s.stages))]
         pairs = zip([*self.u, *self.x, *s.stages], after, strict=True)
-        return self.legendre_plus - self.legendre_minus.subs(list(pairs), simultaneous=True)
+        return self.legendre_plus - self.legendre_minus.xreplace(dict(pairs))
 
     @cached_property
     def FL(self) -> SymbolicMatrix:

@@ -65,7 +65,7 @@ def _gap(equations: DiscreteEquations, seed: int) -> float:
         back = -equations.groupoid.inversion(s.x, s.u, s.h).xreplace(point)
         x, u, v = ([numbers.number(e) for e in w]
                    for w in (s.x.xreplace(point), s.u.xreplace(point), back))  # fmt: skip
-        here = geometry(1).at(x, u)
-        there = geometry(-1).at(here["target"], v)
-        pairs = [(here[a], there[b]) for a, b in (("minus", "plus"), ("plus", "minus"))]
+        target, *here = geometry(1).values(x, u)
+        _, *there = geometry(-1).values(target, v)
+        pairs = zip(here, reversed(there), strict=True)
         return float(max(max(abs(a + b)) / max(abs(a)) for a, b in pairs))

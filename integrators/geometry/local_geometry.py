@@ -65,6 +65,10 @@ class LocalGeometry:
         """
         return self._completed(self._value("local", x, u, self.stages(x, u), self.q))
 
+    def values(self, x: Numbers, u: Numbers) -> list[Vector]:
+        """[b, F⁻, F⁺] at (x, u), without any derivative; raises `StagesNotFound` as `at`."""
+        return list(self._value("values", x, u, self.stages(x, u), self.q))
+
     def tracked(self, x: Vector, u: Vector) -> Maps:
         """`at` as `Tracked` arrays, for an u that solves F⁻(x, u) = hμ to round-off."""
         inverse = abs(self.numbers.solve(self.at(x, u)["minus_u"], self.numbers.identity(self.m)))

@@ -56,6 +56,13 @@ def failures(row: Row, *arguments: Any) -> Iterator[tuple[Claim, Any, Any]]:
                 break
 
 
+@lru_cache(maxsize=256)
+def examined(row: Row, name: str) -> tuple[list[tuple[Claim, Any, Any]], set[str]]:
+    """A row's failures on a groupoid, and the ingredients that it reads: each made once."""
+    right = sample(name, *GENERIC).changed()
+    return list(failures(row, right)), right.reads
+
+
 def symbolically_equal(found: Any, wanted: Any) -> bool:
     """Whether the difference cancels identically; it is rational in its symbols and functions."""
     difference = (found - wanted).expand()
@@ -86,10 +93,10 @@ def blind_to(row: Row) -> set[str]:
     for name in (n for n in witnesses(row) if n in covered(row)):
         if reads and seen == reads:
             break
-        right = sample(name, *GENERIC).changed()
-        assert not [c for c, _, _ in failures(row, right) if not c.misprint]
-        reads |= right.reads
-        for mutant in right.reads - seen:
+        failed, read = examined(row, name)
+        assert not [c for c, _, _ in failed if not c.misprint]
+        reads |= read
+        for mutant in read - seen:
             wrong = sample(name, *GENERIC).changed(mutant)
             if any(not claim.misprint for claim, _, _ in failures(row, wrong)):
                 seen.add(mutant)

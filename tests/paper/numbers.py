@@ -11,6 +11,8 @@ from typing import Any
 
 from sympy import I, Matrix, Rational, sympify
 
+from discmech.integrators.numbers import evaluate
+
 DIGITS = 240
 EPS = Rational(1, 10**40)
 
@@ -20,8 +22,11 @@ def number(expression: Any) -> Any:
     expression = sympify(expression)
     if expression.is_Rational:
         return expression
-    real, imaginary = expression.evalf(DIGITS, maxn=4 * DIGITS).as_real_imag()
-    return Rational(real) + (I * Rational(imaginary) if imaginary != 0 else 0)
+    value = evaluate(expression, DIGITS)
+    real, imaginary = (
+        Rational(*map(int, part.as_integer_ratio())) for part in (value.real, value.imag)
+    )
+    return real + I * imaginary
 
 
 def numbers(matrix: Any) -> Any:

@@ -67,8 +67,8 @@ def case(
 
 
 def measured(study: str, *arguments: Any, **more: Any) -> dict[str, Any]:
-    """One case measured and judged; arguments as those of `case`."""
-    return run_case(get(study), case(study, *arguments, **more))
+    """One case measured and judged, without looking for causes; arguments as those of `case`."""
+    return run_case(get(study), case(study, *arguments, **more), causes=False)
 
 
 result = cache(measured)

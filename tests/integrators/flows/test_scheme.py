@@ -5,7 +5,7 @@ import pytest
 
 from discmech.integrators import BadInput, Scheme, discretisation, midpoint, pair, scenes
 from discmech.integrators import rules as discretisations
-from tests.objects import ALIKE, EXPENSIVE, PLAIN, SCENES, SCHEMES, flow, named, scheme, two_thirds
+from tests.objects import ALIKE, PLAIN, SCENES, SCHEMES, flow, named, scheme, two_thirds
 
 # -- other values ---------------------------------------------------------------------------------
 
@@ -87,19 +87,15 @@ def test_an_asymmetric_pair_of_points_is_self_adjoint_only_on_the_pair_groupoid(
 SKEW = ("affine-group", "affine-on-line", "framed-plane")
 
 
-@pytest.mark.parametrize("scene", [
-    pytest.param(s, marks=pytest.mark.slow if s in EXPENSIVE else ())
-    for s in SCENES
-    if s not in SKEW
-])  # fmt: skip
-def test_order_of_the_built_in_rules(scene):
-    of_rectangle = 2 if scene in ALIKE else 1
-    for rule, wanted in (("midpoint", 2), ("trapezoidal", 2), ("rectangle", of_rectangle)):
-        # one rule says nothing: where L_d is given, it is what it is
-        assert scheme(scene, rule).order == (2 if SCENES[scene].discrete_lagrangian else wanted)
+@pytest.mark.parametrize(("scene", "rule"), named(
+    (s, r) for s, of in SCENES.items() if s not in SKEW
+    for r in (PLAIN if of.discrete_lagrangian is None else ("own",))
+))  # fmt: skip
+def test_order_of_the_built_in_rules(scene, rule):
+    assert scheme(scene, rule).order == (1 if rule == "rectangle" and scene not in ALIKE else 2)
 
 
-@pytest.mark.parametrize(("scene", "rule"), [pair for pair in SCHEMES if pair[0] in SKEW])
+@pytest.mark.parametrize(("scene", "rule"), named(pair for pair in SCHEMES if pair[0] in SKEW))
 def test_no_second_order_in_a_chart_that_is_not_odd(scene, rule):
     """Where ι = −u fails at second order, u is a velocity to first order only."""
     assert scheme(scene, rule).order == 1

@@ -5,11 +5,10 @@ import sympy
 
 from discmech.integrators import scenes
 from discmech.integrators.equations import constrained_equations
-from discmech.integrators.rules import get
-from discmech.studies import check
+from tests.studies.cached_results import measured
 
 
-def measured(name, monkeypatch, wrong, digits=16):
+def found_with(name, monkeypatch, wrong, digits=16):
     """symplecticity of a fresh copy of the scene, whose rows are made with a wrong function."""
     for part, more in wrong.items():
         right = getattr(constrained_equations, part)
@@ -17,15 +16,14 @@ def measured(name, monkeypatch, wrong, digits=16):
             constrained_equations, part, lambda s, x, right=right, more=more: more(s, right(s, x))
         )
     scene = scenes.get(name).with_values(name=f"{name}-{len(wrong)}")
-    (case,) = check("symplecticity", [scene], [get("midpoint")], [digits], 8)["cases"]
-    return case
+    return measured("symplecticity", scene, "midpoint", digits, 8)
 
 
 @pytest.mark.parametrize("name", ["cartesian-pendulum", "suslov", "knife-edge"])
 @pytest.mark.parametrize("digits", [16, 50])
 @pytest.mark.sampled
 def test_constraints_are_met_to_round_off(name, digits, monkeypatch):
-    found = measured(name, monkeypatch, {}, digits)
+    found = found_with(name, monkeypatch, {}, digits)
     assert found["verdict"] == "pass"
     assert 0 <= found["measured"]["constraint"] < 10.0 ** (-15 if digits == 16 else -60)
 
@@ -42,6 +40,6 @@ def test_constraints_are_met_to_round_off(name, digits, monkeypatch):
     ],
 )  # fmt: skip
 def test_rows_beside_the_constraint_are_caught(name, wrong, monkeypatch):
-    found = measured(name, monkeypatch, wrong)
+    found = found_with(name, monkeypatch, wrong)
     assert found["verdict"] == "fail"
     assert found["measured"]["constraint"] > 1e3 * found["expected"]["residual"]
