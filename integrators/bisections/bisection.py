@@ -23,7 +23,16 @@ import numpy as np
 
 from ..errors import BadInput
 from ..groupoids import Groupoid
-from ..numbers import Arithmetic, LazyModule, arithmetic, exact_rational, jacobian, newton, numeric
+from ..numbers import (
+    Arithmetic,
+    LazyModule,
+    arithmetic,
+    exact_rational,
+    jacobian,
+    newton,
+    numeric_function,
+    numeric_text,
+)
 from ..numbers.types import Matrix, Number, Numbers, Vector
 from .step_context import vector_in
 
@@ -198,11 +207,17 @@ def groupoid_maps(
 
 @lru_cache(maxsize=64)
 def _maps(groupoid: Groupoid, numbers: Arithmetic) -> Callable[..., Any]:
+    return numeric_function(_text_of_maps(groupoid), numbers)
+
+
+@lru_cache(maxsize=64)
+def _text_of_maps(groupoid: Groupoid) -> str:
+    """Their text, which serves every arithmetic."""
     s = groupoid.symbols
     x, u, v, h = s["x"], s["u"], s["v"], s["h"]
     b, p = groupoid.target(x, u, h), groupoid.product(x, u, v, h)
     slopes = [jacobian(b, w) for w in (x, u)] + [jacobian(p, w) for w in (x, u, v)]
-    return numeric({"x": x, "u": u, "v": v, "h": h}, [list(b), list(p), *slopes], numbers)
+    return numeric_text({"x": x, "u": u, "v": v, "h": h}, [list(b), list(p), *slopes])
 
 
 def complement_slope(b_x: Matrix, b_u: Matrix) -> Matrix:

@@ -58,10 +58,14 @@ class Oscillator:
         if rule.splits:
             scene = replace(scene, fast=lambda x, p: p.stiffness * x[0] ** 2 / 2)
         self.scheme: Scheme = scheme_of(scene, rule)
+        self._matrices: dict[float, np.ndarray] = {}
 
     def matrix(self, z: float) -> np.ndarray:
-        """M(z) in (x, μ), 2×2."""
-        return np.array([self._end(z, 1, x0, mu0) for x0, mu0 in ((1.0, 0.0), (0.0, 1.0))]).T
+        """M(z) in (x, μ), 2×2; each made once, for all that is asked goes along one grid."""
+        if z not in self._matrices:
+            columns = [self._end(z, 1, x0, mu0) for x0, mu0 in ((1.0, 0.0), (0.0, 1.0))]
+            self._matrices[z] = np.array(columns).T
+        return self._matrices[z]
 
     def grows(self, z: float, steps: int = 10**5) -> bool:
         """Whether that many steps make more than 10³ of a start of size 1."""
