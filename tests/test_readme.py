@@ -22,16 +22,27 @@ def commands(first):
     return [w for w in words if w and w[0] == first]
 
 
-@pytest.fixture(scope="module")
-def namespace():
-    """The Python blocks run in one namespace, in order."""
-    found = {"__name__": "__main__"}
+def ran(name):
+    """What the Python blocks define, run in one namespace and in order, as a module of a name."""
+    found = {"__name__": name}
     for number, block in enumerate(blocks("python"), 1):
         exec(compile(block, f"README.md, block {number}", "exec"), found)
     return found
 
 
-def test_the_python_blocks_run(namespace, capsys):
+@pytest.fixture(scope="module")
+def namespace():
+    """The Python blocks imported."""
+    return ran("readme")
+
+
+@pytest.mark.slow
+def test_the_python_blocks_run_as_a_program(capsys):
+    ran("__main__")
+    assert "my-pendulum" in capsys.readouterr().out
+
+
+def test_the_python_blocks_run(namespace):
     assert len(blocks("python")) >= 2
     run = namespace["run"]
     assert run.t[-1] == pytest.approx(10) and len(run.x) == 1001

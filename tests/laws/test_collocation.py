@@ -21,7 +21,7 @@ ON_EACH = (
     "moebius", "stereographic", "carried-along",
 )  # fmt: skip
 #: derived and compiled in a second or two
-SHORT = ("pendulum", "kepler", "rigid-body", "heavy-top", "affine-on-line")
+SHORT = ("pendulum", "kepler", "rigid-body", "affine-on-line")
 STEPS = 12
 
 

@@ -58,7 +58,10 @@ def wedge(one, other):
     return (one[0] * other[1] - other[0] * one[1]).sum(axis=1)
 
 
-@pytest.mark.parametrize("rule", [trapezoidal, midpoint, gauss(2)], ids=lambda r: r.name)
+@pytest.mark.parametrize(
+    "rule", [trapezoidal, midpoint, pytest.param(gauss(2), marks=pytest.mark.slow)],
+    ids=lambda r: r.name,
+)  # fmt: skip
 def test_what_enters_a_patch_of_space_and_time_stays_or_leaves(rule):
     """The multisymplectic law of the sine-Gordon field on a patch; a control misses one bond."""
     start = sine_gordon_breather(PLACES, 0, 0.6)

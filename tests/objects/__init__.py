@@ -18,7 +18,14 @@ from tests.objects.groupoids import (
 )  # fmt: skip
 from tests.objects.retractions import RETRACTIONS, fits
 from tests.objects.rules import PLAIN, RULES, two_thirds
-from tests.objects.scenes import ALIKE, BUILT_IN, OWN_SCENES, SCENES, exact_start
+from tests.objects.scenes import (
+    ALIKE,
+    BUILT_IN,
+    OWN_SCENES,
+    SCENES,
+    exact_parameters,
+    exact_start,
+)
 from tests.objects.schedule import ALWAYS, EXPENSIVE, TURN, named
 from tests.objects.schemes import (
     BUILT_IN_SCHEMES,
@@ -33,7 +40,7 @@ from tests.objects.strata import ARROWS, STEPS, arrows
 __all__ = [
     "ALGEBRAS", "ALIKE", "ALWAYS", "ARROWS", "BUILT_IN", "BUILT_IN_SCHEMES", "EXPENSIVE",
     "GROUPOIDS", "LARGE", "OWN_SCENES", "PLAIN", "RETRACTIONS", "RULES", "SCENES", "SCHEMES",
-    "STEPS", "TURN", "affine_action", "affine_group", "arrows", "compose", "cross", "exact_start",
-    "fits", "flow", "frame", "framed_plane", "named", "rotate_back", "scheme", "scheme_of",
-    "two_thirds", "with_wrong_force",
+    "STEPS", "TURN", "affine_action", "affine_group", "arrows", "compose", "cross",
+    "exact_parameters", "exact_start", "fits", "flow", "frame", "framed_plane", "named",
+    "rotate_back", "scheme", "scheme_of", "two_thirds", "with_wrong_force",
 ]  # fmt: skip

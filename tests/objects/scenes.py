@@ -1,5 +1,7 @@
 """The scenes that are tested: those that are built in, and one on each groupoid of one's own."""
 
+from types import SimpleNamespace
+
 import sympy
 from sympy import Matrix, Rational
 
@@ -138,6 +140,15 @@ SCENES = {**BUILT_IN, **OWN_SCENES}
 
 #: scenes on which every rule gives h·l(u): no base; and x∧v is constant along a step
 ALIKE = {s for s in SCENES if not SCENES[s].groupoid.dim_x} | {"charged-particle"}
+
+
+def exact_parameters(scene):
+    """A scene's parameters as sympy numbers, as attributes."""
+    values = {
+        name: Matrix([Rational(v) for v in value]) if isinstance(value, tuple) else Rational(value)
+        for name, value in scene.parameters.items()
+    }
+    return SimpleNamespace(**values)
 
 
 def exact_start(scene):

@@ -7,8 +7,11 @@ import pytest
 
 #: scenes that meet every rule in every run
 ALWAYS = {"harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "affine-on-line"}
-#: seconds a test: their laws are slow tests
-EXPENSIVE = ("outer-solar-system", "wong", "pivoted-body")
+#: seconds a test, and others of their kind run in every run: their laws are slow tests
+EXPENSIVE = (
+    "outer-solar-system", "wong", "pivoted-body", "rigid-body-so4", "kovalevskaya-top",
+    "double-spherical-pendulum",
+)  # fmt: skip
 #: the rule that a scene meets in every run, so that each rule meets every kind of groupoid; a scene
 #: that is not here meets them all
 TURN = {

@@ -29,7 +29,7 @@ TIMES = [Fraction(1, 9), Fraction(-1, 20), Fraction(1, 4)]
 #: an error grows 4 and 2.4 times over the span there, its bound 10^10 and 10^15 times
 LOOSE = ("knife-edge", "pivoted-body")
 WIDE = "the balls of the equations solved for the multipliers are far wider than their errors"
-SEVERAL_BODIES = ("outer-solar-system", "double-spherical-pendulum")  # seconds each
+LONG = ("outer-solar-system", "double-spherical-pendulum", "pivoted-body", "fpu")  # a second each
 
 
 def overshoot(equations, times, settings):
@@ -64,7 +64,7 @@ def test_bounds_hold_for_every_operation(rate, settings):
 
 @pytest.mark.parametrize(("name", "settings"), [
     pytest.param(name, (CUT_OFF, ROUNDED)[k], id=f"{name}-{('cut off', 'rounded')[k]}",
-                 marks=pytest.mark.slow if (k + number) % 2 else ())  # in turn in every run
+                 marks=pytest.mark.slow if (k + number) % 2 or name in LONG else ())  # in turn
     for number, name in enumerate(frozen.names()) for k in range(2)
 ])  # fmt: skip
 def test_bounds_hold_for_every_scene(name, settings):
@@ -72,8 +72,10 @@ def test_bounds_hold_for_every_scene(name, settings):
 
 
 @pytest.mark.parametrize("name", [
-    pytest.param(name, marks=[pytest.mark.xfail(strict=True, reason=WIDE)] if name in LOOSE else
-                 [pytest.mark.slow] if number % 2 == 0 else ())
+    pytest.param(name, marks=[
+        *([pytest.mark.xfail(strict=True, reason=WIDE)] if name in LOOSE else ()),
+        *([pytest.mark.slow] if name in LONG or (number % 2 == 0 and name not in LOOSE) else ()),
+    ])
     for number, name in enumerate(frozen.names())
 ])  # fmt: skip
 def test_bounds_are_near_the_error_in_every_scene(name):
@@ -122,8 +124,7 @@ def test_a_bound_that_does_not_grow_is_caught(monkeypatch):
 
 
 @pytest.mark.parametrize("name", [
-    pytest.param(name, marks=pytest.mark.slow if name in SEVERAL_BODIES else ())
-    for name in frozen.names()
+    pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in frozen.names()
 ])  # fmt: skip
 def test_jacobians_over_boxes_hold_those_at_points(name):
     equations = equations_of(scenes.get(name))

@@ -29,7 +29,7 @@ def test_recurrences_give_the_derivatives(rate):
         start = [gmpy2.mpfr(3) / 4]
         series = program.coefficients(5, start, program.constants_at(60))[0]
     derivative = X
-    for k in range(6):
+    for k in range(5):
         expected = (derivative / sympy.factorial(k)).subs(X, sympy.Rational(3, 4)).evalf(50)
         got = sympy.Float(str(series[k]), 50)
         assert abs(got - expected) <= abs(expected) * sympy.Float("1e-45"), (k, got, expected)

@@ -32,7 +32,7 @@ PAIRWISE = [
 #: (scene, steps): the smallest case of each study that says something
 SMALL = {
     "order": ("pendulum", 100),
-    "symplecticity": ("heavy-top", 24),
+    "symplecticity": ("rigid-body", 24),
     "momentum": ("lagrange-top", 500),
     "energy": ("kepler", 2000),
     "work-precision": ("pendulum", 50),

@@ -49,7 +49,7 @@ def test_sizes_of_extreme_vectors():
     assert _size(np.zeros(2)) == 0
 
 
-OFTEN = ("kepler", "charged-particle")  # the others wait for the slow tests
+OFTEN = ("charged-particle",)  # the others wait for the slow tests
 EVERY = [pytest.param(n, marks=() if n in OFTEN else pytest.mark.slow) for n in EXTREMES]
 
 

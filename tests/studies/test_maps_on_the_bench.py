@@ -67,9 +67,8 @@ def test_energy_and_structure_are_different_things():
     bands = {c["rule"]: c["measured"]["band"] for c in energy["cases"]}
     assert max(bands[n] for n in names[:2]) < 1e-13 < 1e-8 < bands["implicit-midpoint"]
     assert {c["rule"]: c["verdict"] for c in energy["cases"]}["runge-kutta-4"] == "fail"
-    for digits in (16, 50):
-        found = verdicts("symplecticity", "pendulum", names, digits=[digits], steps=8)
-        assert found == dict(zip(names, ("fail", "fail", "pass", "fail"), strict=True))
+    found = verdicts("symplecticity", "pendulum", names, digits=[50], steps=8)
+    assert found == dict(zip(names, ("fail", "fail", "pass", "fail"), strict=True))
 
 
 def test_the_midpoint_on_a_lie_poisson_system_is_caught():

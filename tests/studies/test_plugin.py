@@ -49,11 +49,11 @@ def test_the_fixtures_pass_for_a_sound_rule(pytester):
         from my_rule import two_thirds
 
         def test_mine(assert_order, assert_symplectic, assert_reversible, assert_converges):
-            assert_order(two_thirds, "kepler", 2)
-            assert_order("my_rule.py:two_thirds", "kepler", 2)
-            assert_converges(two_thirds, "kepler")
-            assert_symplectic(two_thirds, "kepler", digits=50)
-            assert_reversible(two_thirds, "kepler", digits=50)
+            assert_order(two_thirds, "pendulum", 2)
+            assert_order("my_rule.py:two_thirds", "pendulum", 2)
+            assert_converges(two_thirds, "pendulum")
+            assert_symplectic(two_thirds, "pendulum", digits=50)
+            assert_reversible(two_thirds, "pendulum", digits=50)
 
         def test_momentum(assert_momentum):
             assert_momentum(two_thirds, "kepler", digits=50)
@@ -91,7 +91,7 @@ def test_the_entry_point_is_the_plugin():
 
 
 def test_the_order_asked_for_is_judged_from_both_sides():
-    assert assert_order(lopsided, "kepler", 1)["measured"]["order"] == pytest.approx(1, abs=0.01)
+    assert assert_order(lopsided, "pendulum", 1)["measured"]["order"] == pytest.approx(1, abs=0.01)
     with pytest.raises(Missed, match="asked was 1"):
         assert_order("rectangle", "rigid-body", 1)  # there it has order 2
     assert_order("rectangle", "rigid-body")  # which is derived

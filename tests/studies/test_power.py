@@ -51,7 +51,9 @@ CAUGHT = {
     pytest.param(*item, marks=pytest.mark.slow if item[0].startswith("rigid") else ())
     for item in CAUGHT.items()
 ])  # fmt: skip
-def test_a_fault_is_caught_by_the_study_that_is_there_for_it(words, study):
+def test_a_fault_is_caught_by_the_study_that_is_there_for_it(words, study, monkeypatch):
+    there = [s for s in measuring.STUDIES if study in (f"{s[0]} {s[1]}", "refused")]
+    monkeypatch.setattr(measuring, "STUDIES", there)
     found = of_fault(index(words))
     assert study in found["caught"], found["found"]
     assert not found["equivalent"]
@@ -117,7 +119,7 @@ def test_the_sound_scheme_is_left_alone():
     assert sound_scheme(fault).at_points.minus == before
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_valid_rule_is_let_through(seed):
     found = of_rule(seed)
     assert not found["caught"], found["found"]

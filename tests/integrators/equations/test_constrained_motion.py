@@ -9,16 +9,13 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
-from discmech.integrators.errors import CannotMeasure
+from discmech.integrators import Scene, Scheme, pair, rules, scenes
 from discmech.integrators.flows import restricted_form_defect
 from discmech.integrators.rules import compose
 from discmech.reference import solution
-from discmech.studies import check
-from tests.objects import SCENES, flow, scheme
+from tests.objects import SCENES, exact_parameters, flow
 
 HOLONOMIC = ("cartesian-pendulum", "double-spherical-pendulum")
-NONHOLONOMIC = ("suslov", "chaplygin-sleigh", "rolling-disc", "knife-edge", "contact-oscillator")
 PLAIN = ("rectangle", "midpoint", "trapezoidal")
 
 
@@ -30,9 +27,6 @@ def cone():
         v0=["0.2", "0.3", "0.8"], step="0.05",
         holonomic=lambda x, p: [x[2] - sympy.Rational(6, 7)],
     )  # fmt: skip
-
-
-# -- holonomic ------------------------------------------------------------------------------------
 
 
 def rattle(x, p, h, steps):
@@ -64,7 +58,7 @@ def test_neither_constraint_drifts(name, rule, steps=20000):
     scene, run = SCENES[name], flow(name, rule, SCENES[name].step).trajectory(steps)
     assert run.multipliers.shape == (steps + 1, 2 if "double" in name else 1)
     masses = [1, 1, 1, 2, 2, 2] if "double" in name else [1, 1]
-    phi = np.array([[float(e) for e in scene.holonomic(sympy.Matrix(x), _Exact(scene))]
+    phi = np.array([[float(e) for e in scene.holonomic(sympy.Matrix(x), exact_parameters(scene))]
                     for x in run.x[:: steps // 10]])  # fmt: skip
     assert np.abs(phi).max() < 1e-13
     v = run.mu / masses
@@ -80,16 +74,6 @@ def test_neither_constraint_drifts(name, rule, steps=20000):
 @pytest.mark.parametrize("name", HOLONOMIC)
 def test_neither_constraint_drifts_over_a_million_steps(name):
     test_neither_constraint_drifts(name, "trapezoidal", 10**6)
-
-
-class _Exact:
-    """A scene's parameters as sympy numbers."""
-
-    def __init__(self, scene):
-        for name, value in scene.parameters.items():
-            many = isinstance(value, tuple)
-            exact = [sympy.Rational(v) for v in value] if many else sympy.Rational(value)
-            setattr(self, name, sympy.Matrix(exact) if many else exact)
 
 
 def test_the_pendulum_by_its_angle_is_the_same():
@@ -118,14 +102,7 @@ def test_the_form_is_kept_on_the_arrows_that_are_left(scene, rule, digits):
             assert restricted_form_defect(made, *at, bracket_sign=-1) > 1e3 * limit
 
 
-@pytest.mark.parametrize("name", NONHOLONOMIC)
-def test_no_form_is_kept_where_constraints_are_not_holonomic(name):
-    made = flow(name, "midpoint", SCENES[name].step)
-    run = made.trajectory(3)
-    defect = restricted_form_defect(made, run.base[1], run.mu[1], run.u[1])
-    assert defect > 1e-6 or name == "rolling-disc"
-
-
+@pytest.mark.slow
 def test_the_pivoted_body_moves_as_the_heavy_top_does():
     """Its centre of mass and attitude under constraints, and Γ alone in the reduced equations."""
     body = SCENES["pivoted-body"]
@@ -157,159 +134,6 @@ def test_a_composition_is_of_its_own_order():
     assert math.log2(gaps[0] / gaps[1]) == pytest.approx(4, abs=0.2)
 
 
-# -- nonholonomic ---------------------------------------------------------------------------------
-
-
-def suslov(t):
-    """θ′ = k cos(θ − δ) on the ellipse of constant energy: sin(θ − δ) = tanh(kt + c)."""
-    i1, i2, c1, c2, w1, w2 = 1.0, 2.0, 0.5, 0.3, 0.4, -0.9
-    energy = i1 * w1**2 + i2 * w2**2
-    a, b = math.sqrt(energy / i1), math.sqrt(energy / i2)
-    delta, size = math.atan2(c2 * b, c1 * a), math.hypot(c1 * a, c2 * b)
-    psi, k = math.atan2(w2 / b, w1 / a) - delta, size / math.sqrt(i1 * i2)
-    sine = np.tanh(k * t + math.atanh(math.sin(psi)))
-    cosine = math.copysign(1, math.cos(psi)) * np.sqrt(1 - sine**2)
-    theta = np.arctan2(sine, cosine) + delta
-    o1, o2 = a * np.cos(theta), b * np.sin(theta)
-    turned = k * cosine * (-c1 * a * np.sin(theta) + c2 * b * np.cos(theta))  # dμ₃/dt
-    mu = np.stack([i1 * o1, i2 * o2, c1 * o1 + c2 * o2], axis=1)
-    return None, mu, (turned - (i1 - i2) * o1 * o2)[:, None]
-
-
-def chaplygin_sleigh(t):
-    """v = V tanh(κt + c), J ω² + m v² constant: it ends going straight, blade behind."""
-    a, inertia, w0, v0 = 0.5, 1.25, 1.5, -0.4
-    top = math.sqrt(inertia * w0**2 + v0**2)
-    v = top * np.tanh(a * top / inertia * t + math.atanh(v0 / top))
-    w = np.sqrt((top**2 - v**2) / inertia)
-    push = w * v - a**2 * w * v / inertia  # m(ωv + aω′) across the blade
-    return None, np.stack([inertia * w, v, a * w], axis=1), push[:, None]
-
-
-def rolling_disc(t):
-    """Both spins constant: round a circle; the multipliers turn its velocity."""
-    turned, radius, one = 0.6 * t, 0.8 / 0.6, np.ones_like(t)
-    x = [radius * np.sin(turned), radius * (1 - np.cos(turned)), 0.8 * t, turned]
-    mu = [0.8 * np.cos(turned), 0.8 * np.sin(turned), 0.4 * one, 0.15 * one]
-    push = [-0.48 * np.sin(turned), 0.48 * np.cos(turned)]
-    return (np.stack(e, axis=1) for e in (x, mu, push))
-
-
-def knife_edge(t):
-    """θ = ωt and dv/dt = g cos θ along the blade: it drifts across the slope, and never down."""
-    v0, w, g = 0.3, 0.8, 0.7
-    turned = w * t
-    v = v0 + g / w * np.sin(turned)
-    x = [v0 / w * np.sin(turned) + g / (2 * w**2) * np.sin(turned) ** 2,
-         v0 / w * (1 - np.cos(turned)) + g / (2 * w**2) * (turned - np.sin(2 * turned) / 2),
-         turned]  # fmt: skip
-    mu = [v * np.cos(turned), v * np.sin(turned), 0.5 * w * np.ones_like(t)]
-    return np.stack(x, axis=1), np.stack(mu, axis=1), -(v * w + g * np.sin(turned))[:, None]
-
-
-def both_multipliers(name, rule, step, steps, every):
-    """A run and the mean of the multipliers that leave a row and that arrive there, which are
-    those of a step −h: of second order, each alone of first."""
-    there, back = flow(name, rule, step), scheme(name, rule).flow(f"-{step}")
-    run = there.trajectory(steps, every=every)
-    arriving = [back.trajectory(0, x0=x, mu0=mu, u0=u).multipliers[0]
-                for x, mu, u in zip(run.x, run.mu, run.u, strict=True)]  # fmt: skip
-    return run, (run.multipliers + np.array(arriving)) / 2
-
-
-@pytest.mark.parametrize("rule", ["midpoint", "trapezoidal"])
-@pytest.mark.parametrize(
-    "closed_form", [suslov, chaplygin_sleigh, rolling_disc, knife_edge], ids=lambda f: f.__name__
-)
-def test_closed_forms_to_eight_digits(closed_form, rule):
-    """Place, momentum and the force of the constraint."""
-    name = closed_form.__name__.replace("_", "-")
-    run, multipliers = both_multipliers(name, rule, "0.00005", 200000, 20000)
-    x, mu, push = closed_form(run.t)
-    assert x is None or np.abs(run.x - x).max() < 1e-8
-    assert np.abs(run.mu - mu).max() < 1e-8
-    assert np.abs(multipliers - push).max() < 1e-8
-    assert np.abs(multipliers + push).max() > 1e-2  # the sign is seen
-
-
-def test_multipliers_are_of_first_order_and_their_mean_of_second():
-    """Of a holonomic constraint: λ = m(g x₂ − |v|²)/ℓ² of the Cartesian pendulum."""
-    alone, mean = [], []
-    for steps in (500, 1000):
-        run, found = both_multipliers(
-            "cartesian-pendulum", "midpoint", f"{5 / steps}", steps, steps // 10
-        )
-        wanted = run.x[:, 1] - (run.mu**2).sum(axis=1)
-        alone.append(np.abs(run.multipliers[:, 0] - wanted).max())
-        mean.append(np.abs(found[:, 0] - wanted).max())
-    assert math.log2(alone[0] / alone[1]) == pytest.approx(1, abs=0.05)
-    assert math.log2(mean[0] / mean[1]) == pytest.approx(2, abs=0.05)
-
-
-@pytest.mark.parametrize("name", NONHOLONOMIC)
-def test_the_constraint_is_exact_where_the_rule_asks_for_l(name):
-    run = flow(name, "midpoint", SCENES[name].step).trajectory(200)
-    scene, middle = SCENES[name], run.x[:-1]
-    if middle.shape[1]:
-        middle = middle + float(scene.step) * run.u[:-1] / 2
-    for x, u in list(zip(middle, run.u[:-1], strict=True))[::20]:
-        A = sympy.Matrix(scene.nonholonomic(sympy.Matrix(len(x), 1, list(x)), _Exact(scene)))
-        assert max(abs(float(e)) for e in A * sympy.Matrix(list(u))) < 1e-13
-
-
-def test_self_adjointness_asks_for_the_constraint_too():
-    """The disc's L_d is the same by every rule, but a constraint at the start alone is not."""
-    assert not scheme("rolling-disc", "rectangle").self_adjoint
-    assert scheme("rolling-disc", "rectangle").order == 1
-    assert scheme("suslov", "rectangle").self_adjoint
-    assert scheme("contact-oscillator", "trapezoidal").self_adjoint
-
-
-# -- bad input ------------------------------------------------------------------------------------
-
-
-def held(**more):
-    return Scene(**{"name": "bad", "groupoid": pair(2), "x0": [1, 0], "v0": [0, 1],
-                    "lagrangian": lambda x, v, p: v.dot(v) / 2, **more})  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ({"holonomic": lambda x, p: [x.dot(x) - 4]}, r"φ\(x0\) = 0 is off by 3; .* x0=\[2.0, 0"),
-        ({"holonomic": lambda x, p: [x[1] - x[0] + 1]}, r"A\(x0\) v0 = 0 is off by 1"),
-        ({"holonomic": lambda x, p: [x[0] - 1, 2 * x[0] - 2]}, "redundant"),
-        ({"holonomic": lambda x, p: [(x[0] - 1) ** 2]}, "constraint 0 has the row A = 0 at x0"),
-        ({"nonholonomic": lambda x, p: [[1, 0], [0, 0]]}, "constraint 1 has the row A = 0"),
-        ({"nonholonomic": lambda x, p: [1, 0]}, "list of rows of 2 entries"),
-        ({"nonholonomic": lambda x, p: [[1, 0, 0]]}, "list of rows of 2 entries"),
-        ({"holonomic": lambda x, p: [[x[0]]]}, "list of expressions"),
-        ({"holonomic": lambda x, p: x[0] - 1}, "list of expressions"),
-        ({"holonomic": lambda x, p: [x[0] - sympy.Symbol("q")]}, "the unknown symbol q"),
-        ({"nonholonomic": lambda x, p: [[sympy.I, 0]]}, "not finite and real"),
-    ],
-)  # fmt: skip
-def test_constraints_that_fit_nothing_are_said_in_a_sentence(more, said):
-    with pytest.raises(BadInput, match=said):
-        Scheme(held(**more), rules.get("midpoint"))
-
-
-def test_what_constraints_go_with():
-    with pytest.raises(BadInput, match="either holonomic="):
-        held(holonomic=lambda x, p: [x[0] - 1], nonholonomic=lambda x, p: [[1, 0]])
-    with pytest.raises(BadInput, match="has no base"):
-        Scene("bad", lie_group(so(3)), lambda x, v, p: v.dot(v) / 2, v0=[1, 0, 0],
-              holonomic=lambda x, p: [0])  # fmt: skip
-    with pytest.raises(CannotMeasure, match="without stages"):
-        Scheme(scenes.get("suslov"), rules.get("gauss-2"))
-    with pytest.raises(
-        CannotMeasure, match=r"suslov has constraints: a step is a map on \(x, mu\)"
-    ):
-        flow("suslov", "midpoint", "0.1").pullback_defect([], [1, 0, 0])
-    with pytest.raises(CannotMeasure, match="has no legendre_minus"):
-        scheme("suslov", "midpoint").legendre_minus  # noqa: B018
-
-
 @pytest.mark.slow
 def test_pendulums_move_as_they_do_in_coordinates_without_constraints():
     """To 28 digits: the sphere by S² × so(3), two bobs in the plane by their angles."""
@@ -338,15 +162,3 @@ def test_pendulums_move_as_they_do_in_coordinates_without_constraints():
         wanted = [mpmath.sin(first), -mpmath.cos(first)]
         wanted += [wanted[0] + mpmath.sin(second), wanted[1] - mpmath.cos(second)]
         assert max(abs(a - b) for a, b in zip(here.x, wanted, strict=True)) < 1e-28
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("rule", "order"), [("rectangle", 1), ("midpoint", 2), ("trapezoidal", 2)])
-def test_a_nonholonomic_motion_that_no_reversibility_helps(rule, order):
-    """Standard tests flatter (Modin, Verdier 2020): the oscillator with its coupling and cube."""
-    scene = scenes.get("contact-oscillator").with_values(
-        name="coupled-oscillator", parameters={"coupling": "0.3", "cubic": "0.5"}
-    )
-    (case,) = check("order", [scene], [rule], [50])["cases"]
-    assert case["verdict"] == "pass"
-    assert case["measured"]["order"] == pytest.approx(order, abs=0.01)

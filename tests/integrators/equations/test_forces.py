@@ -26,6 +26,8 @@ def with_force(name, force=rubbed):
 
 #: a scene of each kind of groupoid: pairs, a group, an action, pairs with a group
 FORCED = ("spring-pendulum", "rigid-body", "heavy-top", "rotor-body")
+#: one a kind of groupoid; the slow tests have all
+SOME = [pytest.param(n, marks=pytest.mark.slow if n in FORCED[::2] else ()) for n in FORCED]
 #: (scene, rule): every kind of groupoid meets every plain rule, two a rule with stages
 MET = [
     *((name, rule) for name in FORCED for rule in ("rectangle", "midpoint", "trapezoidal")),
@@ -196,13 +198,13 @@ def test_a_force_ends_symmetry_of_the_rectangle_rule_on_a_group():
     assert forced("rigid-body", "trapezoidal").self_adjoint
 
 
-@pytest.mark.parametrize("name", FORCED)
+@pytest.mark.parametrize("name", SOME)
 def test_a_force_at_one_end_only_is_of_first_order(name):
     one = with_wrong_force(forced(name, "trapezoidal"), 2, 0)
     assert order(errors(one, (512, 1024))) == pytest.approx(1, abs=0.1)
 
 
-@pytest.mark.parametrize("name", FORCED)
+@pytest.mark.parametrize("name", SOME)
 def test_a_flipped_force_is_caught(name):
     right = forced(name, "midpoint")
     flipped = Scheme(with_force(name, lambda x, v, p: [-e for e in rubbed(x, v, p)]), right.rule)

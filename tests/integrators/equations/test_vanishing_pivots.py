@@ -73,6 +73,7 @@ def ends(scene, copy, rule, digits):
         yield sympy.Matrix([sympy.Float(e, digits + 5) for e in run.x[-1]])
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", PLAIN)
 @pytest.mark.parametrize(("scene", "of_x", "of_v"), STARTS, ids=lambda s: getattr(s, "name", ""))
 def test_a_start_in_the_axes_moves_as_one_that_is_turned(scene, of_x, of_v, rule):
@@ -83,7 +84,9 @@ def test_a_start_in_the_axes_moves_as_one_that_is_turned(scene, of_x, of_v, rule
         assert max(map(abs, scene.holonomic(end, LENGTHS))) < kept
 
 
-@pytest.mark.parametrize("rule", PLAIN)
+@pytest.mark.parametrize("rule", [
+    "midpoint", *(pytest.param(r, marks=pytest.mark.slow) for r in PLAIN if r != "midpoint")
+])  # fmt: skip
 def test_what_is_singular_is_still_named(rule):
     """No mass along the line to which the constraint leaves the motion."""
     scene = Scene("massless", pair(2), lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 2 * v[1] ** 2,

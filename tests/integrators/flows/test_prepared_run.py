@@ -21,6 +21,7 @@ def same(one, other):
     )  # fmt: skip
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", ["midpoint", "gauss-2", "suzuki:trapezoidal"])
 @pytest.mark.parametrize("scene", ["kepler", "heavy-top", "rigid-body"])
 def test_it_is_the_run_begun_anew(scene, rule):

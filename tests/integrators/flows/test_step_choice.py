@@ -9,6 +9,7 @@ from discmech.reference import solution
 from tests.objects import SCENES
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("tolerance", ["1e-4", "1e-8", "1e-12"])
 @pytest.mark.parametrize(("scene", "rule"), [("kepler", "gauss-3"), ("rigid-body", "gauss-3"),
                                              ("pendulum", "kahan-li-8:trapezoidal")])  # fmt: skip

@@ -76,6 +76,12 @@ def test_minus_e_is_the_edge_of_su2_and_sl2(algebra):
     assert margins[0] > 0.99 and margins == sorted(margins, reverse=True) and margins[2] < 1e-3
 
 
+def quick(names):
+    """Those of less than six dimensions, and one whose exponential has no closed form."""
+    slow = {n for n in names if ALGEBRAS[n].dim >= 6 and n != "sl(3)"}
+    return [pytest.param(n, marks=pytest.mark.slow if n in slow else ()) for n in names]
+
+
 #: ξ that turns at the rate 1, and one that goes along with it and does not turn
 TURNS = {
     "so(3)": (so(3), [0.6, 0, 0.8]),
@@ -88,7 +94,7 @@ TURNS = {
 }
 
 
-@pytest.mark.parametrize("name", TURNS)
+@pytest.mark.parametrize("name", quick(TURNS))
 def test_the_exponential_ends_at_a_whole_turn_of_ad(name):
     """dexp is singular there; translations, however long, are no edge."""
     algebra, xi = TURNS[name]
@@ -100,7 +106,7 @@ def test_the_exponential_ends_at_a_whole_turn_of_ad(name):
         assert at.margin == pytest.approx(max(0, 1 - turn**2), abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ALGEBRAS)
+@pytest.mark.parametrize("name", quick(ALGEBRAS))
 def test_what_a_run_watches_is_never_farther_from_the_edge_than_it_is(name):
     """Exactly as far, where the exponential has closed forms."""
     group = lie_group(ALGEBRAS[name], exponential)

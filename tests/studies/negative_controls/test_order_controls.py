@@ -172,7 +172,7 @@ def test_whole_periods_hide_nothing():
     assert found["verdict"] == "fail" and "one step is of order 1.00" in found["reason"]
 
 
-@pytest.mark.parametrize("power", [10, -10, 150, -150])
+@pytest.mark.parametrize("power", [150, -150])
 def test_units_of_action_change_no_order(power):
     scale = sympy.Integer(10) ** power
     pendulum = scenes.get("pendulum")

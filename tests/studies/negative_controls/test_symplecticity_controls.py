@@ -43,6 +43,7 @@ def test_controls_at_50_digits_where_everything_is_present():
         assert found["verdict"] == "pass"
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("scene", CONTROL_SCENES)
 @pytest.mark.parametrize(("control", "power"), [("classical Runge-Kutta", 2), ("Heun", 1)])
 def test_at_small_steps_runge_kutta_is_symplectic_to_round_off(scene, control, power):

@@ -1,0 +1,52 @@
+"""Constraints that fit nothing: a sentence each."""
+
+from __future__ import annotations
+
+import pytest
+import sympy
+
+from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
+from discmech.integrators.errors import CannotMeasure
+from tests.objects import flow, scheme
+
+
+def held(**more):
+    return Scene(**{"name": "bad", "groupoid": pair(2), "x0": [1, 0], "v0": [0, 1],
+                    "lagrangian": lambda x, v, p: v.dot(v) / 2, **more})  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"holonomic": lambda x, p: [x.dot(x) - 4]}, r"φ\(x0\) = 0 is off by 3; .* x0=\[2.0, 0"),
+        ({"holonomic": lambda x, p: [x[1] - x[0] + 1]}, r"A\(x0\) v0 = 0 is off by 1"),
+        ({"holonomic": lambda x, p: [x[0] - 1, 2 * x[0] - 2]}, "redundant"),
+        ({"holonomic": lambda x, p: [(x[0] - 1) ** 2]}, "constraint 0 has the row A = 0 at x0"),
+        ({"nonholonomic": lambda x, p: [[1, 0], [0, 0]]}, "constraint 1 has the row A = 0"),
+        ({"nonholonomic": lambda x, p: [1, 0]}, "list of rows of 2 entries"),
+        ({"nonholonomic": lambda x, p: [[1, 0, 0]]}, "list of rows of 2 entries"),
+        ({"holonomic": lambda x, p: [[x[0]]]}, "list of expressions"),
+        ({"holonomic": lambda x, p: x[0] - 1}, "list of expressions"),
+        ({"holonomic": lambda x, p: [x[0] - sympy.Symbol("q")]}, "the unknown symbol q"),
+        ({"nonholonomic": lambda x, p: [[sympy.I, 0]]}, "not finite and real"),
+    ],
+)  # fmt: skip
+def test_constraints_that_fit_nothing_are_said_in_a_sentence(more, said):
+    with pytest.raises(BadInput, match=said):
+        Scheme(held(**more), rules.get("midpoint"))
+
+
+def test_what_constraints_go_with():
+    with pytest.raises(BadInput, match="either holonomic="):
+        held(holonomic=lambda x, p: [x[0] - 1], nonholonomic=lambda x, p: [[1, 0]])
+    with pytest.raises(BadInput, match="has no base"):
+        Scene("bad", lie_group(so(3)), lambda x, v, p: v.dot(v) / 2, v0=[1, 0, 0],
+              holonomic=lambda x, p: [0])  # fmt: skip
+    with pytest.raises(CannotMeasure, match="without stages"):
+        Scheme(scenes.get("suslov"), rules.get("gauss-2"))
+    with pytest.raises(
+        CannotMeasure, match=r"suslov has constraints: a step is a map on \(x, mu\)"
+    ):
+        flow("suslov", "midpoint", "0.1").pullback_defect([], [1, 0, 0])
+    with pytest.raises(CannotMeasure, match="has no legendre_minus"):
+        scheme("suslov", "midpoint").legendre_minus  # noqa: B018
