@@ -89,11 +89,11 @@ def _answer(options: argparse.Namespace) -> int:
     if options.html:
         write(options.html, _page(request, result))
     if not quiet:
-        _show(result, request.choice().unheeded(), time.perf_counter() - begun)
+        _show(result, time.perf_counter() - begun)
     return EXIT[result["verdict"]]
 
 
-def _show(result: dict[str, Any], notes: list[str], seconds: float) -> None:
+def _show(result: dict[str, Any], seconds: float) -> None:
     from ..report import advising, verdicts
 
     screen = console()
@@ -101,7 +101,8 @@ def _show(result: dict[str, Any], notes: list[str], seconds: float) -> None:
     if "comparison" in result:
         screen.print(verdicts.side_by_side(result))
     advised = advising.recommended(result) if "advice" in result else []
-    for paragraph in (*advised, *verdicts.adjoints(result), *notes, *verdicts.troubles(result)):
+    said = (*advised, *verdicts.adjoints(result), *result["notes"], *verdicts.troubles(result))
+    for paragraph in said:
         screen.print(paragraph, highlight=False, markup=False, soft_wrap=True)
     print(f"{verdicts.summary(result)} ({seconds:.0f} s)")
 

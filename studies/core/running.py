@@ -125,10 +125,12 @@ def run_studies(
                 "verdict": worst(c["verdict"] for c in whole if counts(c)),
                 "command": f"discmech {study.name}",
                 "record": record(sum(c["seconds"] for c in whole), {"steps": choice.steps}),
+                "remembered": remembered[i],
                 "notes": [
                     *choice.unheeded(),
                     *study.notes(choice),
-                    *_about_stored(remembered[i], len(whole), store),
+                    *([] if store is None else store.troubles.values()),
+                    *about_remembered(remembered[i], len(whole)),
                 ],
                 "cases": whole,
             }
@@ -136,15 +138,14 @@ def run_studies(
     return results, [extras[i] for i in sorted(extras) if extras[i] is not None]
 
 
-def _about_stored(remembered: int, cases: int, store: Store | None) -> list[str]:
-    """How many cases were not measured now, and what was wrong with the store."""
-    said = [] if store is None else list(store.troubles.values())
-    if remembered:
-        said.append(
-            f"{remembered} of {cases} cases were measured by an earlier run, with the same text, "
-            "numbers and versions; --fresh measures all anew."
-        )
-    return said
+def about_remembered(remembered: int, cases: int) -> list[str]:
+    """How many cases were not measured now, where some were not."""
+    if not remembered:
+        return []
+    return [
+        f"{remembered} of {cases} cases were measured by an earlier run, with the same text, "
+        "numbers and versions; --fresh measures all anew."
+    ]
 
 
 def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Place, dict[str, Any]]]:

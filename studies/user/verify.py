@@ -17,7 +17,7 @@ from ..core import lookup
 from ..core.case import Choice, Progress, silent, worst
 from ..core.cluster import Cluster
 from ..core.record import record
-from ..core.running import SCHEMA, Told, run_studies, unheard
+from ..core.running import SCHEMA, Told, about_remembered, run_studies, unheard
 from ..core.store import Store
 
 #: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
@@ -118,9 +118,15 @@ def about_scheme(scheme: Scheme) -> dict[str, Any]:
 
 def joined(name: str, results: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The results of several studies as one, each case with its study."""
+    counts = [(r["remembered"], len(r["cases"])) for r in results]
+    single = {note for count in counts for note in about_remembered(*count)}
+    notes = dict.fromkeys(note for r in results for note in r["notes"] if note not in single)
+    remembered, cases = map(sum, zip(*counts, strict=True))
     return {
         "schema": SCHEMA,
         "study": name,
+        "remembered": remembered,
+        "notes": [*notes, *about_remembered(remembered, cases)],
         "verdict": worst(r["verdict"] for r in results),
         "record": record(sum(r["record"]["seconds"] for r in results), {}),
         "cases": [{"study": r["study"], **case} for r in results for case in r["cases"]],
