@@ -72,9 +72,10 @@ def round_off_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -
     errors = 0 * abs(np.concatenate([x, mu]))
     for part in context.parts:
         if isinstance(part.geometry, OneStepGeometry):
+            after_x, after_mu, _ = _step_of_map(part, x, mu, guess)
             start = part.geometry.start(x, mu, guess)
             errors = part.geometry.step_round_off(x, mu, start, errors)
-            x, mu, _ = _step_of_map(part, x, mu, guess)
+            x, mu = after_x, after_mu
             continue
         guess = arrow_from(part, x, mu, guess)
         here = part.maps_at(x, guess)

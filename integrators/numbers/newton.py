@@ -35,8 +35,9 @@ def newton(
             return None
         point = point + step
         if isinstance(scale, np.ndarray):
-            whole = zip(abs(step), scale, abs(point), strict=True)
-            size, unit = max((c / max(s, p) for c, s, p in whole if c != 0), default=0), eps
+            # what is put right to exactly 0 has a size before
+            whole = zip(abs(step), scale, abs(point), abs(point - step), strict=True)
+            size, unit = max((c / max(of) for c, *of in whole if c != 0), default=0), eps
         else:
             size = sum(abs(c) for c in step)
             unit = eps * max(scale, sum(abs(c) for c in point))

@@ -168,6 +168,8 @@ def test_newton_ends_at_round_off_or_says_none(digits):
         assert abs(root[0] ** 2 - 2) < 16 * numbers.eps
         assert newton(lambda z: (2 + z * z) / (2 * z), start, 0, numbers.eps) is None
         assert newton(lambda z: z / 0, start, 0, numbers.eps) is None
+        # held against its own size, an entry that is put right to exactly 0 is no infinity
+        assert newton(lambda z: -z, start, 0 * start, numbers.eps) == [0]
 
 
 def test_a_function_with_one_result_gives_a_number():
