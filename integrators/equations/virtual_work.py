@@ -3,7 +3,7 @@
 Where the rule asks for L at (b(x, w; h′), ξ) with a weight, the force f(x_i, ξ) acts with the same
 weight, and a e→ + c e← of the arrow displaces that point, in left trivialisation, by
 
-    c_i = L(x, w; h′)⁻¹ ((h′/h) ∂w/∂u (R(x, u) a + L(x, u) c) − R(x, w; h′) a).
+    c_i = L(x, w; h′)⁻¹ ((h′/h) (∂w/∂u (R(x, u) a + L(x, u) c) + ∂w/∂s δs) − R(x, w; h′) a).
 
 Nothing here is made of `LegendreMaps`: this is what the force in F± is held against.
 """
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ..numbers import jacobian, sympy
-from ..numbers.types import Column, FieldPair
+from ..numbers.types import Column, SymbolicMatrix
 from .discrete_lagrangian import DiscreteLagrangian
 from .rule_view import answers_of, written
 from .symbols import column
@@ -31,24 +31,28 @@ class ForcePoint:
     force: Column
 
     @cached_property
-    def displacement(self) -> FieldPair:
-        """How a and c displace the point, in left trivialisation, m×m each."""
+    def displacement(self) -> tuple[SymbolicMatrix, SymbolicMatrix, SymbolicMatrix]:
+        """How a, c and δs displace the point, in left trivialisation: m×m, m×m and m×(stages)."""
         s, g, one = self.of.s, self.of.groupoid, sympy.eye(len(self.of.s.u))
+        stages, count = s.stages, len(s.stages)
         R, L = g.R(s.x, s.u, s.h), g.L(s.x, s.u, s.h)
+        none = sympy.zeros(len(s.u), 0)
         if g.kind == "pair":
-            by_x, by_u = (jacobian(self.point[: s.n, :], e) for e in (s.position, s.u))
-            return by_u / s.h - by_x, by_u / s.h
+            place = self.point[: s.n, :]
+            by_x, by_u = (jacobian(place, e) for e in (s.position, s.u))
+            return by_u / s.h - by_x, by_u / s.h, jacobian(place, stages) / s.h if count else none
         if self.point == s.x:
-            return -one, 0 * one
+            return -one, 0 * one, sympy.zeros(len(s.u), count)
         given = answers_of(self.asked, self.of.G.Target)
         assert given is not None  # any other point has been refused
         n, h = len(s.x), given[-1]
         base, w = (column(map(written, part)) for part in (given[:n], given[n:-1]))
         back, moved, start = g.inverse_left(base, w, h), jacobian(w, s.u), g.R(base, w, h)
         right, left = (h / s.h * back * moved * field for field in (R, L))
+        bent = h / s.h * back * jacobian(w, stages) if count else none
         if base == s.x:
-            return right - back * start, left
-        return right, left + back * start  # the base is the end of the step
+            return right - back * start, left, bent
+        return right, left + back * start, bent  # the base is the end of the step
 
 
 def force_points(of: DiscreteLagrangian) -> list[ForcePoint]:
@@ -62,10 +66,12 @@ def force_points(of: DiscreteLagrangian) -> list[ForcePoint]:
     return found
 
 
-def discrete_force(of: DiscreteLagrangian) -> tuple[Column, Column]:
-    """(f⁻, f⁺): what the force adds to F⁻/h and F⁺/h at an arrow and its stages, m×1 each."""
-    minus = plus = 0 * of.s.u
+def discrete_force(of: DiscreteLagrangian) -> tuple[Column, Column, Column]:
+    """What the force adds to F⁻/h, F⁺/h and ∂L_d/∂s / h at an arrow and its stages: m×1, m×1
+    and one entry a stage's."""
+    found = [0 * of.s.u, 0 * of.s.u, sympy.zeros(len(of.s.stages), 1)]
     for acting in force_points(of):
-        right, left = acting.displacement
-        minus, plus = minus + right.T * acting.force, plus + left.T * acting.force
-    return minus, plus
+        for i, moved in enumerate(acting.displacement):
+            found[i] += moved.T * acting.force
+    minus, plus, stages = found
+    return minus, plus, stages

@@ -3,12 +3,18 @@
 from .ensemble import Ensemble, cores
 from .flow import Flow, Trajectory
 from .initial_state import Start
-from .newton_step import arrow_from, restricted_form_defect, round_off_from, step_along
+from .newton_step import (
+    arrow_from,
+    form_change_defects,
+    restricted_form_defect,
+    round_off_from,
+    step_along,
+)
 from .run import first_u
 from .scheme import Scheme
 from .step_choice import StepChoice
 
 __all__ = [
     "Ensemble", "Flow", "Scheme", "Start", "StepChoice", "Trajectory", "arrow_from", "cores",
-    "first_u", "restricted_form_defect", "round_off_from", "step_along",
+    "first_u", "form_change_defects", "restricted_form_defect", "round_off_from", "step_along",
 ]  # fmt: skip

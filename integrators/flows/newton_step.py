@@ -11,7 +11,15 @@ import numpy as np
 
 from ..bisections import EvolutionOperator, StepContext
 from ..errors import CannotMeasure
-from ..geometry import Maps, OneStepGeometry, Step, restricted_defect, step_round_off
+from ..geometry import (
+    FormChange,
+    Maps,
+    OneStepGeometry,
+    Step,
+    form_change,
+    restricted_defect,
+    step_round_off,
+)
 from ..numbers import Number, Numbers, Vector
 
 
@@ -67,6 +75,18 @@ def step_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Ste
     return x, mu, total
 
 
+def _change_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> FormChange:
+    """The change of the form on the dual in the step from (x, μ), substeps one after another."""
+    total: FormChange | None = None
+    for part in context.parts:
+        guess = arrow_from(part, x, mu, guess)
+        change, here = form_change(part.geometry, x, mu, guess), part.maps_at(x, guess)
+        total = change if total is None else total.then(change)
+        x, mu = here["target"], here["plus"] / part.h
+    assert total is not None
+    return total
+
+
 def round_off_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
     """(x′, μ′) of `step_from`, and what round-off does to them, n+m units (`step_round_off`)."""
     errors = 0 * abs(np.concatenate([x, mu]))
@@ -84,13 +104,43 @@ def round_off_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -
     return x, mu, errors
 
 
+def form_change_defects(
+    flow: Any, x: Numbers, mu: Numbers, u0: Numbers
+) -> tuple[Number, Number, Number]:
+    """What a force does to ω in the step of a flow from (x, μ): two defects, and det P.
+
+    How far the change of ω is from −dθ_f, the differential of the force's one-form
+    (`geometry.forced_form`); how far that of a volume of phase space is from what dθ_f says; what
+    the volume is multiplied with. To twice the digits, relative to the absolute terms, rounded to
+    the flow's own numbers; u0: where Newton starts. Raises `CannotMeasure` for one-step maps, and
+    under constraints (`restricted_form_defect`).
+    """
+    context = flow.context.exactly
+    if flow.scheme.one_step:
+        context.check_one_arrow()
+    with context.numbers.working():
+        at, momentum = context.vectors(x, mu)
+        change = _change_from(context, at, momentum, context.vector(u0, len(momentum)))
+        grown, off = change.volume(context.numbers)
+        found = change.defect(context.numbers.eps**0.5), off, grown
+    with flow.numbers.working():
+        defect, off, grown = (flow.context.number(flow.numbers.number(e)) for e in found)
+    return defect, off, grown
+
+
 def restricted_form_defect(
-    flow: Any, x: Numbers, mu: Numbers, u0: Numbers, bracket_sign: int = 1
+    flow: Any,
+    x: Numbers,
+    mu: Numbers,
+    u0: Numbers,
+    bracket_sign: int = 1,
+    forced: bool = False,
 ) -> Number:
     """The defect of ω under a step of a flow from (x, μ), on what its constraints leave.
 
     To twice the digits, rounded to the flow's own numbers (`geometry.restricted_form`); u0: where
-    Newton starts. Raises `CannotMeasure` where there are no constraints, or several substeps.
+    Newton starts. forced: the change is to be that of the force's one-form. Raises `CannotMeasure`
+    where there are no constraints, or several substeps.
     """
     context = flow.context.exactly
     if not flow.scheme.scene.constrained or context.substeps:
@@ -99,6 +149,6 @@ def restricted_form_defect(
         here = context.vectors(x, mu)
         start = context.start(*here, context.vector(u0, len(mu)))
         geometry: Any = context.geometry
-        found = restricted_defect(geometry, here[0], here[1], start, bracket_sign)
+        found = restricted_defect(geometry, here[0], here[1], start, bracket_sign, forced)
     with flow.numbers.working():
         return flow.context.number(flow.numbers.number(found))

@@ -9,14 +9,15 @@ from .defects import (
     pullback_defect,
     step_round_off,
 )
+from .forced_form import FormChange, form_change
 from .local_geometry import LocalGeometry, Maps, StagesNotFound, slopes, text_of
 from .one_step_geometry import OneStepGeometry, StepNotFound
 from .restricted_form import restricted_defect
 from .transitions import Arrow, defects, regularity, residual, singular_sign
 
 __all__ = [
-    "Arrow", "LocalGeometry", "Maps", "OneStepGeometry", "StagesNotFound", "Step", "StepNotFound",
-    "defects", "entrywise_defect",
+    "Arrow", "FormChange", "LocalGeometry", "Maps", "OneStepGeometry", "StagesNotFound", "Step",
+    "StepNotFound", "defects", "entrywise_defect", "form_change",
     "in_round_offs", "is_self_adjoint", "poisson_defect", "pullback_defect", "regularity",
     "residual", "restricted_defect", "singular_sign", "slopes", "step_round_off", "text_of",
 ]  # fmt: skip

@@ -18,11 +18,13 @@ from ..numbers import (
     Tracked,
     errors_of,
     inlined,
+    jacobian,
     newton,
     numeric_function,
     numeric_text,
     rounded,
     solve,
+    sympy,
     tracked,
     with_running_errors,
 )
@@ -82,9 +84,9 @@ class LocalGeometry:
         names = (*_PARTS, *(_OF_STAGES if self.k else ()))
         parts: Maps = dict(zip(names, values, strict=True))
         if self.k:
-            follow = -solve(self.numbers, parts.pop("stages_s"), slopes(parts, "stages"))
+            parts["follow"] = -solve(self.numbers, parts.pop("stages_s"), slopes(parts, "stages"))
             for name in ("minus", "plus"):
-                through = parts.pop(f"{name}_s") @ follow
+                through = parts.pop(f"{name}_s") @ parts["follow"]
                 parts[f"{name}_x"] = parts[f"{name}_x"] + through[:, : self.n]
                 parts[f"{name}_u"] = parts[f"{name}_u"] + through[:, self.n :]
         return parts
@@ -94,8 +96,19 @@ class LocalGeometry:
 
         From its displacement of points, not from F±. Raises `StagesNotFound` as `at`.
         """
-        minus, plus = self._value("force", x, u, self.stages(x, u), self.q)
-        return minus, plus
+        force = self._value("force", x, u, self.stages(x, u), self.q)[0]
+        return force[: self.m], force[self.m : 2 * self.m]
+
+    def force_and_slopes(self, x: Vector, u: Vector) -> tuple[Tracked, Tracked]:
+        """What the force adds to F⁻/h, F⁺/h and ∂L_d/∂s / h, `Tracked`, and its derivative.
+
+        2m+k entries, by (x, u, s) each for itself.
+        """
+        arrow, at = rounded(u), rounded(x, 0 * abs(x))
+        stages = self._rounded_stages(x, u, at, arrow)
+        force, *by = (tracked(e) for e in self._errors("force")(at, arrow, stages, self._q))
+        slope: Any = np.hstack(by)  # type: ignore[arg-type]
+        return force, slope
 
     def stages(self, x: Numbers, u: Numbers) -> Vector:
         """The s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; empty without stages."""
@@ -154,14 +167,21 @@ class LocalGeometry:
 
     def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Tracked:
         """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
-        # ρ̂, n×m, and Ĉ as [θ, γ, ν]
-        rho, c = map(tracked, self._errors("natural")(rounded(x, 0 * abs(x)), self._q))
-        zero, squares = self.numbers.zeros(self.m, self.m), range(self.m)
-        bracket = sum((Tracked(mu[t] * c.value[t], abs(mu[t]) * c.error[t]) for t in squares),
-                      Tracked(zero))  # fmt: skip
+        rho, bracket = self._natural(x)[0], self.contracted(x, mu)
         anchor = self.numbers.zeros(self.n, self.n)
         bracket = -bracket if bracket_sign > 0 else bracket
         return tracked(np.block([[Tracked(anchor), rho], [-rho.T, bracket]]))
+
+    def contracted(self, x: Vector, mu: Vector) -> Tracked:
+        """μ_θ Ĉ^θ_{γν} at x, m×m."""
+        c = self._natural(x)[1]
+        parts = (Tracked(mu[t] * c.value[t], abs(mu[t]) * c.error[t]) for t in range(self.m))
+        return sum(parts, Tracked(self.numbers.zeros(self.m, self.m)))
+
+    def _natural(self, x: Vector) -> tuple[Tracked, Tracked]:
+        """ρ̂ at x, n×m, and Ĉ there as [θ, γ, ν]."""
+        rho, c = map(tracked, self._errors("natural")(rounded(x, 0 * abs(x)), self._q))
+        return rho, c
 
     def tangent(self, here: Maps, there: Maps) -> Matrix:
         """TΨ: (δx, δu) ↦ (δy, δv), from F⁻(y, v) = F⁺(x, u), y = b(x, u)."""
@@ -243,7 +263,9 @@ def _stage_values_text(equations: DiscreteEquations) -> str:
 
 
 def _force_text(equations: DiscreteEquations) -> str:
-    s, parts = equations.s, [list(f) for f in discrete_force(equations.of)]
+    s, force = equations.s, sympy.Matrix.vstack(*discrete_force(equations.of))
+    letters = (s.x, s.u, *([s.stages] if len(s.stages) else []))
+    parts = [list(force), *(jacobian(force, part) for part in letters)]
     return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
 
 

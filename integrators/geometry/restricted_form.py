@@ -19,15 +19,23 @@ import numpy as np
 from ..equations import SceneSymbols, constraint_matrix, mass_matrix, momentum
 from ..numbers import Arithmetic, jacobian, numeric
 from ..numbers.types import Matrix, Number, Vector
+from .forced_form import canonical_form, work_differential
+from .local_geometry import LocalGeometry
 from .one_step_geometry import OneStepGeometry
 
 
 def restricted_defect(
-    geometry: OneStepGeometry, x: Vector, mu: Vector, start: Vector, sign: int = 1
+    geometry: OneStepGeometry,
+    x: Vector,
+    mu: Vector,
+    start: Vector,
+    sign: int = 1,
+    forced: bool = False,
 ) -> Number:
     """‖Nᵀ(Pᵀ ω′ P − ω)N‖ / (‖P N‖²‖ω‖) of the step from (x, μ), N a basis of the vectors left.
 
-    start: where Newton starts. sign = −1 flips the bracket: a control.
+    start: where Newton starts. sign = −1 flips the bracket: a control. forced: the change is to be
+    −dθ_f, of the scene's force (`forced_form`).
     """
     numbers, (n, m) = geometry.numbers, (geometry.n, geometry.m)
     w, (_, slope, rows_z, grown, by_w, by_z) = geometry.solved(x, mu, start)
@@ -35,7 +43,7 @@ def restricted_defect(
     after = numbers.identity(n + m) + by_z + by_w @ along
     f = _parts(geometry.equations.s, numbers)
     xi = geometry.velocities(x[None], mu[None], w[None, :m])[0]
-    A, turning, mass, moved, rho, C, *_ = f(x, xi, geometry.q)
+    A, turning, mass, moved, rho, *_ = f(x, xi, geometry.q)
     *_, L, R = f(x, w[:m], geometry.q)
     zero, one = numbers.zeros, numbers.identity(m)
     lift = np.block([[rho, zero(n, m)], [zero(m, m), one]])
@@ -46,12 +54,15 @@ def restricted_defect(
     held = np.vstack([np.hstack([A, zero(len(A), m)]), turning @ lift[:n] + A @ of_xi])
     N = _null_space(numbers, held)
 
-    def omega(at: Vector) -> Matrix:
-        bracket = sign * sum((e * c for e, c in zip(at, C, strict=True)), zero(m, m))
-        return np.block([[bracket, one], [-one, zero(m, m)]])
-
-    before = omega(mu)
-    gap = N.T @ (P.T @ omega(mu + grown[n:]) @ P - before) @ N
+    before = canonical_form(geometry, x, mu, sign).value
+    after_x, after_mu = x + grown[:n], mu + grown[n:]
+    gap = P.T @ canonical_form(geometry, after_x, after_mu, sign).value @ P - before
+    if forced:
+        free = LocalGeometry(geometry.equations.discrete, numbers, geometry.q)
+        here = free.at(x, w[:m])
+        arrow = np.vstack([-np.hstack([one, zero(m, m)]), P[:m]]) / geometry.q[0]
+        gap = gap + arrow.T @ work_differential(free, x, w[:m], here).value @ arrow
+    gap = N.T @ gap @ N
     norms = [sum(e * e for e in part.ravel()) for part in (gap, P @ N, before)]
     return norms[0] ** 0.5 / (norms[1] * norms[2] ** 0.5)
 
@@ -71,9 +82,8 @@ def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
 
 @lru_cache(maxsize=64)
 def _parts(s: SceneSymbols, numbers: Arithmetic) -> Any:
-    """A, ∂(Aξ)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x, ρ̂, Ĉ, L and R at (x, u)."""
+    """A, ∂(Aξ)/∂x, ∂²l/∂ξ², ∂²l/∂ξ∂x, ρ̂, L and R at (x, u)."""
     A, g, h = constraint_matrix(s, s.x), s.groupoid, s.h
-    structure = [(c / h).tolist() for c in g.structure_functions(s.x, h)]
     parts = [A, jacobian(A * s.u, s.x), mass_matrix(s), jacobian(momentum(s), s.x),
-             g.rho(s.x, h) / h, structure, g.L(s.x, s.u, h), g.R(s.x, s.u, h)]  # fmt: skip
+             g.rho(s.x, h) / h, g.L(s.x, s.u, h), g.R(s.x, s.u, h)]  # fmt: skip
     return numeric({"x": s.x, "u": s.u, "q": s.q}, parts, numbers)

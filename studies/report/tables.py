@@ -67,8 +67,10 @@ def got(study: str, case: Case) -> str:
 
 
 def short(study: str, case: Case) -> str:
-    """The one figure that a verdict hangs on."""
+    """The one figure that a verdict hangs on: of those demanded, where it says which these are."""
     view, measured = view_of(study), mapping(case, "measured")
+    demanded = mapping(case, "expected").get("demanded", measured)
+    measured = {name: value for name, value in measured.items() if name in demanded}
     return (view.short or view.got)(measured) if measured else NONE
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.flows import restricted_form_defect
+from discmech.integrators.flows import form_change_defects, restricted_form_defect
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.rules import OneStepMap
 
@@ -84,30 +84,38 @@ ROUND_OFFS = 64
 
 
 FORMS = ("pullback", "poisson")
+#: under a force: the change of Ω and that of a volume, beside what the force's one-form says
+CHANGES = ("change", "volume")
 
 
 def limits(digits: int) -> dict[str, float]:
     """The largest defect of each kind that is round-off."""
     own = ROUND_OFFS * float(arithmetic(digits).eps)
-    return {**dict.fromkeys(FORMS, limit(digits)), "residual": own, "constraint": own}
+    return {**dict.fromkeys((*FORMS, *CHANGES), limit(digits)), "residual": own, "constraint": own}
 
 
 def _kinds(case: Case) -> tuple[str, ...]:
-    return (*FORMS, "residual", "constraint") if case.scene.constrained else (*FORMS, "residual")
+    scene, found = case.scene, [*FORMS]
+    if scene.force is not None and scene.nonholonomic is None:
+        found += CHANGES[:1] if scene.constrained else CHANGES
+    return (*found, "residual", *(["constraint"] if scene.constrained else []))
 
 
 def demanded(case: Case) -> tuple[str, ...]:
-    """What has to be round-off: under a force, or a nonholonomic constraint, no form, but that
-    steps are those of the equations and meet the constraints."""
+    """What has to be round-off: under a force, or a nonholonomic constraint, no form.
+
+    But that under a force Ω changes by the differential of its one-form; and always that steps are
+    those of the equations and meet the constraints.
+    """
     return tuple(k for k in _kinds(case) if k not in FORMS or not _free_of_forms(case))
 
 
 def _free_of_forms(case: Case) -> str:
     """Why no form need be kept; "" if one is."""
-    if case.scene.force is not None:
-        return "forced: Ω need not be kept; a step solves its equations"
     if case.scene.nonholonomic is not None:
         return "nonholonomic: Ω need not be kept; a step solves its equations"
+    if case.scene.force is not None:
+        return "forced: Ω need not be kept; it changes by dθ_f, and a step solves its equations"
     return ""
 
 
@@ -119,8 +127,12 @@ def _broken(case: Case, measurement: dict[str, Any]) -> dict[str, float]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {step, index, time, pullback, poisson, residual}, on constrained scenes also constraint
-    (`constraint_defect`); measured: the worst of each."""
+    """Rows {step, index, time, pullback, poisson, residual}; measured: the worst of each.
+
+    On constrained scenes also constraint (`constraint_defect`); under a force also change and
+    volume (`form_change_defects`) and contraction, by which volume shrinks in a unit of time:
+    measured is its mean at the scene's step.
+    """
     label = f"{case.scene.name} {case.label}"
     progress(f"{label}: largest stable step", 0.0)
     largest = _largest_stable_step(case)
@@ -132,6 +144,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         "rows": rows,
         "measured": {kind: _worst(rows, kind) for kind in _kinds(case)},
     }
+    if "volume" in _kinds(case):
+        own = [row["contraction"] for row in rows if row["step"] == float(case.scene.step)]
+        found["measured"]["contraction"] = sum(own) / len(own)
     if largest != tried:  # a step this long could not be followed; the last rows are of a part
         found["left_out_step"] = float(tried)
     return found
@@ -169,9 +184,23 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
             "pullback": float(flow.pullback_defect(x, u)) if case.scheme.has_arrows else None,
             "poisson": _poisson(flow, x, mu, u),
             "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
+            **_change(case, flow, x, mu, u),
             **({"constraint": constraint_defect(flow, run, k)} if case.scene.constrained else {}),
         })  # fmt: skip
     return rows
+
+
+def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float | None]:
+    """What a force does to Ω and to a volume of phase space; nothing where there is none."""
+    if "change" not in _kinds(case):
+        return {}
+    if case.scene.constrained:
+        if flow.scheme.substeps:
+            return {"change": None}
+        return {"change": float(restricted_form_defect(flow, x, mu, u, forced=True))}
+    change, volume, grown = form_change_defects(flow, x, mu, u)
+    rate = -math.log(abs(grown)) / float(flow.step)
+    return {"change": float(change), "volume": float(volume), "contraction": rate}
 
 
 def _poisson(flow: Any, x: Any, mu: Any, u: Any) -> float | None:
@@ -237,7 +266,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     allowed = limits(case.digits)
     expected: dict[str, Any] = {"limit": limit(case.digits), "residual": allowed["residual"]}
     if reason := _free_of_forms(case):
-        expected["not_demanded"] = reason
+        expected |= {"not_demanded": reason, "demanded": list(demanded(case))}
     broken = _broken(case, measurement)
     if not broken:
         return Verdict("pass", "", expected)
@@ -252,11 +281,21 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     )
 
 
+_OF_FORCE = (
+    "F± are not those of one discrete Lagrangian with the force that acts where the rule asks for "
+    "L."
+)
+
+
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     """Whether the solver's residual, the update or the structure is to blame for a defect."""
     if case.control is not None:
         return None
+    from ..causes.diagnosis import named
+
     broken = _broken(case, measurement)
+    if any(k in broken for k in CHANGES):
+        return named("discrete force", _OF_FORCE, {})
     # where a form is broken, the maps are; the residual alone speaks of the run
     forms = {k: v for k, v in broken.items() if k in FORMS} or broken
     kind = max(forms, key=lambda k: _badness(forms[k]))

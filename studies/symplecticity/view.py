@@ -8,15 +8,16 @@ from typing import Any
 from ..report.grouping import by_scene, precisions
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View, measured_column
-from ..report.wording import NONE, Case, is_control, largest, limit, scientific
+from ..report.wording import NONE, Case, is_control, largest, limit, mapping, scientific
 from . import plot
 
 DEFECTS = (
     "Defect of the symplectic form under the pullback by the step (filled), and of the Poisson "
     "bracket under the map on the dual (hollow). A mark is the worst point of the trajectory, the "
     "line beside it goes to the median; zero is drawn at the left edge. Dashed: the limit that the "
-    "verdict uses; under a force or a nonholonomic constraint no form is demanded, and the change "
-    "is only shown. Dotted: one unit of round-off."
+    "verdict uses; under a force or a nonholonomic constraint no form is demanded, and its change "
+    "is only shown (the table says how far it is from what the force does). Dotted: one unit of "
+    "round-off."
 )
 CONTROLS = (
     "Controls: maps that are not symplectic, or are tested against a wrong bracket, and have to "
@@ -28,8 +29,9 @@ CONTROLS = (
 
 
 def _got(measured: dict[str, Any]) -> str:
-    names = {"pullback": "pullback", "poisson": "Poisson", "residual": "residual",
-             "constraint": "constraint"}  # fmt: skip
+    names = {"pullback": "pullback", "poisson": "Poisson", "change": "change less dθ_f",
+             "volume": "volume", "residual": "residual", "constraint": "constraint",
+             "contraction": "contraction rate"}  # fmt: skip
     said = [f"{names[k]} {scientific(measured[k])}" for k in names if measured.get(k) is not None]
     return ", ".join(said) or NONE
 
@@ -40,7 +42,8 @@ def _wanted(expected: dict[str, Any]) -> str:
 
 
 def _compared(case: Case) -> dict[str, Any]:
-    values = [v for v in case["measured"].values() if v is not None]
+    demanded = mapping(case, "expected").get("demanded") or case["measured"]
+    values = [v for k, v in case["measured"].items() if k in demanded and v is not None]
     return {"defect": max(values, default=None)}
 
 
@@ -62,6 +65,9 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
-    columns=[measured_column(key) for key in ("pullback", "poisson", "residual", "constraint")],
+    columns=[
+        measured_column(key)
+        for key in ("pullback", "poisson", "change", "residual", "constraint", "contraction")
+    ],
     got=_got, wanted=_wanted, short=largest, sketches=_sketches, compared=_compared,
 )  # fmt: skip

@@ -9,7 +9,9 @@ import sympy
 
 from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
 from discmech.integrators.compiler import kernel_text
+from discmech.integrators.flows import form_change_defects, restricted_form_defect
 from discmech.reference import solution
+from discmech.studies import check
 from tests.objects import GROUPOIDS, arrows, scheme, with_wrong_force
 
 DIGITS = 50
@@ -284,6 +286,60 @@ def test_the_form_changes_by_the_differential_of_the_forces_one_form(name, rule)
         assert abs(change - added).max() < 1e-45
         assert abs(change + added).max() > 1e-3  # another sign is seen
         assert 1 - 2 * n * 0.02 < float(made.numbers.det(M)) < 1
+
+
+#: cheap ones of each kind of groupoid, one with the time; with stages, and with substeps by turns
+CHANGED = [
+    ("spring-pendulum", "rectangle"), ("heavy-top", "rectangle"),
+    ("rigid-body", "triple-jump:rectangle"), ("duffing", "gauss-2"),
+    *(pytest.param(*e, marks=DEAR) for e in [
+        ("spring-pendulum", "lobatto-3"), ("rigid-body", "trapezoidal"),
+        ("driven-heavy-top", "rectangle"),
+        ("heavy-top", "midpoint"), ("heavy-top", "gauss-2"), ("rigid-body", "lobatto-3"),
+        ("rotor-body", "trapezoidal"), ("wong", "rectangle"), ("kirchhoff", "trapezoidal"),
+        ("driven-heavy-top", "gauss-2"), ("heavy-top", "kahan-li-6:rectangle")]),
+]  # fmt: skip
+
+
+def changed(one):
+    """What `form_change_defects` says after a step of 0.1, in double precision's run."""
+    made = one.flow("0.1")
+    run = made.trajectory(2)
+    return form_change_defects(made, run.base[1], run.mu[1], run.u[1])
+
+
+@pytest.mark.sampled
+@pytest.mark.parametrize(("name", "rule"), CHANGED)
+def test_the_form_changes_by_the_work_on_every_groupoid(name, rule):
+    """And with a wrong discrete force otherwise: flipped, doubled at one end, left out."""
+    own = scenes.get(name)
+    one = forced(name, rule) if own.force is None else Scheme(own, rules.get(rule))
+    form, volume, grown = changed(one)
+    assert form < 1e-25 and volume < 1e-25
+    assert 0.5 < grown < 1
+    if ":" in rule or len(one.s.stages):
+        return
+    for ends in ((-1, -1), (2, 0), (0, 0)) if name == "spring-pendulum" else ((2, 0),):
+        assert changed(with_wrong_force(one, *ends))[0] > 1e-4
+
+
+@pytest.mark.parametrize("rule", ["trapezoidal", pytest.param("rectangle", marks=DEAR)])
+def test_under_a_constraint_the_form_that_is_left_changes_by_the_work(rule):
+    made = forced("cartesian-pendulum", rule).flow("0.1")
+    run = made.trajectory(2)
+    at = run.base[1], run.mu[1], run.u[1]
+    assert restricted_form_defect(made, *at, forced=True) < 1e-25
+    assert restricted_form_defect(made, *at) > 1e-4
+
+
+def test_phase_volume_shrinks_at_the_rate_of_the_friction():
+    """θ̈ = −sin θ − γθ̇ with a kinetic energy θ̇²/2 shrinks areas by e^{−γt}: to O(h²) a step does."""
+    rubbed_one = with_force("pendulum", lambda x, v, p: [-v[0] / 5])
+    (case,) = check("symplecticity", [rubbed_one], [rules.get("midpoint")], [16])["cases"]
+    assert case["verdict"] == "pass" and case["measured"]["volume"] < 1e-25
+    own = [r["contraction"] for r in case["rows"] if r["step"] == float(rubbed_one.step)]
+    assert case["measured"]["contraction"] == pytest.approx(0.2, rel=0.02)
+    assert case["measured"]["contraction"] == pytest.approx(sum(own) / len(own))
 
 
 def test_a_force_that_is_no_real_number_at_the_start_is_named():
