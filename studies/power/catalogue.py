@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from discmech.integrators.equations import constraint_matrix
+
 from .faults import Fault
 
 SIMPLE = (
@@ -223,6 +225,81 @@ def _times_u(matrix: Any, generator: Any, h: Any) -> Any:
     return matrix.xreplace({s: s / 10 for s in letters})
 
 
+# -- forces and constraints -----------------------------------------------------------------------
+
+
+def _at_start(parts: Any, generator: Any, scheme: Any) -> Any:
+    """The force that a step's points share, at the start alone."""
+    minus, plus = parts
+    return 2 * minus, 0 * plus
+
+
+def _at_time_of_start(parts: Any, generator: Any, scheme: Any) -> Any:
+    """The force of every point at t_k: None where no point has another time."""
+    if not scheme.s.clocked:
+        return None
+    times = {block.letters[-1]: scheme.x[-1] for block in scheme.equations.of.points}
+    return tuple(part.xreplace(times) for part in parts)
+
+
+FORCES = {
+    "flipped": lambda parts, generator, scheme: tuple(-part for part in parts),
+    "left out": lambda parts, generator, scheme: tuple(0 * part for part in parts),
+    "doubled at the end": lambda parts, generator, scheme: (parts[0], 2 * parts[1]),
+    "at the start alone": _at_start,
+    "at the time of the start": _at_time_of_start,
+}
+
+
+def _met_at_start(equations: Any, generator: Any, h: Any) -> Any:
+    """A(x) u = 0 at the start of a step in place of where the rule asks for L; of one that does
+    so, or of φ(y) = 0, None."""
+    s, k = equations.s, len(equations.multipliers)
+    rows, m = equations.rows.copy(), len(s.u)
+    rows[m : m + k, :] = constraint_matrix(s, s.x) * s.u
+    return None if s.holonomic or rows == equations.rows else rows
+
+
+def _velocity_at_start(equations: Any, generator: Any, h: Any) -> Any:
+    """A(x) ξ′ = 0 in place of A(y) ξ′ = 0: the velocity of the end meets the row of the start."""
+    s, k = equations.s, len(equations.multipliers)
+    rows, m = equations.rows.copy(), len(s.u)
+    rows[-k:, :] = constraint_matrix(s, s.x) * equations.w[m + k : 2 * m + k, :]
+    return None if rows == equations.rows else rows
+
+
+def _signed(letters: str) -> Any:
+    """The impulses of one end with the other sign in what a step adds to μ."""
+
+    def operator(equations: Any, generator: Any, h: Any) -> Any:
+        given = equations.increment
+        found = [e for e in given.free_symbols if str(e).startswith(f"{letters}_")]
+        return given.xreplace({e: -e for e in found})
+
+    return operator
+
+
+CONSTRAINTS = {
+    "rows": {"met at the start": _met_at_start, "the end's velocity at the start's row":
+             _velocity_at_start},
+    "increment": {"the sign of the first multiplier": _signed("la"),
+                  "the sign of the second multiplier": _signed("nu")},
+}  # fmt: skip
+
+
+def principles() -> Iterator[Fault]:
+    """Forces and constraints that are not those of Lagrange and d'Alembert."""
+    for scene, rule in (("damped-pendulum", "midpoint"), ("damped-pendulum", "trapezoidal"),
+                        ("duffing", "midpoint"), ("duffing", "trapezoidal")):  # fmt: skip
+        for words, operator in FORCES.items():
+            yield Fault(scene, rule, "force", operator, words=words)
+    for scene, rule in (("cartesian-pendulum", "trapezoidal"), ("suslov", "midpoint"),
+                        ("knife-edge", "midpoint"), ("knife-edge", "trapezoidal")):  # fmt: skip
+        for name, operators in CONSTRAINTS.items():
+            for words, operator in operators.items():
+                yield Fault(scene, rule, f"constraint.{name}", operator, words=words)
+
+
 def everything() -> list[Fault]:
     """All candidates."""
-    return [*systematic(), *solvers(), *coefficients(), *misprints()]
+    return [*systematic(), *solvers(), *coefficients(), *misprints(), *principles()]

@@ -6,6 +6,8 @@
     groupoid.NAME         a map of the groupoid: target, product, rho, L, R, increment, …
     retraction.NAME       a map of its retraction, in all that is derived from it
     equation.NAME         what a scheme derives: minus_at_points (F⁻), gain_at_points (F⁺ − F⁻), …
+    force                 what a force adds to F⁻ and to F⁺, both at once
+    constraint.NAME       rows or increment of a step under constraints
     coefficients          those of a composition
     solver                the text of the step's driver
     form.NAME             the forms that symplecticity is judged by: omega, poisson_tensor
@@ -89,6 +91,12 @@ def faulty_scheme(fault: Fault) -> Scheme:
     if site == "equation":
         given = getattr(scheme.at_points, EQUATIONS[name])
         maps = {EQUATIONS[name]: fault.changed(given, scheme.h)}
+    if site == "force":
+        maps = _in_force(fault, scheme)
+    if site == "constraint":
+        given = scheme.equations
+        changed = fault.operate(given, scheme.h)
+        return InterpretedScheme(scheme, _altered(given, **{name: changed}))
     equations = scheme.equations.altered(fault.name, **maps)
     if site == "form":
         form = (name, lambda tensor: fault.operate(tensor, None))
@@ -182,6 +190,16 @@ def _in_composition(fault: Fault, rule: Composition) -> Composition:
             return changed
 
     return replace(rule, method=replace(rule.method, halves=halves))
+
+
+def _in_force(fault: Fault, scheme: Scheme) -> dict[str, Any]:
+    """The Legendre maps with a slip in what the force adds to them."""
+    scene, maps, zero = scheme.scene, scheme.at_points, [0] * len(scheme.u)
+    still = (lambda x, v, p, t: zero) if scene.timed else (lambda x, v, p: zero)
+    free = Scheme(scene.with_values(force=still), scheme.rule).at_points
+    minus, plus = fault.operate((maps.minus - free.minus, maps.plus - free.plus), scheme)
+    minus, plus = free.minus + minus, free.plus + plus
+    return {"minus": minus, "plus": plus, "gain": plus - minus}
 
 
 # -- groupoids ------------------------------------------------------------------------------------

@@ -44,11 +44,16 @@ CAUGHT = {
     "pendulum midpoint: solver, damped residual": "symplecticity 16",
     "rigid-body midpoint: groupoid.R, [so3-square]": "momentum 16",
     "pendulum triple-jump:trapezoidal: coefficients, the tenth digit": "order 50",
+    "damped-pendulum midpoint: force, flipped": "symplecticity 16",
+    "duffing midpoint: force, at the time of the start": "order 16",
+    "knife-edge midpoint: constraint.rows, met at the start": "symplecticity 50",
+    "knife-edge trapezoidal: constraint.increment, the sign of the second multiplier": "order 16",
 }
+SLOW = ("rigid", "duffing", "knife-edge midpoint")
 
 
 @pytest.mark.parametrize(("words", "study"), [
-    pytest.param(*item, marks=pytest.mark.slow if item[0].startswith("rigid") else ())
+    pytest.param(*item, marks=pytest.mark.slow if item[0].startswith(SLOW) else ())
     for item in CAUGHT.items()
 ])  # fmt: skip
 def test_a_fault_is_caught_by_the_study_that_is_there_for_it(words, study, monkeypatch):
@@ -79,7 +84,7 @@ def test_names_are_unique_and_every_site_is_there():
     assert len(set(names)) == len(names)
     assert {fault.site.split(".")[0] for fault in CATALOGUE} == {
         "rule", "fraction", "path", "velocity", "rate", "groupoid", "retraction", "equation",
-        "coefficients", "solver", "form",
+        "coefficients", "solver", "form", "force", "constraint",
     }  # fmt: skip
 
 
