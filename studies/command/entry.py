@@ -21,6 +21,7 @@ from ..core.study import every_study
 from . import control, explain, new, power, single_run, verifying
 from . import reference as references
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
+from .interrupts import Farewell, ended_soon
 from .options import add_choices, add_own, as_typed, choice_of, jobs
 from .output import EXIT, console, progress_shown, writable, writable_folder, write
 
@@ -36,6 +37,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if word.startswith("--") and word.endswith("=--"):  # to argparse an option of no value
             parser.error(f"argument {word[:-3]}: expected one argument")
     options = parser.parse_args(words)
+    if arguments is None:  # a process of its own
+        with ended_soon(INTERRUPTED) as farewell:
+            return _answer(options, farewell)
+    return _answer(options, Farewell())
+
+
+def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
+    farewell.kept = hasattr(options, "fresh")  # what it measures is kept case by case
     try:
         return int(options.action(options))
     except BadInput as error:
@@ -48,9 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.close()
         return PASS
     except KeyboardInterrupt:
-        kept = hasattr(options, "fresh")  # what it measures is kept case by case
-        again = "; the same command goes on where it stopped" if kept else ""
-        print(f"discmech: interrupted{again}.", file=sys.stderr)
+        farewell.say()
         return INTERRUPTED
 
 
@@ -124,18 +131,19 @@ def _study(options: argparse.Namespace) -> int:
     from ..report.tables import plain, print_result
 
     study = get(options.study)
-    choice = choice_of(options)
-    before = earlier(options)
-    writable(options.json)
-    writable_folder(options.folder)
-    with progress_shown() as show:
+    with progress_shown(f"{study.name}: loading") as show:
+        choice = choice_of(options)
+        before = earlier(options)
+        writable(options.json)
+        writable_folder(options.folder)
         result = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
-    result["command"] = as_typed(options)
-    notes = beside_baseline(options, result, before)
-    if options.folder:
-        from .report import write_study
+        result["command"] = as_typed(options)
+        notes = beside_baseline(options, result, before)
+        if options.folder:
+            from .report import write_study
 
-        page = write_study(result, choice, Path(options.folder))
+            show("figures", None)
+            page = write_study(result, choice, Path(options.folder))
     if options.json:
         write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
     if options.json != "-":
@@ -150,9 +158,9 @@ def _study(options: argparse.Namespace) -> int:
 def _report(options: argparse.Namespace) -> int:
     from .report import make_report
 
-    choice = choice_of(options)
-    writable_folder(options.folder)
-    with progress_shown() as show:
+    with progress_shown("loading") as show:
+        choice = choice_of(options)
+        writable_folder(options.folder)
         results, page = make_report(
             choice, Path(options.folder), show, jobs(options), Store(options.fresh)
         )

@@ -11,6 +11,7 @@ from discmech.integrators import retractions
 
 from ..core import lookup
 from .options import RULE_HELP
+from .output import progress_shown
 
 if TYPE_CHECKING:
     from discmech.integrators import Scheme
@@ -34,10 +35,12 @@ def add_to(commands: Any) -> None:
 def _explain(options: argparse.Namespace) -> int:
     from discmech.integrators import Scheme
 
-    scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
-    if options.retraction:
-        scene = scene.with_retraction(retractions.get(options.retraction))
-    for line in explanation(Scheme(scene, rule)):
+    with progress_shown("deriving and compiling"):
+        scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
+        if options.retraction:
+            scene = scene.with_retraction(retractions.get(options.retraction))
+        lines = explanation(Scheme(scene, rule))
+    for line in lines:
         sys.stdout.write(line.rstrip() + "\n")
     return 0
 

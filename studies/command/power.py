@@ -36,7 +36,7 @@ def _power(options: argparse.Namespace) -> int:
     from ..power.results import power
 
     writable(options.json)
-    with progress_shown() as show:
+    with progress_shown("loading") as show:
         found = power(
             show, jobs(options) or cores(), thorough=options.thorough, only=options.only or "",
             store=Store(options.fresh),

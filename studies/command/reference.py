@@ -85,7 +85,6 @@ def _one(options: argparse.Namespace) -> int:
     """One scene at one time."""
     from discmech.reference import progress_to, solution
 
-    scene = lookup.scene(options.scene)
     try:
         digits = int(options.digits)
     except ValueError:
@@ -95,7 +94,8 @@ def _one(options: argparse.Namespace) -> int:
             f"--digits is {options.digits!r}: give a whole number from 1 to {MOST_DIGITS}."
         )
     begun = time.perf_counter()
-    with progress_shown() as show, progress_to(show):
+    with progress_shown("loading") as show, progress_to(show):
+        scene = lookup.scene(options.scene)
         when = scene.duration if options.time is None else options.time
         found = solution(scene, when, digits, options.attitude)
     seconds = time.perf_counter() - begun

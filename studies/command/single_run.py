@@ -18,8 +18,10 @@ from .options import RULE_HELP
 from .output import progress_shown, write
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from discmech.integrators.equations import DiscretisedScene
-    from discmech.integrators.flows import Trajectory
+    from discmech.integrators.flows import Flow, Trajectory
 
 RESOLVED = 0.1  # energy error, of the energy's terms, beyond which a run shows another motion
 
@@ -55,35 +57,11 @@ def add_to(commands: Any) -> None:
 
 def run_scene(options: argparse.Namespace) -> int:
     """Exit code 0; a step that fails is raised once its part of the run is written."""
-    from discmech.integrators import Scheme
-    from discmech.integrators.numbers import exact_rational
-
-    scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
-    if options.retraction:
-        scene = scene.with_retraction(retractions.get(options.retraction))
-    digits, every = digits_in(options.digits), whole("--every")(options.every)
-    scheme = Scheme(scene, rule)
-    given = options.step
-    if given is None and options.tolerance is None:
-        given = scene.step
-    size = None if given is None else exact_rational(given, "--step")
-    flow = scheme.flow(size, digits, on_edge=options.on_edge, tolerance=options.tolerance)
-    step, choice = flow.step, flow.choice
-    steps = whole("--steps")(options.steps) if options.steps else scene.steps_for(abs(step))
-    failure = None
-    begun = time.perf_counter()
-    with progress_shown() as show:
-        try:
-            run = flow.trajectory(
-                steps,
-                every,
-                progress=lambda done: show(f"{scene.name}: {done} steps", done / steps),
-            )
-        except StepFailure as error:
-            run, failure = error.trajectory, error
-            if run is None:
-                raise
-    seconds = time.perf_counter() - begun
+    with progress_shown("deriving and compiling") as show:
+        flow, run, failure, seconds = _measured(options, show)
+        digits, step, choice = flow.digits, flow.step, flow.choice
+        off = _energy_error(flow.scheme, run, digits)
+    scene, rule = flow.scheme.scene, flow.scheme.rule
 
     def numbers(array: Any) -> Any:
         return (
@@ -95,7 +73,6 @@ def run_scene(options: argparse.Namespace) -> int:
             ]
         )
 
-    off = _energy_error(flow.scheme, run, digits)
     found = {
         "schema": 1, "scene": scene.name, "rule": rule.name,
         "retraction": scene.groupoid.retraction, "digits": digits,
@@ -123,6 +100,37 @@ def run_scene(options: argparse.Namespace) -> int:
             file=sys.stderr,
         )
     return 0
+
+
+def _measured(
+    options: argparse.Namespace, show: Callable[[str, float], None]
+) -> tuple[Flow, Trajectory, StepFailure | None, float]:
+    """The flow, its run as far as it came, why it came no further, and the seconds of the run."""
+    from discmech.integrators import Scheme
+    from discmech.integrators.numbers import exact_rational
+
+    scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
+    if options.retraction:
+        scene = scene.with_retraction(retractions.get(options.retraction))
+    digits, every = digits_in(options.digits), whole("--every")(options.every)
+    scheme = Scheme(scene, rule)
+    given = options.step
+    if given is None and options.tolerance is None:
+        given = scene.step
+    size = None if given is None else exact_rational(given, "--step")
+    flow = scheme.flow(size, digits, on_edge=options.on_edge, tolerance=options.tolerance)
+    steps = whole("--steps")(options.steps) if options.steps else scene.steps_for(abs(flow.step))
+    failure = None
+    begun = time.perf_counter()
+    try:
+        run = flow.trajectory(
+            steps, every, progress=lambda done: show(f"{scene.name}: {done} steps", done / steps)
+        )
+    except StepFailure as error:
+        if error.trajectory is None:
+            raise
+        run, failure = error.trajectory, error
+    return flow, run, failure, time.perf_counter() - begun
 
 
 def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> float | None:

@@ -81,13 +81,14 @@ def _answer(options: argparse.Namespace) -> int:
 
     ask: Callable[..., dict[str, Any]] = {"verify": verify, "compare": compare}[options.name]
     begun = time.perf_counter()
-    with progress_shown() as show:
+    with progress_shown("loading") as show:
         result = ask(request, show, told, jobs(options), Store(options.fresh))
-    result["command"] = _as_typed(options)
-    if options.json:
-        write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
-    if options.html:
-        write(options.html, _page(request, result))
+        result["command"] = _as_typed(options)
+        if options.json:
+            write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
+        if options.html:
+            show("figures", None)
+            write(options.html, _page(request, result))
     if not quiet:
         _show(result, time.perf_counter() - begun)
     return EXIT[result["verdict"]]

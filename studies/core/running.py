@@ -112,6 +112,7 @@ def run_studies(
             done([place], [measured(studies[place[0]], case, within, store)])
     if found and all(result.get("unusable") for result in found.values()):
         raise BadInput(next(iter(found.values()))["reason"])
+    progress("the smallest that fails", 1.0)
     found |= shrunk(plan, found, partial(run_case, causes=False), store)
     if store is not None:
         store.prune()

@@ -28,6 +28,9 @@ def worker_pool(workers: int | Cluster) -> Iterator[Executor]:
     others = set(active_children())
     own = ProcessPoolExecutor(workers, get_context("spawn"), _begin)
     try:
+        with _interrupts_wait():  # a process that begins keeps what its parent blocks
+            for _ in range(workers):
+                own.submit(os.getpid)
         yield own
     except BaseException:
         own.shutdown(wait=False, cancel_futures=True)
@@ -35,6 +38,19 @@ def worker_pool(workers: int | Cluster) -> Iterator[Executor]:
             process.kill()
         raise
     own.shutdown()
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Block interrupts, where the system can: one that comes meanwhile comes afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin() -> None:

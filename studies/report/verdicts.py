@@ -41,12 +41,13 @@ COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
 
 
 def line(study: str, case: Case) -> str:
-    """✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ± 0.05)."""
+    """✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ± 0.05); or why not."""
     written = view_of(study).line
     figure = written(case) if written and case.get("measured") else got(study, case)
     said = f"{MARKS[verdict(case)]} {study}: {case_name(case)}: {figure}"
     expected = wanted(study, case)
-    return said if expected == NONE else f"{said} (wanted {expected})"
+    said += "" if expected == NONE else f" (wanted {expected})"
+    return said if verdict(case) == "pass" else f"{said}: {case.get('reason')}"
 
 
 def table(result: Result) -> Table:

@@ -1,0 +1,122 @@
+"""Ctrl-C in a process of its own: it ends with its workers, and what was finished is kept."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from discmech.studies.command.interrupts import PATIENCE
+from discmech.studies.command.output import Estimate
+from tests.studies.test_userfile import RULE
+from tests.studies.test_workers import lives, until
+
+#: as a terminal has it; where a test runs in the background interrupts may be ignored
+BEGIN = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from discmech.studies.command.entry import main
+sys.argv = ["discmech", *sys.argv[1:]]
+"""
+DEAF = """
+import ctypes, time
+from discmech.studies.command import entry
+def forever(options):
+    print("begun", flush=True)
+    try:
+        time.sleep(10_000)
+    except KeyboardInterrupt:  # as a library may swallow it
+        ctypes.CDLL(None).sleep(10_000)  # and machine code knows none
+entry._list = forever
+"""
+RUN = "if __name__ == '__main__':\n    sys.exit(main())\n"
+
+
+def begun(tmp_path, text, *words):
+    script = tmp_path / "script.py"
+    script.write_text(text, encoding="utf-8")
+    caches = {"DISCMECH_CACHE": str(tmp_path / "cache")}
+    return subprocess.Popen(
+        [sys.executable, str(script), *words], cwd=tmp_path, env={**os.environ, **caches},
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8",
+        start_new_session=True,
+    )  # fmt: skip
+
+
+def descendants(number):
+    """Children and their children, by /proc."""
+    found = []
+    for task in Path(f"/proc/{number}/task").glob("*/children"):
+        for child in map(int, task.read_text().split()):
+            found += [child, *descendants(child)]
+    return found
+
+
+linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks /proc what has ended")
+COMMANDS = (
+    ("verify", "mine.py", "--jobs", "2"),
+    pytest.param(("compare", "mine.py", "midpoint", "--jobs", "2"), marks=pytest.mark.slow),
+    pytest.param(("order", "--jobs", "2"), marks=pytest.mark.slow),
+    pytest.param(("report", "--folder", "page", "--jobs", "2"), marks=pytest.mark.slow),
+)
+
+
+@linux
+@pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words[0])
+def test_an_interrupt_ends_the_command_and_its_workers(words, tmp_path):
+    (tmp_path / "mine.py").write_text(RULE, encoding="utf-8")
+    process = begun(tmp_path, BEGIN + RUN, *words)
+    whole = 62 * "?"  # not what is being written beside it
+
+    def kept():
+        return list((tmp_path / "cache" / "results").glob(f"*/{whole}"))
+
+    try:
+        until(lambda: process.poll() is not None or kept())
+        workers = descendants(process.pid)
+        os.killpg(process.pid, signal.SIGINT)  # a terminal tells all of them
+        _, said = process.communicate()
+        assert process.returncode == 130 and workers
+        assert said == "discmech: interrupted; the same command goes on where it stopped.\n"
+        until(lambda: not any(map(lives, workers)))
+        assert kept() and not list(tmp_path.glob("page/index.html"))
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends a signal")
+def test_machine_code_that_hears_nothing_is_ended(tmp_path):
+    assert PATIENCE < 2
+    process = begun(tmp_path, BEGIN + DEAF + RUN, "list")
+    try:
+        assert process.stdout.readline() == "begun\n"
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate()
+        assert process.returncode == 130 and said == "discmech: interrupted.\n"
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_an_estimate_leaves_out_what_was_there_at_once():
+    now = [0.0]
+    estimate = Estimate(lambda: now[0])
+    assert estimate.words() == ""
+    estimate.report(0.6)  # an earlier run's
+    assert estimate.words() == ""
+    now[0] = 10.0
+    estimate.report(0.7)
+    assert estimate.words() == "about 30 s left"
+    now[0] = 100.0
+    assert estimate.words() == "about 5 min left"
+    estimate.report(None)
+    assert estimate.words() == ""
+    estimate.report(0.2)  # another wait
+    now[0] = 110.0
+    estimate.report(0.3)
+    assert estimate.words() == "about 70 s left"
