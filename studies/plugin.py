@@ -5,6 +5,8 @@
         assert_symplectic("my_rule.py:two_thirds", "heavy-top")
 
 A failure prints the verdict table and attaches the picture, which lies in the test's `tmp_path`.
+Where the study says nothing of the scene, or the rule has no meaning there (stages under
+constraints, say), the test is skipped with the sentence.
 """
 
 from __future__ import annotations
@@ -22,13 +24,23 @@ Assertion = Callable[..., dict[str, Any]]
 def _fixture(name: str) -> Any:
     """A fixture that hands out the assertion of that name."""
 
-    def given(tmp_path: Path) -> Assertion:
+    def fixture(tmp_path: Path) -> Assertion:
         from .user import assertions
 
-        return partial(getattr(assertions, name), pictures=tmp_path)
+        asserted = partial(getattr(assertions, name), pictures=tmp_path)
 
-    given.__doc__ = f"`studies.assertions.{name}`, its picture put into tmp_path."
-    return pytest.fixture(name=name)(given)
+        def given(*arguments: Any, **more: Any) -> dict[str, Any]:
+            __tracebackhide__ = True
+            try:
+                found: dict[str, Any] = asserted(*arguments, **more)
+            except assertions.NotApplicable as refusal:
+                pytest.skip(str(refusal))
+            return found
+
+        return given
+
+    fixture.__doc__ = f"`studies.assertions.{name}`, its picture put into tmp_path."
+    return pytest.fixture(name=name)(fixture)
 
 
 order = _fixture("assert_order")

@@ -14,10 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene
+from discmech.integrators.errors import CannotMeasure
 
 from .. import get
 from ..core import lookup
-from ..core.case import Case, in_chart
+from ..core.case import Case, Choice, in_chart
 from ..core.running import run_case
 from ..core.shrinking import smallest
 from ..core.study import Study, every_study
@@ -32,6 +33,13 @@ class Missed(AssertionError):
     def __init__(self, message: str, result: dict[str, Any], picture: Path | None) -> None:
         self.result, self.picture = result, picture
         super().__init__(message)
+
+
+class NotApplicable(BadInput):
+    """The study says nothing of the rule on this scene, or the rule has no meaning there.
+
+    No fault of the rule's: the fixtures of the pytest plugin skip the test with this sentence.
+    """
 
 
 def assert_order(
@@ -83,7 +91,8 @@ def _assert(
 ) -> dict[str, Any]:
     """Run one case and raise `Missed` unless it passes, or has the order asked for.
 
-    Raises `BadInput` for unknown names, and for a rule that the scene cannot use.
+    Raises `BadInput` for unknown names, and for a rule that the scene cannot use; `NotApplicable`
+    where there is nothing to assert.
     """
     __tracebackhide__ = True
     if order is not None and (type(order) is not int or order < 1):
@@ -97,6 +106,7 @@ def _assert(
     if order is not None or at_least is not None:
         asked = replace(asked, order=order)  # so that it is what the cause is looked for
     case = Case(study.name, where, asked, digits, steps)
+    _check_applies(study, case)
     result = run_case(study, case)
     if result.get("unusable"):
         raise BadInput(result["reason"])
@@ -118,6 +128,22 @@ def _assert(
         shown += [f"the smallest that fails: scene {small['scene']!r}, steps={small['steps']}"]
     shown += [f"picture: {picture}"] if picture else []
     raise Missed("\n".join(shown), result, picture)
+
+
+def _check_applies(study: Study, case: Case) -> None:
+    """Raise `NotApplicable` unless the rule can be used on the scene and the study has a case."""
+    chosen = Choice(scenes=(case.scene,), rules=(case.rule,), digits=(case.digits,))
+    try:
+        applies = not study.usual or study.cases(chosen)
+        _ = case.scheme
+    except CannotMeasure as refusal:
+        raise NotApplicable(str(refusal)) from None
+    except BadInput as error:
+        raise BadInput(str(error)) from None
+    if not applies:
+        raise NotApplicable(
+            f"{study.name} says nothing of {case.scene.name} with {case.rule.name}: {study.needs}"
+        )
 
 
 def _at_least(result: dict[str, Any], order: int) -> bool:

@@ -61,6 +61,21 @@ def test_the_fixtures_pass_for_a_sound_rule(pytester):
     done.assert_outcomes(passed=2)
 
 
+def test_where_there_is_nothing_to_assert_the_test_is_skipped_with_the_sentence(pytester):
+    done = ask(pytester, """
+        from my_rule import two_thirds
+
+        def test_stages(assert_order):
+            assert_order("gauss-2", "cartesian-pendulum")
+
+        def test_nothing_declared(assert_momentum):
+            assert_momentum(two_thirds, "henon-heiles")
+    """, "-rs")  # fmt: skip
+    done.assert_outcomes(skipped=2)
+    done.stdout.fnmatch_lines(["*gauss-2 has none: take a rule without stages*"])
+    done.stdout.fnmatch_lines(["*momentum says nothing of henon-heiles with two-thirds*"])
+
+
 def test_a_failure_prints_the_table_and_attaches_the_picture(pytester):
     done = ask(pytester, """
         from my_rule import two_thirds
