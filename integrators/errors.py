@@ -5,13 +5,15 @@ from __future__ import annotations
 import inspect
 import re
 import traceback
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import fields
 from difflib import get_close_matches
+from functools import wraps
 from pathlib import Path
-from typing import Any, ClassVar, Self, cast
+from typing import Any, TypeVar, cast
 
+_Class = TypeVar("_Class")
 _OURS = Path(__file__).resolve().parent
 
 
@@ -100,19 +102,38 @@ def brief_name(thing: Any) -> str:
     return getattr(thing, "__name__", None) or getattr(thing, "name", None) or repr(thing)
 
 
-class NamedFields:
-    """A dataclass that says which fields it has where it is given another by name."""
+#: what other programs call a field of a scene, and what to say here
+_ALSO_CALLED = {
+    "constraints": "holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0, contact= for φ(x) ≥ 0",
+    "potential": "lagrangian=, kinetic minus potential energy",
+    "hamiltonian": "lagrangian=; a method for H is a one-step map, @one_step",
+    "t": "lagrangian=lambda x, v, p, t: ...",
+    "q0": "x0=",
+    "p0": "v0=, from which the momentum follows",
+    "T": "duration=",
+    "h": "step=",
+    "dt": "step=",
+    "conserved": "symmetries=",
+}
 
-    #: what other programs call a field
-    also_called: ClassVar[Mapping[str, str]] = {}
 
-    def __new__(cls, *_: Any, **named: Any) -> Self:
-        names = [f.name for f in fields(cast(Any, cls)) if f.init]
+def names_checked(cls: type[_Class]) -> type[_Class]:
+    """Decorator of a dataclass: a field given by a name that it does not have is `BadInput`."""
+    names = [f.name for f in fields(cast(Any, cls)) if f.init]
+    made: Any = cls.__init__
+
+    @wraps(made)
+    def checked(self: Any, *given: Any, **named: Any) -> None:
         if word := min(set(named) - set(names), default=""):
-            near = cls.also_called.get(word) or next(iter(get_close_matches(word, names, 1)), "")
-            say = f"say {near}" if near else f"it has {', '.join(names)}"
+            known = [f"{near}=" for near in get_close_matches(word, names, 1)]
+            if (said := _ALSO_CALLED.get(word, "")).partition("=")[0] in names:
+                known = [said]
+            say = f"say {known[0]}" if known else f"it has {', '.join(names)}"
             raise BadInput(f"{cls.__name__}({word}=...): there is no {word}=; {say}.")
-        return super().__new__(cls)
+        made(self, *given, **named)
+
+    cls.__init__ = checked  # type: ignore[method-assign]
+    return cls
 
 
 class CannotMeasure(BadInput):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ..errors import BadInput, CannotMeasure, NamedFields
+from ..errors import BadInput, CannotMeasure, names_checked
 from ..numbers import exact_rational, exact_vector
 from ..rules import Composition, Discretisation, OneStepMap, check_rule, midpoint
 from ..scene import Scene, arguments_of
@@ -14,8 +14,9 @@ from .boundary_problem import Optimum, solve
 from .stages import ControlStages, stages_of
 
 
+@names_checked
 @dataclass(frozen=True, eq=False)
-class Control(NamedFields):
+class Control:
     """Steer a scene from its start to `end` at the least cost: min ∫ C(x, ξ, f) dt.
 
     cost(x, v, f, p) or cost(x, v, f, p, t): C, with sympy columns x (n×1), v (m×1) and f, the

@@ -10,15 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput, NamedFields
+from ..errors import BadInput, names_checked
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational
 
 INTEGER = (int, np.integer)
 
 
+@names_checked
 @dataclass(frozen=True, eq=False, repr=False)
-class Lattice(NamedFields):
+class Lattice:
     """N sites of one groupoid: L = Σ on_site(x_i, v_i, p) + Σ on_bond(x_i, x_j, p) over bonds.
 
     site: the groupoid of a site, with base dimension n and fibre dimension m. On lie_group(...)

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
 
-from ..errors import NamedFields, check_function
+from ..errors import check_function, names_checked
 
 
+@names_checked
 @dataclass(frozen=True)
-class Conserved(NamedFields):
+class Conserved:
     """A quantity formula(x, mu, p) or formula(x, mu, p, h) → expression or column of them.
 
     x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters, h the step.

@@ -7,9 +7,9 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import Any
 
-from ..errors import BadInput, NamedFields, check_function
+from ..errors import BadInput, check_function, names_checked
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten
 from .quantities import Conserved, OnGroup, takes_fourth
@@ -25,8 +25,9 @@ _FUNCTIONS = (
 )
 
 
+@names_checked
 @dataclass(frozen=True, eq=False)
-class Scene(NamedFields):
+class Scene:
     """A mechanical system: Lagrangian, groupoid, parameters, start and symmetries.
 
     lagrangian(x, v, p): sympy columns x (n×1) and v (m×1, natural velocities: ẋ = ρ̂(x)v), and p
@@ -72,15 +73,6 @@ class Scene(NamedFields):
     friction: Any = 0
     restitution: Any = 0
     impacts: str = "stepped"
-
-    also_called: ClassVar[Mapping[str, str]] = {
-        "constraints": "holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0",
-        "potential": "lagrangian=, kinetic minus potential energy",
-        "hamiltonian": "lagrangian=; a method for H is a one-step map, @one_step",
-        "q0": "x0", "p0": "v0, from which the momentum follows", "u0": "v0", "T": "duration",
-        "h": "step", "dt": "step", "conserved": "symmetries",
-        "t": "lagrangian=lambda x, v, p, t: ...",
-    }  # fmt: skip
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:

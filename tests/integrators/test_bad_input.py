@@ -106,7 +106,7 @@ CASES = {
     "a constraint with time": (lambda: plain(holonomic=lambda x, p, t: [t]), r"with \(x, p\)\."),
     "a quantity's arguments": (lambda: Conserved("J", lambda x, v: 0), r"J is .*\(x, mu, p\) or"),
     "p as a dictionary": (lambda: with_lagrangian(lambda x, v, p: p["m"]), "of them is p.name"),
-    "forces": (lambda: plain(forces=0), r"Scene\(forces=...\): there is no forces=; say force\."),
+    "forces": (lambda: plain(forces=0), r"Scene\(forces=...\): there is no forces=; say force="),
     "constraints": (lambda: plain(constraints=0), "no constraints=; say holonomic= for"),
     "t": (lambda: plain(t=0), "no t=; say lagrangian=lambda x, v, p, t"),
     "an unknown field": (lambda: plain(colour=0), "no colour=; it has name, groupoid"),
