@@ -11,7 +11,7 @@ from .algebras import MatrixAlgebra, se, sl, so, sp, su
 from .bisections import Bisection, EvolutionOperator
 from .control import Control
 from .errors import BadInput, DiscmechError, StepFailure
-from .flows import Scheme
+from .flows import Scheme, mean_multipliers
 from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
 from .lattices import Lattice
 from .retractions import cayley, exponential
@@ -47,6 +47,7 @@ __all__ = [
     "exponential",
     "imex",
     "lie_group",
+    "mean_multipliers",
     "midpoint",
     "on_group",
     "one_step",

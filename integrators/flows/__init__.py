@@ -3,6 +3,7 @@
 from .ensemble import Ensemble, cores
 from .flow import Flow, Trajectory
 from .initial_state import Start
+from .multipliers import mean_multipliers
 from .newton_step import (
     arrow_from,
     form_change_defects,
@@ -16,5 +17,5 @@ from .step_choice import StepChoice
 
 __all__ = [
     "Ensemble", "Flow", "Scheme", "Start", "StepChoice", "Trajectory", "arrow_from", "cores",
-    "first_u", "form_change_defects", "restricted_form_defect", "round_off_from", "step_along",
+    "first_u", "form_change_defects", "mean_multipliers", "restricted_form_defect", "round_off_from", "step_along",
 ]  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech.integrators import scenes
+from discmech.integrators import BadInput, mean_multipliers, scenes
 from discmech.integrators.flows import restricted_form_defect
 from discmech.studies import check
 from tests.objects import SCENES, exact_parameters, flow, scheme
@@ -71,14 +71,11 @@ def knife_edge(t):
     return np.stack(x, axis=1), np.stack(mu, axis=1), -(v * w + g * np.sin(turned))[:, None]
 
 
-def both_multipliers(name, rule, step, steps, every):
-    """A run and the mean of the multipliers that leave a row and that arrive there, which are
-    those of a step −h: of second order, each alone of first."""
-    there, back = flow(name, rule, step), scheme(name, rule).flow(f"-{step}")
+def with_mean_multipliers(name, rule, step, steps, every):
+    """A run and the mean of the multipliers that leave a row and that arrive there."""
+    there = flow(name, rule, step)
     run = there.trajectory(steps, every=every)
-    arriving = [back.trajectory(0, x0=x, mu0=mu, u0=u).multipliers[0]
-                for x, mu, u in zip(run.x, run.mu, run.u, strict=True)]  # fmt: skip
-    return run, (run.multipliers + np.array(arriving)) / 2
+    return run, mean_multipliers(there, run)
 
 
 @pytest.mark.parametrize("rule", ["midpoint", "trapezoidal"])
@@ -88,7 +85,7 @@ def both_multipliers(name, rule, step, steps, every):
 def test_closed_forms_to_eight_digits(closed_form, rule):
     """Place, momentum and the force of the constraint."""
     name = closed_form.__name__.replace("_", "-")
-    run, multipliers = both_multipliers(name, rule, "0.00005", 200000, 20000)
+    run, multipliers = with_mean_multipliers(name, rule, "0.00005", 200000, 20000)
     x, mu, push = closed_form(run.t)
     assert x is None or np.abs(run.x - x).max() < 1e-8
     assert np.abs(run.mu - mu).max() < 1e-8
@@ -100,7 +97,7 @@ def test_multipliers_are_of_first_order_and_their_mean_of_second():
     """Of a holonomic constraint: λ = m(g x₂ − |v|²)/ℓ² of the Cartesian pendulum."""
     alone, mean = [], []
     for steps in (500, 1000):
-        run, found = both_multipliers(
+        run, found = with_mean_multipliers(
             "cartesian-pendulum", "midpoint", f"{5 / steps}", steps, steps // 10
         )
         wanted = run.x[:, 1] - (run.mu**2).sum(axis=1)
@@ -108,6 +105,15 @@ def test_multipliers_are_of_first_order_and_their_mean_of_second():
         mean.append(np.abs(found[:, 0] - wanted).max())
     assert math.log2(alone[0] / alone[1]) == pytest.approx(1, abs=0.05)
     assert math.log2(mean[0] / mean[1]) == pytest.approx(2, abs=0.05)
+
+
+def test_multipliers_are_asked_of_the_flow_that_made_the_run():
+    made = flow("suslov", "midpoint", "0.1")
+    with pytest.raises(BadInput, match="of another flow"):
+        mean_multipliers(made, flow("suslov", "midpoint", "0.05").trajectory(1))
+    free = flow("pendulum", "midpoint", "0.1")
+    with pytest.raises(BadInput, match="pendulum has no constraints"):
+        mean_multipliers(free, free.trajectory(1))
 
 
 @pytest.mark.parametrize("name", NONHOLONOMIC)
