@@ -20,13 +20,17 @@ def ascending(
 
     What depends on the symbols in `base` (potentials) stands apart from what does not. Terms whose
     denominators contain h are gathered over one denominator and come last. With `named`, a
-    denominator is a letter, and this dictionary is told which (letter → denominator).
+    denominator is a letter, and this dictionary is told which (letter → denominator). Sums under
+    roots that do not depend on h stay as they are: written out they would only be longer.
     """
     from sympy import Add, Function, Symbol, cancel, count_ops, factor_terms, fraction, together
 
     opaque = any(type(f).__name__ == "stumpff" for f in expression.atoms(Function))
     if opaque or count_ops(expression) > LARGEST:
         return [factor_terms(expression)]
+    roots = _under_roots(expression, h)
+    expression = expression.xreplace({root: letter for letter, root in roots.items()})
+    base = {*base, *(e for e, root in roots.items() if root.free_symbols & set(base))}
     plain: list[Any] = []
     broken: list[Any] = []
     for term in Add.make_args(_expanded(expression)):
@@ -38,14 +42,23 @@ def ascending(
         above, below = fraction(cancel(together(Add(*broken))))
         number, below = below.as_content_primitive()
         above /= number
-        below = Add(*_powers(below, h, ()))
+        below = Add(*_powers(below, h, ())).xreplace(roots)
         if named is None:
-            return [*found, Add(*_powers(above, h, base)) / below]
+            return [e.xreplace(roots) for e in (*found, Add(*_powers(above, h, base)) / below)]
         known = {value: letter for letter, value in named.items()}
         letter = known.get(below) or Symbol("Δ" + "′" * len(named), real=True)
         named[letter] = below
         found += [term / letter for term in _powers(above, h, base)]
-    return found
+    return [term.xreplace(roots) for term in found]
+
+
+def _under_roots(expression: Any, h: Any) -> dict[Any, Any]:
+    """The sums under roots that are free of h, each by a letter that can stand for it."""
+    from sympy import Pow, Symbol
+
+    found = {p.base for p in expression.atoms(Pow) if p.base.is_Add and not p.exp.is_Integer}
+    free = sorted((root for root in found if not root.has(h)), key=str)
+    return {Symbol(f"root {k}", positive=True): root for k, root in enumerate(free)}
 
 
 def _powers(expression: Any, h: Any, base: Collection[Any]) -> list[Any]:

@@ -272,7 +272,7 @@ def words(formula: str) -> str:
 
 
 def test_formulas_are_collected_and_stay_exact() -> None:
-    from sympy import cancel, symbols
+    from sympy import Rational, cancel, symbols
 
     h, a, b, u, w, x, z = symbols("h a b u w x z")
     square = h**2 * u**2 + 16
@@ -288,6 +288,9 @@ def test_formulas_are_collected_and_stay_exact() -> None:
     assert words(shown) == (
         "u1=a u1−h b u1 u22+h2 u14 (a u12+b u22)+8 h bΔ(u) (u2 x−u1 z)+h3 b u1 x z2 Δ(u)"
     )
+    apart = ((x - z) ** 2 + (u - w) ** 2) ** Rational(-3, 2)
+    terms = formulas.ascending(a * u + h * b * (x - z) * apart, h, {x, z})
+    assert terms[-1].has(apart) and cancel(sum(terms) - a * u - h * b * (x - z) * apart) == 0
     minus = formulas.Typesetter({}, h, [u]).sum([-(a + b), -(a - b) / 2, u ** (a / 2)])
     assert words(minus).startswith("−a−b") or words(minus).startswith("−(a+b)")
 
