@@ -37,7 +37,7 @@ SMALL = {
     "energy": ("kepler", 2000),
     "work-precision": ("pendulum", 50),
     "stability": ("harmonic", 50),
-    "charts": ("moser-veselov", 12),
+    "charts": ("moser-veselov", 6),
     "extremes": ("charged-particle", 50),
     "savings": ("pendulum", 50),
 }
