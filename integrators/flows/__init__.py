@@ -17,5 +17,6 @@ from .step_choice import StepChoice
 
 __all__ = [
     "Ensemble", "Flow", "Scheme", "Start", "StepChoice", "Trajectory", "arrow_from", "cores",
-    "first_u", "form_change_defects", "mean_multipliers", "restricted_form_defect", "round_off_from", "step_along",
+    "first_u", "form_change_defects", "mean_multipliers", "restricted_form_defect",
+    "round_off_from", "step_along",
 ]  # fmt: skip

@@ -107,8 +107,7 @@ class LocalGeometry:
         arrow, at = rounded(u), rounded(x, 0 * abs(x))
         stages = self._rounded_stages(x, u, at, arrow)
         force, *by = (tracked(e) for e in self._errors("force")(at, arrow, stages, self._q))
-        slope: Any = np.hstack(by)  # type: ignore[arg-type]
-        return force, slope
+        return force, np.hstack(by)  # type: ignore[arg-type, return-value]
 
     def stages(self, x: Numbers, u: Numbers) -> Vector:
         """The s with ∂L_d/∂s (x, u, s) = 0, by Newton from 0; empty without stages."""
