@@ -254,7 +254,7 @@ def test_a_force_that_fits_nothing_is_said_in_a_sentence(force, said):
 
 
 def test_a_force_needs_a_lagrangian_and_a_rule_that_sums_its_values():
-    with pytest.raises(BadInput, match="force= is a function"):
+    with pytest.raises(BadInput, match="force= is 3; give a function"):
         pendulum(force=3)
     with pytest.raises(BadInput, match="beside a lagrangian="):
         Scene("bad", lie_group(so(3)), v0=[1, 0, 0], force=rubbed,
