@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..numbers import tracked
+from ..numbers import sizes, tracked
 from ..numbers.types import Number, Vector
 from .local_geometry import LocalGeometry, Maps
 
@@ -27,7 +27,8 @@ def entrywise_defect(map_: Any, form: Any, wanted: Any, resolution: Number) -> N
     """
     map_, form, wanted = map(tracked, (map_, form, wanted))
     gap = map_ @ form @ map_.T - wanted
-    terms = abs(map_.value) @ abs(form.value) @ abs(map_.value).T + abs(wanted.value)
+    of_map, of_form, of_wanted = (sizes(abs(e.value)) for e in (map_, form, wanted))
+    terms = of_map @ of_form @ of_map.T + of_wanted
     scale = terms + resolution * gap.error
     return in_round_offs(gap.value.ravel(), scale.ravel())
 

@@ -49,6 +49,7 @@ from .running_error import (
     Tracked,
     errors_of,
     rounded,
+    sizes,
     solve,
     tracked,
     values_of,
@@ -65,6 +66,6 @@ __all__ = [
     "function_text", "inlined", "is_zero", "jacobian", "listed", "needed", "newton",
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
     "random_columns", "random_point", "refuse_long", "register", "registered_function", "replaced",
-    "rounded", "run_text", "shown", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
+    "rounded", "run_text", "shown", "sizes", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
     "values_of", "vanishes", "whole_number", "with_running_errors", "with_tables", "written_out",
 ]  # fmt: skip

@@ -34,6 +34,8 @@ _SLOPES: dict[str, Callable[[Any, Number, Number], Number]] = {
     "sqrt": lambda f, a, v: 1 / (2 * v),
 }
 
+SAFE = (1e-75, 1e75)
+
 
 class RunningError:
     """A number and a bound of its error in units of round-off: value ± error·ε."""
@@ -101,13 +103,14 @@ class Tracked:
     """An array of numbers with a bound of each one's error: the same by whole matrices.
 
     It goes through numpy's functions that only move entries (stack, block, transpose) and through
-    @, +, − and `solve`.
+    @, +, − and `solve`. Bounds are `sizes`: a bound is not asked for to many digits.
     """
 
     __array_ufunc__ = None  # a plain array leaves its operators to this class
 
     def __init__(self, value: np.ndarray, error: np.ndarray | None = None) -> None:
-        self.value, self.error = value, 0 * abs(value) if error is None else error
+        self.value = value
+        self.error = np.zeros(np.shape(value)) if error is None else sizes(error)
 
     def __array_function__(self, function: Any, types: Any, arguments: Any, more: Any) -> Tracked:
         values = _each(arguments, lambda e: tracked(e).value)
@@ -116,7 +119,7 @@ class Tracked:
 
     def __matmul__(self, other: Any) -> Tracked:
         other = tracked(other)
-        a, b = abs(self.value), abs(other.value)
+        a, b = sizes(abs(self.value)), sizes(abs(other.value))
         error = self.error @ b + a @ (other.error + len(b) * b)
         return Tracked(self.value @ other.value, error)
 
@@ -126,7 +129,7 @@ class Tracked:
     def __add__(self, other: Any) -> Tracked:
         other = tracked(other)
         total = self.value + other.value
-        return Tracked(total, self.error + other.error + abs(total))
+        return Tracked(total, self.error + other.error + sizes(abs(total)))
 
     def __neg__(self) -> Tracked:
         return Tracked(-self.value, self.error)
@@ -161,6 +164,15 @@ class Tracked:
     __radd__, __rmul__ = __add__, __mul__
 
 
+def sizes(found: Vector) -> Vector:
+    """Numbers ≥ 0 as doubles; as they are where a product of four may leave their range."""
+    if found.dtype != object:
+        return found
+    doubles = found.astype(float)
+    least, most = SAFE
+    return doubles if (((least < doubles) & (doubles < most)) | (found == 0)).all() else found
+
+
 def _each(nested: Any, change: Callable[[Any], Any]) -> Any:
     if isinstance(nested, list | tuple):
         return [_each(e, change) for e in nested]
@@ -183,8 +195,8 @@ def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
         return numbers.solve(a, b)
     a, b = tracked(a), tracked(b)
     x = numbers.solve(a.value, b.value)
-    inverse = abs(numbers.solve(a.value, numbers.identity(len(a.value))))
-    left = (a.error + len(a.value) * abs(a.value)) @ abs(x) + b.error
+    inverse = sizes(abs(numbers.solve(a.value, numbers.identity(len(a.value)))))
+    left = (a.error + len(a.value) * sizes(abs(a.value))) @ sizes(abs(x)) + b.error
     return Tracked(x, inverse @ left)
 
 
