@@ -4,7 +4,8 @@
         assert_order("my_rule.py:two_thirds", "pendulum", 2)
         assert_symplectic("my_rule.py:two_thirds", "heavy-top")
 
-A failure prints the verdict table and attaches the picture, which lies in the test's `tmp_path`.
+A failure prints the verdict table and attaches the picture, which lies in the test's `tmp_path`. A
+file's path is taken from the folder of the test file, then from where pytest was started.
 Where the study says nothing of the scene, or the rule has no meaning there (stages under
 constraints, say), the test is skipped with the sentence.
 """
@@ -21,13 +22,14 @@ import pytest
 Assertion = Callable[..., dict[str, Any]]
 
 
-def _fixture(name: str) -> Any:
-    """A fixture that hands out the assertion of that name."""
+def _fixture(name: str, about: str) -> Any:
+    """A fixture that hands out the assertion of that name; about: what `pytest --fixtures` says."""
 
-    def fixture(tmp_path: Path) -> Assertion:
+    def fixture(tmp_path: Path, request: pytest.FixtureRequest) -> Assertion:
         from .user import assertions
 
-        asserted = partial(getattr(assertions, name), pictures=tmp_path)
+        folder = request.path.parent
+        asserted = partial(getattr(assertions, name), pictures=tmp_path, beside=folder)
 
         def given(*arguments: Any, **more: Any) -> dict[str, Any]:
             __tracebackhide__ = True
@@ -39,15 +41,15 @@ def _fixture(name: str) -> Any:
 
         return given
 
-    fixture.__doc__ = f"`studies.assertions.{name}`, its picture put into tmp_path."
+    fixture.__doc__ = about
     return pytest.fixture(name=name)(fixture)
 
 
-order = _fixture("assert_order")
-converges = _fixture("assert_converges")
-symplectic = _fixture("assert_symplectic")
-momentum = _fixture("assert_momentum")
-reversible = _fixture("assert_reversible")
+order = _fixture("assert_order", "(rule, scene, order): the measured order is that one.")
+converges = _fixture("assert_converges", "(rule, scene): errors sink with the step.")
+symplectic = _fixture("assert_symplectic", "(rule, scene): Ω and the bracket are kept.")
+momentum = _fixture("assert_momentum", "(rule, scene): what the scene says is kept, is.")
+reversible = _fixture("assert_reversible", "(rule, scene): a step back undoes a step.")
 
 
 @pytest.hookimpl(wrapper=True)
@@ -55,9 +57,9 @@ def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Attach picture and verdict of a failed assertion, so that reports (JUnit, JSON) have them."""
-    report = yield
     error = call.excinfo.value if call.excinfo else None
     picture = getattr(error, "picture", None)
-    if picture is not None and type(error).__module__ == f"{__package__}.assertions":
-        report.user_properties.append(("discmech picture", str(picture)))
-    return report
+    if picture is not None and type(error).__module__ == f"{__package__}.user.assertions":
+        # the item's, for JUnit's file has what is known at the end of the test
+        item.user_properties.append(("discmech picture", str(picture)))
+    return (yield)

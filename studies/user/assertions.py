@@ -7,6 +7,7 @@ their pictures into the test's own folder.
 
 from __future__ import annotations
 
+import re
 import tempfile
 from dataclasses import replace
 from functools import partial
@@ -88,28 +89,36 @@ def _assert(
     steps: int | None = None,
     retraction: str | None = None,
     pictures: Path | None = None,
+    beside: Path | None = None,
 ) -> dict[str, Any]:
     """Run one case and raise `Missed` unless it passes, or has the order asked for.
 
-    Raises `BadInput` for unknown names, and for a rule that the scene cannot use; `NotApplicable`
-    where there is nothing to assert.
+    beside: the folder of the test, in which files are looked for first, and to which the paths of
+    messages are relative. Raises `BadInput` for unknown names, for a rule that the scene cannot
+    use, and for a momentum of a scene that declares none; `NotApplicable` where there is nothing
+    to assert.
     """
     __tracebackhide__ = True
     if order is not None and (type(order) is not int or order < 1):
         raise BadInput(f"the order asked for is {order!r}: give a whole number from 1.")
     try:
-        where = lookup.scene_given(scene)
+        where = lookup.scene_given(_in_folder(scene, beside))
         where = where if retraction is None else in_chart(where, retraction)
-        asked = lookup.rule_given(rule)
+        asked = lookup.rule_given(_in_folder(rule, beside))
     except BadInput as error:
-        raise BadInput(str(error)) from None  # the traceback is the test's own
+        raise BadInput(_relative(str(error), beside)) from None  # the traceback is the test's own
+    if study.name == "momentum" and not any(q.to_roundoff for q in where.symmetries):
+        raise BadInput(
+            f"{where.name} declares no momentum map and no Casimir, so none can be asserted: give "
+            "Scene(symmetries=[Conserved(...)]), or pytest.skip() the test for this scene."
+        )
     if order is not None or at_least is not None:
         asked = replace(asked, order=order)  # so that it is what the cause is looked for
     case = Case(study.name, where, asked, digits, steps)
     _check_applies(study, case)
     result = run_case(study, case)
     if result.get("unusable"):
-        raise BadInput(result["reason"])
+        raise BadInput(_relative(result["reason"], beside))
     if at_least is not None and not _at_least(result, at_least):
         result = run_case(study, replace(case, rule=replace(asked, order=at_least)))  # the cause
     if order is not None or at_least is not None:
@@ -126,8 +135,33 @@ def _assert(
     shown = [f"{study.name}: {result['verdict']}: {result['reason']}", _table(study.name, result)]
     if small and (small["scene"], small["steps"]) != (where.name, steps):
         shown += [f"the smallest that fails: scene {small['scene']!r}, steps={small['steps']}"]
+    shown = [_relative(line, beside) for line in shown]
     shown += [f"picture: {picture}"] if picture else []
-    raise Missed("\n".join(shown), result, picture)
+    raise Missed("\n".join([*shown, _next_step(result)]), result, picture)
+
+
+def _in_folder(thing: Any, folder: Path | None) -> Any:
+    """A word that names a file, with the path from that folder if the file is there."""
+    if folder is None or not isinstance(thing, str):
+        return thing
+    *method, word = re.split(r":(?=[^:]*\.py\b)", thing, maxsplit=1)  # of METHOD:FILE.py:NAME
+    path, found, _ = word.partition(".py")
+    return ":".join([*method, str(folder / word)]) if (folder / (path + found)).is_file() else thing
+
+
+def _relative(text: str, folder: Path | None) -> str:
+    """A message with paths relative to that folder."""
+    return text if folder is None else text.replace(f"{folder}/", "")
+
+
+def _next_step(result: dict[str, Any]) -> str:
+    """What to do about a test that did not pass, in pytest's words."""
+    if result["verdict"] == "inconclusive":
+        return "next: ask with other digits= or steps=, or pytest.skip() it with this reason"
+    found = result["measured"].get("order")
+    other = f"; if {found:.0f} is the order meant, ask for order={found:.0f}" if found else ""
+    known = '@pytest.mark.xfail(strict=True, reason="...")'
+    return f"next: mend the rule, or mark a defect that stays with {known}{other}"
 
 
 def _check_applies(study: Study, case: Case) -> None:

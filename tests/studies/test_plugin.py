@@ -63,17 +63,11 @@ def test_the_fixtures_pass_for_a_sound_rule(pytester):
 
 def test_where_there_is_nothing_to_assert_the_test_is_skipped_with_the_sentence(pytester):
     done = ask(pytester, """
-        from my_rule import two_thirds
-
         def test_stages(assert_order):
             assert_order("gauss-2", "cartesian-pendulum")
-
-        def test_nothing_declared(assert_momentum):
-            assert_momentum(two_thirds, "henon-heiles")
     """, "-rs")  # fmt: skip
-    done.assert_outcomes(skipped=2)
+    done.assert_outcomes(skipped=1)
     done.stdout.fnmatch_lines(["*gauss-2 has none: take a rule without stages*"])
-    done.stdout.fnmatch_lines(["*momentum says nothing of henon-heiles with two-thirds*"])
 
 
 def test_a_failure_prints_the_table_and_attaches_the_picture(pytester):
@@ -87,11 +81,43 @@ def test_a_failure_prints_the_table_and_attaches_the_picture(pytester):
     shown = done.stdout.str()
     assert "two-thirds" in shown and "4 ± 0.01" in shown and "order 2.000 is below" in shown
     assert "Cause: discrete Lagrangian" in shown
-    assert "studies/assertions.py" not in shown  # the traceback is the user's own
+    assert "user/assertions.py" not in shown  # the traceback is the user's own
+    assert "next: mend the rule" in shown and "if 2 is the order meant, ask for order=2" in shown
     line = next(line for line in shown.splitlines() if "picture: " in line)
     picture = Path(line.split("picture: ")[1].strip())
     assert picture.read_bytes().startswith(b"\x89PNG")
-    assert str(picture) in (pytester.path / "found.xml").read_text()
+    assert f'name="discmech picture" value="{picture}"' in (pytester.path / "found.xml").read_text()
+
+
+def test_files_are_found_beside_the_test_and_questions_without_an_answer_are_errors(pytester):
+    folder = pytester.mkdir("sub")
+    folder.joinpath("near.py").write_text(
+        RULE
+        + """
+from discmech import Scene, pair
+
+free = Scene("free", pair(1), lambda x, v, p: v[0] ** 2 / 2, x0=[1], v0=[0])
+"""
+    )
+    folder.joinpath("broken.py").write_text("import nothing_of_this_name")
+    folder.joinpath("test_near.py").write_text("""
+def test_found(assert_reversible):
+    assert_reversible("near.py:two_thirds", "near.py:free", digits=30)
+    assert_reversible("triple-jump:near.py:two_thirds", "near.py:free", digits=30)
+
+def test_no_quantities(assert_momentum):
+    assert_momentum("midpoint", "near.py:free")
+
+def test_broken(assert_order):
+    assert_order("broken.py:two_thirds", "kepler")
+""")
+    done = pytester.runpytest_subprocess(
+        "-p", "no:discmech", "-p", "discmech.studies.plugin", "-p", "no:cacheprovider", timeout=120
+    )
+    done.assert_outcomes(passed=1, failed=2)
+    shown = done.stdout.str()
+    assert "BadInput: free declares no momentum map and no Casimir" in shown
+    assert "BadInput: broken.py" in shown and "pytest.skip()" in shown
 
 
 def test_the_entry_point_is_the_plugin():
