@@ -3,7 +3,7 @@
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup report test test-all bench paper lint format lock clean distclean FORCE
+.PHONY: help setup report docs test test-all bench paper lint format lock clean distclean FORCE
 
 # What the caller's shell says about other Pythons must not leak into ours.
 unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE VIRTUAL_ENV
@@ -12,6 +12,7 @@ PYTHON ?=
 VENV := .venv
 BIN := $(VENV)/bin
 LOCK := requirements-lock.txt
+DOCS := requirements-docs.txt
 READY := $(VENV)/.ready
 PIP := -m pip --disable-pip-version-check --no-input
 CACHES := .pytest_cache .mypy_cache .ruff_cache .benchmarks build dist
@@ -58,6 +59,14 @@ report: $(READY)  ## all studies, to reports/build/index.html
 		3) echo 'report: inconclusive (3)' ;; \
 		*) echo "report: stopped ($$code)" ;; esac >&2; exit $$code; }
 
+docs: $(VENV)/.docs  ## the documentation as a site, to docs/_build/index.html
+	@$(BIN)/python -m sphinx -q -E -W --keep-going -c docs . docs/_build
+	@echo 'docs: docs/_build/index.html'
+
+$(VENV)/.docs: $(READY) $(DOCS)
+	@$(BIN)/python $(PIP) install -q --no-deps -r $(DOCS)
+	@touch $@
+
 test: $(READY)  ## all tests but the slow ones
 	@$(BIN)/python -m pytest -q -n auto --dist worksteal --benchmark-disable -m 'not slow'
 
@@ -91,13 +100,15 @@ lock:  ## pin the newest versions anew
 	"$$python" -m venv "$$fresh"; \
 	"$$fresh/bin/python" $(PIP) install -q 'hatchling>=1.27' editables; \
 	"$$fresh/bin/python" $(PIP) install -q --no-build-isolation -e '.[dev]'; \
-	{ sed -n '/^#/p' $(LOCK); \
-	  "$$fresh/bin/python" $(PIP) list --format=freeze \
-	    --exclude pip --exclude setuptools --exclude wheel --exclude discmech; } > $(LOCK).new; \
-	mv $(LOCK).new $(LOCK); grep -c '==' $(LOCK) | sed 's/$$/ pins in $(LOCK)/'
+	pins() { sed -n '/^#/p' "$$1"; "$$fresh/bin/python" $(PIP) list --format=freeze \
+	    --exclude pip --exclude setuptools --exclude wheel --exclude discmech; }; \
+	pins $(LOCK) > $(LOCK).new; mv $(LOCK).new $(LOCK); \
+	"$$fresh/bin/python" $(PIP) install -q --no-build-isolation -e '.[docs]'; \
+	pins $(DOCS) | grep -vxF "$$(grep '==' $(LOCK))" > $(DOCS).new; mv $(DOCS).new $(DOCS); \
+	grep -c '==' $(LOCK) $(DOCS) | sed 's/:/: /; s/$$/ pins/'
 
 clean:  ## remove what was generated, keep .venv
-	@rm -rf reports/build $(CACHES) *.egg-info
+	@rm -rf reports/build docs/_build $(CACHES) *.egg-info
 	@find . -path ./$(VENV) -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean  ## remove .venv as well

@@ -3,47 +3,29 @@
 from __future__ import annotations
 
 import re
-import shlex
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent
-TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+from tests.imports import ROOT
+from tests.pages import commands, run_blocks
 
-
-def blocks(language):
-    return re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.M | re.S)
-
-
-def commands(first):
-    lines = [line for block in blocks("sh") for line in block.splitlines()]
-    words = [shlex.split(line, comments=True) for line in lines]
-    return [w for w in words if w and w[0] == first]
-
-
-def ran(name):
-    """What the Python blocks define, run in one namespace and in order, as a module of a name."""
-    found = {"__name__": name}
-    for number, block in enumerate(blocks("python"), 1):
-        exec(compile(block, f"README.md, block {number}", "exec"), found)
-    return found
+PAGE = ROOT / "README.md"
+TEXT = PAGE.read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
 def namespace():
     """The Python blocks imported."""
-    return ran("readme")
+    return run_blocks(PAGE, "readme")
 
 
 @pytest.mark.slow
 def test_the_python_blocks_run_as_a_program(capsys):
-    ran("__main__")
+    run_blocks(PAGE)
     assert "my-pendulum" in capsys.readouterr().out
 
 
 def test_the_python_blocks_run(namespace):
-    assert len(blocks("python")) >= 2
     run = namespace["run"]
     assert run.t[-1] == pytest.approx(10) and len(run.x) == 1001
     assert len(run.iterations) == 1001
@@ -67,23 +49,11 @@ def test_the_groupoid_of_the_readme_satisfies_the_axioms(namespace):
     assert Scheme(scene, midpoint).flow("0.1", digits=30).trajectory(3).mu.shape == (4, 2)
 
 
-def test_the_lines_of_the_command_parse():
-    from discmech.studies.command.entry import _parser
-    from discmech.studies.command.options import choice_of
-
-    lines = commands("discmech")
-    assert len(lines) >= 7
-    for words in lines:
-        options = _parser().parse_args(words[1:])
-        if hasattr(options, "retraction") and hasattr(options, "scenes"):
-            choice_of(options)  # names, digits and steps are known
-
-
 def test_the_cheap_lines_of_the_command_run(tmp_path, monkeypatch, capsys):
     from discmech.studies.command.entry import main
 
     monkeypatch.chdir(tmp_path)
-    for words in commands("discmech"):
+    for words, _ in commands(PAGE, "discmech"):
         if words[1] in ("list", "run"):
             assert main(words[1:]) == 0
     assert (tmp_path / "run.json").is_file()
@@ -91,7 +61,7 @@ def test_the_cheap_lines_of_the_command_run(tmp_path, monkeypatch, capsys):
 
 def test_the_targets_of_make_exist():
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    named = {word for line in commands("make") for word in line[1:]}
+    named = {word for line, _ in commands(PAGE, "make") for word in line[1:]}
     named |= set(re.findall(r"`make ([a-z-]+)`", TEXT))
     assert {"report", "test"} <= named
     for target in named:

@@ -20,7 +20,7 @@ class Control:
     """Steer a scene from its start to `end` at the least cost: min ∫ C(x, ξ, f) dt.
 
     cost(x, v, f, p) or cost(x, v, f, p, t): C, with sympy columns x (n×1), v (m×1) and f, the
-    control (`controls`×1). inputs(x, v, f, p) or inputs(x, v, f, p, t): the m components of force
+    control (controls×1). inputs(x, v, f, p) or inputs(x, v, f, p, t): the m components of force
     that the control gives, in the natural basis of A*, beside the scene's own force; left out, it
     is f itself. end: (x1, v1), exact as the scene's start; None for x1 or v1 leaves it free.
     duration: the time that it takes (default: the scene's). path(t): a point on the way at the

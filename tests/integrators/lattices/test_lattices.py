@@ -1,8 +1,6 @@
 """A lattice runs as the ordinary scene of the same system, whatever its bonds, site and rule."""
 
-import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -245,11 +243,3 @@ def test_a_singular_factorisation_is_told(bonds):
     )  # fmt: skip
     with pytest.raises(StepFailure, match="singular"):
         Scheme(lattice, midpoint).flow(2).trajectory(1)
-
-
-def test_the_page_of_lattices_runs():
-    page = Path(__file__).parents[3] / "docs" / "lattices.md"
-    found = {}
-    for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
-        exec(compile(block, page.name, "exec"), found)
-    assert len(found["rows"]) == 5
