@@ -12,9 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import CannotMeasure
 from ..numbers import Arithmetic
 from ..numbers.types import Number, Vector
 
+NOT_FOUND = "no impulses of the contacts were found"
 SWEEPS, CORRECTIONS = 2000, 12
 ROUNDED = 64  # units of round-off that are left of a solution
 
@@ -51,7 +53,7 @@ def impulses(
 ) -> Vector:
     """P with U = U₀ + W P in the cones, near `start` where contacts are redundant.
 
-    Raises `ZeroDivisionError` where none is found.
+    Raises `CannotMeasure` where none is found.
     """
     r, P = scaling(W, cones), start.copy()
     if _solved(P, U0, W, r, cones, numbers):
@@ -68,7 +70,7 @@ def impulses(
             found = _newton(W, U0, r, P, cones, numbers)
             if found is not None and _solved(found, U0, W, r, cones, numbers):
                 return found
-    raise ZeroDivisionError("no impulses in the cones")
+    raise CannotMeasure(NOT_FOUND)
 
 
 def _solved(

@@ -7,6 +7,7 @@ that the scene gives, or x itself without its part along φ′, in an orthonorma
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -24,6 +25,7 @@ from ..errors import BadInput
 from ..numbers import Arithmetic, arithmetic, flatten, jacobian, numeric, sympy
 from ..numbers.types import Column, Number, Vector
 from ..scene import Scene
+from .cones import Cone, impulses
 
 TOUCHING = 128  # units of round-off of its size within which a gap is closed
 DEEPEST = 100  # corrections of the search for a place outside the obstacle
@@ -62,6 +64,9 @@ class Gaps:
     friction (K,). Raises `BadInput` for gaps that are no expressions of x and p, coordinates
     without a gap, another number of coefficients than of gaps, and friction in a base of 1.
     """
+
+    #: the side of the slip that friction acts against; −1 is a control
+    against = 1
 
     def __init__(self, s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> None:
         self.s, self.scene, self.numbers, self.n = s, scene, numbers, s.n
@@ -127,6 +132,10 @@ class Gaps:
         mass, _ = self._motion(x, xi, self.p)
         solved: np.ndarray = rows @ self.numbers.solve(mass, push.T)
         return solved
+
+    def impulses(self, W: np.ndarray, U0: Vector, cones: Sequence[Cone], start: Vector) -> Vector:
+        """P in the cones with the velocities U₀ + W P (`cones.impulses`)."""
+        return impulses(W, U0, cones, self.numbers, start)
 
     def energy(self, x: Vector, xi: Vector, mu: Vector) -> Number:
         """H at (x, ξ, μ)."""

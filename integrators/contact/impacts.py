@@ -15,12 +15,11 @@ import numpy as np
 
 from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
-from .cones import Cone, impulses, scaling
+from .cones import NOT_FOUND, Cone, scaling
 from .gaps import Gaps, Place
 
 NOISE = 2**10  # units of round-off of its terms below which a velocity is 0
 MOST, STAGNANT = 60, 2**12
-NOT_FOUND = "no impulses of the contacts were found"
 AGAIN = 100  # impacts at one place and time: each opens some gap that another one closes
 
 
@@ -72,6 +71,7 @@ def active(
         first = len(rows)
         along = (sliding or {}).get(i)
         if along is not None:
+            bound = gaps.against * bound
             forward = normal - bound * (along @ slip)
             each[i, 1 : 1 + len(place.where[i])] -= bound * (
                 along if basis is None else basis @ along
@@ -110,7 +110,7 @@ def in_cones(gaps: Gaps, trial: Any, W: np.ndarray, cones: list[Cone]) -> tuple[
     F, unit, data = trial(P)
     r, before = scaling(W, cones), None
     for _ in range(MOST):
-        change = _in_cones(gaps, W, F - W @ P, cones, P) - P
+        change = gaps.impulses(W, F - W @ P, cones, P) - P
         units = numbers.eps * (abs(P) + r * unit)
         parts = [part for c in cones for part in (slice(c.normal, c.normal + 1), c.tangent)]
         size = max(max(abs(change[k])) / (max(units[k]) + numbers.eps**4)
@@ -127,13 +127,6 @@ def in_cones(gaps: Gaps, trial: Any, W: np.ndarray, cones: list[Cone]) -> tuple[
     raise CannotMeasure(NOT_FOUND)
 
 
-def _in_cones(gaps: Gaps, W: np.ndarray, U0: Vector, cones: list[Cone], start: Vector) -> Vector:
-    try:
-        return impulses(W, U0, cones, gaps.numbers, start)
-    except ZeroDivisionError:
-        raise CannotMeasure(NOT_FOUND) from None
-
-
 def velocity_law(
     gaps: Gaps, place: Place, mu: Vector, near: Vector, contacts: Active, e: Number
 ) -> tuple[Vector, Vector, Vector]:
@@ -144,7 +137,7 @@ def velocity_law(
     xi = gaps.velocity(place.x, mu, near)
     W = gaps.flexibility(place.x, xi, contacts.rows, contacts.push)
     if gaps.quadratic:
-        P = _in_cones(gaps, W, contacts.rows @ xi, contacts.cones, 0 * W[0])
+        P = gaps.impulses(W, contacts.rows @ xi, contacts.cones, 0 * W[0])
     else:
 
         def trial(P: Vector) -> tuple[Vector, Vector, Any]:

@@ -1,5 +1,6 @@
 """Schemes and their flows: starts, steps, runs, failures."""
 
+from .contact_flow import ContactFlow, ContactTrajectory
 from .ensemble import Ensemble, cores
 from .flow import Flow, Trajectory
 from .initial_state import Start
@@ -16,7 +17,7 @@ from .scheme import Scheme
 from .step_choice import StepChoice
 
 __all__ = [
-    "Ensemble", "Flow", "Scheme", "Start", "StepChoice", "Trajectory", "arrow_from", "cores",
-    "first_u", "form_change_defects", "mean_multipliers", "restricted_form_defect",
-    "round_off_from", "step_along",
+    "ContactFlow", "ContactTrajectory", "Ensemble", "Flow", "Scheme", "Start", "StepChoice",
+    "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "mean_multipliers",
+    "restricted_form_defect", "round_off_from", "step_along",
 ]  # fmt: skip

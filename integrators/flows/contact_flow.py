@@ -68,16 +68,20 @@ class ContactFlow(Flow):
         if on_edge != "refuse":
             raise BadInput(f'{scene.name}: contact needs on_edge="refuse", the default.')
 
+    #: what finds the impulses of the contacts
+    gaps_kind: type[Gaps] = Gaps
+
     @cached_property
-    def _gaps(self) -> Gaps:
-        return Gaps(self.scheme.equations.s, self.scheme.scene, self.numbers)
+    def gaps(self) -> Gaps:
+        """The gaps as numbers of this flow."""
+        return self.gaps_kind(self.scheme.equations.s, self.scheme.scene, self.numbers)
 
     @cached_property
     def _steps(self) -> ContactSteps:
         scene, h = self.scheme.scene, self.context.h
         e = self.numbers.number(scene.restitution)
         kind = LocatedSteps if scene.impacts == "located" else ContactSteps
-        return kind(self._gaps, FreeSteps(h, self._part), e)
+        return kind(self.gaps, FreeSteps(h, self._part), e)
 
     def _part(self, share: Any, x: Vector, mu: Vector, u: Vector) -> tuple[Vector, Vector, Vector]:
         """(y, μ′, u) of a free step of a share of the step."""
@@ -94,7 +98,7 @@ class ContactFlow(Flow):
             raise self.context.failure(CAUSES[status], {"x": x, "mu": mu})
         leaving = run.us[0, : len(mu)]
         if self.context.one_step:
-            leaving = self._gaps.velocity(x, mu, u)
+            leaving = self.gaps.velocity(x, mu, u)
         return *machine.point(run.state), leaving
 
     def trajectory(
@@ -148,7 +152,7 @@ class _Run:
 
     def __init__(self, flow: Any, start: Start, steps: int, every: int, progress: Any) -> None:
         self.flow, self.steps, self.every, self.progress = flow, steps, every, progress
-        self.numbers, self.gaps, self.contact = flow.numbers, flow._gaps, flow._steps
+        self.numbers, self.gaps, self.contact = flow.numbers, flow.gaps, flow._steps
         self.t0, self.index, self.chunk = start.t0, 0, 8
         m = len(start.mu)
         self.moment = Moment(self.gaps.at(start.x), start.mu, start.guess[:m], self.contact.still())

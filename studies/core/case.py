@@ -66,10 +66,6 @@ class Choice:
     def unheeded(self) -> list[str]:
         """A sentence for each scene named that has no use for the rules that were chosen."""
         found = [said for s in self.scenes for rule in self.rules if (said := rule.refusal(s))]
-        found += [
-            f"{s.name} has contact: it is judged by `discmech contact`, and not by other studies."
-            for s in self.scenes if s.contact is not None
-        ]  # fmt: skip
         for scene in self.scenes if self.rules else ():
             rules = [
                 rule.name for rule in self.rules
@@ -82,6 +78,13 @@ class Choice:
                     f"{', '.join(rules)} {have} no part in it."
                 )
         return found
+
+    def in_contact(self) -> list[str]:
+        """A sentence for each scene named that has contact, which one study alone judges."""
+        return [
+            f"{s.name} has contact: it is judged by `discmech contact`, and not by other studies."
+            for s in self.scenes if s.contact is not None
+        ]  # fmt: skip
 
     def _charts(self, scene: Scene) -> list[Scene]:
         """The scene in each retraction asked for, or as it is; one that uses none comes once."""

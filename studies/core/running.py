@@ -68,8 +68,7 @@ def run_studies(
     for study, cases in zip(plan.studies, plan.cases, strict=True):
         if not cases:
             names = ", ".join(s.name for s in choice.scenes)
-            met = any(s.contact is not None for s in choice.scenes)
-            if met and (said := choice.unheeded()):
+            if said := choice.in_contact():
                 raise BadInput(" ".join(said))
             if names and choice.rules and not plan.pairs:
                 if said := choice.unheeded():
@@ -129,6 +128,7 @@ def run_studies(
                 "remembered": remembered[i],
                 "notes": [
                     *choice.unheeded(),
+                    *([] if study.in_contact else choice.in_contact()),
                     *study.notes(choice),
                     *([] if store is None else store.troubles.values()),
                     *about_remembered(remembered[i], len(whole)),

@@ -57,6 +57,11 @@ class Study:
         """Why it may apply to nothing that was chosen."""
         return str(self.measuring.NEEDS)
 
+    @property
+    def in_contact(self) -> bool:
+        """Whether it judges scenes with contact, and no others."""
+        return bool(getattr(self.measuring, "CONTACT", False))
+
     @cached_property
     def view(self) -> Any:
         """How its numbers are shown: a `report.view.View`."""
@@ -66,9 +71,8 @@ class Study:
 
     def cases(self, choice: Choice) -> list[Case]:
         """The cases of a choice: scenes with contact are the study's that says it judges them."""
-        contact = getattr(self.measuring, "CONTACT", False)
         found = list(self.measuring.cases(choice))
-        return [case for case in found if (case.scene.contact is not None) == contact]
+        return [case for case in found if (case.scene.contact is not None) == self.in_contact]
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
         """The numbers of a case: {"measured": {...}, "rows": [...], ...}."""

@@ -40,6 +40,7 @@ SMALL = {
     "charts": ("moser-veselov", 6),
     "extremes": ("charged-particle", 50),
     "savings": ("pendulum", 50),
+    "contact": ("bouncing-ball", 40),
 }
 
 

@@ -36,6 +36,7 @@ MEASURED = {
                "translates", "stopped"},
     "extremes": {"fine", "coarse"},
     "savings": {"times"},
+    "contact": {"stepped", "located", "late", "order", "time_error", "form"},
 }  # fmt: skip
 
 

@@ -1,0 +1,47 @@
+"""What must hold of steps under contact: cones, energy, momentum, times of impacts."""
+
+from ..core.options import Option, refuse
+from ..core.study import Study
+
+#: steps with a fault in them, each of which breaks one of the laws
+STICKS, WRONG_SIGN, MISSED = "contact that sticks", "friction of the wrong sign", "missed impact"
+
+
+def _control(text: str) -> str:
+    names = (STICKS, WRONG_SIGN, MISSED)
+    if text not in names:
+        refuse(f'there is no control "{text}": there are {", ".join(names)}.')
+    return text
+
+
+CONTROL = Option(
+    "--control",
+    "only this control (a contact that must be caught)",
+    "NAME",
+    _control,
+    repeated=True,
+)
+
+STUDY = Study(
+    name="contact",
+    package=__name__,
+    place=3.6,
+    title="Contact",
+    summary="contact with friction: cones, energy, momentum, times of impacts",
+    measured=(
+        "penetration, signs, complementarity, Coulomb's cone, energy and momentum over impacts, "
+        "times of impacts, Ω between and across elastic ones; stepped and located"
+    ),
+    judged=(
+        "round-off; times of impacts of order 1 and of the rule; a contact that sticks, friction "
+        "of the wrong sign and a missed impact must be caught"
+    ),
+    about=(
+        "A scene with contact is run twice, with impacts at the ends of steps and located inside "
+        "them. Nothing may penetrate or pull, friction stays in its cone and against the slip, no "
+        "impact adds energy, and the momentum changes by the impulses that are reported. It can "
+        "mislead: all of this holds of a motion that is late by a step, or, after many impacts of "
+        "a chaotic scene, elsewhere altogether; only the time of the first impacts is compared."
+    ),
+    options=(CONTROL,),
+)

@@ -1,0 +1,58 @@
+"""Faulty contacts, which the study has to catch: each breaks one of the laws of a step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.contact import Gaps
+from discmech.integrators.flows import ContactFlow
+
+from . import MISSED, STICKS, WRONG_SIGN
+
+#: the scene that each control is run on, and with what values
+CONTROLS: dict[str, tuple[str, dict[str, Any]]] = {
+    STICKS: ("beads", {"restitution": 0}),
+    WRONG_SIGN: ("sliding-block", {}),
+    MISSED: ("bouncing-ball", {}),
+}
+
+
+class Sticking(Gaps):
+    """Closed gaps stay closed, by impulses of either sign."""
+
+    def impulses(
+        self, W: np.ndarray, U0: np.ndarray, cones: Sequence[Any], start: np.ndarray
+    ) -> np.ndarray:
+        return self.numbers.solve(W, -U0)
+
+
+class PushingOn(Gaps):
+    """Friction along the slip, of its full size."""
+
+    against = -1
+
+    def impulses(
+        self, W: np.ndarray, U0: np.ndarray, cones: Sequence[Any], start: np.ndarray
+    ) -> np.ndarray:
+        P = super().impulses(W, U0, cones, start)
+        for cone in cones:
+            P[cone.tangent] = -P[cone.tangent]
+        return P
+
+
+class Overlooking(Gaps):
+    """No gap is ever seen to close."""
+
+    def phi(self, rows: np.ndarray) -> np.ndarray:
+        return super().phi(rows) * 0 + 1
+
+
+def flow_with(control: str, scheme: Any, step: Any, digits: int) -> ContactFlow:
+    """The flow of a scheme with a faulty contact."""
+    flow = ContactFlow(scheme, step, digits, "refuse", scheme.flow_substeps)
+    kinds = {STICKS: Sticking, WRONG_SIGN: PushingOn, MISSED: Overlooking}
+    flow.gaps_kind = kinds[control]
+    return flow

@@ -1,0 +1,146 @@
+"""The laws of contact as numbers, of the rows and impacts of a run: each is 0 but for round-off.
+
+Gaps, slopes and velocities are evaluated anew, to twice the digits; no step has a part in them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.contact import Gaps
+from discmech.integrators.flows import ContactTrajectory
+from discmech.integrators.numbers import arithmetic
+
+MANY = 64  # impacts of a step from which on a rebound may be left out (`contact_step.ZENO`)
+
+
+def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float]:
+    """Of a run: how far it is from each law, relative to the largest number of its kind.
+
+    penetration: −φ, of the largest coordinate. pull: −P_n. complementarity: P_n φ, at impacts, and
+    of gaps that are open at both ends of a step. cone: ‖P_t‖ − κ P_n. slip: 1 − the part of the
+    full friction κ P_n that is against the slip, over steps that slip from end to end (0; 1 without
+    friction, 2 along the slip). impact_energy: what an impact adds. jump: μ⁺ − μ⁻ less the
+    impulses. restitution: P_n |U⁺ + e U⁻| of the normal velocities.
+    """
+    numbers = arithmetic(2 * digits)
+    with numbers.working():
+        found = _Run(scheme, run, numbers).defects()
+    return {name: float(value) for name, value in found.items()}
+
+
+def energies(scheme: Any, run: ContactTrajectory, digits: int) -> tuple[np.ndarray, float]:
+    """H of the rows, and the largest sum of its terms' sizes, |H| + |μ·ξ|."""
+    numbers = arithmetic(2 * digits)
+    with numbers.working():
+        gaps = Gaps(scheme.equations.s, scheme.scene, numbers)
+        states = _Run(scheme, run, numbers, gaps).states
+        H = [gaps.energy(x, xi, mu) for x, xi, mu in states]
+        size = max(abs(e) + abs(mu @ xi) for e, (_, xi, mu) in zip(H, states, strict=True))
+        first = H[0]
+        return np.array([float(e - first) for e in H]), float(size)
+
+
+class _Run:
+    """A run in numbers of more digits."""
+
+    def __init__(self, scheme: Any, run: ContactTrajectory, numbers: Any, gaps: Any = None) -> None:
+        self.gaps = gaps or Gaps(scheme.equations.s, scheme.scene, numbers)
+        self.run, self.numbers = run, numbers
+        self.e = numbers.number(scheme.scene.restitution)
+        clock = run.base.shape[1] - run.x.shape[1]
+        self.states = [self._state(x, mu) for x, mu in zip(run.base, run.mu, strict=True)]
+        jumps = run.impacts
+        at = [[*x, *([t] if clock else [])] for x, t in zip(jumps.x, jumps.t, strict=True)]
+        self.impacts = [
+            (self._state(x, before), self._state(x, after), self._array(P))
+            for x, before, after, P in zip(
+                at, jumps.before, jumps.after, jumps.impulses, strict=True)
+        ]  # fmt: skip
+        self.steps = [int(t // float(run.step)) for t in jumps.t]
+
+    def _array(self, values: Any) -> np.ndarray:
+        entries = np.asarray(values, dtype=object)
+        return self.numbers.array([self.numbers.number(e) for e in entries.ravel()], *entries.shape)
+
+    def _state(self, x: Any, mu: Any) -> tuple[Any, Any, Any]:
+        x, mu = self._array(x), self._array(mu)
+        return x, self.gaps.velocity(x, mu, mu), mu
+
+    def defects(self) -> dict[str, Any]:
+        """As `laws.defects`."""
+        places = [self.gaps.at(x) for x, _, _ in self.states]
+        phi = np.array([place.phi for place in places])
+        P = self._array(self.run.impulses)
+        widest = max(abs(e) for x, _, _ in self.states for e in x) or 1
+        hardest = max((abs(e) for e in P.flat), default=0) or 1
+        found = dict.fromkeys(("complementarity", "cone", "slip", "impact_energy", "jump",
+                               "restitution"), 0 * widest)  # fmt: skip
+        found["penetration"] = max(-phi.min(), 0) / widest
+        found["pull"] = max(-P[:, :, 0].min(), 0) / hardest
+        struck = {k for step in self.steps for k in (step - 1, step, step + 1)}
+        for k in range(len(P) - 1):
+            for i in range(self.gaps.count):
+                if k in struck:
+                    continue
+                open_by = min(phi[k, i], phi[k + 1, i]) / widest
+                self._most(found, "complementarity", P[k, i, 0] * open_by / hardest)
+                self._friction(found, k, i, places[k], places[k + 1], P[k, i], hardest)
+        self._at_impacts(found, widest, hardest)
+        return found
+
+    @staticmethod
+    def _most(found: dict[str, Any], name: str, value: Any) -> None:
+        found[name] = max(found[name], value)
+
+    def _friction(
+        self, found: dict[str, Any], k: int, i: int, here: Any, there: Any, P: Any, hardest: Any
+    ) -> None:
+        kappa = self.gaps.friction[i] * here.scale[i]
+        if not kappa > 0:
+            return
+        length = sum(e * e for e in P[1:]) ** 0.5
+        self._most(found, "cone", (length - kappa * P[0]) / hardest)
+        slips = [place.slip[i] @ self.states[j][1] for j, place in ((k, here), (k + 1, there))]
+        moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])]
+        push = push if here.bases[i] is None else push @ here.bases[i]
+        way, full = sum(e * e for e in moved) ** 0.5, kappa * P[0]
+        slipping = all(slip @ moved > 1e-3 * abs(moved).max() ** 2 for slip in slips)
+        if slipping and full > 1e-9 * hardest:
+            self._most(found, "slip", 1 + (push @ moved) / (full * way))
+
+    def _at_impacts(self, found: dict[str, Any], widest: Any, hardest: Any) -> None:
+        gaps = self.gaps
+        many = {k for k in self.steps if self.steps.count(k) >= MANY}
+        for step, ((x, before_xi, before), (_, after_xi, after), P) in zip(
+            self.steps, self.impacts, strict=True
+        ):
+            place = gaps.at(x)
+            strong = max(abs(e) for e in P.flat)
+            made = P[:, 0] @ place.normal
+            for i in range(gaps.count):
+                self._most(
+                    found, "complementarity", P[i, 0] * abs(place.phi[i]) / (strong * widest)
+                )
+                if gaps.friction[i] > 0:
+                    count = len(place.where[i])
+                    push = P[i, 1 : 1 + count]
+                    push = push if place.bases[i] is None else push @ place.bases[i]
+                    made = made + push @ place.slip[i]
+                    length = sum(e * e for e in push) ** 0.5
+                    bound = gaps.friction[i] * place.scale[i] * P[i, 0]
+                    self._most(found, "cone", (length - bound) / strong)
+            size = max(abs(before).max(), abs(after).max())
+            self._most(found, "jump", abs(after - before - made).max() / size)
+            gained = gaps.energy(x, after_xi, after) - gaps.energy(x, before_xi, before)
+            self._most(found, "impact_energy", gained / abs(before @ before_xi))
+            if step in many:
+                continue
+            rates = place.normal @ before_xi, place.normal @ after_xi
+            fastest = max(abs(e).max() for e in rates) or 1
+            pushing = np.flatnonzero(P[:, 0] > 1e-9 * strong)
+            for i in map(int, pushing):
+                gap = (rates[1][i] + self.e * rates[0][i]) / fastest
+                self._most(found, "restitution", abs(gap) * P[i, 0] / strong)

@@ -1,0 +1,98 @@
+"""The study of contact: it passes what is right, catches what is wrong, and says what it leaves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import sympy
+
+from discmech import BadInput, Scene, pair, scenes
+from discmech.integrators import rules
+from discmech.reference import ReferenceFailure, solution
+from discmech.studies import check, get
+from discmech.studies.contact import measuring
+from discmech.studies.contact.faults import CONTROLS
+from discmech.studies.core.case import Case, Choice
+from discmech.studies.core.running import run_case
+
+STUDY = get("contact")
+SPRING = Scene(
+    "spring-and-wall", pair(1), lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2, x0=[1], v0=[0],
+    contact=lambda x, p: [x[0] + sympy.Rational(1, 2)], restitution=1, step="0.1", duration=4,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+def test_faults_are_caught(control):
+    case = Case(
+        "contact", scenes.get(CONTROLS[control][0]), rules.get("midpoint"), 16, 120, control
+    )
+    found = run_case(STUDY, case)
+    assert found["verdict"] == "pass", found["reason"]
+    honest = {"contact that sticks": "pull", "friction of the wrong sign": "slip",
+              "missed impact": "penetration"}  # fmt: skip
+    broken = [k for k, v in found["measured"].items() if v > 1e-3]
+    assert broken == [honest[control]]
+
+
+def test_a_rule_of_order_two_keeps_the_form_across_an_impact_to_that_order():
+    found = run_case(STUDY, Case("contact", SPRING, rules.get("midpoint"), 16, 40))
+    assert found["verdict"] == "pass", found["reason"]
+    coarse, fine = found["measured"]["form"]["across"]
+    assert coarse / fine > 2.5 and abs(found["measured"]["order"] - 2) < 0.4
+    assert 0 <= found["measured"]["late"] <= 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", scenes.CONTACT)
+def test_every_scene_with_contact_passes(scene):
+    found = check("contact", [scene], ["midpoint", "trapezoidal"])
+    assert found["verdict"] == "pass", [c["reason"] for c in found["cases"]]
+
+
+@pytest.mark.parametrize(
+    ("mode", "name", "value", "words"),
+    [
+        ("located", "penetration", 1e-6, "a gap is negative"),
+        ("stepped", "pull", 1e-6, "a contact pulls"),
+        ("located", "slip", 1.0, "friction is not against the slip"),
+        ("stepped", "rises", [1e-3, 1e-3], "does not vanish with the step"),
+        (None, "late", 1.5, "late by 1.5 steps"),
+        (None, "order", 1.0, "of order 1.00"),
+        (None, "form", {"free": 1e-6, "across": None}, "between impacts"),
+        (None, "form", {"free": 0.0, "across": [1e-3, 1e-3]}, "across an elastic impact"),
+    ],
+)  # fmt: skip
+def test_a_number_that_is_wrong_is_a_fail(mode, name, value, words):
+    case = Case("contact", SPRING, rules.get("midpoint"), 16, 40)
+    laws = dict.fromkeys(measuring.WORDS, 0.0)
+    good = {"stepped": {**laws, "rises": [0.0]}, "located": {**laws, "rises": [0.0]}, "late": 0.5,
+            "order": 2.0, "form": {"free": 0.0, "across": None}}  # fmt: skip
+    assert measuring.judge(case, {"measured": good}).verdict == "pass"
+    bad = good | ({name: value} if mode is None else {mode: {**good[mode], name: value}})
+    verdict = measuring.judge(case, {"measured": bad})
+    assert verdict.verdict == "fail" and words in verdict.reason
+
+
+def test_other_studies_and_references_leave_contact_alone(ask):
+    for study in ("order", "symplecticity", "momentum", "energy", "stability", "extremes"):
+        with pytest.raises(BadInput, match="judged by `discmech contact`"):
+            check(study, ["bouncing-ball"], ["midpoint"], [16], 20)
+    found = check("energy", ["bouncing-ball", "harmonic"], ["midpoint"], [16], 200)
+    assert [c["scene"] for c in found["cases"]] == ["harmonic"]
+    assert any("judged by `discmech contact`" in note for note in found["notes"])
+    with pytest.raises(ReferenceFailure, match="has contact"):
+        solution("bouncing-ball", 1)
+    code, out, err = ask("verify", "midpoint", "--scene", "bouncing-ball", "--steps", "40")
+    assert code in (0, 2) and "Traceback" not in out + err
+    with pytest.raises(BadInput, match="scene with contact"):
+        check("contact", ["harmonic"], ["midpoint"])
+
+
+def test_controls_by_name():
+    asked = Choice(own=(("control", ("missed impact",)),))
+    (case,) = STUDY.cases(asked)
+    assert (case.scene.name, case.control) == ("bouncing-ball", "missed impact")
+    with pytest.raises(BadInput, match="bouncing-ball"):
+        STUDY.cases(replace(asked, scenes=(scenes.get("beads"),)))
