@@ -8,8 +8,14 @@ STUDY = Study(
     place=3,
     title="Energy",
     summary="energy band and secular slope over 10⁶ steps",
-    measured="band and secular slope over 10⁶ steps",
-    judged="the slope explains at most a tenth of the band",
+    measured=(
+        "band and secular slope over 10⁶ steps; under a force or explicit time the balance with "
+        "their work"
+    ),
+    judged=(
+        "the slope explains at most a tenth of the band; the balance sinks with the step; "
+        "nonholonomic: measured only"
+    ),
     about=(
         "No variational integrator with a fixed step keeps the energy, but its error stays in a "
         "band and does not drift. The band is the size of that oscillation, the slope is its "

@@ -8,7 +8,10 @@ STUDY = Study(
     place=2,
     title="Momentum maps",
     summary="momentum maps and Casimirs over 10⁶ steps",
-    measured="every declared momentum map and Casimir over 10⁶ steps",
+    measured=(
+        "every declared momentum map and Casimir over 10⁶ steps; what a force changes against its "
+        "discrete work"
+    ),
     judged="≤ c·ε·√N of each quantity, relative to the sum of absolute terms",
     about=(
         "Every symmetry that a scene declares has a momentum map, and a Casimir where there is "

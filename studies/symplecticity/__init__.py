@@ -11,11 +11,14 @@ STUDY = Study(
     summary="pullback of Ω and Poisson form, with controls",
     measured=(
         "pullback of Ω under the prolongation of Ψ, and the Poisson form on the dual, at many "
-        "points, also at the largest stable step"
+        "points, also at the largest stable step; under a force the change of Ω and of phase "
+        "volume, under constraints the form on what they leave"
     ),
     judged=(
-        "≤ 1e-13, at 50 digits ≤ 1e-45, in any units; steps within their round-off; "
-        "Runge–Kutta, a damped residual and a flipped bracket must be caught"
+        "≤ 1e-13, at 50 digits ≤ 1e-45, in any units; under a force Ω changes by the differential "
+        "of its work, under a nonholonomic constraint no form is demanded; steps and constraints "
+        "within their round-off; Runge–Kutta, a damped residual and a flipped bracket must be "
+        "caught"
     ),
     about=(
         "At many points of a trajectory the exact derivative of one step is tested twice: the "
