@@ -23,6 +23,7 @@ from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
 from .hamilton_field import field_parts
 from .legendre_inverse import legendre_inverse
+from .nonsmooth import blamed
 from .one_step_equations import OneStepEquations
 from .stage_equations import no_stages, stage_system
 from .symbols import SceneSymbols, vector
@@ -31,7 +32,7 @@ from .virtual_work import discrete_force, force_points
 
 __all__ = [
     "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
-    "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "check_momentum",
+    "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "blamed", "check_momentum",
     "check_on_constraints", "check_regular", "check_start", "closed_velocity", "constraint",
     "constraint_matrix", "discrete_force", "energy", "energy_terms", "field_parts", "force_points",
     "initial_momentum", "legendre_inverse", "mass_matrix", "momentum", "natural_structure",

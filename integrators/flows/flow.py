@@ -11,7 +11,7 @@ import numpy as np
 
 from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
 from ..compiler import Kernels, KernelsAtStep, StagesAtStep, System, compile
-from ..equations import DiscretisedScene, step_system
+from ..equations import DiscretisedScene, blamed, step_system
 from ..errors import BadInput
 from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
@@ -265,7 +265,8 @@ class Flow:
 
     @cached_property
     def _kernels(self) -> Kernels:
-        return compile(self.system, self.numbers, self.without)
+        with blamed(self.scheme):
+            return compile(self.system, self.numbers, self.without)
 
     @cached_property
     def machine(self) -> KernelsAtStep:

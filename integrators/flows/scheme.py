@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from ..contact import check_gaps
-from ..equations import DiscretisedScene
+from ..equations import DiscretisedScene, blamed
 from ..errors import BadInput
 from ..geometry import is_self_adjoint
 from ..lattices import Lattice, LatticeScheme
@@ -54,7 +54,8 @@ class Scheme(DiscretisedScene):
         """Whether Φ₋ₕ is the inverse of Φₕ, derived from the Legendre maps, or the map itself."""
         if isinstance(self.rule, Composition):
             return True  # a palindrome of self-adjoint steps, or of Φ* and Φ in turn
-        return is_self_adjoint(self.equations)
+        with blamed(self):
+            return is_self_adjoint(self.equations)
 
     @cached_property
     def base(self) -> Scheme:

@@ -5,7 +5,7 @@ Importing this package loads neither sympy nor gmpy2.
 
 from __future__ import annotations
 
-from .arithmetic import MOST_DIGITS, Arithmetic, Double, Multiple, arithmetic
+from .arithmetic import MOST_DIGITS, Arithmetic, Double, Multiple, NotSmooth, arithmetic
 from .definitions import (
     Definition,
     Function,
@@ -59,7 +59,7 @@ from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
     "MOST_DIGITS", "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function",
-    "InArithmetic", "LazyModule", "Letters", "Matrix", "Multiple", "Number", "Numbers",
+    "InArithmetic", "LazyModule", "Letters", "Matrix", "Multiple", "NotSmooth", "Number", "Numbers",
     "Parameters", "Together", "Tracked", "Vector", "arithmetic", "as_one_number", "code", "collect",
     "entry", "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices",
     "exact_nested", "exact_rational", "exact_vector", "first_violation", "flatten", "floats_exact",

@@ -32,11 +32,15 @@ FUNCTIONS = {
 }  # fmt: skip
 
 
+class NotSmooth(BadInput):
+    """An expression is the derivative of one that has none everywhere."""
+
+
 def refused(e: Expression) -> BadInput:
     """The error for an expression that no arithmetic has, which it names by its function."""
     name = type(e).__name__
     if name in ("sign", "Heaviside", "DiracDelta"):
-        return BadInput(
+        return NotSmooth(
             "the derivative of Abs (of Max, Min, a step) cannot be put into a kernel: write the "
             "Lagrangian, or the rule, without Abs and the like (the root of a square is one too)."
         )

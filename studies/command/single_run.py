@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from discmech.integrators.equations import DiscretisedScene
     from discmech.integrators.flows import Flow, Trajectory
 
-RESOLVED = 0.1  # energy error, of the energy's terms, beyond which a run shows another motion
-
 
 def add_to(commands: Any) -> None:
     """Declare the subcommand."""
@@ -92,6 +90,8 @@ def run_scene(options: argparse.Namespace) -> int:
         _print_run(found)
     if failure is not None:
         raise failure
+    from ..report.wording import RESOLVED
+
     if off is not None and not off <= RESOLVED:
         told = f"is off by {off:.2g} of its terms" if isfinite(off) else "is no number any more"
         print(

@@ -8,8 +8,17 @@ from typing import Any
 from ..report import plot_drift
 from ..report.grouping import as_above, by_scene, precisions
 from ..report.palette import Mark
-from ..report.view import Sketch, Titles, View, measured_column
-from ..report.wording import NONE, Case, mapping, number, pairs, plus_minus, scientific
+from ..report.view import Sketch, Titles, View
+from ..report.wording import (
+    NONE,
+    RESOLVED,
+    Case,
+    mapping,
+    number,
+    pairs,
+    plus_minus,
+    scientific,
+)
 
 ENERGY = (
     "Relative energy error against time: one strip a rule, each from its own smallest to its own "
@@ -33,15 +42,22 @@ def _edges(measured: dict[str, Any]) -> str:
     return ", ".join(map(scientific, measured.get("edge_slopes") or ())) or NONE
 
 
+def _band(measured: dict[str, Any]) -> str:
+    """The band. A verdict is on drift alone: one that resolves nothing is called so beside it."""
+    band = number(measured.get("band"))
+    wide = band is not None and band > RESOLVED and "balance_order" not in measured
+    return scientific(band) + (", unresolved" if wide else "")
+
+
 def _slope(measured: dict[str, Any]) -> str:
     return plus_minus(measured.get("slope"), measured.get("slope_interval"))
 
 
 def _got(measured: dict[str, Any]) -> str:
-    band = scientific(measured.get("band"))
     if "balance_order" in measured:
+        band = scientific(measured.get("band"))
         return f"energy less work: {band}, order {measured['balance_order']:.2f}"
-    return f"band {band}, slope {_slope(measured)}, of the edges {_edges(measured)}"
+    return f"band {_band(measured)}, slope {_slope(measured)}, of the edges {_edges(measured)}"
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
@@ -59,11 +75,11 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 VIEW = View(
     columns=[
-        measured_column("band"),
+        ("Band", lambda case: _band(mapping(case, "measured"))),
         ("Slope", lambda case: _slope(mapping(case, "measured"))),
         ("Slopes of the edges", lambda case: _edges(mapping(case, "measured"))),
     ],
     got=_got, wanted=_wanted,
-    short=lambda measured: f"band {scientific(measured.get('band'))}",
+    short=lambda measured: f"band {_band(measured)}",
     sketches=_sketches, compared=lambda case: {"band": case["measured"].get("band")},
 )  # fmt: skip

@@ -41,6 +41,17 @@ def cases(choice: Choice) -> list[Case]:
     ]  # fmt: skip
 
 
+def notes(choice: Choice) -> list[str]:
+    """Which rules double precision leaves out."""
+    high = [r.name for r in choice.rules if (r.order or 0) > HIGHEST_IN_DOUBLE]
+    if choice.digits or not high:
+        return []
+    return [
+        f"{', '.join(high)}: above order {HIGHEST_IN_DOUBLE} 16 digits are left out, since "
+        "round-off is met after two or three halvings; --digits 16 asks for them."
+    ]
+
+
 def ladder(case: Case) -> tuple[Fraction, int]:
     """(final time T, steps of the coarsest run); each further run has twice the steps.
 

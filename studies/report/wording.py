@@ -11,6 +11,7 @@ Result = dict[str, Any]
 
 VERDICTS = ("fail", "inconclusive", "pass")  # the order in which they are shown
 NONE = "—"
+RESOLVED = 0.1  # energy error, of the energy's terms, beyond which a run shows another motion
 #: the retraction of groupoids that are given none, which names leave out
 USUAL_RETRACTION = "cayley"
 #: the momentum before and after a step under constraints

@@ -1,0 +1,66 @@
+"""What a user meets in passing: where a root stands, what was left out, names of one rule."""
+
+from __future__ import annotations
+
+import pytest
+
+from discmech.studies import get
+from discmech.studies.core.case import Choice
+from discmech.studies.core.lookup import rules
+from discmech.studies.report import tables
+
+ROUGH = """
+import sympy
+from discmech import Scene, discretisation, pair
+
+
+@discretisation(order=2)
+def rooted(L, G, x, u, h):
+    size = sympy.sqrt(u[0] ** 2)
+    return h * L(G.target(x, u, h / 2), u) + h**3 * size
+
+
+named = discretisation(order=2, name="by-its-name")(
+    lambda L, G, x, u, h: h * L(G.target(x, u, h / 2), u)
+)
+bump = Scene(name="bump", groupoid=pair(1), x0=["1"], v0=["0"], duration=1,
+             lagrangian=lambda x, v, p: v[0]**2/2 - abs(x[0])**3)
+"""
+
+
+@pytest.fixture
+def rough(tmp_path):
+    file = tmp_path / "rough.py"
+    file.write_text(ROUGH, encoding="utf-8")
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        ("pendulum --rule {}:rooted", "rough.py, line 8: the rule rooted holds Abs"),
+        ("pendulum --rule suzuki:{}:rooted", "rough.py, line 8: the rule rooted holds Abs"),
+        ("{}:bump --rule midpoint", "rough.py, line 16: the Lagrangian of bump holds Abs"),
+    ],
+)
+def test_a_root_that_has_no_derivative_is_named_with_its_line(words, wanted, rough, ask):
+    code, _, said = ask("run", *words.format(rough).split())
+    assert code == 2 and wanted in said
+
+
+def test_a_rule_is_found_by_its_variable_and_by_its_name(rough):
+    found = {rules([f"{rough}:{word}"]) for word in ("named", "by-its-name", "by_its_name")}
+    assert len(found) == 1
+
+
+def test_the_order_study_says_which_rules_it_leaves_out_at_16_digits():
+    study, high = get("order"), rules(["midpoint", "gauss-3"])
+    assert study.notes(Choice(rules=high))[0].startswith(
+        "gauss-3: above order 4 16 digits are left"
+    )
+    assert not study.notes(Choice(rules=high, digits=(16,))) and not study.notes(Choice())
+
+
+def test_a_band_that_resolves_nothing_is_called_so():
+    for band, words in ((1.38, "band 1.38, unresolved"), (1e-3, "band 10⁻³")):
+        assert tables.short("energy", {"measured": {"band": band}}) == words
