@@ -20,7 +20,6 @@ include_patterns = ["docs/**.md", *(f"{page}.md" for page in (
 exclude_patterns = ["docs/_build", ".venv"]
 nitpicky = True
 
-myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"

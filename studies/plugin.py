@@ -49,6 +49,7 @@ order = _fixture("assert_order", "(rule, scene, order): the measured order is th
 converges = _fixture("assert_converges", "(rule, scene): errors sink with the step.")
 symplectic = _fixture("assert_symplectic", "(rule, scene): Ω and the bracket are kept.")
 momentum = _fixture("assert_momentum", "(rule, scene): what the scene says is kept, is.")
+energy = _fixture("assert_energy", "(rule, scene): the energy stays in a band, without a slope.")
 reversible = _fixture("assert_reversible", "(rule, scene): a step back undoes a step.")
 
 

@@ -72,6 +72,12 @@ def assert_momentum(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) 
     return _assert(get("momentum"), rule, scene, digits, **more)
 
 
+def assert_energy(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
+    """The energy stays in a band around its start, without a slope (under a force: its balance)."""
+    __tracebackhide__ = True
+    return _assert(get("energy"), rule, scene, digits, **more)
+
+
 def assert_reversible(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
     """The method is self-adjoint: a step back leads to the start, to round-off."""
     __tracebackhide__ = True

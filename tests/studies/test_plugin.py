@@ -13,6 +13,7 @@ from discmech.studies.user import assertions
 from discmech.studies.user.assertions import (
     Missed,
     assert_converges,
+    assert_energy,
     assert_momentum,
     assert_order,
     assert_reversible,
@@ -127,7 +128,7 @@ def test_the_entry_point_is_the_plugin():
     }
     plugin = importlib.import_module("discmech.studies.plugin")
     assert plugin.pytest_runtest_makereport
-    for name in ("order", "converges", "symplectic", "momentum", "reversible"):
+    for name in ("order", "converges", "symplectic", "momentum", "energy", "reversible"):
         assert getattr(plugin, name) and getattr(assertions, f"assert_{name}").__doc__
 
 
@@ -143,6 +144,13 @@ def test_what_is_not_self_adjoint_is_not_reversible():
         assert_reversible(lopsided, "kepler", digits=30)
     assert caught.value.picture.read_bytes().startswith(b"\x89PNG")
     assert_reversible("triple-jump:midpoint", "kepler", digits=30)
+
+
+@pytest.mark.slow
+def test_an_energy_that_drifts_is_missed():
+    assert_energy("midpoint", "harmonic", steps=1000)
+    with pytest.raises(Missed, match=r"(?s)energy: fail: .*next: mend the rule"):
+        assert_energy("explicit-euler", "harmonic", steps=1000)
 
 
 def test_a_momentum_that_drifts_is_missed():
