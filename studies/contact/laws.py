@@ -15,6 +15,9 @@ from discmech.integrators.numbers import arithmetic
 
 MANY = 64  # impacts of a step from which on a rebound may be left out (`contact_step.ZENO`)
 
+#: of the largest coordinate, the way of a step below which a contact sticks: round-off moves it too
+SLOW = 1e-10
+
 
 def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float]:
     """Of a run: how far it is from each law, relative to the largest number of its kind.
@@ -87,7 +90,7 @@ class _Run:
                     continue
                 open_by = min(phi[k, i], phi[k + 1, i]) / widest
                 self._most(found, "complementarity", P[k, i, 0] * open_by / hardest)
-                self._friction(found, k, i, places[k], places[k + 1], P[k, i], hardest)
+                self._friction(found, k, i, places[k], places[k + 1], P[k, i], hardest, widest)
         self._at_impacts(found, widest, hardest)
         return found
 
@@ -96,8 +99,9 @@ class _Run:
         found[name] = max(found[name], value)
 
     def _friction(
-        self, found: dict[str, Any], k: int, i: int, here: Any, there: Any, P: Any, hardest: Any
-    ) -> None:
+        self, found: dict[str, Any], k: int, i: int, here: Any, there: Any, P: Any, hardest: Any,
+        widest: Any,
+    ) -> None:  # fmt: skip
         kappa = self.gaps.friction[i] * here.scale[i]
         if not kappa > 0:
             return
@@ -107,7 +111,7 @@ class _Run:
         moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])]
         push = push if here.bases[i] is None else push @ here.bases[i]
         way, full = sum(e * e for e in moved) ** 0.5, kappa * P[0]
-        slipping = all(slip @ moved > 1e-3 * abs(moved).max() ** 2 for slip in slips)
+        slipping = way > SLOW * widest and all(slip @ moved > 0 for slip in slips)
         if slipping and full > 1e-9 * hardest:
             self._most(found, "slip", 1 + (push @ moved) / (full * way))
 

@@ -181,6 +181,8 @@ def _check_applies(study: Study, case: Case) -> None:
     except BadInput as error:
         raise BadInput(str(error)) from None
     if not applies:
+        if said := chosen.in_contact():
+            raise NotApplicable(" ".join(said))
         raise NotApplicable(
             f"{study.name} says nothing of {case.scene.name} with {case.rule.name}: {study.needs}"
         )

@@ -92,7 +92,8 @@ def verify(
     held = [study for study in asked if list(study.cases(choice))]
     if not held:
         needs = "; ".join(f"{study.name}: {study.needs.rstrip('.')}" for study in asked)
-        said = choice.unheeded() or [f"no study applies to what was chosen ({needs})."]
+        nothing = f"no study applies to what was chosen ({needs})."
+        said = choice.unheeded() or choice.in_contact() or [nothing]
         raise BadInput(" ".join(said))
     results, schemes = run_studies(
         held, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
