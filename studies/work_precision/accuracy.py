@@ -49,6 +49,8 @@ class Yardstick:
     def __init__(self, problem: Problem, equations: Any) -> None:
         self.problem, self.n = problem, len(problem.scheme.x)
         s = problem.scheme.s
+        #: where (x, μ) stand in a state: all of it but the time
+        self.places = [i for i in range(self.n + len(s.mu)) if not s.clocked or i != self.n - 1]
         self.reference: np.ndarray | None = None
         self.floors: dict[str, float] = {}
         if problem.checkpoints:
@@ -59,7 +61,7 @@ class Yardstick:
             q for q in problem.scene.symmetries if q.to_roundoff and not (q.attitude or q.of_step)
         ]
         self.momenta = [
-            with_terms(problem.scheme, q.formula(s.x, s.mu, s.parameters), 16) for q in kept
+            with_terms(problem.scheme, q.formula(s.position, s.mu, s.parameters), 16) for q in kept
         ]
         for name in ("energy", "momentum") if kept else ("energy",):
             self.floors |= {name: UNIT, f"{name}-max": UNIT}
@@ -72,7 +74,8 @@ class Yardstick:
         """
         found: dict[str, float] = {}
         if self.reference is not None and len(states.checkpoints):
-            found |= self._against_reference(states.checkpoints - self.reference)
+            gap = states.checkpoints[:, self.places] - self.reference
+            found |= self._against_reference(gap)
         path = _Path(states.path[:, 0], states.path[:, : self.n], states.path[:, self.n :])
         with np.errstate(all="ignore"):
             drifts = [("energy", relative_drifts(self.energy(path), 16))]  # type: ignore[arg-type]
@@ -86,10 +89,10 @@ class Yardstick:
         return found
 
     def _against_reference(self, gap: np.ndarray) -> dict[str, float]:
-        """Metrics of (k, n+m) differences at the checkpoints."""
+        """Metrics of differences in (x, μ) at the checkpoints, a row each."""
         assert self.reference is not None
-        size = np.linalg.norm(self.reference, axis=1)
-        parts = {"": gap, "-mu": gap[:, self.n :]} | ({"-x": gap[:, : self.n]} if self.n else {})
+        size, n = np.linalg.norm(self.reference, axis=1), self.problem.scheme.s.n
+        parts = {"": gap, "-mu": gap[:, n:]} | ({"-x": gap[:, :n]} if n else {})
         found: dict[str, float] = {}
         for name, part in parts.items():
             errors = np.linalg.norm(part, axis=1) / size
@@ -116,7 +119,8 @@ class Yardstick:
             raise CannotMeasure(f"the variational equation was not solved: {found.message}")
         tangents = found.y[size:].T.reshape(-1, size, size)
         rounding = UNIT * np.abs(start)
-        floors = self._against_reference(np.linalg.norm(tangents * rounding, axis=2))
+        grown = np.linalg.norm(tangents * rounding, axis=2)
+        floors = self._against_reference(grown[:, self.places])
         # the result is rounded too
         return {name: max(value, UNIT) for name, value in floors.items()}
 

@@ -153,7 +153,7 @@ def characteristic_period(problem: Problem, equations: Equations) -> float:
     """
     scene = problem.scene
     run = problem.scheme.flow(scene.step / 4).trajectory(4 * scene.steps_for(scene.step))
-    states = np.hstack([run.x, run.mu])
+    states = np.hstack([run.base, run.mu])
     rates = np.array([equations.f(0.0, z) for z in states])
     spread, speed = states.var(axis=0), (rates**2).mean(axis=0)
     moving = spread > 1e-12 * (states**2).mean(axis=0)

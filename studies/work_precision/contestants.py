@@ -49,9 +49,9 @@ class Problem:
 
     @property
     def start(self) -> np.ndarray:
-        """(x₀, μ₀) in double precision, (n+m,)."""
+        """(x₀, μ₀) in double precision, (n+m,); where time enters it is the last entry of x."""
         run = self.scheme.flow(self.scene.step).trajectory(0)
-        return np.concatenate([run.x[0], run.mu[0]])
+        return np.concatenate([run.base[0], run.mu[0]])
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ class RuleRun:
         while inside % every:
             every += 1
         run = self.flow.trajectory(self.steps, every=every)
-        path = np.hstack([run.x, run.mu])
+        path = np.hstack([run.base, run.mu])
         corrections = round(run.newton_mean * (self.steps + 1))
         stride = inside // every
         return States(

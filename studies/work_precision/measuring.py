@@ -17,7 +17,7 @@ from ..core.lookup import word_for
 from . import STUDY
 
 NAME = "work-precision"
-NEEDS = "it needs a Lagrangian without constraints or time, and double precision."
+NEEDS = "it needs a Lagrangian without constraints, and double precision."
 DIGITS = (16,)
 BUDGET, LONG_BUDGET, THOROUGH = 0.12, 0.5, 50  # seconds of timing a method; times as much
 LONG = ("pendulum", "kepler", "heavy-top")  # scenes of the long race that the report has
@@ -117,7 +117,7 @@ def cases(choice: Choice) -> list[Case]:
         races += [
             Race(scene, rules, choice, also)
             for scene, rules in found.values()
-            if scene.force is None  # the energy is what counts there
+            if _keeps_energy(scene)  # which is what counts there
         ]
     elif choice.asked("periods") is None and not choice.scenes:
         races += [Race(*found[key], choice, PERIODS) for key in found if key[0] in LONG]
@@ -134,8 +134,12 @@ def chart_of(scene: Scene) -> tuple[str, str | None]:
 
 
 def _without_peers(scene: Scene) -> bool:
-    """Whether ẋ, μ̇ are no functions of (x, μ) alone, which is what the peers integrate."""
-    return scene.clocked or scene.constrained
+    """Whether ẋ, μ̇ are no functions of (x, t, μ), which is what the peers integrate."""
+    return scene.constrained
+
+
+def _keeps_energy(scene: Scene) -> bool:
+    return scene.force is None and not scene.timed
 
 
 def notes(choice: Choice) -> list[str]:
@@ -146,8 +150,8 @@ def notes(choice: Choice) -> list[str]:
     left_out = [name for name in present if name in SYMBOLIC and name not in SPLIT]
     return [
         *absent,
-        *(f"{scene.name} is left out: other people's integrators follow neither constraints nor a "
-          "time, and a race without them says little."
+        *(f"{scene.name} is left out: other people's integrators follow no constraints, and a race "
+          "without them says little."
           for scene in choice.scenes if _without_peers(scene)),
         *(f"{name} does not take part in {scene.name}: ξ(x, μ) has no short closed form."
           for scene in choice.scenes for name in left_out if name not in on(scene, left_out)),

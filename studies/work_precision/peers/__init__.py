@@ -72,8 +72,8 @@ def _is_closed(scene: Scene) -> bool:
 
 @lru_cache(maxsize=64)
 def _splits(scene: Scene) -> bool:
-    """Whether L = T(v) − V(x) on a pair groupoid."""
-    if scene.groupoid.kind != "pair":
+    """Whether L = T(v) − V(x) on a pair groupoid, without forces or time."""
+    if scene.groupoid.kind != "pair" or scene.force is not None or scene.clocked:
         return False
     s = SceneSymbols(scene)
     return all(s.lagrangian.diff(v).diff(x) == 0 for v in s.u for x in s.x)

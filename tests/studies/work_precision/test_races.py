@@ -165,3 +165,24 @@ def test_a_run_that_fails_is_a_row_with_its_cause():
 
 def test_the_study_needs_double_precision():
     assert get("work-precision").cases(choice("pendulum", digits=(50,))) == []
+
+
+def test_a_scene_with_time_is_raced_and_its_time_is_no_error():
+    """Duffing's drive: peers and rules come to the truth, and from another time they do not."""
+    problem, equations = race_on(scenes.get("duffing"))
+    yardstick = Yardstick(problem, equations)
+    peer = peers.peer("DOP853", problem, equations)
+    found = yardstick.errors(peer.prepare(1e-12).states())
+    assert found["error"] < 1e-9
+    assert found["error"] ** 2 == pytest.approx(found["error-x"] ** 2 + found["error-mu"] ** 2)
+    own = yardstick.errors(RuleContestant(problem, BUILT_IN["midpoint"]).prepare(4096).states())
+    assert own["error"] < 1e-3
+    peer.start = peer.start + np.array([0, 0.5, 0])  # the time is the last entry of x
+    assert yardstick.errors(peer.prepare(1e-12).states())["error"] > 1e-2
+
+
+def test_constraints_are_left_out_with_a_sentence():
+    study = get("work-precision")
+    assert not study.cases(choice("suslov")) and study.cases(choice("duffing"))
+    assert any("follow no constraints" in note for note in study.notes(choice("suslov")))
+    assert not any("left out" in note for note in study.notes(choice("duffing")))
