@@ -63,7 +63,7 @@ _REMEDIES = (
      "write it with sympy functions, such as sympy.cos in place of math.cos"),
     ("truth value", "symbols answer no if, sign or maximum: write one smooth formula"),
     ("SimpleNamespace.* not subscriptable", "the parameters are p, and one of them is p.name"),
-    ("[Ii]ndex.* out of range", "fix it: entries are counted from 0 to the groupoid's dimension"),
+    ("[Ii]ndex.* out of range", "fix it: of n entries the last is number n - 1"),
     ("positional argument", "give every function its arguments, no more and no fewer"),
     ("and 'list'", "s is a list of columns, s[0] the first"),
 )  # fmt: skip
