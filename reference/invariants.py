@@ -92,8 +92,8 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
     for quantity in getattr(scene, "symmetries", ()):
         if quantity.attitude and not size:
             continue
-        if getattr(quantity, "of_step", False):
-            continue  # of a method: no motion keeps it
+        if getattr(quantity, "of_step", False) or quantity.kind == "nonholonomic momentum":
+            continue  # of a method, or with an equation of its own: no motion keeps it
         base = (
             sympy.Matrix(size, size, states[equations.block("attitude")])
             if quantity.attitude

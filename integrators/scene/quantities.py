@@ -20,12 +20,15 @@ class Conserved:
     With `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
     quantity is a constraint: the start must have exactly this value (|Γ|² = 1). With `stretch` it
     is compared over so many steps at a time, the attitude starting anew at e: an attitude that
-    grows exponentially (SL(2)) loses its digits over a whole run.
+    grows exponentially (SL(2)) loses its digits over a whole run. Of a "nonholonomic momentum"
+    ⟨μ, ξ(x)⟩, A(x) ξ(x) = 0, a step's change is known, and no drift is expected to be 0.
     """
 
     name: str
     formula: Callable[..., Any]
-    kind: Literal["momentum map", "Casimir", "first integral"] = "momentum map"
+    kind: Literal["momentum map", "Casimir", "first integral", "nonholonomic momentum"] = (
+        "momentum map"
+    )
     attitude: bool = False
     value: Any = None
     stretch: int | None = None
@@ -44,7 +47,7 @@ class Conserved:
 
     @property
     def to_roundoff(self) -> bool:
-        """Whether a variational integrator keeps it to round-off."""
+        """Whether a variational integrator keeps it, or obeys its equation, to round-off."""
         return self.kind != "first integral"
 
 

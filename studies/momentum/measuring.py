@@ -29,6 +29,7 @@ from discmech.integrators.scene import Conserved, Scene
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.runs import bins, interval, long_run, relative_drifts, with_terms
+from . import section
 
 NAME = "momentum"
 NEEDS = (
@@ -64,7 +65,10 @@ def _kept(case: Case) -> list[Conserved]:
 
 
 def _worked(case: Case, q: Conserved) -> bool:
-    """Whether the scene's force does work on a quantity: ∂J/∂μ·f is not zero everywhere."""
+    """Whether a quantity has a change to be held against: its own equation, or a force's work, so
+    that ∂J/∂μ·f is not zero everywhere."""
+    if q.kind == section.KIND:
+        return True
     return case.scene.force is not None and _moved(_scheme(case, q.attitude), q)
 
 
@@ -129,7 +133,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 def _less_work(case: Case, q: Conserved, steps: int) -> tuple[np.ndarray, tuple[float, float]]:
     """Per step: how far a quantity's change is from what the force does to it, relative to the
-    absolute terms (`_change` and `_change_along_orbit`). And what round-off does (`round_offs`).
+    absolute terms (`_change`, `_change_along_orbit`; of a nonholonomic momentum from its equation,
+    `section`). And what round-off does (`round_offs`).
     """
     scheme = _scheme(case, q.attitude)
     flow = scheme.flow(case.scene.step, case.digits)
@@ -139,10 +144,15 @@ def _less_work(case: Case, q: Conserved, steps: int) -> tuple[np.ndarray, tuple[
     units = round_offs(scheme, formula, run, rows_of(run)[1], case.digits)
     slope = formula.jacobian(list(scheme.s.mu))
     linear = not slope.free_symbols & {*scheme.s.mu}
+    if by_equation := q.kind == section.KIND:
+        section.check(scheme, q, slope)
     with flow.numbers.working():
-        gap, scale = _change(flow, run, rows_of, slope) if linear else _change_along_orbit(
-            flow, run, rows_of
-        )  # fmt: skip
+        if by_equation:
+            gap, scale = section.change(flow, run, rows_of, slope)
+        elif linear:
+            gap, scale = _change(flow, run, rows_of, slope)
+        else:
+            gap, scale = _change_along_orbit(flow, run, rows_of)
         gaps, scales = np.abs(gap).max(axis=1), scale.max(axis=1)
         found = (float(g / s) if g else 0.0 for g, s in zip(gaps, scales, strict=True))
         return np.array([0.0, *found]), units

@@ -3,7 +3,7 @@
 import pytest
 import sympy
 
-from discmech.integrators import scenes
+from discmech.integrators import Conserved, scenes
 from discmech.integrators.equations import constrained_equations
 from tests.studies.cached_results import measured
 
@@ -43,3 +43,52 @@ def test_rows_beside_the_constraint_are_caught(name, wrong, monkeypatch):
     found = found_with(name, monkeypatch, wrong)
     assert found["verdict"] == "fail"
     assert found["measured"]["constraint"] > 1e3 * found["expected"]["residual"]
+
+
+BLADE = Conserved(
+    "along the blade", lambda x, mu, p: sympy.cos(x[2]) * mu[0] + sympy.sin(x[2]) * mu[1],
+    kind="nonholonomic momentum",
+)  # fmt: skip
+SPIN = Conserved("spin", lambda x, mu, p: (1 + x[0] ** 2) * mu[2], kind="nonholonomic momentum")
+
+
+def momentum(name, *quantities, rule="midpoint", **more):
+    scene = scenes.get("knife-edge").with_values(name=name, symmetries=quantities, **more)
+    return measured("momentum", scene, rule, 16, 200)
+
+
+@pytest.mark.parametrize(
+    "rule",
+    ["midpoint", *(pytest.param(r, marks=pytest.mark.slow) for r in ("rectangle", "trapezoidal"))],
+)
+def test_a_nonholonomic_momentum_obeys_its_equation(rule):
+    """Gravity moves it, so does the turning of its section, and a force its part."""
+    for name, force in (("free", None), ("rubbed", lambda x, v, p: [-v[0] * v[2], 0, -v[2] / 5])):
+        found = momentum(f"{name}-{rule}", BLADE, SPIN, rule=rule, force=force)
+        assert found["verdict"] == "pass", found["reason"]
+        assert max(found["measured"]["drift"].values()) < 1e-15
+
+
+def test_a_wrong_row_breaks_the_momentum_equation(monkeypatch):
+    right = constrained_equations.constraint_matrix
+
+    def wrong(s, x):
+        return right(s, x).applyfunc(lambda e: e + sympy.Rational(1, 1000))
+
+    monkeypatch.setattr(constrained_equations, "constraint_matrix", wrong)
+    found = momentum("wrong-row", BLADE)
+    assert found["verdict"] == "fail"
+    assert found["measured"]["drift"]["along the blade"] > 1e-9
+
+
+@pytest.mark.parametrize(
+    ("formula", "said"),
+    [
+        (lambda x, mu, p: mu[0], "the constraints do not allow"),
+        (lambda x, mu, p: mu[2] ** 2, "not linear"),
+    ],
+)
+def test_what_is_no_nonholonomic_momentum_is_refused_in_a_sentence(formula, said):
+    wrong = Conserved("wrong", formula, kind="nonholonomic momentum")
+    found = momentum("refused", wrong)
+    assert found["verdict"] == "inconclusive" and said in found["reason"]
