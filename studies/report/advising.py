@@ -9,7 +9,8 @@ from .wording import USUAL_RETRACTION, Result, duration, number, scientific
 
 Line = Mapping[str, Any]
 FAR = 1e6  # a ratio beyond which how much more says nothing more
-GOALS = {"1e6 periods": "a million periods", "large steps": "large steps"}
+GOALS = {"1e6 periods": "a million periods", "large steps": "large steps",
+         "stable steps": "large steps of the oscillator"}  # fmt: skip
 
 
 def recommended(result: Result) -> list[str]:
@@ -76,6 +77,8 @@ def _figure(goal: str, entry: Line) -> str:
     if goal == "large steps":
         spread = 50 * (entry["high"] - entry["low"])
         return f"{100 * (1 - entry['value']):.0f} ± {spread:.0f} % of the map bounded"
+    if goal == "stable steps":
+        return f"stable to hω = {1 / entry['value']:.4g}"
     if goal == "1e6 periods":
         return f"energy error {scientific(entry['value'])}"
     return duration(entry["value"])
@@ -84,10 +87,12 @@ def _figure(goal: str, entry: Line) -> str:
 def _beside(goal: str, entry: Line) -> str:
     """One of the others beside the best."""
     ratio, label = number(entry["ratio"]), _label(entry)
-    if goal == "large steps":
+    if goal in ("large steps", "stable steps"):
         return f"{label} {_figure(goal, entry)}"
     if ratio is not None:
         low, high = entry["ratios"]
+        if low >= FAR:
+            return f"{label} {times(ratio)}"
         held = f"{low:.3g} to {high:.3g}" if (number(high) or FAR) < FAR else f"from {low:.3g} on"
         return f"{label} {times(ratio)} ({held})"
     if goal == "1e6 periods":

@@ -79,6 +79,8 @@ def _share(value: Any) -> str:
 
 
 def _short(measured: dict[str, Any]) -> str:
+    if "stable_to" in measured and measured["stable_to"] is None:
+        return "at every hω"
     ends = list(map(number, mapping(measured, "limits").values())) or [measured.get("stable_to")]
     found = [end for end in ends if end is not None]
     return f"to hω = {min(found):.3g}" if found else "at no hω"

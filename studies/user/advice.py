@@ -17,6 +17,7 @@ Case = Mapping[str, Any]
 #: of it (of its logarithm) goes to each of the two
 AGREE = math.sqrt(1.1)
 MANY = 10**6  # periods of the long run that is spoken of
+BITS = 1e-9  # of a step that bisection found
 LOST = 1.0  # an error as large as what it is relative to: the motion is another
 
 
@@ -61,8 +62,9 @@ def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, 
     """Lines {"scene", "retraction", "for", "take", "told_apart", "evidence"}.
 
     for: "1e-04", "1e-08", "1e-12" (the least time to that error), "1e6 periods" (the least energy
-    error at equal time, with "seconds" for so many "periods") or "large steps" (the least share of
-    the stability map that is not bounded). take: the rules, none where none comes so far;
+    error at equal time, with "seconds" for so many "periods"), "large steps" (the least share of
+    the stability map that is not bounded) or "stable steps" (the largest stable step of the
+    oscillator, as its inverse). take: the rules, none where none comes so far;
     told_apart: whether they are one method. evidence: a line a method {"rules", "standing" (see
     `ranked`), "value", "low", "high", "ratio", "ratios": [low, high] (to the best one's), "best"
     (its smallest error), "followed" (seconds of its longest run)}.
@@ -78,11 +80,11 @@ def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, 
             found.append((place, _over_long_times(own)))
         else:
             found += [(place, _for_accuracy(own, key)) for key in own[0]["measured"]["cost"]]
-    maps: dict[tuple[Any, ...], list[Case]] = {}
+    stable: dict[tuple[Any, ...], list[Case]] = {}
     for line in comparison:
-        if line.get("bounded") is not None:
-            maps.setdefault((line["scene"], line["retraction"]), []).append(line)
-    for (scene, chart), lines in maps.items():
+        if line.get("stable") is not None:
+            stable.setdefault((line["scene"], line["retraction"]), []).append(line)
+    for (scene, chart), lines in stable.items():
         if len(lines) > 1:
             alike = _leaders(races.get((scene, chart, None), ()))
             found.append(([scene, chart], _at_large_steps(lines, alike)))
@@ -130,13 +132,20 @@ def _over_long_times(cases: Sequence[Case]) -> dict[str, Any]:
 
 
 def _at_large_steps(lines: Sequence[Case], alike: Mapping[str, str]) -> dict[str, Any]:
-    """The least share of the map of steps and stiffness where something goes wrong."""
+    """The least share of the map of steps and stiffness where something goes wrong.
+
+    On the oscillator the step at which it does is known to the last bits; its inverse counts.
+    """
+    mapped = "bounded" in lines[0]
 
     def standing(rules: tuple[str, ...], line: Case) -> Standing:
+        if not mapped:
+            inverse = 1 / line["stable"]
+            return Standing(rules, inverse, inverse * (1 - BITS), inverse * (1 + BITS))
         wrong, spread = 1 - line["bounded"], line["bounded_spread"]
         return Standing(rules, wrong, wrong - spread, wrong + spread)
 
-    return _line("large steps", _standings(lines, alike, standing))
+    return _line("large steps" if mapped else "stable steps", _standings(lines, alike, standing))
 
 
 def _leaders(cases: Sequence[Case]) -> dict[str, str]:

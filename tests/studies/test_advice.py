@@ -111,7 +111,22 @@ def test_large_steps_are_no_matter_of_one_cell():
         "for large steps take a or b, which cannot be told apart (80 ± 5 % of the map bounded): "
         "b 70 ± 15 % of the map bounded, c 30 ± 5 % of the map bounded."
     )
-    assert STABILITY.compared({"kind": "linear", "measured": {"stable_to": 2.0}}) == {"stable": 2.0}
+
+
+def test_stable_steps_of_the_oscillator_are_those_of_bisection():
+    def shown(rule, end):
+        case = {"kind": "linear", "measured": {"stable_to": end}}
+        return {"scene": "harmonic", "rule": rule, "retraction": None, **STABILITY.compared(case)}
+
+    line = only([], [shown("a", 2.0), shown("b", 2.0 + 1e-12), shown("c", None), shown("d", 1.9)])
+    assert line["take"] == ["c"] and STABILITY.short({"stable_to": None}) == "at every hω"
+    assert only([], [shown("a", 2.0), shown("b", 2.0 + 1e-12), shown("d", 1.9)])["take"] == [
+        "b",
+        "a",
+    ]
+    assert advising.sentence(line).startswith(
+        "for large steps of the oscillator take c (stable to hω = 1000): b stable to hω = 2"
+    )
 
 
 def test_ratios_too_large_to_mean_anything_are_no_number():
