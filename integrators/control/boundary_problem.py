@@ -44,7 +44,8 @@ class Optimum:
     t (N+1,), x (N+1, n), mu (N+1, m), u (N, m) as of a `Trajectory`; controls (N, r, k): their
     values in each step, at the times control_times (N, r); node_controls (N+1, k): at the times t,
     by Pontryagin's condition; costates (N+1, n+m): the derivative by (x, μ) of the cost that is
-    still to come; cost; iterations: Newton's corrections.
+    still to come; cost; iterations: Newton's corrections; correction: the last one, over the size
+    of its kind of unknown, which is what round-off leaves.
     """
 
     t: np.ndarray
@@ -57,6 +58,7 @@ class Optimum:
     costates: np.ndarray
     cost: float
     iterations: int
+    correction: float
 
 
 class BoundaryProblem:
@@ -155,8 +157,8 @@ class BoundaryProblem:
         found = [np.abs(part).max(initial=0) for part in kinds(change)]
         return max(a / max(s, least) for a, s in zip(found, sizes, strict=True))
 
-    def solve(self, y: Parts) -> tuple[Parts, int] | None:
-        """(z, p, v) and the number of corrections, or None.
+    def solve(self, y: Parts) -> tuple[Parts, int, float] | None:
+        """(z, p, v), the number of corrections and the size of the last, or None.
 
         A correction is halved until the one that would follow, by the same matrix, is smaller: a
         test that knows no units (Deuflhard 2004, 3.3).
@@ -176,7 +178,7 @@ class BoundaryProblem:
                 return None
             y = tried
             if size <= ROUNDED or (size < NEAR and size >= before / 2):
-                return y, iteration
+                return y, iteration, size
             before = size
         return None
 
@@ -203,7 +205,7 @@ def solve(
                 "the first guess is far from it; give more time, a nearer end or a path=."
             )
         check_minimum(name, problem)
-        (z, p, v), iterations = found
+        (z, p, v), iterations, correction = found
         asked = np.repeat([e is not None for e in end], (n, m))
         if (off := np.abs((z[-1] - z1)[asked]).max(initial=0)) > 1e-8 * (1 + np.abs(z1).max()):
             raise BadInput(
@@ -224,5 +226,5 @@ def solve(
     return Optimum(
         t=t, x=states[:, :n], mu=states[:, n:], u=u, controls=controls, node_controls=at_nodes,
         control_times=t[:-1, None] + h * np.array(stages.places), costates=costates,
-        cost=float(cost), iterations=iterations,
+        cost=float(cost), iterations=iterations, correction=correction,
     )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 from ..errors import unknown
@@ -20,7 +21,7 @@ def _effort(x: Any, v: Any, f: Any, p: Any) -> Any:
 def _double_integrator() -> Control:
     scene = Scene(
         name="double-integrator",
-        title="Mass from rest to rest: cubic in time",
+        title="Mass from rest to rest",
         groupoid=pair(1),
         lagrangian=lambda x, v, p: v[0] ** 2 / 2,
         x0=[0],
@@ -34,7 +35,7 @@ def _double_integrator() -> Control:
 def _oscillator() -> Control:
     scene = scene_of("harmonic").with_values(
         name="oscillator",
-        title="Oscillator brought to rest by the least energy: its Gramian",
+        title="Oscillator brought to rest",
         parameters={"mass": 1, "stiffness": 1},
         x0=[1],
         v0=["0.5"],
@@ -58,7 +59,7 @@ def _transfer() -> Control:
     """From the circle of radius 1 to that of 5/4 in one turn, to the point (−3/4, 1)."""
     scene = Scene(
         name="low-thrust-transfer",
-        title="Between circular orbits of Kepler's problem by small thrust",
+        title="Transfer by small thrust",
         groupoid=pair(2),
         lagrangian=lambda x, v, p: v.dot(v) / 2 + 1 / sympy.sqrt(x.dot(x)),
         x0=[1, 0],
@@ -80,7 +81,7 @@ def _upright() -> Control:
     """Γ, which points up, is the axis of the centre of mass when the top stands."""
     scene = scene_of("lagrange-top").with_values(
         name="upright-top",
-        title="Heavy top from hanging aslant at rest to standing at rest",
+        title="Heavy top set upright",
         x0=["2/3", "2/3", "-1/3"],
         v0=[0, 0, 0],
         duration=3,
@@ -92,11 +93,9 @@ def _upright() -> Control:
 _PROBLEMS = {
     "double-integrator": _double_integrator,
     "oscillator": _oscillator,
-    "reorientation": lambda: _reorientation(
-        "reorientation", [1, 2, 3], "Rigid body turned from rest to rest"
-    ),
+    "reorientation": lambda: _reorientation("reorientation", [1, 2, 3], "Rigid body turned"),
     "symmetric-reorientation": lambda: _reorientation(
-        "symmetric-reorientation", [2, 2, 1], "Rigid body with an axis turned from rest to rest"
+        "symmetric-reorientation", [2, 2, 1], "Symmetric body turned"
     ),
     "low-thrust-transfer": _transfer,
     "upright-top": _upright,
@@ -104,6 +103,7 @@ _PROBLEMS = {
 NAMES = tuple(_PROBLEMS)
 
 
+@cache
 def get(name: str) -> Control:
     """The problem of that name; raises `BadInput` with the nearest name."""
     if name not in _PROBLEMS:

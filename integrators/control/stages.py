@@ -87,6 +87,8 @@ class ControlStages:
         self._of_cost = SecondDerivatives(
             of.expression, inputs_of_step, of_cost, of.chain.definitions()
         )
+        #: all that it was made of
+        self.formulas = [system, of_step, of.expression, *of.chain.definitions()]
 
     def cost(self, a: np.ndarray, times: np.ndarray, h: float) -> Any:
         """C_d, its gradients and Hessians."""

@@ -57,7 +57,7 @@ class Choice:
         """
         rules = self.rules or (*discretisations.BUILT_IN.values(), discretisations.own)
         for scene in self.scenes or scenes.all_scenes():
-            for chart in self._charts(scene):
+            for chart in self.charts(scene):
                 apply = [rule for rule in rules if rule.applies(chart)]
                 if not apply and self.scenes and scene.discrete_lagrangian is not None:
                     apply = [discretisations.own]
@@ -86,7 +86,7 @@ class Choice:
             for s in self.scenes if s.contact is not None
         ]  # fmt: skip
 
-    def _charts(self, scene: Scene) -> list[Scene]:
+    def charts(self, scene: Scene) -> list[Scene]:
         """The scene in each retraction asked for, or as it is; one that uses none comes once."""
         if scene.groupoid.retraction is None or not self.retractions:
             return [scene]

@@ -37,6 +37,7 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
     rules: Iterable[Discretisation] = getattr(case, "rules", (case.rule,))
     words = [study.name, case.label, case.command, str(versions()), str(machine()) if timed else ""]
     words += [text_of(str(study.measuring.__file__)), *of_scene(case.scene)]
+    words.append(study.depends_on(case))
     return _digest(*words, *(part for rule in rules for part in of_rule(case.scene, rule)))
 
 

@@ -70,6 +70,18 @@ def control(word: str) -> Any:
     return _of(file, held, name, "Control(...)")[0]
 
 
+def problem_of(scene: Scene) -> Any:
+    """The problem of optimal control with that scene, in any chart; None if there is none."""
+    from discmech.integrators import control as room
+
+    known = [room.get(scene.name)] if scene.name in room.NAMES else []
+    held = [thing for file in loaded() for thing in file.variables.values()]
+    for problem in (*known, *(thing for thing in held if isinstance(thing, room.Control))):
+        if problem.scene.laws == scene.laws:
+            return problem
+    return None
+
+
 def rule_given(thing: Any) -> Discretisation:
     """A rule, or the one that a word names; raises `BadInput` for anything else."""
     return _given(thing, Discretisation, rule, "rule")
@@ -130,7 +142,14 @@ def _rules(word: str) -> tuple[Discretisation, ...]:
 
 def _scenes(word: str) -> tuple[Scene, ...]:
     file, name = _in_file(word)
-    return (scenes.get(word),) if file is None else _of(file, file.scenes, name, "scene")
+    if file is not None:
+        return _of(file, file.scenes, name, "scene")
+    if word not in scenes.NAMES:
+        from discmech.integrators import control as room
+
+        if word in room.NAMES:
+            return (room.get(word).scene,)
+    return (scenes.get(word),)
 
 
 def _in_file(word: str) -> tuple[UserFile | None, str]:

@@ -2,8 +2,9 @@
 
 A study is a folder beside this one. Its `__init__` says what it is (`STUDY`) and loads nothing;
 `measuring` has `NEEDS`, `cases(choice)`, `measure(case, progress)` → numbers and
-`judge(case, measurement)` → verdict, and may have `diagnose(case, measurement)` and
-`notes(choice)`; `view`, where there is one, has `VIEW`: how its numbers are shown.
+`judge(case, measurement)` → verdict, and may have `diagnose(case, measurement)`,
+`notes(choice)` and `depends_on(case)`; `view`, where there is one, has `VIEW`: how its numbers are
+shown.
 """
 
 from __future__ import annotations
@@ -87,6 +88,11 @@ class Study:
         """The cause of what did not pass, where one can be told."""
         told = getattr(self.measuring, "diagnose", None)
         return None if told is None else told(case, measurement)
+
+    def depends_on(self, case: Case) -> str:
+        """What a result depends on beside the case's scene, rule and command."""
+        told = getattr(self.measuring, "depends_on", None)
+        return "" if told is None else str(told(case))
 
     def notes(self, choice: Choice) -> list[str]:
         """What is to be said of the whole study."""

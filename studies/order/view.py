@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from ..report import plot_convergence
 from ..report.canvas import Sheet
 from ..report.grouping import as_above, by_scene, precisions
 from ..report.palette import Mark
@@ -19,7 +20,6 @@ from ..report.wording import (
     plus_minus,
     rows,
 )  # fmt: skip
-from . import plot
 
 CONVERGENCE = (
     "Error in (x, μ) at the end of the run against step size; the number beside a rule is the "
@@ -81,10 +81,10 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
     found: list[Sketch] = []
     for digits, same in precisions(cases).items():
         panels = [
-            plot.panel(titles.get(scene, scene), own, known)
+            plot_convergence.panel(titles.get(scene, scene), own, known)
             for scene, own in by_scene(same).items()
         ]
-        caption, sheet = as_above(CONVERGENCE, digits, found), _room(plot.SHEET, same)
+        caption, sheet = as_above(CONVERGENCE, digits, found), _room(plot_convergence.SHEET, same)
         title = f"Convergence, {digits} digits"
         found.append(Sketch(f"order-{digits}", title, caption, panels, sheet, digits))
     return found

@@ -215,7 +215,7 @@ TEXT_OF_IT = (
 OTHER_TEXT = (
     "integrators/scenes/pendulum.py", "reference/tables/pendulum.json",
     "studies/energy/measuring.py", "studies/report/tables.py", "studies/order/view.py",
-    "studies/order/plot.py", "studies/plugin.py",
+    "studies/report/plot_convergence.py", "studies/plugin.py",
 )  # fmt: skip
 
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from ..report.alike import Share, shares
-from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
-from ..report.labels import end_labels
-from ..report.palette import MUTED, PAPER, Mark
-from ..report.wording import Case, mapping, number, rows, rule_name, verdict
+from .alike import Share, shares
+from .canvas import Panel, Sheet, log_axis, log_limits, note
+from .labels import end_labels
+from .palette import MUTED, PAPER, Mark
+from .wording import Case, mapping, number, rows, rule_name, verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,8 +20,10 @@ SHEET = Sheet(width=3.2)
 Curve = list[tuple[float, float]]
 
 
-def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
-    """One scene at one precision."""
+def panel(
+    title: str, cases: Sequence[Case], marks: dict[str, Mark], what: str = "error in (x, μ)"
+) -> Panel:
+    """One scene at one precision; what: that which is drawn against the step."""
 
     def draw(axes: Axes) -> None:
         curves = {rule_name(case): _points(case) for case in cases}
@@ -46,9 +48,9 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         slope_marks(axes, fellows, list(curves.values()))
         end_labels(axes, labels)
 
-    spoken = f"{title}: error against step size on logarithmic axes. "
+    spoken = f"{title}: {what} against step size on logarithmic axes. "
     spoken += "; ".join(_label(case) for case in cases)
-    return Panel(title, "error in (x, μ)", "step h", spoken, draw)
+    return Panel(title, what, "step h", spoken, draw)
 
 
 def _label(case: Case) -> str:

@@ -1,0 +1,23 @@
+"""Optimal control: the order of states, costates and controls under refinement."""
+
+from ..core.study import Study
+
+STUDY = Study(
+    name="optimality",
+    package=__name__,
+    place=9,
+    title="Optimal control",
+    summary="order of states, costates and controls of a problem of optimal control",
+    measured=(
+        "how much states, costates and controls at the nodes change when the steps are halved; "
+        "Newton's corrections"
+    ),
+    judged="the order of each, 0.05 from the rule's, or no change but round-off",
+    about=(
+        "A problem of optimal control is solved with steps that are halved from solution to "
+        "solution: what changes is the error of the coarser one, to the order of the rule. Each of "
+        "states, costates and controls at the nodes has to have that order, and each solution is "
+        "checked to be a minimum. It can mislead: solutions may converge to a local minimum; what "
+        "they converge to is held against closed forms in the tests, not here."
+    ),
+)

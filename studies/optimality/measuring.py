@@ -1,0 +1,158 @@
+"""Optimal control: one problem solved with steps that are halved from solution to solution.
+
+|s_N − s_2N| = C hᵖ (1 − 2⁻ᵖ) + …, so what changes has the order p of s_N itself, without a
+reference. Each kind of unknown is held against its own size on the finest solution.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import rules as discretisations
+from discmech.integrators.compiler import text_key
+from discmech.integrators.control import Optimum
+from discmech.integrators.control import problems as built_in
+from discmech.integrators.rules import Composition, OneStepMap
+
+from ..core import lookup
+from ..core.case import Case, Choice, Progress, Verdict, silent
+from ..core.fitting import Window, asymptotic_window
+from ..order.measuring import TOLERANCE
+
+NAME = "optimality"
+NEEDS = (
+    "it needs a problem of optimal control, in double precision: one that `discmech control` "
+    "lists, or the scene of a Control(...) in a file of yours, and a rule of one step."
+)
+RULES = ("midpoint", "gauss-2")
+STEPS = 32
+LEVELS, MOST_LEVELS = 5, 8  # of halvings; more than five where four changes are on no line yet
+KINDS = ("states", "costates", "controls")
+STRAIGHT = 0.012  # as the study of order has it: in log₂ of a change, from the line
+#: of the change of an unknown: round-off of a step's own operations, as in the study of order
+LEAST = 32 * 2.0**-53
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every problem chosen by every rule that has a discrete Lagrangian of one step."""
+    if choice.digits and 16 not in choice.digits:
+        return []
+    asked = choice.rules or tuple(map(discretisations.get, RULES))
+    rules = [r for r in asked if not isinstance(r, (Composition, OneStepMap))]
+    scenes = choice.scenes or [built_in.get(name).scene for name in built_in.NAMES]
+    return [
+        Case(NAME, chart, rule, 16, choice.steps)
+        for scene in scenes
+        if lookup.problem_of(scene) is not None
+        for chart in choice.charts(scene)
+        for rule in rules
+        if rule.applies(chart)
+    ]
+
+
+def depends_on(case: Case) -> str:
+    """What a result depends on beside the scene and the rule."""
+    problem = lookup.problem_of(case.scene)
+    stages = problem.with_values(scene=case.scene).stages(case.rule)
+    return text_key(str((problem.end, problem.duration)), *stages.formulas)
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {steps, step, error, states, costates, controls, used, why_not}, coarse to fine.
+
+    states, costates, controls: the largest change to the next solution, over the size of its kind;
+    error: the largest of the three.
+    """
+    problem = lookup.problem_of(case.scene).with_values(scene=case.scene)
+    found, first = list[Optimum](), case.steps or STEPS
+    for k in range(MOST_LEVELS):
+        progress(f"{case.scene.name} {case.label}: {first * 2**k} steps", k / MOST_LEVELS)
+        found.append(problem.solve(first * 2**k, case.rule))
+        if len(found) < LEVELS:
+            continue
+        rows, floor = _changes(found), max(LEAST, *(best.correction for best in found))
+        windows = {kind: _window(rows, kind, floor) for kind in KINDS}
+        exact = [kind for kind in KINDS if max(row[kind] for row in rows) <= floor]
+        if all(kind in exact or window is not None for kind, window in windows.items()):
+            break
+    orders = {k: None if w is None else w.line.slope for k, w in windows.items()}
+    lowest = min((k for k, p in orders.items() if p is not None), default=None,
+                 key=lambda kind: orders[kind] or 0)  # fmt: skip
+    chosen = None if lowest is None else windows[lowest]
+    for i, row in enumerate(rows):
+        row["used"] = chosen is not None and chosen.first <= i <= chosen.last
+        below = row["error"] <= floor or (chosen is not None and i > chosen.last)
+        row["why_not"] = "" if row["used"] else "round-off" if below else "pre-asymptotic"
+    return {
+        "rows": rows,
+        "floor": floor,
+        "measured": {
+            "order": None if lowest is None else orders[lowest],
+            "interval": None if chosen is None else list(chosen.line.interval),
+            "points": 0 if chosen is None else chosen.last - chosen.first + 1,
+            "orders": orders,
+            "exact": exact,
+            "corrections": [best.iterations for best in found],
+            "cost": found[-1].cost,
+        },
+    }
+
+
+def _changes(found: list[Optimum]) -> list[dict[str, Any]]:
+    """The rows, from solutions coarse to fine."""
+    sizes = [[float(abs(part).max(initial=0)) or 1.0 for part in parts]
+             for parts in _kinds(found[-1])]  # fmt: skip
+    rows = []
+    for coarse, fine in pairwise(found):
+        changes = {
+            kind: max(float(abs(b[::2] - a).max(initial=0)) / size
+                      for a, b, size in zip(*parts, strict=True))
+            for kind, *parts in zip(KINDS, _kinds(coarse), _kinds(fine), sizes, strict=True)
+        }  # fmt: skip
+        rows.append({"steps": len(coarse.t) - 1, "step": float(coarse.t[1]),
+                     "error": max(changes.values()), **changes})  # fmt: skip
+    return rows
+
+
+def _kinds(best: Optimum) -> list[tuple[np.ndarray, ...]]:
+    """The parts of each kind, which have sizes of their own."""
+    n = best.x.shape[1]
+    costates = best.costates[:, :n], best.costates[:, n:]
+    return [(best.x, best.mu), costates, (best.node_controls,)]
+
+
+def _window(rows: list[dict[str, Any]], kind: str, floor: float) -> Window | None:
+    changes = [row[kind] if row[kind] > 0 else math.nan for row in rows]
+    return asymptotic_window([row["step"] for row in rows], changes, floor, STRAIGHT)
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Each kind has the order of the rule, or does not change but by round-off."""
+    measured, tolerance = measurement["measured"], TOLERANCE[True]
+    wanted = case.scheme.order
+    expected = {"order": wanted, "tolerance": tolerance}
+    orders = {k: p for k, p in measured["orders"].items() if k not in measured["exact"]}
+    if wanted is None:
+        return Verdict("pass", "the rule declares no order: measured only.", expected)
+    unclear = [kind for kind, order in orders.items() if order is None]
+    for kind, order in orders.items():
+        if order is not None and abs(order - wanted) > tolerance:
+            side = "below" if order < wanted else "above"
+            return Verdict(
+                "fail",
+                f"the {kind} are of order {order:.3f}, {side} the expected {wanted} by more than "
+                f"{tolerance}.",
+                expected,
+            )
+    if unclear:
+        return Verdict(
+            "inconclusive",
+            f"fewer than four changes of the {' and '.join(unclear)} lie on a straight line above "
+            f"round-off, {measurement['floor']:.1g}: start with other --steps.",
+            expected,
+        )
+    return Verdict("pass", "", expected)

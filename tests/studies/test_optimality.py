@@ -1,0 +1,82 @@
+"""Optimal control under refinement: sound rules have their order, a wrong one has not."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from discmech.integrators import discretisation, midpoint
+from discmech.integrators.control import get as problem
+from discmech.integrators.rules import gauss
+from discmech.studies import check, get
+from discmech.studies.command.entry import main
+from discmech.studies.core import lookup
+from discmech.studies.core.case import Case
+
+
+@discretisation(order=2)
+def lopsided(L, G, x, u, h):
+    """The trapezoidal rule with a wrong weight."""
+    return h * (2 * L(x, u) + 3 * L(G.target(x, u, h), u)) / 5
+
+
+@pytest.mark.parametrize("rule", [midpoint, gauss(2)], ids=lambda rule: rule.name)
+def test_all_that_is_sought_has_the_order_of_the_rule(rule):
+    (case,) = check("optimality", scenes=["oscillator"], rules=[rule])["cases"]
+    assert case["verdict"] == "pass"
+    orders = case["measured"]["orders"]
+    assert set(orders) == {"states", "costates", "controls"}
+    assert all(abs(order - rule.order) < 0.01 for order in orders.values())
+    assert case["command"] == f"discmech optimality oscillator --rule {rule.name} --digits 16"
+
+
+def test_a_cubic_is_exact_by_gauss():
+    (case,) = check("optimality", scenes=["double-integrator"], rules=["gauss-2"])["cases"]
+    assert case["verdict"] == "pass" and len(case["measured"]["exact"]) == 3
+
+
+def test_a_rule_of_another_order_is_caught():
+    (case,) = check("optimality", scenes=["oscillator"], rules=[lopsided])["cases"]
+    assert case["verdict"] == "fail" and "below the expected 2" in case["reason"]
+    assert all(abs(order - 1) < 0.05 for order in case["measured"]["orders"].values())
+
+
+@pytest.mark.slow
+def test_every_problem_has_the_order_of_both_rules():
+    found = check("optimality")
+    assert found["verdict"] == "pass", [c["reason"] for c in found["cases"]]
+    assert len(found["cases"]) == 12
+
+
+PROBLEM = """
+from discmech import Control, Scene, pair
+
+cart = Scene(name="cart", groupoid=pair(1), lagrangian=lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 4,
+             x0=[0], v0=[0], duration=1)
+push = Control(cart, cost=lambda x, v, f, p: f.dot(f) / 2, end=([1], [0]))
+"""
+
+
+def test_a_problem_of_one_s_own_is_found_by_its_scene(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    keys = []
+    for text in (PROBLEM, PROBLEM.replace("f.dot(f) / 2", "f.dot(f) / 2 + v[0] ** 2")):
+        (tmp_path / "mine.py").write_text(text, encoding="utf-8")
+        assert main(["optimality", "mine.py:cart", "--rule", "midpoint", "--json", "-"]) == 0
+        (case,) = json.loads(capsys.readouterr().out)["cases"]
+        keys.append(case["measured"]["cost"])
+    assert keys[0] < keys[1]  # another cost is another result, not a remembered one
+    case = Case("optimality", lookup.scene("mine.py:cart"), midpoint, 16)
+    assert get("optimality").depends_on(case)
+
+
+def test_what_has_no_problem_is_refused(capsys):
+    assert main(["optimality", "pendulum"]) == 2
+    assert "it needs a problem of optimal control" in capsys.readouterr().err
+
+
+def test_the_scene_of_a_problem_goes_into_other_studies():
+    assert lookup.scene("oscillator") is problem("oscillator").scene
+    (case,) = check("symplecticity", ["oscillator"], ["midpoint"], [16], steps=24)["cases"]
+    assert case["verdict"] == "pass"
