@@ -40,7 +40,12 @@ def residual(P: Vector, U: Vector, r: Vector, cones: Sequence[Cone]) -> Vector:
 
 
 def scaling(W: np.ndarray, cones: Sequence[Cone]) -> Vector:
-    """r, an impulse for a velocity: one of the normal, one of the plane of each contact."""
+    """r, an impulse for a velocity: one of the normal, one of the plane of each contact.
+
+    Raises `CannotMeasure` where an impulse does not move its own contact the way it pushes.
+    """
+    if not (W.diagonal() > 0).all():
+        raise CannotMeasure("friction jams a contact, which no impulse opens (Painlevé's paradox)")
     r = 1 / W.diagonal()
     for cone in cones:
         if cone.tangent.start < cone.tangent.stop:

@@ -118,6 +118,12 @@ class Gaps:
         scales = np.array(scale)
         return Place(x, phi, own_size, size, normal, slip, bases, where, scales, closed)
 
+    def at_start(self, x: Vector) -> Place:
+        """The gaps at a start, which is known to the round-off of its largest coordinate."""
+        slope, known = self._place(x, self.p)[2], [*x[: self.n], *self.scene.x0]
+        largest = max(abs(self.numbers.number(e)) for e in known)
+        return self.at(x, abs(slope).sum(axis=1) * largest)
+
     def velocity(self, x: Vector, mu: Vector, near: Vector) -> Vector:
         """ξ(x, μ), m; `near`: one nearby."""
         if self.quadratic:
@@ -210,7 +216,7 @@ def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
         gaps = Gaps(s, scene, numbers)
         x = np.array([float(e) for e in s.with_time(scene.x0 if x0 is None else x0)])
         try:
-            place = gaps.at(x)
+            place = gaps.at_start(x)
         except (ArithmeticError, ValueError):  # Python's own functions outside their domain
             raise BadInput(
                 f"{scene.name}: a gap has no real value at x0; begin elsewhere."

@@ -155,7 +155,9 @@ class _Run:
         self.numbers, self.gaps, self.contact = flow.numbers, flow.gaps, flow._steps
         self.t0, self.index, self.chunk = start.t0, 0, 8
         m = len(start.mu)
-        self.moment = Moment(self.gaps.at(start.x), start.mu, start.guess[:m], self.contact.still())
+        self.moment = Moment(
+            self.gaps.at_start(start.x), start.mu, start.guess[:m], self.contact.still()
+        )
         if flow.context.one_step:
             near = flow.context.vector(flow.scheme.scene.v0, m)
             self.moment = self.moment._replace(u=self.gaps.velocity(start.x, start.mu, near))

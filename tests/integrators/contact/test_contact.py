@@ -10,6 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
+from sympy import Rational
 
 from discmech import (
     BadInput,
@@ -22,7 +23,9 @@ from discmech import (
     so,
     trapezoidal,
 )
-from discmech.integrators import scenes
+from discmech.integrators import retractions, scenes
+from discmech.integrators.contact.cones import scaling
+from discmech.integrators.contact.impacts import active
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
 
@@ -115,7 +118,7 @@ SPRING = Scene(
     lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2,
     x0=[1],
     v0=[0],
-    contact=lambda x, p: [x[0] + sympy.Rational(1, 2)],
+    contact=lambda x, p: [x[0] + Rational(1, 2)],
     restitution=1,
     impacts="located",
 )
@@ -235,10 +238,50 @@ def test_rows_and_starts():
     assert flow.ensemble([[1], [2]], [[0], [0]], 10).x.shape == (2, 11, 1)
 
 
+@pytest.mark.parametrize("impacts", ["stepped", "located"])
+def test_a_run_goes_on_from_any_of_its_rows(impacts):
+    """At rest φ is a round-off of where it came from, of either sign: no start inside."""
+    for name, e in (("bouncing-ball", "0.5"), ("sliding-block", 0)):
+        flow = scheme(name).at(restitution=e).flow("0.05", impacts=impacts)
+        found = flow.trajectory(130)
+        for k in (60, 100, 128):
+            again = flow.trajectory(130 - k, x0=found.x[k], mu0=found.mu[k])
+            assert abs(again.x[-1] - found.x[-1]).max() < 1e-13
+
+
+@pytest.mark.parametrize("retraction", ["cayley", "exponential"])
+def test_contact_on_an_action_groupoid(retraction):
+    """A spherical pendulum that hits a plate: its attitude stays on the sphere."""
+    top = scenes.get("spherical-pendulum").with_retraction(retractions.get(retraction))
+    top = top.with_values(contact=lambda x, p: [x[2] + Rational(7, 10)], restitution=1)
+    found = Scheme(top, midpoint).flow("0.02", impacts="located").trajectory(100)
+    assert len(found.impacts.t) == 2 and found.gaps.min() > -1e-15
+    assert abs(np.linalg.norm(found.x, axis=1) - 1).max() < 1e-14
+    assert abs(np.linalg.norm(found.impacts.before - found.impacts.after, axis=1)).min() > 0.1
+
+
+def test_friction_that_jams_is_said():
+    """Painlevé's rod: an impulse at an end that slips would close its gap."""
+    rod = scenes.get("falling-stick").with_values(
+        x0=[0, 1, 1], v0=[0, 0, 0], friction=5, parameters={"inertia": "1/100"}
+    )
+    gaps = Scheme(rod, midpoint).flow("0.02").gaps
+    place = gaps.at(np.array([0, np.sin(1), 1]))
+    jams = []
+    for along in (1.0, -1.0):
+        on = active(gaps, place, [1], (), {1: np.array([along])})
+        W = gaps.flexibility(place.x, np.zeros(3), on.rows, on.push)
+        jams.append(W[0, 0] <= 0)
+        if jams[-1]:
+            with pytest.raises(CannotMeasure, match="jams"):
+                scaling(W, on.cones)
+    assert sorted(jams) == [False, True]
+
+
 def test_a_gap_that_is_missed_between_two_steps_is_found():
     """A parabola that dips below the ground inside one step, located."""
     shot = Scene("shot", pair(2), lambda x, v, p: v.dot(v) / 2, x0=[-1, 0], v0=[1, 0],
-                 contact=lambda x, p: [x[0] ** 2 - sympy.Rational(1, 900) + x[1]],
+                 contact=lambda x, p: [x[0] ** 2 - Rational(1, 900) + x[1]],
                  restitution=1, impacts="located")  # fmt: skip
     found = Scheme(shot, midpoint).flow("0.7").trajectory(2)
     assert len(found.impacts.t) == 1 and abs(found.impacts.t[0] - (1 - 1 / 30)) < 1e-10
@@ -306,7 +349,7 @@ def test_a_failure_keeps_its_rows():
     """A potential that ends: the ball reaches log(0) before the ground."""
 
     def lagrangian(x, v, p):
-        return v.dot(v) / 2 - 9 * x[0] + sympy.log(x[0] - sympy.Rational(1, 2))
+        return v.dot(v) / 2 - 9 * x[0] + sympy.log(x[0] - Rational(1, 2))
 
     with pytest.raises(StepFailure) as failed:
         ball(lagrangian=lagrangian, x0=["0.6"], v0=[-3]).trajectory(400)
