@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -316,8 +317,10 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """Whether L_d is not invariant, or the run is to blame; None for what needs the attitude.
+    """Whether the scene, its coordinates, L_d or the run is to blame; None where that needs the
+    attitude.
 
+    First the certified motion is asked whether it keeps the quantity: else the scene is wrong.
     A step from (x, F⁻/h) leads to (b, F⁺/h), so a quantity that the method keeps has one value at
     both ends of every arrow (discrete Noether theorem). That is asked with 30 digits, at arrows of
     a run.
@@ -334,8 +337,16 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     worst = max(plain, key=lambda q: drift[q.name])
     scheme = _scheme(case, False).base
     flow = Flow(scheme, case.scene.step, 30)
+    formula = formula_of(scheme, worst, case.scene.step)
+    rows_of = with_terms(scheme, formula, 30)
+    if not worst.of_step and (moved := _of_motion(scheme, rows_of)) > 1e-20:
+        return named(
+            "scene",
+            f"the motion itself does not keep {worst.name}: along the certified solution it "
+            f"changes by {moved:.1e}; no rule can keep it, so mend its formula, or the Lagrangian.",
+            {"quantity": worst.name, "motion": moved},
+        )
     run = flow.trajectory(COUNT)
-    rows_of = with_terms(scheme, formula_of(scheme, worst, case.scene.step), 30)
     with flow.numbers.working():
         at, h = flow.context, flow.context.h
         arrows = [at.maps_at(*at.vectors(x, u)) for x, u in zip(run.base, run.u, strict=True)]
@@ -347,6 +358,15 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     scale = max(float(abs(t)) for part in (terms, later) for t in part.ravel()) or 1.0
     gap = max(float(abs(e)) for e in (end - start).ravel()) / scale
     evidence = {"quantity": worst.name, "gap": gap}
+    if gap > 1e-20 and _is_bent(scheme, formula):
+        return named(
+            "coordinates",
+            f"the symmetry of {worst.name} is not affine in these coordinates, ξ(x) = ∂J/∂μ is "
+            "bent: it does not take the points between the ends of a step to such points, so a "
+            "rule that asks for L there cannot keep it; take coordinates in which it is affine, or "
+            'declare it as kind="first integral".',
+            evidence,
+        )
     if gap > 1e-20:
         return named(
             "invariance",
@@ -361,3 +381,34 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         "it is the solver or the update, which discmech symplecticity tells apart.",
         evidence,
     )
+
+
+def _of_motion(scheme: Scheme, rows_of: Any) -> float:
+    """How far a quantity moves along the certified solution in some steps, relative to its terms;
+    0 where there is no solution."""
+    from discmech.reference import ReferenceFailure, solutions
+
+    from ..causes.diagnosis import ROWS as COUNT
+
+    scene, s = scheme.scene, scheme.s
+    times = [k * scene.step for k in (0, 1, COUNT)]
+    try:
+        found = solutions(scene, times, 35)
+    except ReferenceFailure:
+        return 0.0
+    x, mu = ([list(getattr(e, part)) for e in found] for part in ("x", "mu"))
+    base = [s.with_time(row, t) for row, t in zip(x, times, strict=True)] if s.clocked else x
+    rows = np.array(base, dtype=object).reshape(len(times), -1)
+    states = SimpleNamespace(x=rows, base=rows, mu=np.array(mu, dtype=object))
+    with arithmetic(30).working():
+        return float(relative_drifts(rows_of(states), 30).max())
+
+
+def _is_bent(scheme: Scheme, formula: Any) -> bool:
+    """Whether ξ(x) = ∂J/∂μ of pairs is no affine function of x."""
+    s = scheme.s
+    if s.groupoid.kind != "pair":
+        return False
+    slope = formula.jacobian(list(s.mu))
+    second = [e.diff(a, b) for e in slope for a in s.position for b in s.position]
+    return first_violation(second, [*s.u]) is not None

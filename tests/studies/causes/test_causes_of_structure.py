@@ -6,9 +6,10 @@ import itertools
 
 import pytest
 
-from discmech.integrators import discretisation, scenes
+from discmech.integrators import Conserved, Scene, discretisation, pair, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import midpoint
+from discmech.studies import check
 from discmech.studies.core.case import Case
 from tests.studies.causes.faults import (
     Broken,
@@ -74,6 +75,37 @@ def test_a_discrete_lagrangian_that_is_not_invariant_is_told_by_the_ends_of_an_a
     found = cause(momentum("kepler", pushed))
     assert found["cause"] == "invariance" and "angular momentum" in found["sentence"]
     assert found["evidence"]["gap"] > 1e-8
+
+
+def told_of(scene):
+    """What is said of a momentum that drifts with the midpoint rule."""
+    (case,) = check("momentum", [scene], [midpoint], [30], 40)["cases"]
+    return case["diagnosis"]
+
+
+def test_a_quantity_that_the_motion_does_not_keep_is_the_scenes_mistake():
+    kepler = scenes.get("kepler")
+    pulled = kepler.with_values(
+        name="pulled", lagrangian=lambda x, v, p: kepler.lagrangian(x, v, p) + x[0] / 100
+    )
+    found = told_of(pulled)
+    assert found["cause"] == "scene" and found["evidence"]["motion"] > 1e-6
+
+
+def bent_plane(x, v, p):
+    """The harmonic oscillator of the plane in (X, Y − X²): its rotations are not affine."""
+    y, dy = x[1] + x[0] ** 2, v[1] + 2 * x[0] * v[0]
+    return (v[0] ** 2 + dy**2 - x[0] ** 2 - y**2) / 2
+
+
+def test_a_symmetry_that_is_not_affine_is_the_coordinates_mistake():
+    turned = Conserved(
+        "J", lambda x, mu, p: x[0] * mu[1] - (x[1] + x[0] ** 2) * (mu[0] - 2 * x[0] * mu[1])
+    )
+    scene = Scene("bent", pair(2), bent_plane, x0=["1/2", "1/3"], v0=["1/5", 1], duration=10,
+                  step="1/20", symmetries=[turned])  # fmt: skip
+    found = told_of(scene)
+    assert found["cause"] == "coordinates" and found["evidence"]["gap"] > 1e-8
 
 
 def test_a_run_that_loses_what_its_discrete_lagrangian_keeps_is_to_blame_itself():
