@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from discmech.integrators.flows import cores
 from discmech.integrators.numbers import flatten
@@ -17,6 +20,12 @@ from ..core.cluster import Cluster
 from ..core.fingerprint import of_views
 from ..core.running import run_studies
 from ..core.store import Store
+from ..core.workers import worker_pool
+
+if TYPE_CHECKING:
+    from ..report.figures import Remembered
+
+WORTH_DRAWING_TOGETHER = 100  # cases; another process takes three seconds to begin
 
 
 def make_report(
@@ -48,18 +57,37 @@ def make_report(
     progress("figures", 1.0)
     scenes = list({scene.name: scene for scene, _ in choice.pairs()}.values())
     page = write_report(
-        results, equations, [about(s) for s in scenes], folder, "make report", _drawn_once(store)
-    )
+        results, equations, [about(s) for s in scenes], folder, "make report",
+        _drawn_once(store, jobs if isinstance(jobs, int) else cores()),
+    )  # fmt: skip
     return results, page
 
 
-def _drawn_once(store: Store | None) -> Callable[[Any, Callable[[], Any]], Any] | None:
-    """What gives figures from the store, or draws them and keeps them there."""
+def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
+    """What gives figures from the store, or draws them and keeps them there.
+
+    Those of many cases are drawn by `jobs` processes, the study with most to draw first.
+    """
     if store is None:
         return None
 
-    def remembered(words: Any, make: Callable[[], Any]) -> Any:
-        return store.remembered(of_views(json.dumps(words)), make)
+    def remembered(drawings: Sequence[tuple[Any, Callable[[], Any]]]) -> list[Any]:
+        texts = [json.dumps(words) for words, _ in drawings]
+        keys = [of_views(text) for text in texts]
+        found = [store.find(key) for key in keys]
+        left = [k for k, earlier in enumerate(found) if earlier is None]
+        left.sort(key=lambda k: -len(texts[k]))
+        cases = sum(len(drawings[k][0][1]) for k in left)
+        if min(jobs, len(left)) > 1 and cases >= WORTH_DRAWING_TOGETHER:
+            with suppress(BrokenProcessPool), worker_pool(min(jobs, len(left))) as pool:
+                waiting = {pool.submit(drawings[k][1]): k for k in left}
+                for future in as_completed(waiting):
+                    k = waiting[future]
+                    found[k] = store.keep(keys[k], future.result())
+        for k in left:  # all, or those of a process that was killed
+            if found[k] is None:
+                found[k] = store.keep(keys[k], drawings[k][1]())
+        return found
 
     return remembered
 

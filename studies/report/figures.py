@@ -27,13 +27,13 @@ class Plate:
     drawing: Drawing
 
 
-#: (what it depends on, how it is made) → what was made, now or earlier
-Remembered = Callable[[Any, Callable[[], Any]], Any]
+#: [(study, its cases, …: what a drawing depends on; how it is made)] → each, made now or earlier
+Remembered = Callable[[Sequence[tuple[Any, Callable[[], Any]]]], Sequence[Any]]
 
 
-def anew(words: Any, make: Callable[[], Any]) -> Any:
-    """Make it, whatever was made before."""
-    return make()
+def anew(drawings: Sequence[tuple[Any, Callable[[], Any]]]) -> list[Any]:
+    """Make them, whatever was made before."""
+    return [make() for _, make in drawings]
 
 
 def plates(
@@ -49,13 +49,14 @@ def plates(
     """
     rules = dict.fromkeys(rule_name(case) for result in results for case in result["cases"])
     known = marks(rules)
+    styles = [str(item) for item in known.items()]
+    own = [(str(result["study"]), result["cases"]) for result in results]
+    drawings = [
+        ([study, cases, styles, dict(titles)], partial(_drawn, study, cases, known, titles))
+        for study, cases in own
+    ]
     found = []
-    for result in results:
-        study, cases = str(result["study"]), result["cases"]
-        drawn = remembered(
-            [study, cases, [str(item) for item in known.items()], dict(titles)],
-            partial(_drawn, study, cases, known, titles),
-        )
+    for result, (study, cases), drawn in zip(results, own, remembered(drawings), strict=True):
         library |= drawn["library"]
         for figure in drawn["figures"]:
             drawing = Drawing(

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from .figures import Plate, Remembered
 
 LONGEST_FORMULA = 60_000  # characters of MathML; longer ones are linked, not shown
-FORMULAE = 1_000_000  # and of all of them together
+FORMULAE = 900_000  # and of all of them together,
+SHORT_FORMULA = 1_000  # but what is no longer than this is always shown
 
 
 def write_report(
@@ -179,6 +180,7 @@ def _schemes(
             key for _, key in _FORMULAE
             if len(entries) > 1 and all(e.get(key) == entries[0].get(key) for e in entries)
         ]  # fmt: skip
+        common = room.formulae(entries[0], [f for f in _FORMULAE if f[1] in shared], [scene])
         schemes = []
         for entry in entries:
             names = [str(entry.get(key) or "") for key in ("scene", "rule", "retraction")]
@@ -191,11 +193,7 @@ def _schemes(
                  "notation": str(entry.get("notation") or ""),
                  "formulae": room.formulae(entry, own, filter(None, names))}
             )  # fmt: skip
-        common = [(head, key) for head, key in _FORMULAE if key in shared]
-        found.append(
-            {"title": titles.get(scene, scene), "schemes": schemes,
-             "shared": room.formulae(entries[0], common, [scene])}
-        )  # fmt: skip
+        found.append({"title": titles.get(scene, scene), "schemes": schemes, "shared": common})
     return found
 
 
@@ -215,7 +213,8 @@ class _Room:
             given = entry.get(key) or []
             long, shown = [], []
             for formula in map(display, [given] if isinstance(given, str) else given):
-                if len(small := inline(formula)) > min(LONGEST_FORMULA, self.left):
+                small = inline(formula)
+                if len(small) > max(SHORT_FORMULA, min(LONGEST_FORMULA, self.left)):
                     long.append(formula)
                 else:
                     shown.append(small)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -311,6 +312,27 @@ def test_figures_are_drawn_once_of_the_same_numbers(monkeypatch):
     assert count and page(result) == first and len(drawn) == count
     result["cases"].pop()
     assert page(result) != first and len(drawn) == 2 * count
+
+
+def test_figures_drawn_side_by_side_are_those_of_one_process(monkeypatch):
+    from discmech.studies.command import report
+    from discmech.studies.report import figures
+    from tests.studies.fake_results import results
+
+    few = [r | {"cases": r["cases"][:2]} for r in results((16,))[1:3]]
+    monkeypatch.setattr(report, "WORTH_DRAWING_TOGETHER", 1)
+    monkeypatch.setattr(report, "worker_pool", partial(_counted, pools := [], report.worker_pool))
+    libraries = [{}, {}]
+    pages = [
+        figures.plates(few, {}, library, report._drawn_once(Store(fresh=True), jobs))
+        for library, jobs in zip(libraries, (1, 2), strict=True)
+    ]
+    assert pages[0] == pages[1] and libraries[0] == libraries[1] and pools == [2]
+
+
+def _counted(pools, make, workers):
+    pools.append(workers)
+    return make(workers)
 
 
 def test_coefficients_count_not_the_name_of_a_method():
