@@ -239,4 +239,6 @@ def adjoint(rule: Discretisation) -> Discretisation:
         return -value.subs(swap, simultaneous=True)
 
     source = f"adjoint of {rule.name}: Marsden, West, Acta Numerica 2001, 2.4"
-    return replace(rule, name=f"{rule.name}-adjoint", formula=formula, source=source)
+    # on a group it is no collocation: its polynomials are in the chart at the end of the step
+    name = f"{rule.name}-adjoint"
+    return replace(rule, name=name, formula=formula, source=source, gauss_nodes=None)
