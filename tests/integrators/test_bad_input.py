@@ -124,7 +124,7 @@ CASES = {
     "an absolute value": (
         lambda: with_lagrangian(
             lambda x, v, p: v[0] ** 2 / 2 - sympy.sqrt(x[0] ** 2)).flow(1).trajectory(1),
-        "derivative of Abs .*write the Lagrangian, or the rule, without Abs"),
+        "holds Abs .*no derivative everywhere: write it without"),
     **{name: (lambda e=expression: with_lagrangian(
         lambda x, v, p: v[0] ** 2 / 2 - e.subs("z", x[0])).flow(1).trajectory(1),
         f"the {said} cannot be put into a kernel; there are sin, cos")
@@ -138,7 +138,7 @@ CASES = {
     "the larger of two": (
         lambda: with_lagrangian(
             lambda x, v, p: v[0] ** 2 / 2 - sympy.Max(x[0], 0)).flow(1).trajectory(1),
-        "derivative of Abs .of Max"),
+        "holds Abs .or Max"),
     "no velocity": (lambda: with_lagrangian(lambda x, v, p: x[0] ** 2),
                     "bad with midpoint: .*does not depend on u, so FL is singular everywhere"),
     "discrete only": (
