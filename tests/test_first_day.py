@@ -268,6 +268,6 @@ def test_a_new_study(stranger):
 
 def test_a_cluster_that_is_not_there(stranger):
     """One that is there is in `tests/studies/test_cluster.py`."""
-    asked = ("order", "pendulum", "--scheduler", "tcp://localhost:1")
+    asked = ("order", "pendulum", "--scheduler", "tcp://[::1]:1")
     said = stranger.types(*asked, ends=BAD_INPUT)
     assert "dask scheduler" in said or "discmech[cluster]" in said

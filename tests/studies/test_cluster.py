@@ -39,7 +39,7 @@ def process(*words, **more):
 @pytest.fixture(scope="module")
 def scheduler():
     pytest.importorskip("distributed")
-    words = ("distributed.cli.dask_scheduler", "--host", "localhost", "--port", "0",
+    words = ("distributed.cli.dask_scheduler", "--port", "0",
              "--no-dashboard")  # fmt: skip
     with process(*words) as made:
         line = next(line for line in made.stderr if "Scheduler at:" in line)
@@ -105,8 +105,8 @@ def test_a_worker_with_another_text_is_refused_by_name(scheduler, tmp_path, caps
 
 
 def test_without_a_scheduler_or_workers_it_is_said(scheduler, capsys):
-    assert main([*ASKED, "--scheduler", "tcp://localhost:1"]) == 2
-    assert "no Dask scheduler answers at tcp://localhost:1" in capsys.readouterr().err
+    assert main([*ASKED, "--scheduler", "tcp://[::1]:1"]) == 2
+    assert "no Dask scheduler answers at tcp://[::1]:1" in capsys.readouterr().err
     assert main([*ASKED, "--scheduler", scheduler]) == 2
     assert "has no workers" in capsys.readouterr().err
 
