@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators import BadInput, Scheme, retractions
+from discmech.integrators import BadInput, Scheme, retractions, scenes
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import arithmetic
 
@@ -22,6 +22,7 @@ from ..core.case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation
 
 NEAR = 0.25  # an order this close to another is that one
+FLAT = "pendulum"  # on a pair groupoid, where the derivative of coordinates is the velocity
 ROWS = 16  # steps of a run that are looked at
 #: what checks a reference: it shares no formula with it, and its own error is seen
 WITNESS = "kahan-li-8:trapezoidal"
@@ -85,11 +86,23 @@ def _of_rule(
                 "the rule takes u for more than this chart makes of it.",
                 evidence,
             )
+    left = min(found.order_of_points, found.order_over_factor)
+    if found.order_of_legendre < 1 - NEAR < left:
+        c = _fraction(*found.factors[-2:])
+        evidence["factors"] = found.factors
+        rest = f" Without it the rule is of order {_figure(left)}, not {wanted}."
+        return named(
+            "factor",
+            f"L_d is {c} times a consistent one: its points are those of L, its momenta {c} times "
+            f"theirs ({off}); divide the weights by it, their sum has to be 1."
+            + (rest if left < wanted - NEAR else ""),
+            evidence,
+        )
     if found.order_of_points > wanted - NEAR:
         return named(
             "gauge",
             f"L_d differs from one of order {wanted} by what the discrete Euler–Lagrange equations "
-            "do not see, such as a factor or f(b(x, u)) − f(x): points would be of order "
+            "do not see, such as f(b(x, u)) − f(x): points would be of order "
             f"{_figure(found.order_of_points)}, but momenta are of order {found.order:.2f} "
             f"({off}); take it out, or declare that order.",
             evidence,
@@ -101,6 +114,17 @@ def _of_rule(
             "to be h·L(x, u) + O(h²), so look for a factor, or a part of L, that is missing.",
             evidence,
         )
+    if scheme.rule.stages and scheme.scene.groupoid.retraction is not None:
+        flat = truncation(scheme_of(scenes.get(FLAT), scheme.rule))
+        evidence["order_on_a_pair_groupoid"] = flat.order
+        if flat.order > wanted - NEAR:
+            return named(
+                "velocity in the chart",
+                f"L_d is of order {found.order:.2f} here and of order {_figure(flat.order)} on "
+                f"{FLAT}, whose chart is flat ({off}): the derivative of a curve's coordinates is "
+                "no velocity in this chart; give L the velocity G.velocity(x, w, dw, h).",
+                evidence,
+            )
     return named(
         "discrete Lagrangian",
         f"L_d differs from the exact discrete Lagrangian by O(h^{found.order + 1:.2f}), not "
@@ -220,6 +244,12 @@ def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
         first, second = map(mpmath.matrix, ends)
         size = mpmath.norm(wanted)
         return float(mpmath.norm(second - wanted) / size), float(mpmath.norm(second - first) / size)
+
+
+def _fraction(before: float, factor: float) -> str:
+    """2/3 for 0.6668 after 0.6672: that which halving the step leads to, if it has a small q."""
+    near = Fraction(factor).limit_denominator(12)
+    return str(near) if abs(factor - near) <= 2 * abs(factor - before) else f"{factor:.4g}"
 
 
 def _figure(order: float) -> str:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -82,12 +83,16 @@ class Truncation:
     steps: their sizes. lagrangian: |L_d − L_d^E|. legendre: the larger of ‖F⁻/h − μ‖, ‖F⁺/h − μ′‖
     on exact arrows. residual: ‖F⁺(x, u) − F⁻(y, v)‖/h on two in succession. Relative to the action
     of the kinetic size h‖μ‖‖u‖, and to ‖μ‖. The orders are those that each would give the method.
+    factors: the c for which F±/h are nearest to cμ; legendre_over_factor: as legendre, of F± over
+    h less cμ.
     """
 
     steps: list[float]
     lagrangian: list[float]
     legendre: list[float]
     residual: list[float]
+    factors: list[float]
+    legendre_over_factor: list[float]
 
     @property
     def order(self) -> float:
@@ -102,6 +107,12 @@ class Truncation:
     def order_of_legendre(self) -> float:
         """r of the Legendre transforms, ‖F±/h − μ‖ = O(h^r)."""
         return slope(self.steps, self.legendre)
+
+    @property
+    def order_over_factor(self) -> float:
+        """r of the Legendre transforms of L_d over the c that these steps lead to."""
+        changes = [abs(a - b) for a, b in pairwise(self.factors)]
+        return min(slope(self.steps, self.legendre_over_factor), slope(self.steps[:-1], changes))
 
     @property
     def order_of_lagrangian(self) -> float:
@@ -130,7 +141,9 @@ def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
 def truncation(scheme: Scheme) -> Truncation:
     """Measured at `HALVINGS` steps from a quarter of the scene's, with 50 digits."""
     steps = [scheme.scene.step * COARSEST / 2**k for k in range(HALVINGS)]
-    found: dict[str, list[float]] = {"lagrangian": [], "legendre": [], "residual": []}
+    found: dict[str, list[float]] = {
+        "lagrangian": [], "legendre": [], "residual": [], "factors": [], "legendre_over_factor": [],
+    }  # fmt: skip
     _sweep(scheme, steps)
     numbers = arithmetic(DIGITS)
     for step in steps:
@@ -141,8 +154,13 @@ def truncation(scheme: Scheme) -> Truncation:
             maps = [flow.context.maps_at(a.x, a.u) for a in pair]
             mu, mu_after = (np.array(p, dtype=object) for p in (pair[0].mu, pair[0].mu_after))
             size = max(_norm(mu), _norm(mu_after))
-            gaps = (maps[0]["minus"] / h - mu, maps[0]["plus"] / h - mu_after)
-            found["legendre"].append(float(max(map(_norm, gaps)) / size))
+            both = np.concatenate([maps[0]["minus"], maps[0]["plus"]]) / h
+            exact, m = np.concatenate([mu, mu_after]), len(mu)
+            factor = both @ exact / (exact @ exact)
+            found["factors"].append(float(factor))
+            for name, c in (("legendre", 1), ("legendre_over_factor", factor)):
+                gap = both - c * exact
+                found[name].append(float(max(_norm(gap[:m]), _norm(gap[m:])) / size))
             found["residual"].append(float(_norm(maps[0]["plus"] - maps[1]["minus"]) / h / size))
             value = _discrete_lagrangian(scheme, pair[0], flow)
             scale = h * size * (_norm(np.array(pair[0].u)) or 1)

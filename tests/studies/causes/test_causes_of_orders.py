@@ -190,6 +190,35 @@ def test_a_rule_that_is_not_consistent_is_not_advised_to_declare_its_order(formu
     assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found, abs=0.05)
 
 
+@pytest.mark.parametrize(("formula", "factor", "rest"), [
+    (lambda L, G, x, u, h: 2 * h * L(G.target(x, u, h / 2), u) / 3, "2/3", ""),
+    (lambda L, G, x, u, h: h * (2 * L(x, u) + 3 * L(G.target(x, u, h), u)) / 4, "5/4",
+     "of order 0.99, not 2"),
+])  # fmt: skip
+def test_a_factor_is_named(formula, factor, rest):
+    found = cause(order("pendulum", discretisation(order=2, name="scaled")(formula)))
+    assert found["cause"] == "factor" and f"L_d is {factor} times a consistent" in found["sentence"]
+    assert rest in found["sentence"] and ("Without" in found["sentence"]) is bool(rest)
+
+
+def test_a_velocity_of_coordinates_is_told_on_a_group():
+    """Simpson's rule on a parabola with dw/dθ for a velocity: of order 4 on pairs alone."""
+
+    @discretisation(order=4, stages=1)
+    def parabola(L, G, x, u, h, s):
+        points = ((sympy.Rational(k, 2), w) for k, w in enumerate((1, 4, 1)))
+        return sum(
+            h
+            * sympy.Rational(w, 6)
+            * L(G.target(x, t * u + t * (1 - t) * s[0], h), u + (1 - 2 * t) * s[0])
+            for t, w in points
+        )
+
+    found = cause(order("rigid-body", parabola))
+    assert found["cause"] == "velocity in the chart" and "G.velocity" in found["sentence"]
+    assert found["evidence"]["order_on_a_pair_groupoid"] == pytest.approx(4, abs=0.1)
+
+
 @pytest.mark.parametrize(("scene", "excess", "order_found"), [
     ("pendulum", -1, 0), ("pendulum", "h", 1),
     pytest.param("heavy-top", "h", 1, marks=pytest.mark.slow),
