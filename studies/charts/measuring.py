@@ -185,7 +185,7 @@ def _through_bisections(flow: Flow, run: Trajectory, elements: np.ndarray) -> fl
 @lru_cache(maxsize=8)
 def _kept(scheme: Scheme, digits: int) -> list[Rows]:
     """What is kept to round-off, as functions of a run."""
-    from ..momentum.measuring import formula_of
+    from ..momentum.quantities import formula_of
 
     kept = [q for q in scheme.scene.symmetries if q.to_roundoff and q.stretch is None]
     return [with_terms(scheme, formula_of(scheme, q, STEP), digits) for q in kept]

@@ -9,7 +9,7 @@ from discmech.integrators import BadInput, Scene, Scheme, discretisation, pair, 
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.integrators.scene import Conserved
 from discmech.studies import check
-from discmech.studies.momentum import measuring as momentum
+from discmech.studies.momentum import work
 from discmech.studies.momentum.view import VIEW
 from tests.objects import PLAIN, with_wrong_force
 from tests.studies.cached_results import measured
@@ -149,7 +149,7 @@ def test_a_wrong_discrete_force_is_caught(name, moved, at_start, at_end, monkeyp
     quadratic one. What the study holds a step against is not made of F±."""
     scene = RUBBED_BODY if name == "rubbed-body" else scenes.get(name)
     wrong = with_wrong_force(Scheme(scene, trapezoidal), at_start, at_end)
-    monkeypatch.setattr(momentum, "_scheme", lambda case, attitude: wrong)
+    monkeypatch.setattr(work, "scheme_for", lambda case, attitude: wrong)
     only = [q for q in scene.symmetries if q.name == moved]
     found = measured("momentum", scene.with_values(symmetries=only), "trapezoidal", steps=100)
     assert found["verdict"] == "fail" and moved in found["reason"]

@@ -1,0 +1,111 @@
+"""Why a quantity drifts: the scene, its coordinates, the discrete Lagrangian, or the run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme
+from discmech.integrators.flows import Flow
+from discmech.integrators.numbers import arithmetic, first_violation
+
+from ..causes.diagnosis import ROWS, named
+from ..core.case import Case
+from ..core.runs import relative_drifts, with_terms
+from .quantities import formula_of, kept_in, scheme_for
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """Whether the scene, its coordinates, L_d or the run is to blame; None where that needs the
+    attitude.
+
+    First the certified motion is asked whether it keeps the quantity: else the scene is wrong.
+    A step from (x, F⁻/h) leads to (b, F⁺/h), so a quantity that the method keeps has one value at
+    both ends of every arrow (discrete Noether theorem). That is asked with 30 digits, at arrows of
+    a run.
+    """
+    drift = measurement["measured"]["drift"]
+    if case.scene.force is not None:
+        return None
+    plain = [q for q in kept_in(case) if q.name in drift and not q.attitude and q.stretch is None]
+    if not plain or case.scheme.element is not None or case.scheme.one_step:
+        return None
+    worst = max(plain, key=lambda q: drift[q.name])
+    scheme = scheme_for(case, False).base
+    flow = Flow(scheme, case.scene.step, 30)
+    formula = formula_of(scheme, worst, case.scene.step)
+    rows_of = with_terms(scheme, formula, 30)
+    if not worst.of_step and (moved := _of_motion(scheme, rows_of)) > 1e-20:
+        return named(
+            "scene",
+            f"the motion itself does not keep {worst.name}: along the certified solution it "
+            f"changes by {moved:.1e}; no rule can keep it, so mend its formula, or the Lagrangian.",
+            {"quantity": worst.name, "motion": moved},
+        )
+    run = flow.trajectory(ROWS)
+    with flow.numbers.working():
+        at, h = flow.context, flow.context.h
+        arrows = [at.maps_at(*at.vectors(x, u)) for x, u in zip(run.base, run.u, strict=True)]
+        before = np.array([here["minus"] / h for here in arrows])
+        after = np.array([here["plus"] / h for here in arrows])
+        ends = np.array([here["target"] for here in arrows]).reshape(run.base.shape)
+    start, terms = rows_of(replace(run, mu=before))
+    end, later = rows_of(replace(run, base=ends, mu=after))
+    scale = max(float(abs(t)) for part in (terms, later) for t in part.ravel()) or 1.0
+    gap = max(float(abs(e)) for e in (end - start).ravel()) / scale
+    evidence = {"quantity": worst.name, "gap": gap}
+    if gap > 1e-20 and _is_bent(scheme, formula):
+        return named(
+            "coordinates",
+            f"the symmetry of {worst.name} is not affine in these coordinates, ξ(x) = ∂J/∂μ is "
+            "bent: it does not take the points between the ends of a step to such points, so a "
+            "rule that asks for L there cannot keep it; take coordinates in which it is affine, or "
+            'declare it as kind="first integral".',
+            evidence,
+        )
+    if gap > 1e-20:
+        return named(
+            "invariance",
+            f"L_d is not invariant under the symmetry of {worst.name}: at the two ends of an "
+            f"arrow, (x, F⁻/h) and (b, F⁺/h), its values differ by {gap:.1e}; write the rule with "
+            "L and G, not with single components.",
+            evidence,
+        )
+    return named(
+        "run",
+        f"L_d keeps {worst.name}: at the two ends of an arrow its values differ by {gap:.1e} only; "
+        "it is the solver or the update, which discmech symplecticity tells apart.",
+        evidence,
+    )
+
+
+def _of_motion(scheme: Scheme, rows_of: Any) -> float:
+    """How far a quantity moves along the certified solution in some steps, relative to its terms;
+    0 where there is no solution."""
+    from discmech.reference import ReferenceFailure, solutions
+
+    scene, s = scheme.scene, scheme.s
+    times = [k * scene.step for k in (0, 1, ROWS)]
+    try:
+        found = solutions(scene, times, 35)
+    except ReferenceFailure:
+        return 0.0
+    x, mu = ([list(getattr(e, part)) for e in found] for part in ("x", "mu"))
+    base = [s.with_time(row, t) for row, t in zip(x, times, strict=True)] if s.clocked else x
+    rows = np.array(base, dtype=object).reshape(len(times), -1)
+    states = SimpleNamespace(x=rows, base=rows, mu=np.array(mu, dtype=object))
+    with arithmetic(30).working():
+        return float(relative_drifts(rows_of(states), 30).max())
+
+
+def _is_bent(scheme: Scheme, formula: Any) -> bool:
+    """Whether ξ(x) = ∂J/∂μ of pairs is no affine function of x."""
+    s = scheme.s
+    if s.groupoid.kind != "pair":
+        return False
+    slope = formula.jacobian(list(s.mu))
+    second = [e.diff(a, b) for e in slope for a in s.position for b in s.position]
+    return first_violation(second, [*s.u]) is not None

@@ -1,0 +1,117 @@
+"""The quantities that a scene declares: which can be measured, their formulas, their round-off."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme
+from discmech.integrators.numbers import (
+    arithmetic,
+    errors_of,
+    exact_rational,
+    first_violation,
+    numeric_text,
+    rounded,
+    sympy,
+    to_sympy,
+    with_running_errors,
+)
+from discmech.integrators.rules import Composition, OneStepMap
+from discmech.integrators.scene import Conserved, Scene
+
+from ..core.case import Case
+from .section import KIND
+
+SAMPLES = 16  # rows whose round-off is analysed
+
+
+def measured_in(case: Case) -> list[Conserved]:
+    """The quantities that have something to be held against."""
+    composed = isinstance(case.rule, Composition | OneStepMap)
+    return [
+        q for q in case.scene.symmetries if q.to_roundoff and not (composed and _worked(case, q))
+    ]
+
+
+def kept_in(case: Case) -> list[Conserved]:
+    """Those of them that do not change."""
+    return [q for q in measured_in(case) if not _worked(case, q)]
+
+
+def _worked(case: Case, q: Conserved) -> bool:
+    """Whether a quantity has a change to be held against: its own equation, or a force's work, so
+    that ∂J/∂μ·f is not zero everywhere."""
+    if q.kind == KIND:
+        return True
+    return case.scene.force is not None and _moved(scheme_for(case, q.attitude), q)
+
+
+@cache
+def _moved(scheme: Scheme, q: Conserved) -> bool:
+    s = scheme.s
+    values = list(formula_of(scheme, q, scheme.scene.step))
+    letters = {mu: u for mu, u in zip(s.mu, s.u, strict=True)}  # any μ will do
+    work = [sum(e.diff(mu).xreplace(letters) * f for mu, f in zip(s.mu, s.force, strict=True))
+            for e in values]  # fmt: skip
+    return first_violation(work, [*s.u]) is not None
+
+
+@cache
+def _with_attitude(scene: Scene) -> Scene:
+    return scene.with_attitude()
+
+
+def scheme_for(case: Case, attitude: bool) -> Scheme:
+    """The case's scheme, with the attitude as base if a quantity needs it."""
+    return case.scheme_on(_with_attitude(case.scene) if attitude else case.scene)
+
+
+def formula_of(scheme: Scheme, q: Conserved, step: Any) -> Any:
+    """The quantity in the scheme's symbols; an attitude is handed on as a matrix.
+
+    Without its constant terms: they change nothing, and would hide what changes.
+    """
+    x: Any = scheme.s.position
+    if q.attitude:
+        size = scheme.scene.groupoid.algebra.size  # type: ignore[attr-defined]
+        x = x.reshape(size, size)
+    h = to_sympy(exact_rational(step, "step"))
+    given = scheme.s.evaluated(q.at, q.name, x, scheme.s.mu, scheme.s.parameters, h)
+    entries = [scheme.s.scalar(e, q.name, q.formula) for e in
+               (list(given) if hasattr(given, "shape") else [given])]  # fmt: skip
+    return sympy.Matrix([_varying(e, [*scheme.x, *scheme.s.mu]) for e in entries])
+
+
+def _varying(e: Any, letters: list[Any]) -> Any:
+    """The expression without the terms that hold none of the letters."""
+    multiplied = sympy.expand(e) if e.is_polynomial(*letters) else e
+    constant = multiplied.as_independent(*letters, as_Add=True)[0]
+    return e - constant if constant != 0 else e
+
+
+def round_offs(
+    scheme: Scheme, formula: Any, run: Any, terms: np.ndarray, digits: int
+) -> tuple[float, float]:
+    """What round-off does to a quantity: (where x and μ are rounded once, in its own evaluation).
+
+    In units ε of the sum of absolute terms; the most at SAMPLES rows (`running_error`).
+    """
+    numbers, s = arithmetic(digits), scheme.s
+    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+    text = numeric_text(letters, [list(formula)])
+    worst = [0.0, 0.0]
+    with numbers.working():
+        p = [numbers.number(v) for v in scheme.scene.parameter_values]
+        f = with_running_errors(text, numbers)
+        for row in np.unique(np.linspace(0, len(run.mu) - 1, SAMPLES).astype(int)):
+            x, mu = (np.array([numbers.number(e) for e in part[row]], numbers.dtype)
+                     for part in (run.base, run.mu))  # fmt: skip
+            own = max(errors_of(f(rounded(x, 0 * abs(x)), rounded(mu, 0 * abs(mu)), p)))
+            whole = max(errors_of(f(rounded(x), rounded(mu), p)))
+            scale = max(terms[row].max(), terms[0].max())
+            for place, value in enumerate((whole - own, own)):
+                worst[place] = max(worst[place], float(value / scale) if scale else 0.0)
+    return worst[0], worst[1]
