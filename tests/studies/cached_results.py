@@ -14,6 +14,7 @@ from discmech.integrators import Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation
 from discmech.studies import NAMES, get
+from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Progress
 from discmech.studies.core.running import run_case
 from tests.objects import EXPENSIVE, TURN
@@ -41,6 +42,7 @@ SMALL = {
     "extremes": ("charged-particle", 50),
     "savings": ("pendulum", 50),
     "contact": ("bouncing-ball", 40),
+    "optimality": ("oscillator", 16),
 }
 
 
@@ -59,7 +61,7 @@ def case(
 ) -> Case:
     return Case(
         study,
-        scenes.get(scene) if isinstance(scene, str) else scene,
+        lookup.scene_given(scene),
         discretisations.get(rule) if isinstance(rule, str) else rule,
         digits,
         steps,

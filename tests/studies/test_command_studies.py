@@ -37,6 +37,7 @@ MEASURED = {
                "translates", "stopped"},
     "extremes": {"fine", "coarse"},
     "savings": {"times"},
+    "optimality": {"order", "interval", "points", "orders", "exact", "corrections", "cost"},
     "contact": {"stepped", "located", "late", "order", "time_error", "form"},
 }  # fmt: skip
 

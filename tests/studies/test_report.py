@@ -33,7 +33,9 @@ WORDS = [
     "1",  # the measurements of this process are replaced
 ]
 #: the studies that apply to these scenes
-APPLY = tuple(name for name in NAMES if name not in ("stability", "charts", "contact"))
+APPLY = tuple(
+    name for name in NAMES if name not in ("stability", "charts", "contact", "optimality")
+)
 STOPPED = StepFailure("heavy-top", "midpoint", 3, 0.15, {"x": [1.0]}, "Newton did not converge")
 
 

@@ -14,6 +14,7 @@ from discmech.integrators.equations import SceneSymbols, energy_terms
 from discmech.studies import NAMES, check, get
 from discmech.studies.command.entry import _parser
 from discmech.studies.command.options import choice_of
+from discmech.studies.core import lookup
 from discmech.studies.core.case import VERDICTS, Case, Choice, worst
 from discmech.studies.report.tables import plain
 from discmech.studies.user.assertions import assert_momentum, assert_order, assert_symplectic
@@ -276,7 +277,7 @@ def test_what_check_returns_is_what_the_design_says(study):
     assert bool(peers) is (study == "work-precision")
     rule = "own" if study == "charts" else "midpoint"  # its L_d is given
     assert (case["scene"], case["rule"], case["digits"]) == (scene, rule, 16)
-    assert case["retraction"] == scenes.get(scene).groupoid.retraction
+    assert case["retraction"] == lookup.scene(scene).groupoid.retraction
     assert set(case) >= {"verdict", "reason", "expected", "measured", "rows", "seconds"}
     json.dumps(plain(found), allow_nan=False)
 

@@ -245,7 +245,7 @@ def pendulum(**more):
         (lambda x, v, p: [v[0] / sympy.Integer(0)], "is not finite"),
         (lambda x, v, p: [p.mass], "asks for what is not there"),
         (lambda x, v, p: None, "is None, not an expression"),
-        (lambda x, v: [v[0]], "could not be evaluated with symbols"),
+        (lambda x, v: [v[0]], r"write it with \(x, v, p\)"),
     ],
 )
 def test_a_force_that_fits_nothing_is_said_in_a_sentence(force, said):

@@ -9,6 +9,7 @@ from discmech.integrators import BadInput, Scene, Scheme, discretisation, pair, 
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.integrators.scene import Conserved
 from discmech.studies import check
+from discmech.studies.momentum import measuring as momentum
 from discmech.studies.momentum import work
 from discmech.studies.momentum.view import VIEW
 from tests.objects import PLAIN, with_wrong_force
