@@ -1,9 +1,9 @@
 """Unilateral contact with friction: gaps φ(x) ≥ 0, Coulomb's cones, impacts, steps under them."""
 
-from .contact_step import ContactSteps, FreeSteps, Impact, Moment
+from .contact_step import ZENO, ContactSteps, FreeSteps, Impact, Moment
 from .gaps import Gaps, check_gaps
 from .located_step import LocatedSteps
 
 __all__ = [
-    "ContactSteps", "FreeSteps", "Gaps", "Impact", "LocatedSteps", "Moment", "check_gaps",
+    "ContactSteps", "FreeSteps", "Gaps", "Impact", "LocatedSteps", "Moment", "ZENO", "check_gaps",
 ]  # fmt: skip

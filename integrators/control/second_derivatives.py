@@ -76,6 +76,7 @@ class SecondDerivatives:
     def _at(self, a: np.ndarray, q: list[Any]) -> tuple[np.ndarray, ...]:
         rows, size, count = len(a), self.size, self.count
         first = self._first_order(a.T, q)
+        first = np.broadcast_to(first.reshape(len(first), -1), (len(first), rows))  # constants too
         letters, slopes = first[1 : 1 + count], first[1 + count :]
         tangent = np.zeros((size + count, rows, size))
         tangent[range(size), :, range(size)] = 1

@@ -28,7 +28,7 @@ from ..equations import (
     step_system,
     vector,
 )
-from ..errors import BadInput
+from ..errors import BadInput, CannotMeasure
 from ..numbers import arithmetic, jacobian, numeric, symbols_of, sympy
 from ..numbers.types import Expression, Letter
 from ..rules import Discretisation
@@ -187,14 +187,24 @@ def stages_of(*given: Any) -> ControlStages:
 
 
 def places_of(scene: Scene, rule: Discretisation) -> list[float]:
-    """The fractions of a step at which a rule asks for L, in order."""
+    """The fractions of a step at which a rule asks for L, in order.
+
+    Raises `CannotMeasure` unless its weights sum to 1, as cost and force take them too.
+    """
 
     def still(x: Any, v: Any, p: Any, t: Any) -> Any:
         return v.dot(v) / 2 + t
 
     s = SceneSymbols(Scene("still", scene.groupoid, still, x0=scene.x0, v0=scene.v0), rule.stages)
-    times = [acting.point[-1] for acting in force_points(DiscreteLagrangian(s, rule))]
+    of = DiscreteLagrangian(s, rule)
+    times = [acting.point[-1] for acting in force_points(of)]
     at = {c: sympy.Float(v(30), 30) for c, v in s.constants.items()} | {s.x[-1]: 0, s.h: 1}
+    total = sympy.Add(*[sympy.sympify(weight).xreplace(at) for weight, _ in of.asked])
+    if total.is_number and abs(total - 1) > 1e-20:
+        raise CannotMeasure(
+            f"{scene.name}: the weights of {rule.name} sum to {float(total):.6g}: cost and force "
+            "take them too, so that it solves another problem; let them sum to 1."
+        )
     return sorted({float(sympy.sympify(e).xreplace(at)) for e in times})
 
 

@@ -94,8 +94,8 @@ def _of_rule(
         return named(
             "factor",
             f"L_d is {c} times a consistent one: its points are those of L, its momenta {c} times "
-            f"theirs ({off}); divide the weights by it, their sum has to be 1."
-            + (rest if left < wanted - NEAR else ""),
+            f"theirs ({off}): weights have to sum to 1, and what L is given for a velocity has to "
+            "be one (the derivative of the curve)." + (rest if left < wanted - NEAR else ""),
             evidence,
         )
     if found.order_of_points > wanted - NEAR:

@@ -71,6 +71,7 @@ def run_scene(options: argparse.Namespace) -> int:
             ]
         )
 
+    impacts = getattr(run, "impacts", None)
     found = {
         "schema": 1, "scene": scene.name, "rule": rule.name,
         "retraction": scene.groupoid.retraction, "digits": digits,
@@ -80,6 +81,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "newton": {"mean": run.newton_mean, "max": run.newton_max, "solver": run.solver},
         "margin": run.margin, "edges": run.edges,
         "energy_error": None if off is None or not isfinite(off) else off,
+        "impacts": None if impacts is None else numbers(impacts.t),
         "seconds": seconds, "failure": None if failure is None else str(failure),
     }  # fmt: skip
     if options.json:
@@ -139,7 +141,8 @@ def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> flo
 
     from ..core.runs import energy_errors
 
-    changed = scheme.scene.force is not None or scheme.scene.timed  # then it has to change
+    scene = scheme.scene  # by a force, in time and at impacts it has to change
+    changed = scene.force is not None or scene.timed or scene.contact is not None
     if scheme.scene.lagrangian is None or changed or not len(run.t):
         return None
     with np.errstate(all="ignore"):
@@ -162,6 +165,9 @@ def _print_run(run: dict[str, Any]) -> None:
     if run["margin"] < 1:
         met = f"; its edge was met {run['edges']} times" if run["edges"] else ""
         print(f"smallest margin to the edge of the chart: {run['margin']:.3g}{met}")
+    if run["impacts"] is not None:
+        first = f", the first at t = {float(run['impacts'][0]):.6g}" if run["impacts"] else ""
+        print(f"impacts: {len(run['impacts'])}{first}")
     if run["energy_error"] is not None:
         print(f"largest energy error: {run['energy_error']:.2e} of the energy's terms")
     if not run["t"]:

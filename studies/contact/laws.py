@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.contact import Gaps
+from discmech.integrators.contact import ZENO, Gaps
 from discmech.integrators.flows import ContactTrajectory
 from discmech.integrators.numbers import arithmetic
-
-MANY = 64  # impacts of a step from which on a rebound may be left out (`contact_step.ZENO`)
 
 #: of the largest coordinate, the way of a step below which a contact sticks: round-off moves it too
 SLOW = 1e-10
@@ -54,23 +52,24 @@ class _Run:
         self.run, self.numbers = run, numbers
         self.e = numbers.number(scheme.scene.restitution)
         clock = run.base.shape[1] - run.x.shape[1]
-        self.states = [self._state(x, mu) for x, mu in zip(run.base, run.mu, strict=True)]
+        self.states = [self._state(*row) for row in zip(run.base, run.mu, run.u, strict=True)]
         jumps = run.impacts
         at = [[*x, *([t] if clock else [])] for x, t in zip(jumps.x, jumps.t, strict=True)]
+        self.steps = [int((t - run.t[0]) // float(run.step)) for t in jumps.t]
+        near = [(run.u[k], run.u[min(k + 1, len(run.u) - 1)]) for k in self.steps]
         self.impacts = [
-            (self._state(x, before), self._state(x, after), self._array(P))
-            for x, before, after, P in zip(
-                at, jumps.before, jumps.after, jumps.impulses, strict=True)
+            (self._state(x, before, u), self._state(x, after, v), self._array(P))
+            for x, before, after, P, (u, v) in zip(
+                at, jumps.before, jumps.after, jumps.impulses, near, strict=True)
         ]  # fmt: skip
-        self.steps = [int(t // float(run.step)) for t in jumps.t]
 
     def _array(self, values: Any) -> np.ndarray:
         entries = np.asarray(values, dtype=object)
         return self.numbers.array([self.numbers.number(e) for e in entries.ravel()], *entries.shape)
 
-    def _state(self, x: Any, mu: Any) -> tuple[Any, Any, Any]:
+    def _state(self, x: Any, mu: Any, near: Any) -> tuple[Any, Any, Any]:
         x, mu = self._array(x), self._array(mu)
-        return x, self.gaps.velocity(x, mu, mu), mu
+        return x, self.gaps.velocity(x, mu, self._array(near)), mu
 
     def defects(self) -> dict[str, Any]:
         """As `laws.defects`."""
@@ -96,13 +95,15 @@ class _Run:
 
     @staticmethod
     def _most(found: dict[str, Any], name: str, value: Any) -> None:
-        found[name] = max(found[name], value)
+        """The larger; what is no number stays, so that it is not taken for 0."""
+        if found[name] == found[name] and not value <= found[name]:
+            found[name] = value
 
     def _friction(
         self, found: dict[str, Any], k: int, i: int, here: Any, there: Any, P: Any, hardest: Any,
         widest: Any,
     ) -> None:  # fmt: skip
-        kappa = self.gaps.friction[i] * here.scale[i]
+        kappa = self.gaps.friction[i] * max(here.scale[i], there.scale[i])  # at both ends
         if not kappa > 0:
             return
         length = sum(e * e for e in P[1:]) ** 0.5
@@ -117,7 +118,9 @@ class _Run:
 
     def _at_impacts(self, found: dict[str, Any], widest: Any, hardest: Any) -> None:
         gaps = self.gaps
-        many = {k for k in self.steps if self.steps.count(k) >= MANY}
+        pushed = [(step, i) for step, (_, _, P) in zip(self.steps, self.impacts, strict=True)
+                  for i in range(gaps.count) if P[i, 0] > 0]  # fmt: skip
+        many = {at for at in pushed if pushed.count(at) >= ZENO}  # a rebound may be left out
         for step, ((x, before_xi, before), (_, after_xi, after), P) in zip(
             self.steps, self.impacts, strict=True
         ):
@@ -139,8 +142,9 @@ class _Run:
             size = max(abs(before).max(), abs(after).max())
             self._most(found, "jump", abs(after - before - made).max() / size)
             gained = gaps.energy(x, after_xi, after) - gaps.energy(x, before_xi, before)
-            self._most(found, "impact_energy", gained / abs(before @ before_xi))
-            if step in many:
+            energy = abs(gaps.energy(x, before_xi, before)) + abs(before @ before_xi)
+            self._most(found, "impact_energy", gained / energy)
+            if any(at[0] == step for at in many):
                 continue
             rates = place.normal @ before_xi, place.normal @ after_xi
             fastest = max(abs(e).max() for e in rates) or 1

@@ -51,6 +51,7 @@ def of_scene(scene: Scene) -> Iterator[str]:
     """A scene's numbers, and the text that defines a scene of the bench's own."""
     yield from (scene.name, scene.groupoid.name, str(scene.groupoid.retraction))
     yield repr((scene.parameters, scene.x0, scene.v0, scene.duration, scene.step, scene.mu0))
+    yield repr((scene.friction, scene.restitution, scene.impacts))
     if is_ours(scene):
         yield _text_of_scene(scene.name)
 
@@ -99,6 +100,11 @@ def _derived(scheme: Scheme) -> str:
     parts += scheme.equations.fields
     if scene.lagrangian is not None:
         parts.append([s.lagrangian, *s.force])
+    if scene.contact is not None:  # gaps φ, or (φ, coordinates of its plane)
+        gaps = s.evaluated(scene.contact, "its contact", s.position, s.parameters)
+        for e in gaps:
+            split = isinstance(e, (tuple, list))
+            parts += ["gap", [e[0], *e[1]] if split else [e]]
     for q in scene.symmetries:
         x: Any = s.position
         if q.attitude:

@@ -74,11 +74,18 @@ def problem_of(scene: Scene) -> Any:
     """The problem of optimal control with that scene, in any chart; None if there is none."""
     from discmech.integrators import control as room
 
-    known = [room.get(scene.name)] if scene.name in room.NAMES else []
-    held = [thing for file in loaded() for thing in file.variables.values()]
-    for problem in (*known, *(thing for thing in held if isinstance(thing, room.Control))):
-        if problem.scene.laws == scene.laws:
-            return problem
+    if scene.name in room.NAMES and room.get(scene.name).scene.laws == scene.laws:
+        return room.get(scene.name)
+    for file in reversed(loaded()):
+        held = {v: thing for v, thing in file.variables.items() if isinstance(thing, room.Control)
+                and thing.scene.laws == scene.laws}  # fmt: skip
+        if len(set(held.values())) > 1:
+            raise BadInput(
+                f"{file.path}: {', '.join(held)} are problems of one scene, {scene.name}; give "
+                "each a scene of its own (scene.with_values(name=...))."
+            )
+        if held:
+            return next(iter(held.values()))
     return None
 
 
@@ -143,7 +150,8 @@ def _rules(word: str) -> tuple[Discretisation, ...]:
 def _scenes(word: str) -> tuple[Scene, ...]:
     file, name = _in_file(word)
     if file is not None:
-        return _of(file, file.scenes, name, "scene")
+        steered = getattr(file.variables.get(name), "scene", None)  # of a Control(...)
+        return (steered,) if isinstance(steered, Scene) else _of(file, file.scenes, name, "scene")
     if word not in scenes.NAMES:
         from discmech.integrators import control as room
 

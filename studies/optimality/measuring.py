@@ -58,11 +58,13 @@ def depends_on(case: Case) -> str:
     """What a result depends on beside the scene and the rule."""
     problem = lookup.problem_of(case.scene)
     stages = problem.with_values(scene=case.scene).stages(case.rule)
-    return text_key(str((problem.end, problem.duration)), *stages.formulas)
+    T = float(problem.duration)
+    path = None if problem.path is None else [list(problem.path(k * T / 7)) for k in range(8)]
+    return text_key(str((problem.end, problem.duration, path)), *stages.formulas)
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {steps, step, error, states, costates, controls, used, why_not}, coarse to fine.
+    """Rows {steps, step, cost, error, states, costates, controls, used, why_not}, coarse to fine.
 
     states, costates, controls: the largest change to the next solution, over the size of its kind;
     error: the largest of the three.
@@ -114,7 +116,7 @@ def _changes(found: list[Optimum]) -> list[dict[str, Any]]:
             for kind, *parts in zip(KINDS, _kinds(coarse), _kinds(fine), sizes, strict=True)
         }  # fmt: skip
         rows.append({"steps": len(coarse.t) - 1, "step": float(coarse.t[1]),
-                     "error": max(changes.values()), **changes})  # fmt: skip
+                     "cost": coarse.cost, "error": max(changes.values()), **changes})  # fmt: skip
     return rows
 
 

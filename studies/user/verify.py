@@ -101,10 +101,13 @@ def verify(
     return {**joined("verify", results), "schemes": schemes}
 
 
-def about_scheme(scheme: Scheme) -> dict[str, Any]:
-    """{"scene", "rule", "retraction", "self_adjoint"}; None where stages are not found."""
+def about_scheme(scheme: Scheme) -> dict[str, Any] | None:
+    """{"scene", "rule", "retraction", "self_adjoint"}, the last None where stages are not found;
+    None of a scene with contact."""
     from discmech.integrators.geometry import StagesNotFound
 
+    if scheme.scene.contact is not None:  # an impact has no past
+        return None
     try:
         self_adjoint: bool | None = scheme.self_adjoint
     except StagesNotFound:

@@ -38,7 +38,7 @@ MEASURED = {
     "extremes": {"fine", "coarse"},
     "savings": {"times"},
     "optimality": {"order", "interval", "points", "orders", "exact", "corrections", "cost"},
-    "contact": {"stepped", "located", "late", "order", "time_error", "form"},
+    "contact": {"stepped", "located", "late", "rests", "order", "time_error", "form"},
 }  # fmt: skip
 
 

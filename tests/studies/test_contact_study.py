@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import pytest
@@ -14,6 +15,7 @@ from discmech.studies import check, get
 from discmech.studies.contact import measuring
 from discmech.studies.contact.faults import CONTROLS
 from discmech.studies.core.case import Case, Choice
+from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.running import run_case
 from discmech.studies.user.assertions import NotApplicable, assert_order
 
@@ -69,7 +71,8 @@ def test_a_number_that_is_wrong_is_a_fail(mode, name, value, words):
     case = Case("contact", SPRING, rules.get("midpoint"), 16, 40)
     laws = dict.fromkeys(measuring.WORDS, 0.0)
     good = {"stepped": {**laws, "rises": [0.0]}, "located": {**laws, "rises": [0.0]}, "late": 0.5,
-            "order": 2.0, "form": {"free": 0.0, "across": None}}  # fmt: skip
+            "rests": False, "time_error": 1e-6, "order": 2.0,
+            "form": {"free": 0.0, "across": None}}  # fmt: skip
     assert measuring.judge(case, {"measured": good}).verdict == "pass"
     bad = good | ({name: value} if mode is None else {mode: {**good[mode], name: value}})
     verdict = measuring.judge(case, {"measured": bad})
@@ -99,3 +102,64 @@ def test_controls_by_name():
     assert (case.scene.name, case.control) == ("bouncing-ball", "missed impact")
     with pytest.raises(BadInput, match="bouncing-ball"):
         STUDY.cases(replace(asked, scenes=(scenes.get("beads"),)))
+
+
+def ball(**more):
+    given = {"contact": lambda x, p: [x[1]], "restitution": "1/2", "duration": 2, "step": "0.1",
+             "x0": [0, 1], "v0": [0, 0], **more}  # fmt: skip
+    return Scene("ball", pair(2), lambda x, v, p: v.dot(v) / 2 - x[1], **given)
+
+
+@pytest.mark.parametrize("more", [
+    {"restitution": "0.9"}, {"friction": "0.5"}, {"impacts": "located"},
+    {"contact": lambda x, p: [x[1] - x[0] ** 2 / 9]}, {"contact": lambda x, p: [(x[1], [x[0]])]},
+])  # fmt: skip
+def test_a_result_is_that_of_its_obstacle(more):
+    keys = {of_case(STUDY, Case("contact", scene, rules.get("midpoint"), 16), False)
+            for scene in (ball(), ball(**more))}  # fmt: skip
+    assert len(keys) == 2
+
+
+def test_what_is_no_number_is_no_pass():
+    case = Case("contact", ball(), rules.get("midpoint"), 16, 20)
+    found = measuring.measure(case)
+    assert measuring.judge(case, found).verdict == "pass"
+    for path in (("located", "cone"), ("stepped", "rises")):
+        broken = deepcopy(found)
+        value = float("nan") if path[1] == "cone" else [float("nan")]
+        broken["measured"][path[0]][path[1]] = value
+        assert measuring.judge(case, broken).verdict == "fail"
+
+
+def test_friction_on_a_curved_obstacle_stays_in_the_cones_of_both_ends():
+    bowl = ball(contact=lambda x, p: [x[1] - x[0] ** 2 / 2], friction="0.3", restitution=0,
+                x0=["0.6", "0.18"], duration=1, step="0.02")  # fmt: skip
+    found = run_case(STUDY, Case("contact", bowl, rules.get("midpoint"), 16, 30))
+    assert found["verdict"] == "pass", found["reason"]
+    assert found["measured"]["rests"]
+
+
+def test_a_closed_gap_is_of_order_two_by_any_rule():
+    bowl = ball(contact=lambda x, p: [x[1] - x[0] ** 2 / 2], restitution=0, x0=["0.6", "0.18"],
+                duration=1, step="0.05")  # fmt: skip
+    found = run_case(STUDY, Case("contact", bowl, rules.get("gauss-2"), 16, 20))
+    assert found["verdict"] == "pass", found["reason"]
+    assert found["expected"]["order"] == pytest.approx(1.6)
+    assert abs(found["measured"]["order"] - 2) < 0.4
+
+
+def test_a_start_on_the_obstacle_is_not_moved_into_it():
+    start = ball(x0=[0, 0], v0=[0, -1], restitution=1)
+    found = run_case(STUDY, Case("contact", start, rules.get("midpoint"), 16, 10))
+    assert found["measured"]["form"]["across"] == [None, None] and found["verdict"] == "pass"
+
+
+def test_a_control_goes_with_a_rule_that_is_asked_for():
+    asked = Choice(rules=(rules.get("trapezoidal"),), own=(("control", ("missed impact",)),))
+    (case,) = measuring.cases(asked)
+    assert (case.control, case.rule.name) == ("missed impact", "trapezoidal")
+
+
+def test_a_run_says_its_impacts_and_no_energy_error(ask):
+    code, out, err = ask("run", "bouncing-ball", "--steps", "40")
+    assert code == 0 and "impacts: " in out and "resolve" not in err and "energy error" not in out

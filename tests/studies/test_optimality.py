@@ -80,3 +80,30 @@ def test_the_scene_of_a_problem_goes_into_other_studies():
     assert lookup.scene("oscillator") is problem("oscillator").scene
     (case,) = check("symplecticity", ["oscillator"], ["midpoint"], [16], steps=24)["cases"]
     assert case["verdict"] == "pass"
+
+
+def test_a_rule_that_solves_another_problem_is_refused():
+    @discretisation(order=2)
+    def doubled(L, G, x, u, h):
+        return 2 * h * L(G.target(x, u, h / 2), u)
+
+    (case,) = check("optimality", scenes=["oscillator"], rules=[doubled])["cases"]
+    assert case["verdict"] == "inconclusive" and "weights of doubled sum to 2" in case["reason"]
+
+
+def test_two_problems_of_one_scene_are_told_apart(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    far = PROBLEM + "far = Control(cart, cost=lambda x, v, f, p: f.dot(f), end=([2], [0]))\n"
+    (tmp_path / "two.py").write_text(far, encoding="utf-8")
+    assert main(["optimality", "two.py:cart"]) == 2
+    assert "push, far are problems of one scene, cart" in capsys.readouterr().err
+    (tmp_path / "one.py").write_text(PROBLEM, encoding="utf-8")
+    assert main(["optimality", "one.py:push", "--rule", "midpoint", "--json", "-"]) == 0
+    assert json.loads(capsys.readouterr().out)["cases"][0]["scene"] == "cart"
+
+
+def test_a_cost_without_the_control_is_refused_in_words(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "free.py").write_text(PROBLEM.replace("f.dot(f) / 2", "1"), encoding="utf-8")
+    assert main(["control", "free.py:push", "--steps", "10"]) == 2
+    assert "Traceback" not in capsys.readouterr().err
