@@ -137,17 +137,18 @@ class ContactSteps:
     def _struck(
         self, m: Moment, share: Number, counts: list[int], impacts: list[Impact]
     ) -> tuple[Moment, Vector]:
-        """The moment after the impacts of closed gaps that are still closing, and ξ there."""
+        """The moment after the impacts of closed gaps that are still closing, and its ξ, twice."""
         place = m.place
         for _ in range(AGAIN):
             xi = self.gaps.velocity(place.x, m.mu, m.u)
             slow = self._slow(place.normal, xi, m.noise)
             closing = place.closed & (place.normal @ xi < -slow)
             if not closing.any():
-                return m, xi
-            for i in np.flatnonzero(closing):
+                return m._replace(u=xi), xi
+            struck = [int(i) for i in np.flatnonzero(closing)]
+            for i in struck:
                 counts[i] += 1
-            tired = self.e < 1 and max(counts) > ZENO
+            tired = self.e < 1 and max(counts[i] for i in struck) > ZENO
             e = 0 * self.one if tired else self.e
             contacts = active(self.gaps, place, [int(i) for i in np.flatnonzero(place.closed)])
             P, after, changed = velocity_law(self.gaps, place, m.mu, m.u, contacts, e)
@@ -198,7 +199,9 @@ class ContactSteps:
         reach = place.own + self.free.h * (abs(place.normal) @ abs(xi) + m.noise)
 
         def trial(P: Vector) -> tuple[Vector, Vector, Any]:
-            y, mu, u = self.free.part(share, place.x, m.mu + start.push.T @ P, m.u)
+            pushed = m.mu + start.push.T @ P
+            near = gaps.velocity(place.x, pushed, m.u) if len(P) else m.u
+            y, mu, u = self.free.part(share, place.x, pushed, near)
             there = gaps.at(y, reach + self.free.h * self._noise(start, abs(W) @ abs(P)))
             F, unit = gaps.numbers.zeros(len(P)), gaps.numbers.zeros(len(P))
             for cone, i in zip(start.cones, [*resting, *landing], strict=True):

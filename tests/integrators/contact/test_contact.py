@@ -249,6 +249,27 @@ def test_a_run_goes_on_from_any_of_its_rows(impacts):
             assert abs(again.x[-1] - found.x[-1]).max() < 1e-13
 
 
+@pytest.mark.parametrize("impacts", ["stepped", "located"])
+def test_after_an_impact_the_search_for_a_velocity_starts_at_the_new_one(impacts):
+    """A relativistic ball: Newton's method that starts at the old velocity finds no numbers."""
+    fast = Scene("fast", pair(1), lambda x, v, p: -sympy.sqrt(1 - v[0] ** 2) - x[0], x0=[1],
+                 v0=[0], contact=lambda x, p: [x[0]], restitution="0.5")  # fmt: skip
+    found = Scheme(fast, midpoint).flow("0.01", impacts=impacts).trajectory(600)
+    energy = np.sqrt(1 + found.mu[:, 0] ** 2) + found.x[:, 0]
+    assert abs(found.impacts.t[0] - np.sqrt(3)) < 0.01 and np.diff(energy).max() < 1e-7
+    assert abs(found.x[-1]).max() < 1e-15
+
+
+def test_a_gap_whose_impacts_accumulate_leaves_the_others_their_rebound():
+    """Ball 0 has bounced out by t = 1; ball 1 comes at t = 1.2, within the same step."""
+    two = Scene("two-balls", pair(2), lambda x, v, p: v.dot(v) / 2 - 50 * x[0], x0=["0.01", "1.2"],
+                v0=[0, -1], contact=lambda x, p: list(x), restitution="0.8",
+                impacts="located")  # fmt: skip
+    found = Scheme(two, midpoint).flow("1.5").trajectory(1)
+    assert len(found.impacts.t) > 64 and found.mu[-1, 0] == 0
+    assert abs(found.mu[-1, 1] - 0.8) < 1e-13 and abs(found.x[-1, 1] - 0.24) < 1e-13
+
+
 @pytest.mark.parametrize("retraction", ["cayley", "exponential"])
 def test_contact_on_an_action_groupoid(retraction):
     """A spherical pendulum that hits a plate: its attitude stays on the sphere."""
