@@ -33,7 +33,7 @@ STUDY = Study(
         "times of impacts, Ω between and across elastic ones; stepped and located"
     ),
     judged=(
-        "round-off; times of impacts of order 1 and of the rule; a contact that sticks, friction "
+        "round-off; impacts late by at most a step, and at times of the rule's order; a contact that sticks, friction "
         "of the wrong sign and a missed impact must be caught"
     ),
     about=(
