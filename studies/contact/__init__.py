@@ -33,8 +33,8 @@ STUDY = Study(
         "times of impacts, Ω between and across elastic ones; stepped and located"
     ),
     judged=(
-        "round-off; impacts late by at most a step, and at times of the rule's order; a contact that sticks, friction "
-        "of the wrong sign and a missed impact must be caught"
+        "round-off; impacts late by at most a step, and at times of the rule's order; a contact "
+        "that sticks, friction of the wrong sign and a missed impact must be caught"
     ),
     about=(
         "A scene with contact is run twice, with impacts at the ends of steps and located inside "

@@ -28,17 +28,19 @@ CONTROLS = (
 )
 
 
+NAMES = {"pullback": "pullback", "poisson": "Poisson", "change": "change less dθ_f",
+         "volume": "volume", "residual": "residual", "constraint": "constraint",
+         "contraction": "contraction rate"}  # fmt: skip
+
+
 def _got(measured: dict[str, Any]) -> str:
-    names = {"pullback": "pullback", "poisson": "Poisson", "change": "change less dθ_f",
-             "volume": "volume", "residual": "residual", "constraint": "constraint",
-             "contraction": "contraction rate"}  # fmt: skip
-    said = [f"{names[k]} {scientific(measured[k])}" for k in names if measured.get(k) is not None]
+    said = [f"{NAMES[k]} {scientific(measured[k])}" for k in NAMES if measured.get(k) is not None]
     return ", ".join(said) or NONE
 
 
 def _wanted(expected: dict[str, Any]) -> str:
-    free = "; no form is demanded" if "not_demanded" in expected else ""
-    return limit(expected) + free
+    asked = ", ".join(NAMES[k] for k in expected.get("demanded") or ())
+    return limit(expected) + (f" of {asked} alone" if asked else "")
 
 
 def _compared(case: Case) -> dict[str, Any]:

@@ -61,7 +61,10 @@ def assert_converges(rule: Rule, scene: Where, *, digits: int = 50, **more: Any)
 
 
 def assert_symplectic(rule: Rule, scene: Where, *, digits: int = 16, **more: Any) -> dict[str, Any]:
-    """Ω and the Poisson bracket are kept to round-off, also at the largest stable step."""
+    """Ω and the Poisson bracket are kept to round-off, also at the largest stable step.
+
+    Under a force none is: Ω has to change by −dθ_f then, the differential of the force's one-form.
+    """
     __tracebackhide__ = True
     return _assert(get("symplecticity"), rule, scene, digits, **more)
 
