@@ -1,9 +1,11 @@
 """Impacts: the momentum jumps within the cones of the contacts, at a place where gaps are closed.
 
-With U = G ξ the velocities of all contacts, U⁻ → U⁺ = U⁻ + W P, the mean (U⁺ + e U⁻)/(1 + e) meets
-the law that without restitution U⁺ does (Moreau 1988): P = (1 + e) P_c, P_c the impulse for e = 0.
-The kinetic energy changes by (1 + e) [P_c·U_c − (1 − e)/2 P_c·W P_c], and P_c·U_c is what friction
-takes: it never grows, whatever e in [0, 1], the number of contacts and the friction are.
+With U = G ξ the velocities of all contacts, U⁻ → U⁺, the mean (U⁺ + e U⁻)/(1 + e) meets the law
+that without restitution U⁺ does (Moreau 1988). Where ξ is affine in μ, U⁺ = U⁻ + W P, so that
+P = (1 + e) P_c, P_c the impulse for e = 0, and the kinetic energy changes by
+(1 + e) [P_c·U_c − (1 − e)/2 P_c·W P_c]; P_c·U_c is what friction takes. It never grows, whatever e
+in [0, 1], the number of contacts and the friction are. Of other Lagrangians the impulse of that law
+is made shorter where it would raise the energy.
 """
 
 from __future__ import annotations
@@ -137,16 +139,34 @@ def velocity_law(
     xi = gaps.velocity(place.x, mu, near)
     W = gaps.flexibility(place.x, xi, contacts.rows, contacts.push)
     if gaps.quadratic:
-        P = gaps.impulses(W, contacts.rows @ xi, contacts.cones, 0 * W[0])
+        P = (1 + e) * gaps.impulses(W, contacts.rows @ xi, contacts.cones, 0 * W[0])
     else:
 
         def trial(P: Vector) -> tuple[Vector, Vector, Any]:
-            xi = gaps.velocity(place.x, mu + contacts.push.T @ P, near)
-            return contacts.rows @ xi, abs(contacts.rows) @ abs(xi), xi
+            after = gaps.velocity(place.x, mu + contacts.push.T @ P, near)
+            return contacts.rows @ (after + e * xi), abs(contacts.rows) @ abs(after), after
 
-        P, _ = in_cones(gaps, trial, W, contacts.cones)
-    P = (1 + e) * P
+        P, after = in_cones(gaps, trial, W, contacts.cones)
+        P = _without_gain(gaps, place, mu, contacts.push, P, xi, after)
     return P, mu + contacts.push.T @ P, abs(W) @ abs(P)
+
+
+def _without_gain(
+    gaps: Gaps, place: Place, mu: Vector, push: np.ndarray, P: Vector, xi: Vector, after: Vector
+) -> Vector:
+    """s P with the largest s ≤ 1 by which the energy does not rise; ξ before and after P.
+
+    H is convex along P and falls at first, so Newton's method comes down to that s from s = 1.
+    """
+    wanted = gaps.energy(place.x, xi, mu)
+    for _ in range(MOST):
+        moved = mu + push.T @ P
+        excess, rate = gaps.energy(place.x, after, moved) - wanted, (push.T @ P) @ after
+        if not excess > 4 * gaps.numbers.eps * (abs(wanted) + rate):
+            break
+        P = (1 - excess / rate) * P
+        after = gaps.velocity(place.x, mu + push.T @ P, after)
+    return P
 
 
 def given_back(
