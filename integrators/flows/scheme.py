@@ -126,7 +126,8 @@ class Scheme(DiscretisedScene):
         (`bisections.edge_policies`); a composition cannot "bisect". tolerance: instead of a step,
         the error over the scene's duration, for which a pilot picks the step (`Flow.choice`).
         impacts: "stepped" or "located", where the scene has contact (default: as it says).
-        Raises `BadInput` unless there is one of the two, and for a tolerance out of reach.
+        Raises `BadInput` unless there is one of the two, for a tolerance out of reach, and for one
+        with stepped impacts.
         """
         if impacts is not None:
             if self.scene.contact is None:
@@ -139,6 +140,11 @@ class Scheme(DiscretisedScene):
 
         if tolerance is None:
             return self.flow_at(step, digits, on_edge)
+        if self.scene.contact is not None and self.scene.impacts == "stepped":
+            raise BadInput(
+                f"{self.scene.name}: stepped impacts are late by up to a step, an error that runs "
+                'of two steps may share; with a tolerance say impacts="located".'
+            )
         choice = step_for(self, tolerance, lambda size: self.flow_at(size, digits, on_edge))
         flow = self.flow_at(choice.step, digits, on_edge)
         flow.choice = choice

@@ -27,8 +27,8 @@ class StepChoice:
 
     step: duration/steps, exact. error: from the largest difference to the pilot's finest run, of
     twice as many steps or more, at ROWS equal times of the scene's duration, of each component of
-    (x, μ) by its own largest value there. order: with which the error was scaled, the scheme's, or
-    measured where it states none; constant: error/step^order.
+    (x, μ) by its own largest value there. order: with which the error was scaled, the scheme's (at
+    most 2 with contact), or measured where it states none; constant: error/step^order.
     """
 
     tolerance: float
@@ -53,7 +53,9 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
     with that many steps is compared with the best one. Raises `BadInput` for a tolerance that is
     not positive, and for one that no step of the pilot reaches, with the smallest that one does.
     """
-    scene = scheme.scene
+    scene, stated = scheme.scene, scheme.order or 0
+    if scene.contact is not None:
+        stated = min(stated, 2)  # of what stays closed, whatever the rule
     wanted = float(exact_rational(tolerance, "tolerance"))
     if not 0 < wanted < 1:
         raise BadInput(f"tolerance is {tolerance!r}: give a number between 0 and 1.")
@@ -79,7 +81,7 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         sizes = [max(abs(e) for e in column) or 1 for column in other.T]
         off = max(abs(a - e) / size for row, better in zip(one, other, strict=True)
                   for a, e, size in zip(row, better, sizes, strict=True))  # fmt: skip
-        return float(off) / (1 - (steps / best) ** (scheme.order or 1))
+        return float(off) / (1 - (steps / best) ** (stated or 1))
 
     steps, errors, floor = ROWS, dict[int, float](), 0
     while (found := error(steps, 2 * steps)) > aim:
@@ -95,7 +97,7 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         raise _unreachable(scheme, wanted, {steps: aim}, most, failed)
     best = 2 * steps
     coarse = errors.get(steps // 2, inf)
-    order = scheme.order or 0
+    order = stated
     if not order and coarse < inf:
         order = max(1.0, log2(coarse / max(found, wanted * 1e-3)))
     if coarse < inf and order:

@@ -114,7 +114,7 @@ class Scene:
         if self.contact is not None:
             for key in ("friction", "restitution"):
                 put(key, exact_nested(getattr(self, key), f"{self.name}: {key}"))
-            self._check_contact()
+        self._check_contact()
         if not isinstance(self.parameters, Mapping):
             raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")
         for key in self.parameters:
@@ -147,6 +147,13 @@ class Scene:
                 raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
 
     def _check_contact(self) -> None:
+        if self.contact is None:
+            for key, default in (("friction", 0), ("restitution", 0), ("impacts", "stepped")):
+                if getattr(self, key) != default:
+                    raise BadInput(
+                        f"{self.name}: {key}={getattr(self, key)!r} needs contact=, the gaps."
+                    )
+            return
         if not self.groupoid.dim_x:
             raise BadInput(
                 f"{self.name}: contact= is a function of (x, p), a list of gaps φ(x) ≥ 0 on the "
@@ -189,12 +196,18 @@ class Scene:
         return flatten(tuple(self.parameters.values()))
 
     def with_values(self, **changes: Any) -> Scene:
-        """A copy with some fields changed; `parameters` are merged, not replaced."""
+        """A copy with some fields changed; `parameters` are merged, not replaced.
+
+        contact=None takes friction, restitution and impacts away too.
+        """
         names = [f.name for f in fields(self)]
         if foreign := set(changes) - set(names):
             raise BadInput(
                 f"{self.name}: a scene has no field {min(foreign)!r}; it has {', '.join(names)}."
             )
+        if self.contact is not None and changes.get("contact", self.contact) is None:
+            # what acts with contact goes with it
+            changes = {"friction": 0, "restitution": 0, "impacts": "stepped"} | changes
         if isinstance(changes.get("parameters"), Mapping):  # anything else is refused as at first
             if unknown := set(changes["parameters"]) - set(self.parameters):
                 raise BadInput(

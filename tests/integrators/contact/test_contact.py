@@ -219,7 +219,8 @@ def test_one_step_maps_and_forces_have_contact_too():
 
 
 def test_nothing_is_compiled_for_contact():
-    free = BALL.with_values(contact=None, friction=0, restitution=0)
+    free = BALL.with_values(contact=None)
+    assert (free.friction, free.restitution, free.impacts) == (0, 0, "stepped")
     ours, theirs = (Scheme(s, midpoint).flow("0.1").system for s in (BALL, free))
     for part in ("rows", "slope", "increment", "gain", "definitions", "q", "w"):
         assert getattr(ours, part) == getattr(theirs, part)
@@ -359,6 +360,9 @@ def ball(**given):
         ({"contact": lambda x, p: [sympy.log(x[0] - 2)]}, "no real value"),
         ({"contact": 3}, "give a function of"),
         ({"impacts": "never"}, "stepped"),
+        ({"contact": None, "friction": -3}, "friction=-3 needs contact="),
+        ({"contact": None, "restitution": "0.5"}, "restitution='0.5' needs contact="),
+        ({"contact": None, "impacts": "foo"}, "impacts='foo' needs contact="),
         ({"holonomic": lambda x, p: [x[0] - 1]}, "no constraints"),
         ({"groupoid": lie_group(so(3)), "x0": [], "v0": [1, 0, 0]}, "must have one"),
     ],
@@ -367,6 +371,17 @@ def test_what_cannot_be_used_is_said_in_a_sentence(given, words):
     with pytest.raises(BadInput, match=words.replace("(", "\\(")) as refused:
         ball(**given)
     assert str(refused.value).endswith(".") and "\n" not in str(refused.value)
+
+
+def test_a_tolerance_needs_located_impacts():
+    """Stepped, runs of an elastic ball agree at the times that are compared, and are wrong."""
+    with pytest.raises(BadInput, match="say impacts="):
+        scheme("bouncing-ball").flow(tolerance="1e-3", impacts="stepped")
+    made = Scheme(SPRING.with_values(duration=4), get("gauss-2"))
+    flow = made.flow(tolerance="1e-4")
+    assert flow.choice.order == 2 and flow.choice.error <= 1e-4
+    end = flow.trajectory(flow.choice.steps).x[-1, 0]  # reflected at −1/2, at t = 2π/3
+    assert abs(end - np.cos(4 - 2 * np.pi / 3 + 4 * np.pi / 3)) < 1e-4
 
 
 def test_what_a_flow_with_contact_has_not():
