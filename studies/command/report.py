@@ -55,9 +55,12 @@ def make_report(
         results.append(costs.measure(progress, costs.DIGITS[:6], costs.TIMES[:6], store))
         results.append(power(progress, jobs or cores(), store=store))
     progress("figures", 1.0)
-    scenes = list({scene.name: scene for scene, _ in choice.pairs()}.values())
+    scenes = {scene.name: scene for scene, _ in choice.pairs()}
+    for case in (case for study in studies for case in study.cases(choice)):
+        scenes.setdefault(case.scene.name, case.scene)  # of contact, and of optimal control
+    described = [about(scene) for scene in scenes.values()]
     page = write_report(
-        results, equations, [about(s) for s in scenes], folder, "make report",
+        results, equations, described, folder, "make report",
         _drawn_once(store, jobs if isinstance(jobs, int) else cores()),
     )  # fmt: skip
     return results, page
