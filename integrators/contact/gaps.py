@@ -160,7 +160,7 @@ def _entries(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
     """The gaps, K×1, and of each the coordinates of its plane, or None where it gives none."""
     what = "its contact"
     given = s.evaluated(contact, what, s.position, s.parameters)
-    if not hasattr(given, "__iter__") or not len(given):
+    if not _listed(given):
         raise BadInput(
             f"{s.name}: contact= gives {given!r}, but must give a list of gaps φ(x), or of (φ, "
             "[t, …]) with the coordinates along which the touching point slips."
@@ -168,10 +168,10 @@ def _entries(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
     gaps, coordinates = [], []
     for i, e in enumerate(list(given)):
         split = isinstance(e, (tuple, list))
-        if split and (len(e) != 2 or not hasattr(e[1], "__iter__") or not len(list(e[1]))):
+        if split and (len(e) != 2 or not _listed(e[1])):
             raise BadInput(f"{s.name}: gap {i} is {e!r}; give φ, or (φ, [t, …]).")
         gaps.append(e[0] if split else e)
-        coordinates.append(s.scalars(e[1], what, contact) if split else None)
+        coordinates.append(s.scalars(list(e[1]), what, contact) if split else None)
     phi = s.scalars(gaps, what, contact)
     for column in (phi, *(e for e in coordinates if e is not None)):
         s.refuse_unknown(column, {*s.position}, what, contact, "x and p")
@@ -179,6 +179,11 @@ def _entries(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
         if not e.free_symbols & {*s.position}:
             raise BadInput(f"{s.name}: gap {i} is {e}, which no motion changes; leave it out.")
     return phi, coordinates
+
+
+def _listed(given: Any) -> bool:
+    """Whether something is a list with entries, or a column, and no dictionary or text."""
+    return isinstance(given, (tuple, list, np.ndarray, sympy.MatrixBase)) and len(given) > 0
 
 
 @lru_cache(maxsize=64)
@@ -226,10 +231,11 @@ def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
             raise BadInput(f"{scene.name}: {_depth(gaps, x, place)}.")
         for i in np.flatnonzero(place.closed):
             if not abs(place.normal[i]).max() > 0:
-                raise BadInput(
-                    f"{scene.name}: gap {i} is closed at x0 and has no slope there, so no force "
-                    "keeps it open; write it with a slope (a distance has one)."
-                )
+                why = "has no slope there, so no force keeps it open; write it with a slope (a "
+                why += "distance has one)."
+                if abs(gaps._place(x, gaps.p)[2][i]).max() > 0:
+                    why = f"no motion on {s.groupoid.name} changes it there; leave it out."
+                raise BadInput(f"{scene.name}: gap {i} is closed at x0 and {why}")
         closed = place.normal[place.closed]
         if _opposed(closed):
             listed = ", ".join(map(str, np.flatnonzero(place.closed)))

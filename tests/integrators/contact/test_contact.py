@@ -352,6 +352,7 @@ def ball(**given):
         ({"friction": [0, 1]}, "one for each gap, 1"),
         ({"contact": lambda x, p: []}, "must give a list of gaps"),
         ({"contact": lambda x, p: x[0]}, "must give a list of gaps"),
+        ({"contact": lambda x, p: {x[0]: 0}}, "must give a list of gaps"),
         ({"contact": lambda x, p: [(x[0], [])]}, "give φ, or"),
         ({"contact": lambda x, p: [sympy.Symbol("z")]}, "unknown symbol z"),
         ({"contact": lambda x, p: [p.depth]}, "depth"),
@@ -382,6 +383,20 @@ def test_a_tolerance_needs_located_impacts():
     assert flow.choice.order == 2 and flow.choice.error <= 1e-4
     end = flow.trajectory(flow.choice.steps).x[-1, 0]  # reflected at −1/2, at t = 2π/3
     assert abs(end - np.cos(4 - 2 * np.pi / 3 + 4 * np.pi / 3)) < 1e-4
+
+
+def test_a_gap_that_no_motion_on_the_groupoid_changes():
+    """The length of a point on a sphere has a slope, but not along the sphere."""
+    top = scenes.get("spherical-pendulum")
+    with pytest.raises(BadInput, match="closed at x0 and no motion on"):
+        Scheme(top.with_values(contact=lambda x, p: [x.dot(x) - 1]), midpoint)
+
+
+def test_a_column_of_gaps_is_a_list():
+    columns = ball(contact=lambda x, p: sympy.Matrix([x[0], x[0] + 1])).trajectory(3)
+    assert columns.gaps.shape == (4, 2)
+    slipping = ball(contact=lambda x, p: [(x[0], sympy.Matrix([x[0]]))], friction="0.5")
+    assert slipping.trajectory(3).impulses.shape == (4, 1, 2)
 
 
 def test_what_a_flow_with_contact_has_not():
