@@ -1,5 +1,19 @@
 """The command `discmech`."""
 
-from .entry import main
+from __future__ import annotations
+
+from collections.abc import Sequence
 
 __all__ = ["main"]
+
+INTERRUPTED = 130  # as shells have it: 128 + SIGINT
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command (`entry.main`), also where it is interrupted while it is being loaded."""
+    try:
+        from .entry import main as run
+
+        return run(arguments)
+    except KeyboardInterrupt:
+        return INTERRUPTED

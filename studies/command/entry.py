@@ -18,14 +18,14 @@ from .. import NAMES
 from ..core.options import THOROUGH
 from ..core.store import Store
 from ..core.study import every_study
-from . import control, explain, new, power, single_run, verifying
+from . import INTERRUPTED, control, explain, new, power, single_run, verifying
 from . import reference as references
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .interrupts import Farewell, ended_soon
 from .options import add_choices, add_own, as_typed, choice_of, jobs
 from .output import EXIT, console, progress_shown, writable, writable_folder, write
 
-PASS, FAIL, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+PASS, FAIL, BAD_INPUT = 0, 1, 2
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 
 
