@@ -71,7 +71,7 @@ class Gaps:
     def __init__(self, s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> None:
         self.s, self.scene, self.numbers, self.n = s, scene, numbers, s.n
         self.p = [numbers.number(e) for e in scene.parameter_values]
-        phi, coordinates = _entries(s, scene.contact)
+        phi, coordinates = gap_expressions(s, scene.contact)
         self.count = len(phi)
         given = flatten((scene.friction,))
         if isinstance(scene.friction, tuple) and len(given) != self.count:
@@ -156,7 +156,7 @@ def _plane(normal: Vector) -> np.ndarray:
     return (one - 2 * np.outer(along, along) / (along @ along))[:, 1:]
 
 
-def _entries(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
+def gap_expressions(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
     """The gaps, K×1, and of each the coordinates of its plane, or None where it gives none."""
     what = "its contact"
     given = s.evaluated(contact, what, s.position, s.parameters)
@@ -189,7 +189,7 @@ def _listed(given: Any) -> bool:
 @lru_cache(maxsize=64)
 def _functions(s: SceneSymbols, contact: Any, numbers: Arithmetic) -> tuple[Any, ...]:
     """What `Gaps.at` needs; φ, of columns where there are any; M and ∂l/∂ξ; H."""
-    phi, coordinates = _entries(s, contact)
+    phi, coordinates = gap_expressions(s, contact)
     own = sympy.Matrix([e for part in coordinates for e in part or ()])
     rho = natural_structure(s, s.x)[0][: s.n, :]
     slope = jacobian(phi, s.position)

@@ -46,7 +46,7 @@ def written(scheme: Scheme) -> Written:
     points = [p for p in of.points if not p.is_end]
     inner = [z for p in points for z in p.letters]
     base = {*s.x, *s.y, *inner}
-    letters = _letters(scheme)
+    letters = letters_of(scheme)
     after = dict(zip([*s.x, *s.u, *inner], [*s.y, *s.v, *map(_after, inner)], strict=True))
     below: dict[Any, Any] = {}  # denominators that the equations share, by their letter
 
@@ -179,11 +179,13 @@ def notation(scheme: Scheme) -> str:
     return words
 
 
-def _letters(scheme: Scheme) -> dict[Any, str]:
+def letters_of(scheme: Scheme) -> dict[Any, str]:
     """Indices from 1, as the paper has them; z for a point inside the step, w inside the next."""
     s: SceneSymbols = scheme.s
+    mapped = scheme.one_step and not scheme.scene.constrained
+    points = () if mapped else discrete(scheme).points
     columns = [("x", s.x), ("u", s.u), ("v", s.v), ("y", s.y), ("μ", s.mu)]
-    for number, point in enumerate(p for p in discrete(scheme).points if not p.is_end):
+    for number, point in enumerate(p for p in points if not p.is_end):
         columns.append(("z" + "′" * number, point.letters))
         columns.append(("w" + "′" * number, [_after(z) for z in point.letters]))
     letters = {

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 WIDTH = 100
 LONGEST = 500  # letters of a side of an equation; the report typesets all of it
 STEPS = 200  # of the run that counts Newton's corrections
+CONTACT_STEPS = 20  # of the run that is timed where there is contact, which compiles nothing
 
 
 def add_to(commands: Any) -> None:
@@ -58,7 +59,7 @@ def explanation(scheme: Scheme) -> list[str]:
     method = ["", "Method", *(f"  {line}" for line in (*_facts(scheme), *_work(scheme)))]
     if scheme.one_step and not scene.constrained:
         said = f"A one-step map on the dual algebroid, without a discrete Lagrangian: {rule.source}"
-        return [*lines, *textwrap.wrap(said, WIDTH), *method]
+        return [*lines, *textwrap.wrap(said, WIDTH), *_contact(scheme), *method]
     out = written(scheme)
 
     def formula(left: str, terms: Any, sign: str = "=") -> list[str]:
@@ -78,6 +79,7 @@ def explanation(scheme: Scheme) -> list[str]:
         for number, terms in enumerate(rows, 1):
             force = subscript(f"f_{number}") if len(rows) > 1 else "f"
             lines += formula(force if rows is out.force else "0", terms)
+    lines += _contact(scheme)
     lines += ["", "Discrete Lagrangian", *formula("L_d(x, u)", out.discrete_lagrangian)]
     for letter, terms in out.points:
         lines += formula(plain_text([letter], out.letters), terms)
@@ -94,6 +96,32 @@ def explanation(scheme: Scheme) -> list[str]:
     for here, there in out.residual:
         lines += formula(plain_text(here, out.letters), there)
     return [*lines, *method]
+
+
+def _contact(scheme: Scheme) -> list[str]:
+    """The gaps of a scene with contact, and what happens where one closes; nothing without."""
+    from discmech.integrators.contact import gap_expressions
+
+    from .equations import letters_of, plain_text
+
+    scene = scheme.scene
+    if scene.contact is None:
+        return []
+    lines, letters = ["", "Contact"], letters_of(scheme)
+    for gap, plane in zip(*gap_expressions(scheme.equations.s, scene.contact), strict=True):
+        said = f"0 ≤ {plain_text([gap], letters)}"
+        if plane is not None:
+            said += f", slips along {', '.join(plain_text([e], letters) for e in plane)}"
+        lines += textwrap.wrap(
+            said, WIDTH, initial_indent="  ", subsequent_indent="      ",
+            break_long_words=False, break_on_hyphens=False,
+        )  # fmt: skip
+    given = scene.friction if isinstance(scene.friction, tuple) else (scene.friction,)
+    friction = ", ".join(map(str, given))
+    return [
+        *lines,
+        f"  friction {friction}, restitution {scene.restitution}, impacts {scene.impacts}",
+    ]
 
 
 def _facts(scheme: Scheme) -> list[str]:
@@ -124,13 +152,18 @@ def _work(scheme: Scheme) -> list[str]:
         how = "a fixed point (Newton where that does not contract)"
     found = [f"unknowns       {unknowns} a step, by {how}"]
     found += [f"left out       {words}" for name, words in SAVINGS.items() if made[name]]
+    touching = scheme.scene.contact is not None
     try:
-        run = flow.trajectory(STEPS)
+        run = flow.trajectory(CONTACT_STEPS if touching else STEPS)
     except StepFailure as failure:
         return [*found, f"cost           not counted: {failure.cause} at step {failure.step_index}"]
     corrections = run.newton_mean
-    (timing,) = race([lambda: flow.trajectory(20 * STEPS, 20 * STEPS)], 0.3)
-    cost = f"{timing.median / (20 * STEPS) * 1e6:.3g} µs"
+    steps = CONTACT_STEPS if touching else 20 * STEPS
+    (timing,) = race([lambda: flow.trajectory(steps, steps)], 0.3)
+    cost = f"{timing.median / steps * 1e6:.3g} µs"
+    step = float(scheme.scene.step)
+    if touching:
+        return [*found, f"cost           {cost} a step of {step:g}, of the first {steps}"]
     try:
         if flow.stages is not None:
             raise CannotMeasure("the operations are those of Newton's kernels")
@@ -138,5 +171,4 @@ def _work(scheme: Scheme) -> list[str]:
         cost = f"{solve * corrections + update:.0f} operations, {cost}"
     except CannotMeasure:
         pass
-    step = float(scheme.scene.step)
     return [*found, f"cost           {cost} a step of {step:g}, {corrections:.2f} corrections"]

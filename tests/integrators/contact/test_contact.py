@@ -436,6 +436,15 @@ def test_a_hundred_thousand_impacts_lose_no_energy():
     assert abs(energy / 0.02 - 1).max() < 1e-10
 
 
+def test_a_scene_with_contact_is_explained(capsys):
+    from discmech.studies.command.entry import main
+
+    assert main(["explain", "sliding-block", "midpoint"]) == 0
+    shown = capsys.readouterr().out
+    for words in ("0 ≤ x₂", "friction 1/2, restitution 0, impacts located", "of the first 20"):
+        assert words in shown
+
+
 def test_the_page_of_contact_runs():
     text = (Path(__file__).parents[3] / "docs" / "contact.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
