@@ -44,8 +44,9 @@ class Active(NamedTuple):
 
 
 def width(gaps: Gaps) -> int:
-    """1 + D: a gap's normal impulse, and those along the coordinates of its plane."""
-    return 1 + max((gaps.n if e is None else len(e) for e in gaps.coordinates), default=0)
+    """1 + D: a gap's normal impulse, and those along its coordinates, if it has friction."""
+    rough = (e for e, kappa in zip(gaps.coordinates, gaps.friction, strict=True) if kappa > 0)
+    return 1 + max((gaps.n if e is None else len(e) for e in rough), default=0)
 
 
 def active(

@@ -41,7 +41,8 @@ class ContactTrajectory(Trajectory):
     """Rows of a run with contact, as of any run, with what the contacts did.
 
     multipliers (r, K): the normal impulse of each gap in the step that leaves a row, over h.
-    impulses (r, K, 1 + D): that impulse, and those of friction along the coordinates of its plane.
+    impulses (r, K, 1 + D): that impulse, and those of friction along the coordinates of its plane;
+    D = 0 where no gap has friction.
     gaps (r, K): φ. impacts: all impacts, with or without a row.
     """
 
