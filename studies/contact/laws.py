@@ -151,4 +151,6 @@ class _Run:
             pushing = np.flatnonzero(P[:, 0] > 1e-9 * strong)
             for i in map(int, pushing):
                 gap = (rates[1][i] + self.e * rates[0][i]) / fastest
+                if gap < 0 and not gaps.quadratic and gained > -SLOW * energy:
+                    continue  # more of a rebound would have added energy (`impacts`)
                 self._most(found, "restitution", abs(gap) * P[i, 0] / strong)
