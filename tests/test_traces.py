@@ -54,6 +54,7 @@ def test_nothing_generated_is_committed():
     for path in tracked():
         name = path.relative_to(ROOT).as_posix()
         assert not name.startswith("reports/build/") and not name.endswith((".pyc", ".nbi", ".nbc"))
+        assert not name.endswith(".json") or name.startswith("reference/tables/"), name
 
 
 def test_shipped_text_ends_with_a_line_break_and_has_no_tabs_in_python():
