@@ -3,7 +3,8 @@
 A gap that is closed and does not open keeps closed as a constraint would, by an impulse at each end
 of the step (`equations.constrained_equations`; RATTLE where the rule is trapezoidal), here in the
 cone of Coulomb: with λ_i ≥ 0 at the start, φ(b(x, u)) ≥ 0 and λ_i φ_i = 0, and at the end the same
-of the velocity. At the start friction meets the way along the plane, so that what sticks stays.
+of the velocity. At the start friction acts on the displacement of the step, not on the velocity,
+so that what sticks does not creep.
 
 A gap that would become negative is an impact. Here an impulse at the start ends the step on φ = 0;
 at the end it is given back as far as the energy at the start of the step allows, and the impact is
@@ -98,7 +99,7 @@ class ContactSteps:
         return found
 
     def free_steps(self, x: np.ndarray) -> tuple[int, np.ndarray]:
-        """Of free steps along rows of x (r, n), how many come before one that may meet a gap; φ."""
+        """(how many free steps, from row to row of x (r, n), are surely without contact; φ)."""
         phi = self.gaps.phi(x)
         where = np.flatnonzero(self._met(phi).any(axis=1))
         return (int(where[0]) if len(where) else len(x) - 1), phi

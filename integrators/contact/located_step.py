@@ -96,7 +96,8 @@ class LocatedSteps(ContactSteps):
         self, m: Moment, xi: Vector, resting: list[int], slips: Mapping[int, Vector], i: int,
         share: Number,
     ) -> tuple[Number, Number, Taken]:  # fmt: skip
-        """(φ_i after a share, its round-off, what was taken); over the share if φ_i is 0 now."""
+        """(φ_i after a share, its round-off, what was taken), the first two divided by the share if
+        the gap is closed at the start."""
         taken = self._moved(m, xi, share, resting, slips)
         over = share if m.place.closed[i] else self.one
         return taken.place.phi[i] / over, 4 * self.eps * taken.place.size[i] / over, taken

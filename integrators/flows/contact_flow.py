@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from ..compiler import OK, KernelsAtStep
 from ..contact import ContactSteps, FreeSteps, Gaps, Impact, LocatedSteps, Moment, check_gaps
 from ..errors import BadInput, CannotMeasure, StepFailure
-from ..numbers import Matrix, Numbers, Vector, exact_rational, whole_number
+from ..numbers import Matrix, Numbers, Vector
 from .failures import CAUSES
 from .flow import Flow
 from .initial_state import Start
@@ -102,36 +101,12 @@ class ContactFlow(Flow):
             leaving = self.gaps.velocity(x, mu, u)
         return *machine.point(run.state), leaving
 
-    def trajectory(
-        self,
-        steps: int,
-        every: int = 1,
-        *,
-        x0: Any = None,
-        mu0: Any = None,
-        u0: Any = None,
-        element0: Any = None,
-        t0: Any = 0,
-        progress: Callable[[int], None] | None = None,
-    ) -> ContactTrajectory:
-        """As `Flow.trajectory`, with what the contacts did; no element0.
-
-        A start with a closed gap that is closing begins with that impact.
-        """
-        if element0 is not None:
-            raise BadInput(
-                f"{self.scheme.scene.name}: a scene with contact takes mu0, no element0."
-            )
-        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
-        with self.numbers.working():
-            t0 = exact_rational(t0, "t0")
-            start = self.starting.at(x0, mu0, u0, None, t0)
-            if mu0 is not None:
-                self.starting.check(start)
-            if x0 is not None:
-                s = self.scheme.equations.s
-                check_gaps(s, self.scheme.scene, self.numbers.public(start.x[: s.n]))
-            return _Run(self, start, steps, every, progress).taken()
+    def _run_from(self, start: Start, steps: int, every: int, progress: Any) -> ContactTrajectory:
+        """A start with a closed gap that is closing begins with that impact."""
+        if start is not self.starting.own:
+            s = self.scheme.equations.s
+            check_gaps(s, self.scheme.scene, self.numbers.public(start.x[: s.n]))
+        return _Run(self, start, steps, every, progress).taken()
 
     def dual_step(self, x: Numbers, mu: Numbers) -> tuple[Vector, Vector]:
         """(x, μ) ↦ (x, μ) after one step with its contacts."""

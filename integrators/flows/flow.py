@@ -94,27 +94,27 @@ class Flow:
         Memory grows with the rows, not with the steps. u0 is only the first guess of Newton. Where
         L_d is given on the group, element0 (N×N) may be the first step g instead: μ0 = F⁻/h.
         `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)
-        if a step cannot be solved, `BadInput` for wrong shapes or counts, and for a start that
-        violates a constraint of the scene.
+        if a step cannot be solved, `BadInput` for wrong shapes or counts and starts off a constraint.
         """
         own = x0 is mu0 is u0 is element0 is progress is None and type(t0) is int and t0 == 0
         if own and type(steps) is type(every) is int and (steps, every) in self._prepared:
             run = self._prepared.run(steps, every, self.starting.own)
             if run is not None:
                 return run
-        steps = whole_number("steps", steps, 0)
-        every = whole_number("every", every, 1)
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         with self.numbers.working():
             t0 = t0 if type(t0) is int else exact_rational(t0, "t0")
             start = self.starting.at(x0, mu0, u0, element0, t0)
             if mu0 is not None:
                 self.starting.check(start)
-            if progress is None:
-                run = self._prepared.run(steps, every, start)
-                if run is not None:
-                    return run
-                self._prepared.prepare(self.edge, start, steps, every)
-            return run_from(self.edge, start, steps, every, progress)
+            return self._run_from(start, steps, every, progress)
+
+    def _run_from(self, start: Start, steps: int, every: int, progress: Any) -> Trajectory:
+        if progress is None:
+            if (run := self._prepared.run(steps, every, start)) is not None:
+                return run
+            self._prepared.prepare(self.edge, start, steps, every)
+        return run_from(self.edge, start, steps, every, progress)
 
     def ensemble(
         self, x0s: Any = None, mu0s: Any = None, steps: Any = None, every: int = 1, **given: Any

@@ -85,7 +85,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if case.control is not None:
         values = {"impacts": "located", **CONTROLS[case.control][1]}
         scheme = case.scheme_on(case.scene.with_values(**values))
-        faulty = flow_with(case.control, scheme, case.scene.step, case.digits).trajectory(steps)
+        faulty: Any = flow_with(case.control, scheme, case.scene.step, case.digits).trajectory(
+            steps
+        )
         return {"measured": defects(scheme, faulty, case.digits),
                 "rows": [{"impacts": len(faulty.impacts.t)}]}  # fmt: skip
     measured: dict[str, Any] = {}
