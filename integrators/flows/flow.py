@@ -94,7 +94,7 @@ class Flow:
         Memory grows with the rows, not with the steps. u0 is only the first guess of Newton. Where
         L_d is given on the group, element0 (N×N) may be the first step g instead: μ0 = F⁻/h.
         `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)
-        if a step cannot be solved, `BadInput` for wrong shapes or counts and starts off a constraint.
+        if a step cannot be solved, `BadInput` for wrong shapes, counts and starts off a constraint.
         """
         own = x0 is mu0 is u0 is element0 is progress is None and type(t0) is int and t0 == 0
         if own and type(steps) is type(every) is int and (steps, every) in self._prepared:
