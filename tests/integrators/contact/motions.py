@@ -1,0 +1,55 @@
+"""Scenes with contact, their schemes and runs, each made once."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import sympy
+
+from discmech import (
+    Scene,
+    Scheme,
+    midpoint,
+    pair,
+)
+from discmech.integrators import scenes
+
+BALL = scenes.get("bouncing-ball")
+BLOCK = scenes.get("sliding-block")
+SPRING = Scene(
+    "spring-and-wall",
+    pair(1),
+    lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2,
+    x0=[1],
+    v0=[0],
+    contact=lambda x, p: [x[0] + sympy.Rational(1, 2)],
+    restitution=1,
+    impacts="located",
+)
+
+
+@cache
+def scheme(name, rule=midpoint):
+    return Scheme(scenes.get(name), rule)
+
+
+@cache
+def run(name, step, steps, impacts, rule=midpoint, digits=16):
+    return scheme(name, rule).flow(step, digits, impacts=impacts).trajectory(steps)
+
+
+def energies(name, found):
+    """H at the rows, of scenes with a mass matrix of numbers."""
+    from discmech.integrators.contact import Gaps
+    from discmech.integrators.numbers import arithmetic
+
+    gaps = Gaps(scheme(name).equations.s, scenes.get(name), arithmetic(16))
+    return np.array([gaps.energy(x, gaps.velocity(x, mu, mu), mu)
+                     for x, mu in zip(found.x, found.mu, strict=True)])  # fmt: skip
+
+
+def ball(**given):
+    values = dict(name="ball", groupoid=pair(1), lagrangian=lambda x, v, p: v.dot(v) / 2 - x[0],
+                  x0=[1], v0=[0], contact=lambda x, p: [x[0]]) | given  # fmt: skip
+    return Scheme(Scene(**values), midpoint).flow("0.1")
