@@ -53,9 +53,10 @@ def sentence(line: Line) -> str:
     said = f"{short(line)}{tied}{figure}" + (f": {', '.join(others)}." if others else ".")
     if line.get("seconds") is None:
         return said
-    carried = "" if line["periods"] >= FAR else ", carried on by how it grows there"
+    beyond = "" if line["periods"] >= FAR else ", and beyond by how they grow there"
     return (
-        f"{said} At equal time, {duration(line['seconds'])} for {line['periods']} periods{carried}."
+        f"{said} These are energy errors at equal time, {duration(line['seconds'])} over "
+        f"{line['periods']} periods{beyond}."
     )
 
 
@@ -94,7 +95,8 @@ def _beside(goal: str, entry: Line) -> str:
         if low >= FAR:
             return f"{label} {times(ratio)}"
         held = f"{low:.3g} to {high:.3g}" if (number(high) or FAR) < FAR else f"from {low:.3g} on"
-        return f"{label} {times(ratio)} ({held})"
+        noun = "the error" if goal == "1e6 periods" else "the time"
+        return f"{label} {times(ratio)} {noun} ({held})"
     if goal == "1e6 periods":
         return f"{label} does not hold the energy"
     if number(entry["best"]) is None:

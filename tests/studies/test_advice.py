@@ -55,7 +55,7 @@ def test_a_dominated_method_is_never_taken_whatever_the_order():
     }  # fmt: skip
     assert advising.sentence(lines[0]) == (
         "for 10⁻⁴ take fast or near, which cannot be told apart (1 ms): "
-        "near 1.08× (0.982 to 1.19), slow 3× (2.73 to 3.36), "
+        "near 1.08× the time (0.982 to 1.19), slow 3× the time (2.73 to 3.36), "
         "late came to 2.0×10⁻⁴ in 9 ms, so more than 8.18×, cut came to 2.0×10⁻⁴ in 900 µs, "
         "lost came to no end, or to no finite numbers, stuck stops at 0.03."
     )
@@ -91,7 +91,7 @@ def test_long_runs_are_carried_on_by_their_growth(other, taken):
     line = only([long("band", 1e-4), other])
     assert sorted(line["take"]) == taken
     assert advising.sentence(line).endswith(
-        "20 ms for 1000 periods, carried on by how it grows there."
+        "20 ms over 1000 periods, and beyond by how they grow there."
     )
 
 
