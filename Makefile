@@ -3,7 +3,7 @@
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup report docs test test-all bench paper lint format lock clean distclean FORCE
+.PHONY: help setup report docs test test-all bench mutants paper lint format lock clean distclean FORCE
 
 # What the caller's shell says about other Pythons must not leak into ours.
 unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE VIRTUAL_ENV
@@ -78,6 +78,16 @@ bench: $(READY)  ## timings beside C and scipy, in one run (needs gcc)
 		echo 'make bench compares with C and found no gcc; install one (on Debian: gcc).' >&2; exit 2; }
 	@$(BIN)/python -m pytest tests/benchmarks -s -o python_files='bench_*.py' \
 		-o python_functions='bench_* test_*'
+
+# Hours for all of them: SAMPLE=400 takes so many at random.
+mutants: $(VENV)/.mutants  ## mutate our own judges and references: do the tests notice?
+	@for what in judges reference; do echo "$$what:"; \
+		$(BIN)/python -m tests.mutants $$what $(if $(SAMPLE),--sample $(SAMPLE)) || failed=1; done; \
+		exit $${failed:-0}
+
+$(VENV)/.mutants: $(READY)
+	@$(BIN)/python $(PIP) install -q -c $(LOCK) 'cosmic-ray>=8.4'
+	@touch $@
 
 paper: $(READY)  ## PAPER.md, from the table that tests/paper checks
 	@$(BIN)/python -m tests.paper

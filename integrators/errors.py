@@ -5,15 +5,17 @@ from __future__ import annotations
 import inspect
 import re
 import traceback
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import fields
 from difflib import get_close_matches
 from functools import wraps
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
 _Class = TypeVar("_Class")
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
 _OURS = Path(__file__).resolve().parent
 
 
@@ -66,6 +68,9 @@ _REMEDIES = (
     ("[Ii]ndex.* out of range", "fix it: of n entries the last is number n - 1"),
     ("positional argument", "give every function its arguments, no more and no fewer"),
     ("and 'list'", "s is a list of columns, s[0] the first"),
+    (r"Matrix size mismatch: \(\d+, 1\) \+ ",
+     "where x and u are not of one size, a point is no sum of them: write G.target(x, u, h/2), or "
+     'say @discretisation(groupoids="pair")'),
 )  # fmt: skip
 
 
@@ -102,18 +107,30 @@ def brief_name(thing: Any) -> str:
     return getattr(thing, "__name__", None) or getattr(thing, "name", None) or repr(thing)
 
 
-#: what other programs call a field of a scene, and what to say here
+_STEPS = "steps=, how many: the time over the flow's step"
+#: what other programs call a field of a scene or an argument, and what to say here
 _ALSO_CALLED = {
-    "constraints": "holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0, contact= for φ(x) ≥ 0",
-    "potential": "lagrangian=, kinetic minus potential energy",
-    "hamiltonian": "lagrangian=; a method for H is a one-step map, @one_step",
-    "t": "lagrangian=lambda x, v, p, t: ...",
-    "q0": "x0=",
-    "p0": "v0=, from which the momentum follows",
-    "T": "duration=",
-    "h": "step=",
-    "dt": "step=",
-    "conserved": "symmetries=",
+    "constraints": (
+        "holonomic= for φ(x) = 0, nonholonomic= for A(x) ξ = 0, contact= for φ(x) ≥ 0",
+    ),
+    "potential": ("lagrangian=, kinetic minus potential energy",),
+    "hamiltonian": ("lagrangian=; a method for H is a one-step map, @one_step",),
+    "t": ("lagrangian=lambda x, v, p, t: ...", _STEPS),
+    "q0": ("x0=",),
+    "p0": ("v0=, from which the momentum follows", "mu0="),
+    "T": ("duration=", _STEPS),
+    "t_end": ("duration=", _STEPS),
+    "duration": (_STEPS,),
+    "n": ("steps=",),
+    "N": ("steps=",),
+    "h": ("step=",),
+    "dt": ("step=",),
+    "tol": ("tolerance=",),
+    "rtol": ("tolerance=, relative to the motion's size",),
+    "precision": ("digits=",),
+    "v0": ("mu0=, the momentum; of another velocity scheme.at(v0=...).flow(...)",),
+    "conserved": ("symmetries=",),
+    "retraction": ("scene=SCENE.with_retraction(...)",),
 }
 
 
@@ -124,16 +141,40 @@ def names_checked(cls: type[_Class]) -> type[_Class]:
 
     @wraps(made)
     def checked(self: Any, *given: Any, **named: Any) -> None:
-        if word := min(set(named) - set(names), default=""):
-            known = [f"{near}=" for near in get_close_matches(word, names, 1)]
-            if (said := _ALSO_CALLED.get(word, "")).partition("=")[0] in names:
-                known = [said]
-            say = f"say {known[0]}" if known else f"it has {', '.join(names)}"
-            raise BadInput(f"{cls.__name__}({word}=...): there is no {word}=; {say}.")
+        check_names(cls.__name__, named, names)
         made(self, *given, **named)
 
     cls.__init__ = checked  # type: ignore[method-assign]
     return cls
+
+
+def arguments_checked(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Decorator: an argument by a name that the function does not have is `BadInput`.
+
+    Looked at where the call fails only, so that it costs nothing elsewhere.
+    """
+    names = [name for name in inspect.signature(function).parameters if name != "self"]
+
+    @wraps(function)
+    def checked(*given: _P.args, **named: _P.kwargs) -> _R:
+        try:
+            return function(*given, **named)
+        except TypeError:
+            check_names(function.__name__, named, names)
+            raise
+
+    return checked
+
+
+def check_names(what: str, named: Iterable[str], names: Sequence[str]) -> None:
+    """Raise `BadInput` for a name that is none of the names that arguments have."""
+    if word := min(set(named) - set(names), default=""):
+        known = [f"{near}=" for near in get_close_matches(word, names, 1)]
+        for said in _ALSO_CALLED.get(word, ()):
+            if said.partition("=")[0] in names:
+                known = [said]
+        say = f"say {known[0]}" if known else f"it has {', '.join(names)}"
+        raise BadInput(f"{what}({word}=...): there is no {word}=; {say}.")
 
 
 class CannotMeasure(BadInput):

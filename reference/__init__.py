@@ -7,9 +7,13 @@
 
 from __future__ import annotations
 
-from .failures import ReferenceFailure
+from .failures import MotionEnds, ReferenceFailure
+from .multipliers import multipliers
 from .progress import progress_to
 from .result import Solution
-from .solution import solution, solutions
+from .solution import follow, solution, solutions
 
-__all__ = ["ReferenceFailure", "Solution", "progress_to", "solution", "solutions"]
+__all__ = [
+    "MotionEnds", "ReferenceFailure", "Solution", "follow", "multipliers", "progress_to",
+    "solution", "solutions",
+]  # fmt: skip

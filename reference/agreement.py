@@ -28,7 +28,7 @@ def agreement(one: Blocks, other: Blocks, start: Blocks) -> int:
         for name, values in other.items():
             scale = max((abs(b) for b in (*values, *start.get(name, ()))), default=0)
             pairs = zip(one[name], values, strict=True)
-            error = max((abs(mpmath.fsub(a, b, exact=True)) for a, b in pairs), default=0)
+            error = max((abs(a - b) for a, b in pairs), default=0)
             if not mpmath.isfinite(error):
                 return 0
             if error:

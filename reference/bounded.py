@@ -42,10 +42,11 @@ def bounded_integration(
             lost, proving = guess, False
     if not lost <= MOST_LOST:
         raise Unproven(f"it would cost {lost:.0f} digits")
-    settings = TaylorSettings(digits + math.ceil(lost) + 1)
+    settings, more = TaylorSettings(digits + math.ceil(lost) + 1), 0
     #: digits asked for and had at the last attempt: of many components the bound loses some of each
     before: tuple[int, int] | None = None
     for _ in range(ATTEMPTS):
+        settings = TaylorSettings(settings.digits + more)
         findings, found = run(settings, proving)
         worst = min(finding.certain for finding in findings.values())
         held = not proving or len(found.held) == len(findings)
@@ -56,7 +57,6 @@ def bounded_integration(
             gained = Fraction(worst - before[1], settings.digits - before[0])
             more = math.ceil(more / min(gained, Fraction(1)))
         before = settings.digits, worst
-        settings = TaylorSettings(settings.digits + more)
     return findings, found.sweep, settings
 
 

@@ -50,7 +50,7 @@ def certified_integration(
     ``form`` is a closed form of the motion, which has to agree. ``thorough`` runs the second
     method where it is dear, and beside a closed form.
     """
-    derive = _derived if isinstance(scene, Hashable) else _derived.__wrapped__
+    derive = derived if isinstance(scene, Hashable) else derived.__wrapped__
     equations, program, invariants = derive(scene, attitude)
     try:
         if not proof:
@@ -91,7 +91,7 @@ def certified_integration(
 
 
 @lru_cache(maxsize=8)
-def _derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invariants]:
+def derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invariants]:
     """What needs no time and no digits: one scene is asked for several of either."""
     equations = equations_of(scene, attitude)
     return equations, compile_series(equations), invariants_of(scene, equations)
@@ -166,9 +166,7 @@ def _one_setting(
     for attempt in range(ATTEMPTS):
         sweep = integrate(equations, program, [*times, Fraction(0)], settings)
         found = all_blocks(equations, sweep, settings.digits + settings.guard)
-        worst = min(
-            (agreement(found[t], wanted[t], found[Fraction(0)]) for t in times), default=digits
-        )
+        worst = min(agreement(found[t], wanted[t], found[Fraction(0)]) for t in times)
         if worst >= digits or attempt == ATTEMPTS - 1:
             break
         settings = TaylorSettings(settings.digits + digits - worst + 4)
@@ -254,6 +252,6 @@ def _second_method(
             return None
         found = all_blocks(equations, sweep, tolerance + more + 14)
         agreed = {t: agreement(found[t], trusted[t], trusted[Fraction(0)]) for t in times}
-        if not agreed or min(agreed.values()) >= digits:
+        if min(agreed.values()) >= digits:
             break
     return agreed

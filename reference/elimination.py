@@ -57,11 +57,8 @@ def explicit_rates(
         best = max(range(len(sizes)), key=lambda r: sizes[r])
         if not sizes[best] > sympy.Float("1e-30"):
             raise singular if c < velocities else dependent
-        if best:
-            work.row_swap(c, c + best)
+        work.row_swap(c, c + best)
         for r in range(c + 1, m):
-            if work[r, c] == 0:
-                continue
             factor = hold(work[r, c] / work[c, c])
             for j in range(c + 1, m + 1):
                 work[r, j] = hold(work[r, j] - factor * work[c, j])

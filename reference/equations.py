@@ -166,14 +166,33 @@ def _exact(
     return tuple(found)
 
 
-def equations_of(scene: Any, attitude: bool = False) -> Equations:
-    """The explicit Euler-Lagrange equations of a scene, with dA/dt = A xi^ if asked for."""
+@dataclass(frozen=True)
+class Balance:
+    """mass · (xi', multipliers) = force: the equations before they are solved for their rates.
+
+    Under k constraints the multipliers are further unknowns, and A xi' = -(dA/dt) xi further rows.
+    """
+
+    x: sympy.Matrix
+    v: sympy.Matrix
+    structure: Algebroid
+    lagrangian: sympy.Expr
+    momentum: sympy.Matrix
+    acting: tuple[sympy.Expr, ...]
+    admitted: sympy.Matrix
+    x_rates: sympy.Matrix
+    mass: sympy.Matrix
+    force: sympy.Matrix
+    timed: bool
+
+
+def balance_of(scene: Any) -> Balance:
+    """The Euler-Lagrange equations of a scene, with its forces and constraints."""
     import sympy
 
     x, v = base_and_velocity(scene)
     lagrangian = exact_lagrangian(scene, x, v)
     structure = algebroid_of(scene, x)
-    start = exact_start(scene, structure, x, v)
     n, m = structure.dim_x, structure.dim_u
     momentum = sympy.Matrix([lagrangian.diff(v[g]) for g in range(m)])
     x_rates = structure.rho * v if n else sympy.zeros(0, 1)
@@ -187,10 +206,25 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
         force[g] -= sum((momentum[g].diff(x[i]) * x_rates[i] for i in range(n)), sympy.S.Zero)
     mass = sympy.Matrix(m, m, lambda i, j: momentum[i].diff(v[j]))
     admitted = exact_constraints(scene, structure, x)
-    if k := admitted.rows:  # the multipliers are further unknowns, A xi' = -(dA/dt) xi further rows
+    if k := admitted.rows:
         turning = (admitted * v).jacobian(x) * x_rates if n else sympy.zeros(k, 1)
         mass = mass.row_join(-admitted.T).col_join(admitted.row_join(sympy.zeros(k, k)))
         force = force.col_join(-turning)
+    return Balance(
+        x, v, structure, lagrangian, momentum, acting, admitted, x_rates, mass, force, timed
+    )
+
+
+def equations_of(scene: Any, attitude: bool = False) -> Equations:
+    """The explicit Euler-Lagrange equations of a scene, with dA/dt = A xi^ if asked for."""
+    import sympy
+
+    balance = balance_of(scene)
+    x, v, structure, admitted = balance.x, balance.v, balance.structure, balance.admitted
+    mass, force, momentum, timed = balance.mass, balance.force, balance.momentum, balance.timed
+    x_rates, lagrangian, t = balance.x_rates, balance.lagrangian, time_symbol()
+    n, m = structure.dim_x, structure.dim_u
+    start = exact_start(scene, structure, x, v)
     at_start = dict(zip([*x, *v, t], [*start, sympy.S.Zero], strict=True))
     assignments, v_rates = explicit_rates(scene.name, mass, force, at_start, m)
     if admitted.rows and not mass[:m, :m].free_symbols:
@@ -219,7 +253,7 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
     energy = sum((momentum[g] * v[g] for g in range(m)), sympy.S.Zero) - lagrangian
     return Equations(
         scene.name, tuple(states), start, tuple(assignments), tuple(rates), lagrangian,
-        tuple(momentum), energy, n, m, size, timed, bool(acting), tuple(admitted),
+        tuple(momentum), energy, n, m, size, timed, bool(balance.acting), tuple(admitted),
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
+from numbers import Rational
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -32,17 +33,10 @@ def exact_time(t: Any) -> Fraction:
             f"the number {t[:40]} lies beyond 10^±{FARTHEST}; choose units in which it does not"
         )
     try:
-        found = Fraction(t)
-        return Fraction(int(found.numerator), int(found.denominator))  # no numpy integers in it
-    except (TypeError, ValueError, ZeroDivisionError, OverflowError):
-        pass
-    try:
-        return Fraction(*t.as_integer_ratio())
-    except (AttributeError, TypeError, ValueError, OverflowError):
-        pass
-    try:  # a sympy rational
-        return Fraction(int(t.p), int(t.q))
-    except (AttributeError, TypeError, ValueError, ZeroDivisionError):
+        # numpy's short floats and gmpy2's are no Rational; numpy's integers stay in a Fraction
+        found = Fraction(t if isinstance(t, (Rational, str)) else Fraction(*t.as_integer_ratio()))
+        return Fraction(int(found.numerator), int(found.denominator))
+    except (ArithmeticError, AttributeError, TypeError, ValueError):
         raise ReferenceFailure(
             f"the time t={t!r} is not an exact finite number; "
             'give an int, a Fraction, a float or a decimal string such as "0.1"'
@@ -133,14 +127,16 @@ def number_to_mpf(number: sympy.Expr) -> mpmath.mpf:
     return mpmath.mpf(str(number.evalf(digits)))
 
 
-def number_to_mpfr(number: sympy.Expr, digits: int) -> Any:
-    """An exact sympy number as an mpfr at the precision of the current gmpy2 context.
+def is_short(number: sympy.Expr) -> bool:
+    """Whether it is an integer that may stay one: shorter to write, and faster in a product."""
+    return number.is_Integer and abs(int(number)) < 2**31
 
-    Small integers stay Python integers, which multiply faster.
-    """
+
+def number_to_mpfr(number: sympy.Expr, digits: int) -> Any:
+    """An exact sympy number as an mpfr at the current gmpy2 precision, or as a short integer."""
     import gmpy2
 
-    if number.is_Integer and abs(int(number)) < 2**31:
+    if is_short(number):
         return int(number)
     if number.is_Rational:
         return gmpy2.mpfr(gmpy2.mpq(int(number.p), int(number.q)))

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from .exact import number_to_mpfr
+from .exact import is_short, number_to_mpfr
 from .failures import ReferenceFailure
 from .progress import tell
 from .taylor import BITS, Sweep
@@ -35,16 +35,13 @@ def compile_field(equations: Equations) -> tuple[Field, tuple[sympy.Expr, ...]]:
     constants: dict[sympy.Expr, sympy.Symbol] = {}
 
     def held(expression: sympy.Expr) -> sympy.Expr:
-        """Numbers that are no small integers become named constants."""
-        if expression.is_Integer and abs(int(expression)) < 2**31:
+        """Numbers that are no short integers become named constants."""
+        if is_short(expression):
             return expression
         if not expression.free_symbols:
             return constants.setdefault(expression, sympy.Symbol(f"c{len(constants)}"))
-        if expression.is_Pow and expression.exp.is_Rational and not expression.exp.is_Integer:
-            whole, half = divmod(expression.exp, sympy.Rational(1, 2))
-            if half == 0:
-                root = sympy.Function("sqrt_")(held(expression.base))
-                return sympy.Pow(root, whole)
+        if expression.is_Pow and not expression.exp.is_Integer and (2 * expression.exp).is_Integer:
+            return sympy.Function("sqrt_")(held(expression.base)) ** (2 * expression.exp)
         if not expression.args:
             return expression
         return expression.func(*(held(argument) for argument in expression.args), evaluate=False)
@@ -104,17 +101,14 @@ def extrapolate(
                     after, error = _basic_step(field, constants, state, step, columns, weights)
                     steps += 1
                     tell(f"{equations.name}: extrapolation", now, goal)
-                    if not gmpy2.is_finite(error):
-                        factor = gmpy2.mpfr("0.25")
-                    else:
+                    factor = gmpy2.mpfr("0.25")
+                    if gmpy2.is_finite(error):  # the error is of order 2k - 1 in the step
                         ratio = tolerance / (error + tolerance * tolerance)
                         factor = ratio ** (gmpy2.mpfr(1) / (2 * columns - 1)) * gmpy2.mpfr("0.95")
+                    best = abs(step) * min(max(factor, gmpy2.mpfr("0.05")), gmpy2.mpfr(3))
                     if error <= tolerance:
                         state, now = after, goal if whole else now + step
-                        factor = min(max(factor, gmpy2.mpfr("0.5")), gmpy2.mpfr(3))
-                        size = max(size, abs(step) * factor) if whole else abs(step) * factor
-                    else:
-                        size = abs(step) * min(max(factor, gmpy2.mpfr("0.05")), gmpy2.mpfr("0.9"))
+                    size = max(size, best) if now == goal else best
                     if steps > max_steps or not size > tolerance:
                         raise ReferenceFailure(
                             f"extrapolation of scene {equations.name} stops at t = "

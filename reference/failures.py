@@ -7,6 +7,18 @@ class ReferenceFailure(ValueError):
     """A reference that cannot be computed: one sentence that names the thing and the mend."""
 
 
+class MotionEnds(ReferenceFailure):
+    """The solution itself goes on no further than to `time`: a collision, a pole of the equations,
+    or constraints that do not say how."""
+
+    def __init__(self, said: str, time: float) -> None:
+        self.time = time
+        super().__init__(said)
+
+    def __reduce__(self) -> tuple[type[MotionEnds], tuple[str, float]]:
+        return type(self), (str(self), self.time)  # to pickle it between processes
+
+
 class Damaged(ReferenceFailure):
     """A file of references that cannot be read, with another checksum, or for another scene."""
 

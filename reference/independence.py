@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .balls import BallRates, around_zero, exact, working
-from .failures import ReferenceFailure, Unproven
+from .failures import MotionEnds, Unproven
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -40,7 +40,7 @@ class Independence:
             self.rows = None
 
     def check(self, series: list[list[Any]], size: Any, now: Any) -> None:
-        """Raise `ReferenceFailure` if the rows become dependent on the step of that size from now.
+        """Raise `MotionEnds` if the rows become dependent on the step of that size from now.
 
         series: the coefficients of all states.
         """
@@ -61,11 +61,12 @@ class Independence:
                 if self._of_full_rank([path(middle) for path in paths], box):
                     continue
                 if k == HALVINGS:
-                    raise ReferenceFailure(
-                        f"the constraints of scene {self.name} are dependent at t = "
-                        f"{float(now) + float(size) * i / 2**k:.6g}: one vanishes there or follows "
-                        "from the others, so they do not say how the motion goes on; ask for an "
-                        "earlier time or start elsewhere"
+                    at = float(now) + float(size) * i / 2**k
+                    raise MotionEnds(
+                        f"the constraints of scene {self.name} are dependent at t = {at:.6g}: one "
+                        "vanishes there or follows from the others, so they do not say how the "
+                        "motion goes on; ask for an earlier time or start elsewhere",
+                        at,
                     )
                 parts += [(2 * i + 1, k + 1), (2 * i, k + 1)]  # what comes first is looked at first
 

@@ -51,7 +51,7 @@ class Invariants:
                     digits = float(mpmath.log10(max(p, q) / drift))
                     if not digits >= worst:
                         worst, least = digits, name
-        certain = EXACT if worst == math.inf else max(0, math.floor(worst))
+        certain = EXACT if worst == math.inf else math.floor(max(0.0, worst))  # also of nan
         words = f"{_listed(kept)} kept {said(certain)}" if kept else "no invariant to compare"
         if least and len(kept) > 1:
             words += f" ({least} least)"

@@ -53,8 +53,8 @@ class Problem:
         """Whether the groupoid comes from a matrix group."""
         return bool(self.structure.basis)
 
-    def form(self, attitude: bool) -> ClosedForm | None:
-        """The closed form that solves it, with the attitude if asked and possible, or None."""
+    def form(self) -> ClosedForm | None:
+        """The closed form that solves it, or None."""
         from .closed_forms import closed_form_of
         from .equations import exact_constraints, exact_force, time_symbol
 
@@ -62,12 +62,10 @@ class Problem:
         acting = exact_force(self.scene, self.x, self.v)
         if acting or restricted or self.lagrangian.has(time_symbol()):
             return None  # the closed forms are of Lagrangians alone
-        arguments = (
+        return closed_form_of(
             self.scene, self.x, self.v, self.lagrangian, self.structure,
             parameter_values(self.scene), self.start,
         )  # fmt: skip
-        with_attitude = closed_form_of(*arguments, attitude=True) if attitude else None
-        return with_attitude or closed_form_of(*arguments)
 
     def solve(
         self,
@@ -80,7 +78,7 @@ class Problem:
         """Certified solutions at the times: `certify.certified_integration`."""
         from .certify import certified_integration
 
-        form = self.form(attitude)
+        form = self.form()
         return certified_integration(
             self.scene, times, digits, attitude, thorough=thorough, proof=proof, form=form
         )

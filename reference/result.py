@@ -20,7 +20,8 @@ class Solution:
     A(0) = identity, dA/dt = A v^) or None; ``certain_digits`` of each of them; ``certainty``: an
     "enclosure" (proven), a "defect bound" (proven defect, growth to first order) or "agreement" (of
     settings and methods); ``evidence`` in words; ``bound`` of the error relative to the largest
-    component of a block, an mpf, or None for agreement.
+    component of a block, an mpf, or None for agreement: of the numbers as they were computed, which
+    a file holds rounded to three digits more than are certain.
     """
 
     t: Fraction

@@ -28,13 +28,19 @@ NEXT = {
     "over": "({a}[k] - fsum(map(mul, {n}, reversed({b})))) / {b}[0]",
     "inverse": "-fsum(map(mul, {n}, reversed({a}))) / {a}[0]",
     "sqrt": "({a}[k] - half_square({n}[1:])) / (2 * {n}[0])",
-    "power": "({r} * fsum(map(mul, reversed(d{a}), {n}))"
-    " - fsum(map(mul, d{n}, reversed({a}[:k])))) / (k * {a}[0])",
-    "exp": "fsum(map(mul, d{a}, reversed({n}))) / k",
+    "power": "({r} * fsum(map(mul, reversed({da}), {n}))"
+    " - fsum(map(mul, {dn}, reversed({a}[:k])))) / (k * {a}[0])",
+    "exp": "fsum(map(mul, {da}, reversed({n}))) / k",
     "Abs": "{a}[k] if {a}[0] > 0 else -{a}[k]",
     "sign": "ZERO",
 }
-SLOPES = {"sin": ("cos", ""), "cos": ("sin", "-"), "sinh": ("cosh", ""), "cosh": ("sinh", "")}
+# where the derivative's node stands from a node's own, its sign, and as far as it is known
+SLOPES = {
+    "sin": (1, "", ""),
+    "cos": (-1, "-", "[:k]"),
+    "sinh": (1, "", ""),
+    "cosh": (-1, "", "[:k]"),
+}
 
 
 def half_square(a: list[Any]) -> Any:
@@ -76,13 +82,18 @@ class _Printer:
     def __init__(self, tape: Tape) -> None:
         self.tape = tape
         self.constants: list[sympy.Expr] = []
+        #: the nodes that are asked for with k times their coefficient, too
+        self.differentiated: set[int] = set()
+
+    def derivative(self, node: int) -> str:
+        """The series k n_k of a node, which is t times its derivative's."""
+        self.differentiated.add(node)
+        return f"dn{node}"
 
     def constant(self, value: Any) -> str:
         import sympy
 
         value = sympy.sympify(value)
-        if value.is_Integer and abs(int(value)) < 2**31:
-            return f"({value})" if value < 0 else str(value)
         if value not in self.constants:
             self.constants.append(value)
         return f"c{self.constants.index(value)}"
@@ -102,31 +113,30 @@ class _Printer:
                 terms.append(f"{self.constant(factor)} * n{node}[{index}]")
         return " + ".join(terms).replace("+ -", "- ") or "ZERO"
 
-    def lines(self, node: int, operation: tuple[Any, ...]) -> tuple[list[str], list[str]]:
+    def lines(self, node: int, operation: tuple[Any, ...]) -> tuple[str, str]:
         """Statements for k = 0 and for k >= 1."""
         kind, name = operation[0], f"n{node}"
         if kind == "linear":
             form = dict(operation[1])
             first = f"{name}.append({self.form(form, '0')} + ZERO)"
-            return [first], [f"{name}.append({self.form(form, 'k')})"]
+            return first, f"{name}.append({self.form(form, 'k')})"
         if kind == "integral":
             function, a, slope = operation[1:]
             first = f"{name}.append(gmpy2.{function}(n{a}[0]))"
-            return [first], [f"{name}.append(fsum(map(mul, reversed(dn{a}), n{slope})) / k)"]
-        words = {"n": name, "a": f"n{operation[1]}"}
-        if len(operation) > 2:
-            words["b"] = f"n{operation[2]}"
+            rate = f"reversed({self.derivative(a)})"
+            return first, f"{name}.append(fsum(map(mul, {rate}, n{slope})) / k)"
+        words = {"n": name, "a": f"n{operation[1]}", "b": f"n{operation[-1]}"}
+        if kind in ("power", "exp"):
+            words["da"] = self.derivative(operation[1])
         if kind == "power":
-            words["r"] = self.constant(operation[2])
+            words |= {"dn": self.derivative(node), "r": self.constant(operation[2])}
         first = f"{name}.append({FIRST[kind].format(**words)})"
         if kind in SLOPES:
-            other, sign = SLOPES[kind]
-            mate = f"n{node + (1 if kind in ('sin', 'sinh') else -1)}"
-            back = "" if kind in ("sin", "sinh") else "[:k]"
-            series = f"reversed({mate}{back})"
-            step = f"{name}.append({sign}fsum(map(mul, dn{operation[1]}, {series})) / k)"
-            return [first], [step]
-        return [first], [f"{name}.append({NEXT[kind].format(**words)})"]
+            away, sign, known = SLOPES[kind]
+            mate = f"reversed(n{node + away}{known})"
+            rate = self.derivative(operation[1])
+            return first, f"{name}.append({sign}fsum(map(mul, {rate}, {mate})) / k)"
+        return first, f"{name}.append({NEXT[kind].format(**words)})"
 
 
 def compile_series(equations: Equations) -> SeriesProgram:
@@ -142,17 +152,17 @@ def compile_series(equations: Equations) -> SeriesProgram:
         tape.assign(symbol, expression)
     forms = [tape.linear(rate) for rate in rates]
     printer = _Printer(tape)
-    needed = {op[1] for op in tape.operations if op[0] in ("exp", "power", *SLOPES)}
-    needed |= {op[2] for op in tape.operations if op[0] == "integral"}
-    needed |= {node for node, op in enumerate(tape.operations) if op[0] == "power"}
     size = len(equations.states)
-    first: list[str] = []
+    printed = {
+        node: printer.lines(node, tape.operations[node])
+        for node in range(size, len(tape.operations))
+    }
+    needed = printer.differentiated
+    first = [at_zero for at_zero, _ in printed.values()]
     following: list[str] = []
-    for node, operation in enumerate(tape.operations):
-        if node >= size:
-            at_zero, at_k = printer.lines(node, operation)
-            first += at_zero
-            following += at_k
+    for node in range(len(tape.operations)):
+        if node in printed:
+            following.append(printed[node][1])
         if node in needed:
             following.append(f"dn{node}.append(k * n{node}[k])")
     first += [f"n{i}.append({printer.form(form, '0')} + ZERO)" for i, form in enumerate(forms)]

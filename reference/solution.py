@@ -59,6 +59,19 @@ def solutions(
     return [found[t] for t in exact_times]
 
 
+def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
+    """Go along a scene's motion to time t, once and without proof: one Taylor integration.
+
+    Raises `MotionEnds` where the motion itself ends before, and another `ReferenceFailure` where
+    that takes more steps or the scene has no reference.
+    """
+    from .certify import derived
+    from .taylor import TaylorSettings, integrate
+
+    equations, program, _ = derived(scene_of(scene), False)
+    integrate(equations, program, [exact_time(t)], TaylorSettings(30), max_steps)
+
+
 def _answers(
     problem: Problem, times: list[Fraction], digits: int, attitude: bool, proof: bool
 ) -> dict[Fraction, Solution]:

@@ -40,8 +40,7 @@ class Table:
         """With more rows, or better ones for the same times."""
         kept = {(row.t, row.attitude is None): row for row in self.rows}
         kept |= {(row.t, row.attitude is None): row for row in rows}
-        order = sorted(kept, key=lambda place: (place[0], place[1]))
-        return Table(self.scene, self.key, tuple(kept[place] for place in order))
+        return Table(self.scene, self.key, tuple(kept[place] for place in sorted(kept)))
 
 
 def write(path: Path, table: Table) -> None:

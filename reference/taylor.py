@@ -11,10 +11,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from .exact import number_to_mpfr
-from .failures import ReferenceFailure
+from .failures import MotionEnds, ReferenceFailure
 from .progress import tell
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 BITS = math.log2(10)
 STEP_BITS = 30  # short steps add up exactly
 PROBE = 300  # steps after which it is asked how many there will be
+SINKING = 1000  # of the longest in the second half of these: a step so much shorter is of a pole
 
 
 @dataclass(frozen=True)
@@ -74,8 +76,8 @@ def integrate(
 ) -> Sweep:
     """The solution at the given times, forward and backward from 0; ``watch`` sees each step.
 
-    Raises `ReferenceFailure` where it is singular, takes too many steps, or passes a time at which
-    the constraints are dependent (`independence`).
+    Raises `MotionEnds` where it is singular or passes a time at which the constraints are dependent
+    (`independence`), `ReferenceFailure` where it takes too many steps or has no series at 0.
     """
     import gmpy2
 
@@ -121,14 +123,24 @@ def _one_way(
             last = gmpy2.mpfr(gmpy2.mpq(pending[-1]) - now)
         size = safe_step(series, order, tolerance)
         if size is None or not size > abs(now) * tolerance:
-            raise ReferenceFailure(
+            if not steps:  # which says nothing of a motion
+                raise ReferenceFailure(
+                    f"the reference of scene {program.name} has no series at t = 0: a coefficient "
+                    "is no number there (a pole of the equations, 0/0, or an overflow); "
+                    "start elsewhere"
+                )
+            raise MotionEnds(
                 f"the reference of scene {program.name} stops at t = {gmpy2.mpfr(now):.6g}: the "
                 "solution is singular there (a collision, or a pole of the equations); "
-                "ask for an earlier time or start elsewhere"
+                "ask for an earlier time or start elsewhere",
+                float(now),
             )
         if steps <= PROBE:
             longest[2 * steps // PROBE] = max(longest[2 * steps // PROBE], size)
+        # towards a pole each step takes the same part of what is left: the next ones tell
+        sinking = SINKING * size < longest[1]
         endless = longest[1] < 2 * longest[0] and abs(last) > max_steps * longest[1]
+        endless = endless and not sinking
         if steps >= max_steps or (steps == PROBE and endless):
             raise ReferenceFailure(
                 f"the reference of scene {program.name} would take more than {max_steps} steps: "
@@ -174,11 +186,13 @@ def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
             return None
         if size:
             best = min(best, gmpy2.exp(gmpy2.log(tolerance * scale / size) / j))
-    for j in range(1, order // 2):
-        size = max(abs(coefficients[j]) for coefficients in series)
-        if size:
-            best = min(best, 2 ** gmpy2.mpfr((gmpy2.get_exp(scale) - gmpy2.get_exp(size) + 1) / j))
-    return best
+    twice, columns = gmpy2.get_exp(scale) + 1, zip(*series, strict=False)
+    powers = [
+        (twice - max(map(gmpy2.get_exp, filter(None, column)))) / j
+        for j, column in enumerate(islice(columns, 1, order // 2), 1)
+        if any(column)
+    ]
+    return min(best, 2 ** gmpy2.mpfr(min(powers))) if powers else best
 
 
 def polynomial(coefficients: list[Any], offset: Any) -> Any:

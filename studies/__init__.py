@@ -6,13 +6,12 @@ show(check("order", scenes=[scene], rules=[rule]))
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .core.study import Study, every_study
 
 if TYPE_CHECKING:
-    from discmech.integrators import Discretisation, Scene
+    from .core.checking import check
 
 __all__ = ["NAMES", "check", "get", "show"]
 
@@ -22,37 +21,20 @@ NAMES = tuple(study.name for study in every_study().values() if study.usual)
 
 def get(name: str) -> Study:
     """The study of that name; raises `BadInput` for an unknown one."""
-    if name not in NAMES:
+    if not isinstance(name, str) or name not in NAMES:  # an array is compared entry by entry
         from discmech.integrators import BadInput
 
         raise BadInput(f'there is no study "{name}": there are {", ".join(NAMES)}.')
     return every_study()[name]
 
 
-def check(
-    study: str,
-    scenes: Sequence[Scene | str] = (),
-    rules: Sequence[Discretisation | str] = (),
-    digits: Sequence[int] = (),
-    steps: int | None = None,
-) -> dict[str, Any]:
-    """Run one study; scenes and rules are objects or names, all of them if none is given.
+def __getattr__(name: str) -> Any:
+    """`check`, loaded when it is first asked for: a page is written without any integrator."""
+    if name == "check":
+        from .core.checking import check
 
-    Returns the result as the command line writes it: {"study", "verdict", "cases": [...]}. Raises
-    `BadInput` for unknown names and for scenes that the study does not apply to.
-    """
-    from .core import lookup
-    from .core.case import Choice
-    from .core.options import digits_in, listed, whole
-    from .core.running import run_study
-
-    chosen = Choice(
-        scenes=tuple(map(lookup.scene_given, listed("scenes", scenes))),
-        rules=tuple(map(lookup.rule_given, listed("rules", rules))),
-        digits=tuple(digits_in(str(d)) for d in listed("digits", digits)),
-        steps=None if steps is None else whole("steps")(str(steps)),
-    )
-    return run_study(get(study), chosen)
+        return check
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def show(result: dict[str, Any]) -> None:

@@ -1,15 +1,24 @@
 """How the tests run, whatever they test."""
 
 import gc
+from contextlib import ExitStack
 from itertools import groupby
 
 import pytest
 
+from discmech.studies.core.threads import one_thread
 from tests.objects.schedule import sample
 
 # Expressions are many small objects that stay: looked through at every turn of the garbage
 # collector they cost a fifth of the processor time.
 gc.set_threshold(200_000, 50, 100)
+
+
+def pytest_configure(config):
+    """Tests run side by side, in processes of pytest that begin later."""
+    settings = ExitStack()
+    settings.enter_context(one_thread())
+    config.add_cleanup(settings.close)
 
 
 @pytest.hookimpl(tryfirst=True)  # before the slow ones are left out

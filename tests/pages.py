@@ -15,10 +15,19 @@ def blocks(page: Path, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", page.read_text("utf-8"), re.M | re.S)
 
 
+def in_order(page: Path) -> list[tuple[str, str]]:
+    """(language, text) of every block."""
+    return re.findall(r"^```(\w+)\n(.*?)^```", page.read_text("utf-8"), re.M | re.S)
+
+
 def commands(page: Path, first: str) -> list[tuple[list[str], int]]:
+    """`command_lines` of all of a page's blocks."""
+    return [found for block in blocks(page, "sh") for found in command_lines(block, first)]
+
+
+def command_lines(block: str, first: str) -> list[tuple[list[str], int]]:
     """(words, exit code) of the lines that begin with a word; the code stands in a comment."""
-    whole = [block.replace("\\\n", " ") for block in blocks(page, "sh")]
-    lines = [line for block in whole for line in block.splitlines()]
+    lines = block.replace("\\\n", " ").splitlines()
     told = [
         (shlex.split(line, comments=True), re.search(r"# exit code (\d)", line)) for line in lines
     ]

@@ -11,9 +11,11 @@ import pytest
 import sympy
 from sympy import Rational
 
-from discmech.integrators import BadInput, Scheme, midpoint, scenes
+from discmech.integrators import BadInput, Scheme, midpoint, scenes, trapezoidal
 from discmech.integrators.numbers import evaluate_matrix
 from discmech.integrators.retractions import Retraction
+from discmech.integrators.rules import gauss
+from discmech.studies.work_precision.peers import rebounds
 
 FOLDER = Path(__file__).resolve().parent.parent / "examples"
 
@@ -35,6 +37,38 @@ def test_theta_rule():
     assert found["verdict"] == "pass"
     for (_, rule), order in orders(found).items():
         assert order == pytest.approx(1 if rule == "theta-1-3" else 2, abs=0.01)
+
+
+@pytest.mark.slow
+def test_toda_solitons():
+    """Where all crossings should leave them, to the order of each rule; tr Lᵐ whatever N is."""
+    toda = example("toda_solitons")
+    for rule, order, count in ((trapezoidal, 2, 30), (gauss(2), 4, 10)):
+        off = [toda.crossed(count, rule, step) for step in (0.1, 0.05)]
+        assert math.log2(off[0] / off[1]) == pytest.approx(order, abs=0.1)
+    drifts = [toda.integrals(sites, trapezoidal, 0.1, 2000)[1:].max() for sites in (32, 512)]
+    assert max(drifts) < 0.01 and 1 / 4 < drifts[0] / drifts[1] < 4
+    assert toda.integrals(32, trapezoidal, 0.05, 4000)[1:].max() < drifts[0] / 2
+
+
+@pytest.mark.slow
+def test_flying_spaghetti():
+    """A drift that made the band would have the middles of first and last fifth 4/5 of it apart."""
+    found = example("flying_spaghetti").main(500, 50_000)
+    assert found["momentum"] < 1 and found["angular momentum"] < 1 and found["rolled"] > 2 * math.pi
+    lows, highs = zip(*found["bands"], strict=True)
+    middles = [(low + high) / 2 for low, high in found["bands"]]
+    assert max(highs) - min(lows) < 1e-5
+    assert abs(middles[-1] - middles[0]) < 0.5 * (max(highs) - min(lows))
+
+
+def test_three_bodies():
+    """Known as bodies; at rest they have no momentum, and the centre of mass stays at 0."""
+    scene = example("three_bodies").pythagorean
+    assert rebounds.bodies(scene) == rebounds.Bodies((5.0, 4.0, 3.0), 1.0, 2)
+    run = Scheme(scene, gauss(8)).flow("1/2000").trajectory(2000, every=100)
+    centre = run.x.reshape(-1, 3, 2).transpose(0, 2, 1) @ [5, 4, 3]
+    assert abs(centre).max() < 1e-13 and abs(run.x[-1] - run.x[0]).max() > 0.1
 
 
 def test_galerkin_rule():

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.tutorial import follow
+
 pytest.importorskip("hatchling", reason="`make setup` installs it")
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -115,3 +117,15 @@ def test_the_plugin_runs_next_to_a_user_s_folders_of_those_names(installed, tmp_
     (folder / "tests" / "test_mine.py").write_text(MINE)
     shown = run(python, folder, "-m", "pytest", "-q", "-W", "error", *words, "tests", **environment)
     assert "1 passed" in shown
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("installed", ["wheel"], indirect=True)
+def test_the_tutorial_can_be_followed_with_the_wheel(installed, tmp_path):
+    """With what is needed from here; `python -m tests.tutorial` has it all by pip."""
+    python, *_ = installed
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    for step, wall, processor in follow(python, folder):
+        print(f"{wall:.1f} s, {processor:.1f} s of processor: {step}")
+    assert list(folder.rglob("order-16.png"))

@@ -12,6 +12,7 @@ last step is taken, in the translate whose chart has it farthest from its edge.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import cached_property
 from typing import Any
 
@@ -39,8 +40,7 @@ CAUSES = {
     EDGE: "the step is at or beyond the edge of its chart, where coordinates lose their digits",
     STRAYED: "Newton found a solution on another branch than the last step's, and no other",
 }
-#: statuses that another chart or a shorter step may get past
-CURABLE = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)
+CURABLE = (NOT_CONVERGED, SINGULAR, EDGE, STRAYED)  # by another chart, or by a shorter step
 MOST_HALVINGS = 20  # to a millionth of the step: what needs less fails at any size
 SPREAD = 24  # elements between the cover's: a few to each of at most 16 translates
 
@@ -117,10 +117,13 @@ class EdgePolicy:
 
     @cached_property
     def scale(self) -> Number:
-        """The largest size of the branch's number at the cover's elements."""
+        """The largest size of the branch's number at the cover's elements, where it has one."""
         x, zero = self.context.vectors(self.context.scene.x0, [0] * self.chart.m)
-        family = range(len(self.chart.translates))
-        return max(abs(self.context.geometry_in(J).branch(x, zero)) for J in family)
+        found = [self.context.numbers.number(0)]
+        for J in range(len(self.chart.translates)):
+            with suppress(ArithmeticError, ValueError):  # as log tr g at half turns
+                found.append(abs(self.context.geometry_in(J).branch(x, zero)))
+        return max(size for size in found if size < self.huge)
 
     def resume(self, run: Run, status: int) -> int:
         """Bring the run past the step; returns `OK`, or the status that remains."""
@@ -218,9 +221,8 @@ class Bisect(EdgePolicy):
         run.changes += 1
         solved, before = machine.history(run.state)[:2]
         accepted = status in (EDGE, STRAYED)  # by Newton, and not by `watch`
-        starts = [self.element(before if accepted else solved, run.translate)]
-        if accepted:
-            starts.append(self.element(solved, run.translate))
+        last = (before, solved) if accepted else (solved,)
+        starts = [self.element(u, run.translate) for u in last]
         if status == EDGE:
             status = self._step(run, *self.place(starts[-1]))
             if status == OK:
@@ -272,19 +274,20 @@ class Bisect(EdgePolicy):
             tries += [(J, u / self.context.h) for J in family for u in self._between]
         distinct: list[Solution] = []
         for s in self._newton(x, mu, tries):
-            if all(np.max(abs(s.element - t.element)) > self.root_eps for t in distinct):
+            if not any(self.chart.alike(s.element, t.element, self.root_eps) for t in distinct):
                 distinct.append(s)
         return distinct
 
     def _newton(
         self, x: Vector, mu: Vector, tries: Iterable[tuple[int, Vector]]
     ) -> Iterable[Solution]:
-        """The solutions to which Newton converges from these (translate, u)."""
+        """Where Newton converges from these (translate, u), and u says half of g's digits."""
         for J, u in tries:
             solved = self.machine.solve(x, mu, self.coefficients(J), u)
             if solved is not None:
                 element = self.element(solved[0], J)
-                yield Solution(*self.place(element), element, solved[1])
+                if self.context.coordinates(element, J) is not None:
+                    yield Solution(*self.place(element), element, solved[1])
 
     @cached_property
     def _between(self) -> list[Vector]:

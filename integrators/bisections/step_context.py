@@ -108,14 +108,15 @@ class StepContext:
     def coordinates(self, g: np.ndarray, translate: int = 0) -> np.ndarray | None:
         """u with g = τ(hu) B; None at the chart's edge, and where g is no element of the group.
 
-        There τ(hu) B is off g by 2²⁰ round-offs, half a double's digits.
+        There τ(hu) B is off g by 2²⁰ round-offs, half a double's digits, of a column of g.
         """
         try:
             xi = self.chart.coordinates(g, translate)
+            back = self.chart.element(xi, translate)
         except ArithmeticError:
             return None
-        off = abs(self.chart.element(xi, translate) - g).max()
-        return xi / self.h if off <= 2**20 * self.numbers.eps * (1 + abs(g).max()) else None
+        right = self.chart.alike(back, g, 2**20 * self.numbers.eps, floor=1)
+        return xi / self.h if right else None
 
     def maps_at(self, x: Numbers, u: Numbers) -> Maps:
         """The maps and derivatives at (x, u) (`LocalGeometry.at`).
@@ -126,6 +127,8 @@ class StepContext:
             return self.geometry.at(x, u)
         except StagesNotFound:
             cause = "the internal stages were not found"
+        except CannotMeasure:  # a ValueError, but of what was asked for
+            raise
         except (ArithmeticError, ValueError):  # Python's own functions outside their domain
             cause = "L_d or a derivative of it is no number"
         raise self.failure(cause, {"x": x, "u": u})

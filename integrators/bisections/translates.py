@@ -52,6 +52,14 @@ class GroupChart(AlgebraInNumbers):
         """ξ with g = τ(ξ) B, m; raises `ArithmeticError` at the chart's edge."""
         return self.tau.coordinates_in(self, g @ self.translates[translate][1])
 
+    def alike(self, g: Matrix, other: Matrix, part: Number, floor: int = 0) -> bool:
+        """Whether two elements differ by no more than a part of (floor + |g|), column by column.
+
+        A column's entries have one unit: those of a translation are lengths, of a rotation none.
+        """
+        sizes = np.maximum(abs(g), abs(other)).max(axis=0)
+        return bool(np.all(abs(g - other) <= part * (floor + sizes)))
+
     def openness(self, g: Matrix, translate: int = 0) -> Number:
         """|det(e + g B⁻¹)|: 0 at the edge of that chart."""
         return abs(self.numbers.det(self.e + g @ self.translates[translate][1]))

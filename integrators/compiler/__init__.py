@@ -18,11 +18,13 @@ from .kernels import (
     text_key,
 )
 from .kernels_at_step import KernelsAtStep, Run
-from .lattice_text import Kicks, LatticeSystem
+from .lattice_text import FADED, GAVE_WAY, MOST_SWEEPS, Kicks, LatticeSystem
 from .layout import (
+    AGE,
     BRANCH,
     CONTRACTION,
     CORRECTIONS,
+    DEGREE,
     EDGE,
     FARTHEST,
     KAPPA,
@@ -47,10 +49,11 @@ from .stages_at_step import StagesAtStep, taken_over
 from .system import System
 
 __all__ = [
-    "BRANCH", "CONTRACTION", "CORRECTIONS", "EDGE", "FARTHEST", "KAPPA", "Kernels", "KernelsAtStep",
-    "Kicks", "LAST_SIZE", "LATTICE_ENTRIES", "LatticeKernels", "LatticeSystem", "Layout", "MOST",
-    "NOT_CONVERGED", "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR",
-    "SLACK", "STRAYED", "SWEEPS", "StageSystem", "StagesAtStep", "System", "cache_folder",
-    "cached_text", "compile", "compile_lattice", "compile_stages", "imported", "interpreted",
-    "is_affine", "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
+    "AGE", "BRANCH", "CONTRACTION", "CORRECTIONS", "DEGREE", "EDGE", "FADED", "FARTHEST",
+    "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "LAST_SIZE", "LATTICE_ENTRIES",
+    "LatticeKernels", "LatticeSystem", "Layout", "MOST", "MOST_SWEEPS", "NOT_CONVERGED",
+    "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR", "SLACK",
+    "STRAYED", "SWEEPS", "StageSystem", "StagesAtStep", "System", "cache_folder", "cached_text",
+    "compile", "compile_lattice", "compile_stages", "imported", "interpreted", "is_affine",
+    "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
 ]  # fmt: skip

@@ -22,6 +22,7 @@ from ..numbers import (
     Parameters,
     function_text,
     needed,
+    replaced,
     sympy,
     with_tables,
     written_out,
@@ -95,6 +96,7 @@ class KernelText:
         self.h = system.q[0]
         self._functions: dict[Function, tuple[str, list[Letter], str]] = {}
         self._calls: dict[str, int] = {}
+        self._in_xi: Replacement = {}  # what expressions become where ξ stands for hu
 
     @cached_property
     def affine(self) -> bool:
@@ -128,7 +130,7 @@ class KernelText:
         c = [e.xreplace(numbered) for e in self.coefficients.values]
         prepare = function_text(f"prepare{self.suffix}", {"q": numbered.values()}, [c])
         shared = [
-            f"@{'node' if self._calls[name] > 1 and _operations(text) >= SHORTEST else 'kernel'}\n"
+            f"@{'node' if self._calls[name] > 1 and operations(text) >= SHORTEST else 'kernel'}\n"
             f"{text}"
             for name, _, text in self._functions.values()
         ]
@@ -160,7 +162,9 @@ class KernelText:
         return {u: letter for u, letter in xi if u in self.system.scaled}
 
     def _hoist(self, e: Expression) -> Expression:
-        return self.coefficients.hoist(e.xreplace({u: xi / self.h for u, xi in self._xi.items()}))
+        if self._xi:
+            (e,) = replaced([e], {u: xi / self.h for u, xi in self._xi.items()}, self._in_xi)
+        return self.coefficients.hoist(e)
 
     @property
     def _define_xi(self) -> list[Assignment]:
@@ -287,6 +291,6 @@ def _symbols(letter: str, column: Sized) -> list[Letter]:
     return [sympy.Symbol(f"{letter}{i}", real=True) for i in range(len(column))]
 
 
-def _operations(text: str) -> int:
+def operations(text: str) -> int:
     """Arithmetic operations in a text."""
     return sum(map(text.count, "+-*/"))

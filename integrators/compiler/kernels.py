@@ -18,6 +18,7 @@ from . import layout as _layout
 from .cache import cached_text, digest, sources
 from .elimination import ADJUGATE
 from .kernel_text import module_text
+from .known_zeros import KNOWN_ZEROS
 from .lanes import lane_namespace
 from .lattice_text import LatticeSystem, lattice_text
 from .layout import Layout, StageLayout
@@ -146,7 +147,7 @@ def compile_lattice(system: LatticeSystem, shape: str, composed: bool) -> Lattic
     """
     path = f"{_file_name(system)}_lattice_{text_key(system, shape, composed)}.py"
     text = cached_text(path, lambda: lattice_text(system, shape, composed))
-    names = names_of(text, Double())
+    names = names_of(text, Double(), **KNOWN_ZEROS)
     arrays = {word: Array("i", columns=width) for word, width in
               (("ranges", 2), ("segments", 4))}  # fmt: skip
     arrays |= {"kinds": Array("i"), "totals": Array("f")}

@@ -1,6 +1,6 @@
 """Vectors of lanes as numpy's arrays: what Python runs where machine code has vectors.
 
-And the tables of Gauss nodes, which machine code has as constants.
+And the tables of Gauss and Lobatto nodes, which machine code has as constants.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..numbers import Arithmetic, LazyModule
+from ..numbers import Arithmetic, LazyModule, working_digits
 from ..numbers.types import Mpf, Number, Vector
 
 mpmath: Any = LazyModule("mpmath")
@@ -69,33 +69,40 @@ def elementwise(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[str, Any]:
-    """MU, WEIGHTS, OF_VELOCITY, OF_MOMENTUM of `stage_driver`: of each part, columns of lanes.
+    """The tables of `stage_driver`, MU and others: of each part, columns of lanes.
 
-    μ_ij = a_ij/b_j, of which the smaller one of a pair is 1 less the other: exact in binary.
+    MU: μ_ij = a_ij/b_j of positions; MU_OF_MOMENTUM: 1 − μ_ji, on Gauss nodes the same table. The
+    smaller one of such a pair is 1 less the other: exact in binary.
     """
-    with mpmath.workdps(numbers.digits + 30):
+    with working_digits(numbers.digits + 30):
         c, b = zip(*nodes(numbers.digits + 30), strict=True)
         basis = [_lagrange(c, j) for j in range(count)]
-        mu = [[numbers.number(_integral(basis[j], c[i]) / b[j]) for j in range(count)]
-              for i in range(count)]  # fmt: skip
-        for i in range(count):
-            mu[i][i] = numbers.number(mpmath.mpf(1) / 2)
-            for j in range(i):
-                low, high = ((i, j), (j, i)) if mu[i][j] < mu[j][i] else ((j, i), (i, j))
-                mu[low[0]][low[1]] = 1 - mu[high[0]][high[1]]
+        pairs = [[_pair(_integral(basis[j], c[i]) / b[j], numbers) for j in range(count)]
+                 for i in range(count)]  # fmt: skip
+        mu = [[pair[0] for pair in row] for row in pairs]
+        dual = [[pairs[j][i][1] for j in range(count)] for i in range(count)]
         later = [1 + e for e in c]
-        ends = (*c, mpmath.mpf(1))
-        extended = [_lagrange(ends, j) for j in range(count + 1)]
+        # the end of a step is a node more, unless it is one of them
+        inner = c[-1] < 1
+        ends = (*c, mpmath.mpf(1)) if inner else c
+        extended = [_lagrange(ends, j) for j in range(len(ends))] + [[mpmath.mpf(0)]] * (not inner)
         velocity = [[numbers.number(_at(e, t)) for e in basis] for t in later]
         momentum = [[numbers.number(_at(e, t)) for e in extended] for t in later]
         weights = [[numbers.number(e)] for e in b]
     none = [0 * weights[0][0]]
     return {
         "MU": _parts(mu, width, numbers, mu[-1]),
+        "MU_OF_MOMENTUM": _parts(dual, width, numbers, dual[-1]),
         "WEIGHTS": tuple(part[0] for part in _parts(weights, width, numbers, none)),
         "OF_VELOCITY": _parts(velocity, width, numbers, velocity[-1]),
         "OF_MOMENTUM": _parts(momentum, width, numbers, momentum[-1]),
     }
+
+
+def _pair(mu: Mpf, numbers: Arithmetic) -> tuple[Number, Number]:
+    """μ and 1 − μ, rounded: the smaller one is 1 less the larger."""
+    larger = numbers.number(max(mu, 1 - mu))
+    return (larger, 1 - larger) if 2 * mu > 1 else (1 - larger, larger)
 
 
 def _parts(

@@ -22,7 +22,8 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
     """Begin (task 0), do `steps` steps (1), or show μ and u of now (2): (steps done, status).
 
     Where not LOCAL, w is always the solution of the substep that comes. Of a general list of bonds
-    substep `steps` is solved elsewhere, by tasks 3 to 5 (`lattice_newton.listed`).
+    substep `steps` is assembled and done by tasks 3 and 4; 5 does so many steps, or of none solves
+    the first substep, site by site (`lattice_newton`).
     """
     done, status = 0, OK
     if LOCAL:
@@ -34,27 +35,31 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
                              pieces)  # fmt: skip
     elif task == 2:
         copy(mu, nu, ranges, parts)
+    elif LISTED and task == 5:
+        done, status = tied_steps(steps, x, nu, w, w1, w2, w3, work, ties, p, q, coefficients,
+                                  kinds, substeps, ranges, parts, segments, pieces,
+                                  totals)  # fmt: skip
     elif LISTED:
         c = load(coefficients[steps], slice(0, WIDTH))
         if task == 0:
             copy(nu, mu, ranges, parts)
+        elif task == 3:
+            if not MIXED or kinds[steps] == 0:
+                assemble(True, RULE, x, nu, w, work, ties, p, q, c, ranges, parts, segments, pieces)
+            else:
+                assemble(True, ADJOINT, x, nu, w, work, ties, p, q, c, ranges, parts, segments,
+                         pieces)  # fmt: skip
         elif not MIXED or kinds[steps] == 0:
-            listed(
-                RULE, task, x, nu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals
-            )
+            update_listed(RULE, x, nu, w, work, p, q, c, ranges, parts, segments, pieces)
         else:
-            listed(ADJOINT, task, x, nu, w, work, ties, p, q, c, ranges, parts, segments, pieces,
-                   totals)  # fmt: skip
+            update_listed(ADJOINT, x, nu, w, work, p, q, c, ranges, parts, segments, pieces)
     else:
-        if task == 0:
+        if task == 0:  # of 0 steps
             copy(nu, mu, ranges, parts)
-            status = tied_solution(0, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds,
-                                   substeps, ranges, parts, segments, pieces, totals)  # fmt: skip
-        else:
-            done, status = tied_steps(
-                steps, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds, substeps, ranges,
-                parts, segments, pieces, totals,
-            )  # fmt: skip
+        done, status = tied_steps(
+            steps, x, nu, w, w1, w2, w3, work, ties, p, q, coefficients, kinds, substeps, ranges,
+            parts, segments, pieces, totals,
+        )  # fmt: skip
     return done, status
 
 

@@ -3,6 +3,9 @@
 Text of a lattice's module, as `lattice_driver`, which says what the names stand for. Bond i joins
 sites i and i + 1; of a RING bond 0 closes it, so that the others come one later, and its last site
 is eliminated last, with a column and a row of its own in every step of the elimination.
+Entries that are 0 by structure are left out (`known_zeros`): HERE, AHEAD, BEHIND and THERE are the
+places of the others in the slopes of a bond, i·S + j of its blocks ii, ij, ji and jj, and
+ELIMINATED in what is left of a site's equations. Carried from one site to the next are these alone.
 """
 
 # ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
@@ -25,18 +28,18 @@ def zero_block():
 
 def summed(A, B):
     """A + B."""
-    return tuple([plus(a, b) for a, b in zip(A, B)])
+    return tuple([tuple([added(a, b) for a, b in zip(r, s)]) for r, s in zip(A, B)])
 
 
 def less(A, B):
     """A − B."""
-    return tuple([tuple([a - b for a, b in zip(r, s)]) for r, s in zip(A, B)])
+    return tuple([tuple([subtracted(a, b) for a, b in zip(r, s)]) for r, s in zip(A, B)])
 
 
 def times(A, B):
     """A B."""
-    return tuple([tuple([sum([r[k] * B[k][j] for k in range(S)]) for j in range(len(B[0]))])
-                  for r in A])  # fmt: skip
+    return tuple([tuple([added_up([multiplied(e, b[j]) for e, b in zip(r, B)])
+                         for j in range(len(B[0]))]) for r in A])  # fmt: skip
 
 
 def as_column(v):
@@ -67,16 +70,28 @@ def solved(D, B):
 def reduced(D, B):
     """D⁻¹ B, by the first unknown and what is left of the others."""
     over = 1 / D[0][0]
-    head = tuple([over * e for e in D[0][1:]])
-    first = tuple([over * e for e in B[0]])
+    head = tuple([multiplied(over, e) for e in D[0][1:]])
+    first = tuple([multiplied(over, e) for e in B[0]])
     if len(D) == 1:
         return (first,)
-    smaller = tuple([tuple([e - r[0] * a for e, a in zip(r[1:], head)]) for r in D[1:]])
-    right = tuple([tuple([e - r[0] * a for e, a in zip(b, first)]) for r, b in zip(D[1:], B[1:])])
+    smaller = tuple([tuple([subtracted(e, multiplied(r[0], a)) for e, a in zip(r[1:], head)])
+                     for r in D[1:]])  # fmt: skip
+    right = tuple([tuple([subtracted(e, multiplied(r[0], a)) for e, a in zip(b, first)])
+                   for r, b in zip(D[1:], B[1:])])  # fmt: skip
     rest = reduced(smaller, right)
-    top = tuple([e - sum([head[k] * rest[k][j] for k in range(len(head))])
-                 for j, e in enumerate(first)])  # fmt: skip
+    top = tuple([subtracted(e, a) for e, a in zip(first, times((head,), rest)[0])])
     return (top,) + rest
+
+
+def packed(A, places):
+    """The entries of a block at those places."""
+    return tuple([A[p // S][p % S] for p in places])
+
+
+def unpacked(entries, places):
+    """The S×S block with these entries at those places, and no others."""
+    known = dict(zip(places, entries))
+    return tuple([tuple([known.get(i * S + j, 0.0) for j in range(S)]) for i in range(S)])
 
 
 # -- elimination along a chain ---------------------------------------------------------------------
@@ -100,6 +115,7 @@ def of_pair(system, x, w, q, c, i, j, k):
 
 def correction(system, x, mu, w, work, p, q, c, ranges, parts, segments, pieces, totals):
     """One Newton correction of all w: (largest correction, largest solution of a site)."""
+    totals[MOVED] = 0.0
     last = segments[pieces - 1, 2]  # the last site
     if RING:
         return ring_correction(system, x, mu, w, work, p, q, c, last, totals)
@@ -111,27 +127,31 @@ def chain_correction(system, x, mu, w, work, p, q, c, ranges, parts, last, total
     size, here = 0.0, 0.0
     for r in range(parts):
         start, stop = ranges[r, 0], ranges[r, 1]
-        force, own, lower = (0.0,) * S, zero_block(), zero_block()
-        C, g = zero_block(), (0.0,) * S
+        force, there, behind = (0.0,) * S, (0.0,) * len(THERE), (0.0,) * len(BEHIND)
+        left, g = (0.0,) * len(ELIMINATED), (0.0,) * S
         if start > 0:
-            none, force, ii, ij, ji, own = of_pair(system, x, w, q, c, start - 1, start, start - 1)
+            pair = of_pair(system, x, w, q, c, start - 1, start, start - 1)
+            force, there = pair[1], packed(pair[5], THERE)
         for i in range(start, stop):
-            missing, D = of_site(system, x, mu, w, p, c, i)
+            missing, own = of_site(system, x, mu, w, p, c, i)
+            lower, before = unpacked(behind, BEHIND), unpacked(left, ELIMINATED)
+            kept = less(summed(own, unpacked(there, THERE)), times(lower, before))
             missing = tuple([a - b for a, b in zip(missing, force)])
-            D = less(summed(D, own), times(lower, C))
             missing = tuple([a - b for a, b in zip(missing, as_vector(times(lower, as_column(g))))])
-            upper = zero_block()
+            at_this, ahead = (0.0,) * len(HERE), (0.0,) * len(AHEAD)
             if i < last:
-                of_i, force, ii, upper, lower, own = of_pair(system, x, w, q, c, i, i + 1, i)
+                of_i, force, ii, ij, ji, jj = of_pair(system, x, w, q, c, i, i + 1, i)
                 missing = tuple([a - b for a, b in zip(missing, of_i)])
-                D = summed(D, ii)
-            both = solved(D, beside(upper, as_column(missing)))
-            C, g = part(both, 0, S), as_vector(part(both, S, S + 1))
-            put(work, i, flattened(C) + g)
+                at_this, ahead = packed(ii, HERE), packed(ij, AHEAD)
+                behind, there = packed(ji, BEHIND), packed(jj, THERE)
+            both = solved(summed(kept, unpacked(at_this, HERE)),
+                          beside(unpacked(ahead, AHEAD), as_column(missing)))  # fmt: skip
+            left, g = packed(part(both, 0, S), ELIMINATED), as_vector(part(both, S, S + 1))
+            put(work, i, left + g)
         dw = (0.0,) * S
         for i in range(stop - 1, start - 1, -1):
-            kept = row(work, i, S * S + S)
-            C, g = block(kept, 0, 0, S), kept[S * S :]
+            stored = row(work, i, len(ELIMINATED) + S)
+            C, g = unpacked(stored[: len(ELIMINATED)], ELIMINATED), stored[len(ELIMINATED) :]
             dw = tuple([a - b for a, b in zip(g, as_vector(times(C, as_column(dw))))])
             new = plus(row(w, i, S), dw)
             put(w, i, new)
@@ -141,7 +161,9 @@ def chain_correction(system, x, mu, w, work, p, q, c, ranges, parts, last, total
 
 def watched(size, here, dw, new, i, totals):
     """The largest sizes so far; a correction that is no number counts as infinite."""
-    step, now = norm(dw), norm(new)
+    step, now, moved = norm(dw), norm(new), norm(dw[:MOVING])
+    if moved > totals[MOVED]:
+        totals[MOVED] = moved
     if not step <= size:
         size = step if step < HUGE else HUGE
         totals[PLACE] = i

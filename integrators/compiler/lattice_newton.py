@@ -2,35 +2,45 @@
 
 Text of a lattice's module, as `lattice_driver`, which says what the names stand for. Along a chain
 or a ring corrections are found here (`lattice_elimination`); LATER is 1 on a ring, whose bond 0
-closes it. Of any other list of bonds the equations are assembled here, and solved elsewhere.
+closes it. Of any other list of bonds each site is corrected as if its neighbours were right; where
+that does not contract, equations are assembled here, and solved elsewhere.
 """
 
 # ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
 # mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
 
 
-def tied_steps(steps, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds, substeps, ranges,
-               parts, segments, pieces, totals):  # fmt: skip
-    """Steps; w is the solution of the substep that comes, before and after: (done, status)."""
-    done, status = 0, OK
-    while done < steps:
-        for j in range(substeps):
+def tied_steps(steps, x, nu, w, w1, w2, w3, work, ties, p, q, coefficients, kinds, substeps,
+               ranges, parts, segments, pieces, totals):  # fmt: skip
+    """Steps, or if there are none the first substep's solution: (done, status).
+
+    w is the solution of the substep that comes, before and after. One loop for both, so that the
+    solution is written once. Of a list of bonds sites are corrected one by one; where that gives
+    way, w waits to be corrected otherwise, for the substep that `totals` holds at PLACE, and steps
+    before it are done.
+    """
+    done, j, status, more = 0, 0, OK, True
+    while more:
+        if steps > 0:
             c, d = coefficients_of(coefficients, substeps, j)
             if not MIXED or kinds[j] == 0:
-                grow(RULE, x, nu, w, p, q, c, ranges, parts, segments, pieces)
+                update_sites(RULE, x, nu, w, work, p, q, c, ranges, parts, segments, pieces)
             else:
-                grow(ADJOINT, x, nu, w, p, q, c, ranges, parts, segments, pieces)
+                update_sites(ADJOINT, x, nu, w, work, p, q, c, ranges, parts, segments, pieces)
             extrapolate(w, w1, w2, w3, ranges, parts, totals)
-            after = j + 1
-            if after == substeps:
-                after = 0
+            j += 1
+            if j == substeps:
+                j = 0
                 done += 1
-            status = tied_solution(after, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds,
-                                   substeps, ranges, parts, segments, pieces, totals)  # fmt: skip
-            if status != OK:
-                break
-        if status != OK:
-            break
+        if LISTED:
+            status = relaxed_solution(j, x, nu, w, w1, w2, w3, work, ties, p, q, coefficients,
+                                      kinds, substeps, ranges, parts, segments, pieces,
+                                      totals)  # fmt: skip
+        else:
+            status = tied_solution(j, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds,
+                                   substeps, ranges, parts, segments, pieces,
+                                   totals)  # fmt: skip
+        more = status == OK and done < steps
     return done, status
 
 
@@ -54,7 +64,7 @@ def tied_solution(j, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds, subs
         else:
             status, kappa = judge(size, before, here, scale, kappa, count)
             stagnant = status == NOT_CONVERGED and count > 2 and size > before / 2
-            if stagnant and size <= UNSEEN * EPS * extent(x, ranges, parts) / abs(c[0]):
+            if stagnant and totals[MOVED] <= unseen(x, c[0], ranges, parts, segments, pieces):
                 status = OK
         before = size
         if status == SINGULAR or count >= 40:
@@ -72,13 +82,18 @@ def tied_solution(j, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds, subs
     return status
 
 
-def extent(x, ranges, parts):
-    """The largest x of a site: changes of w by that over h, times round-off, do not move it."""
+def unseen(x, h, ranges, parts, segments, pieces):
+    """The size of corrections of u that are round-off of the largest x of a site, over h.
+
+    Where constraints join the sites, each one hands on the round-off of those before it.
+    """
     size = 0.0
     for r in range(parts):
         for i in range(ranges[r, 0], ranges[r, 1]):
             size = larger(norm(row(x, i, n)), size)
-    return size
+    if MOVING < S:
+        size = size * (segments[pieces - 1, 2] + 1)
+    return UNSEEN * EPS * size / abs(h)
 
 
 def copy_unknowns(a, b, ranges, parts):
@@ -129,8 +144,16 @@ def larger(a, b):
 # -- the state at the end of a substep ------------------------------------------------------------
 
 
-def grow(system, x, mu, w, p, q, c, ranges, parts, segments, pieces):
+def update_sites(system, x, mu, w, work, p, q, c, ranges, parts, segments, pieces):
     """x and μ at the end of a substep."""
+    if LISTED:
+        update_listed(system, x, mu, w, work, p, q, c, ranges, parts, segments, pieces)
+    else:
+        update_in_order(system, x, mu, w, p, q, c, ranges, parts, segments, pieces)
+
+
+def update_in_order(system, x, mu, w, p, q, c, ranges, parts, segments, pieces):
+    """x and μ at the end of a substep, of a chain or a ring: bond k ties the sites k and k + 1."""
     last, closing = segments[pieces - 1, 2], (0.0,) * (2 * m)
     if RING:
         closing = gain_of(system, x, w, q, c, last, 0, 0)
@@ -162,14 +185,43 @@ def gain_of(system, x, w, q, c, i, j, k):
 # -- any list of bonds: the equations for a sparse factorisation -----------------------------------
 
 
-def listed(system, task, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals):
-    """Assemble the equations of a substep (task 3), do it (4), or correct w site by site (5)."""
-    if task == 3:
-        assemble(True, system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces)
-    elif task == 4:
-        listed_update(system, x, mu, w, work, p, q, c, ranges, parts, segments, pieces)
+def relaxed_solution(j, x, mu, w, w1, w2, w3, work, ties, p, q, coefficients, kinds, substeps,
+                     ranges, parts, segments, pieces, totals):  # fmt: skip
+    """Solve substep j for w, each site as if all others were right; GAVE_WAY where corrections do
+    not fade, or a site is singular by itself."""
+    c, d = coefficients_of(coefficients, substeps, j)
+    age, before, rate, count, status = int(totals[AGE]), HUGE, 0.0, 0, NOT_CONVERGED
+    while status == NOT_CONVERGED and count < MOST_SWEEPS:
+        if not MIXED or kinds[j] == 0:
+            relax(RULE, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals)
+        else:
+            relax(ADJOINT, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals)
+        size, here, count = totals[LAST_SIZE], totals[SCALE], count + 1
+        if not (size < HUGE and here < HUGE):
+            copy_unknowns(w, w1, ranges, parts)
+            status = GAVE_WAY
+        else:
+            rate = size / before if before > 0 else 0.0
+            large = False
+            if count > 1 and rate > FADED and size >= ROOT_EPS * here:
+                large = size > unseen(x, c[0], ranges, parts, segments, pieces)
+            ended = count > 1 and rate < 0.5 and size * rate <= EPS * here
+            stagnant = count > 2 and rate > 0.5 and not large  # what is left is round-off
+            if size <= EPS * here or ended or stagnant:
+                status = OK
+            elif large:
+                status = GAVE_WAY
+        before = size
+    totals[CORRECTIONS] += count
+    if count > totals[MOST]:
+        totals[MOST] = count
+    if status == GAVE_WAY:
+        totals[PLACE] = j
     else:
-        relax(system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals)
+        if not COMPOSED and (age < 6 or age % 16 == 0):
+            choose_order(w, w1, w2, w3, ranges, parts, totals, age)
+        totals[AGE] = age + 1
+    return status
 
 
 def relax(system, x, mu, w, work, ties, p, q, c, ranges, parts, segments, pieces, totals):
@@ -204,7 +256,7 @@ def assemble(tied, system, x, mu, w, work, ties, p, q, c, ranges, parts, segment
                 put(ties, first + k, flattened(ij) + flattened(ji))
 
 
-def listed_update(system, x, mu, w, work, p, q, c, ranges, parts, segments, pieces):
+def update_listed(system, x, mu, w, work, p, q, c, ranges, parts, segments, pieces):
     """x and μ at the end of a substep; the gains of bonds are added up in `work` first."""
     for r in range(parts):
         for i in range(ranges[r, 0], ranges[r, 1]):

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from ..numbers import Coefficients, function_text, needed, symbols_of, sympy, with_tables
 from ..numbers.types import Column, Expression, Letters
-from .kernel_text import KernelText, texts_of
+from .kernel_text import KernelText, operations, texts_of
 from .omissions import pivot_rows
 from .system import System
 
 BLOCK = 1024  # bonds whose sites stay in the cache nearest to the processor
+FADED = 0.1  # what a correction may leave, site by site or by a kept factorisation
+MOST_SWEEPS = 60  # corrections of a substep, so made
+GAVE_WAY = 5  # status behind those of `layout`: site by site a substep is not solved
 UNSEEN = 16  # round-offs of x/h: corrections of w below them do not move x
+LONGEST = 1000  # operations of a function that is written wherever it is called
 MOST = 60  # operations of a force that is computed twice rather than one bond at a time
 
 
@@ -60,7 +65,10 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"RING, LISTED, LATER = {shape == 'ring'}, {shape == 'list'}, {int(shape == 'ring')}",
         f"COMPOSED = {composed}",
         f"SITES, BONDS, BLOCK = {len(system.own)}, {len(system.bond_own)}, {BLOCK}",
+        f"FADED, MOST_SWEEPS, GAVE_WAY = {FADED}, {MOST_SWEEPS}, {GAVE_WAY}",
+        f"MOVING = {s - system.site.more}",
         f"WORK, UNSEEN = {s * s * (2 if shape == 'ring' else 1) + s}, {UNSEEN}",
+        *_places([k for k in kinds if k.bond is not None], s),
         f"WIDTH = {max(k.width for k in made)}",
         f"ORDER = {tuple(pivot_rows(system.site))}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), made)),  # noqa: B905
@@ -79,6 +87,19 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         driver = driver.replace(f"def {name}(", f"@kernel\ndef {name}(")
     texts = (k.text for k in made)
     return with_tables("\n\n".join([f"# {system.name}", *texts, "\n".join(facts), driver]))
+
+
+def _places(kinds: Sequence[LatticeSystem], S: int) -> list[str]:
+    """Where the slopes of a bond have entries, by blocks (`lattice_elimination`)."""
+    blocks = {"HERE": (0, 0), "AHEAD": (0, 1), "BEHIND": (1, 0), "THERE": (1, 1)}
+    found = {
+        name: tuple(i * S + j for i in range(S) for j in range(S)
+                    if any(k.bond.slope[a * S + i, b * S + j] != 0 for k in kinds if k.bond))
+        for name, (a, b) in blocks.items()
+    }  # fmt: skip
+    columns = {p % S for p in found["AHEAD"]}  # of what a site's own equations multiply
+    found["ELIMINATED"] = tuple(p for p in range(S * S) if p % S in columns)
+    return [f"{name} = {places}" for name, places in found.items()]
 
 
 class _Kernels:
@@ -133,8 +154,22 @@ def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
         values = [coefficients.hoist(e) for e in column]
         c = [f"c{i}" for i in range(len(coefficients.values))]
         given: dict[str, Any] = {"x": kick.x, "c": c, "own": kick.own}
-        texts.append(f"@kernel\n{function_text(f'{word}_{name}', given, [values])}")
+        text = function_text(f"{word}_{name}", given, [values])
+        texts.append(f"@kernel\n{_with_names(text, kick.own)}")
     return "\n\n".join(texts)
+
+
+def _with_names(text: str, own: Letters) -> str:
+    """The text with names for letters that are none, as p.h of a site's own parameter h."""
+    for i, letter in enumerate(map(str, own)):
+        if not letter.isidentifier():
+            text = re.sub(rf"\b{re.escape(letter)}\b", f"pp{i}", text)
+    return text
+
+
+def _called_if_long(text: str) -> str:
+    """A kernel's text, a call where it is long: the driver calls it in up to four places."""
+    return text.replace("@kernel", "@node", 1) if operations(text) > LONGEST else text
 
 
 class _TermText(KernelText):
@@ -148,10 +183,11 @@ class _TermText(KernelText):
 
     def _function(self, name: str, *parts: Any) -> str:
         arguments, *rest = parts
-        return super()._function(name, {**arguments, "own": self.own}, *rest)
+        text = super()._function(name, {**arguments, "own": self.own}, *rest)
+        return _with_names(_called_if_long(text), self.own)
 
     def _with_called(self, kernels: Sequence[str]) -> str:
-        shared = [f"@kernel\n{text}" for _, _, text in self._functions.values()]
+        shared = [_called_if_long(f"@kernel\n{text}") for _, _, text in self._functions.values()]
         return "\n\n".join([*shared, *kernels])
 
     def local(self) -> str:

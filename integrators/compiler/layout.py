@@ -17,8 +17,9 @@ TOTALS = 7
 #: and behind them, of the step with most sweeps: the ratio of two changes, so many sweeps apart
 CONTRACTION, SWEEPS, ENTRIES = 7, 8, 9
 #: a lattice's entries behind the size of the last correction: the site whose step was not found;
-#: Newton's memory, which all sites share: κ, the scale, the age, the degree of extrapolation
-PLACE, KAPPA, SCALE, AGE, DEGREE, LATTICE_ENTRIES = range(3, 9)
+#: Newton's memory, which all sites share: κ, the scale, the age, the degree of extrapolation; the
+#: size of the last correction without multipliers
+PLACE, KAPPA, SCALE, AGE, DEGREE, MOVED, LATTICE_ENTRIES = range(3, 10)
 INNER = 3  # sweeps that bring a curve into the next chart
 PAST = 5  # solutions from which Newton's start is extrapolated
 

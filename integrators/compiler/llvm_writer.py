@@ -25,6 +25,8 @@ from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, lanes
 KINDS = {"kernel": (FAST := "contract arcp nsz reassoc ", False), "node": (FAST, True),
          "aside": ("", True)}  # fmt: skip
 
+MOST = 16  # results that are returned in registers
+
 
 class Module:
     """The functions of one text, and what is written of them.
@@ -110,19 +112,31 @@ class Module:
             routine = self.routine = Routine(self.declared)
             inner = [replace(v, name=f"%a{i}", routine=routine) for i, v in enumerate(given)]
             returned = function(*filled(arguments, inner))
-            type_ = f"{{{', '.join(TYPES[v.kind] for v in flat(returned))}}}"
-            result = "undef"
-            for i, v in enumerate(flat(returned)):
-                one = f"insertvalue {type_} {result}, {TYPES[v.kind]} {v.name}, {i}"
-                result = routine.get("", one).name
-            routine.end(f"{type_} {result}")
+            results = flat(returned)
+            type_, result = "void", "void"
+            if in_memory(results):
+                inner.append(Array("f", "%.out", routine=routine))
+                for i, v in enumerate(results):
+                    inner[-1][i] = v
+            else:
+                type_ = f"{{{', '.join(TYPES[v.kind] for v in results)}}}"
+                result = f"{type_} undef"
+                for i, v in enumerate(results):
+                    one = f"insertvalue {result}, {TYPES[v.kind]} {v.name}, {i}"
+                    result = f"{type_} {routine.get('', one).name}"
+            routine.end(result)
             place = f"@{name}.{len(self._shared)}"
             self._define(f"internal {type_} {place}({', '.join(map(_typed, inner))})")
             self._shared[key], self.routine = (type_, place, form(returned)), caller
         type_, place, result_form = self._shared[key]
+        results = flat(result_form)
+        if in_memory(results):
+            out = caller.memory("f", len(results))
+            caller.do(f"call void {place}({', '.join(map(_typed, [*given, out]))})")
+            return filled(result_form, [out[i] for i in range(len(results))])
         result = caller.get("", f"call {type_} {place}({', '.join(map(_typed, given))})").name
         return filled(result_form, [caller.get(v.kind, f"extractvalue {type_} {result}, {i}")
-                                    for i, v in enumerate(flat(result_form))])  # fmt: skip
+                                    for i, v in enumerate(results)])  # fmt: skip
 
     def _foreign(self, name: str, *arguments: Any) -> Array:
         """Numbers handed over in memory, and those that come back."""
@@ -147,6 +161,11 @@ class Module:
         self.declared[name] = f"declare void {name}(ptr, i8, i64, i1)"
         self.routine.do(f"call void {name}(ptr {place.name}, i8 0, i64 {size}, i1 false)")
         return place
+
+
+def in_memory(results: Sequence[Value]) -> bool:
+    """Whether results are handed over in memory: LLVM takes long over many in one structure."""
+    return len(results) > MOST and all(v.kind == "f" for v in results)
 
 
 def _typed(value: Any) -> str:

@@ -3,8 +3,8 @@
 As `driver`, this is text of a module: `stage_text` puts it behind the kernels. Stages that are more
 than a vector has lanes are several vectors, its parts, so that numbers stay in registers: w, π and
 their like are tuples, over the parts, of tuples over the components, of lanes. For each part MU
-(μ_ij, a column for each j, μ_ij + μ_ji = 1 exactly), WEIGHTS (b), OF_VELOCITY and OF_MOMENTUM (from
-the nodes of a step to those of the next) come from `lanes.tables`.
+(μ_ij, a column for each j), MU_OF_MOMENTUM (1 − μ_ji exactly), WEIGHTS (b), OF_VELOCITY and
+OF_MOMENTUM (from the nodes of a step to those of the next) come from `lanes.tables`.
 """
 
 # ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
@@ -175,7 +175,7 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
         forces = tuple([system.force(x, a, b, e, c) for a, b, e in zip(w, p, xi)])
         dp = times(weights, tuple([e[0] for e in forces]))
         start = tuple([b + e for b, e in zip(lost, mu)])
-        new_p = tuple([plus(part, start) for part in at_nodes(MU, dp)])
+        new_p = tuple([plus(part, start) for part in at_nodes(MU_OF_MOMENTUM, dp)])
         moves = tuple([system.velocity(x, a, b, c) for a, b in zip(w, new_p)])
         dw = times(weights, tuple([e[0] for e in moves]))
         xi, mz = tuple([e[1] for e in moves]), tuple([e[2] for e in moves])

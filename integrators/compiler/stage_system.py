@@ -1,4 +1,4 @@
-"""A rule with stages on Gauss nodes as a collocation method, as plain data for the compiler."""
+"""A rule with stages on quadrature nodes as a collocation method: plain data for the compiler."""
 
 from __future__ import annotations
 

@@ -7,7 +7,12 @@ from .kernels_at_step import KernelsAtStep, Lead, Run
 
 
 class StagesAtStep(KernelsAtStep):
-    """Kernels of collocation; a run may change between these and those of Newton's method."""
+    """Kernels of collocation; a run may change between these and those of Newton's method.
+
+    Where they go `alone` it may not: it fails, and nothing is compiled for Newton's method.
+    """
+
+    alone = False
 
     def lead(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> Lead:
         """(state, c) at (x, μ); a fixed point has no use for a guess."""

@@ -29,6 +29,12 @@ class Cone(NamedTuple):
     bound: Number
 
 
+def parts(cones: Sequence[Cone]) -> list[slice]:
+    """The normal and the plane of each contact: what is along the plane says nothing of the other,
+    so each is held against its own size."""
+    return [part for c in cones for part in (slice(c.normal, c.normal + 1), c.tangent)]
+
+
 def residual(P: Vector, U: Vector, r: Vector, cones: Sequence[Cone]) -> Vector:
     """The natural map, in units of an impulse."""
     found = P.copy()
@@ -83,8 +89,7 @@ def _solved(
 ) -> bool:
     left = abs(residual(P, U0 + W @ P, r, cones))
     unit = ROUNDED * numbers.eps * (abs(P) + r * (abs(U0) + abs(W) @ abs(P)))
-    whole = (slice(cone.normal, cone.tangent.stop) for cone in cones)
-    return all(max(left[part]) <= max(unit[part]) for part in whole)
+    return all(max(left[part], default=0) <= max(unit[part], default=0) for part in parts(cones))
 
 
 def _newton(

@@ -197,7 +197,8 @@ class ContactSteps:
         gaps, h, place = self.gaps, self.free.h * share, m.place
         start = active(gaps, place, resting, landing, slips)
         W = gaps.flexibility(place.x, xi, start.rows, start.push)
-        reach = place.own + self.free.h * (abs(place.normal) @ abs(xi) + m.noise)
+        # Newton ends at the round-off of its whole solution, not of each component
+        reach = place.own + self.free.h * (gaps.fastest(place, xi) + m.noise)
 
         def trial(P: Vector) -> tuple[Vector, Vector, Any]:
             pushed = m.mu + start.push.T @ P

@@ -22,13 +22,12 @@ from ..equations import (
     natural_structure,
 )
 from ..errors import BadInput
-from ..numbers import Arithmetic, arithmetic, flatten, jacobian, numeric, sympy
+from ..numbers import Arithmetic, flatten, jacobian, numeric, sympy
 from ..numbers.types import Column, Number, Vector
 from ..scene import Scene
 from .cones import Cone, impulses
 
 TOUCHING = 128  # units of round-off of its size within which a gap is closed
-DEEPEST = 100  # corrections of the search for a place outside the obstacle
 
 
 class Place(NamedTuple):
@@ -135,9 +134,24 @@ class Gaps:
 
     def flexibility(self, x: Vector, xi: Vector, rows: np.ndarray, push: np.ndarray) -> np.ndarray:
         """rows M⁻¹ pushᵀ: how impulses along `push` change the velocities along `rows`."""
+        changed: np.ndarray = rows @ self.inverse_mass(x, xi) @ push.T
+        return changed
+
+    def fastest(self, place: Place, xi: Vector) -> Vector:
+        """How fast each gap could close with the kinetic energy of ξ, (K,), in any units.
+
+        √(A M⁻¹Aᵀ · ξ·M ξ), which is |A ξ| at least (Cauchy and Schwarz).
+        """
+        mass, _ = self._motion(place.x, xi, self.p)
+        weight = abs((place.normal * self.numbers.solve(mass, place.normal.T).T).sum(axis=1))
+        speeds: Vector = (weight * abs(xi @ mass @ xi)) ** 0.5
+        return speeds
+
+    def inverse_mass(self, x: Vector, xi: Vector) -> np.ndarray:
+        """∂ξ/∂μ, m×m."""
         mass, _ = self._motion(x, xi, self.p)
-        solved: np.ndarray = rows @ self.numbers.solve(mass, push.T)
-        return solved
+        found: np.ndarray = self.numbers.solve(mass, self.numbers.identity(len(xi)))
+        return found
 
     def impulses(self, W: np.ndarray, U0: Vector, cones: Sequence[Cone], start: Vector) -> Vector:
         """P in the cones with the velocities U₀ + W P (`cones.impulses`)."""
@@ -209,64 +223,3 @@ def _functions(s: SceneSymbols, contact: Any, numbers: Arithmetic) -> tuple[Any,
         numeric(moving, [mass_matrix(s), list(momentum(s))], numbers),
         numeric(with_momentum, [energy(s)], numbers),
     )
-
-
-def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
-    """Raise `BadInput` unless a start is outside the obstacle, and the closed gaps leave room.
-
-    x0: another start than the scene's, in exact numbers or of any arithmetic, without its time.
-    """
-    numbers = arithmetic(16)
-    with numbers.working():
-        gaps = Gaps(s, scene, numbers)
-        x = np.array([float(e) for e in s.with_time(scene.x0 if x0 is None else x0)])
-        try:
-            place = gaps.at_start(x)
-        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
-            raise BadInput(
-                f"{scene.name}: a gap has no real value at x0; begin elsewhere."
-            ) from None
-        inside = place.phi < -TOUCHING * numbers.eps * place.size
-        if inside.any():
-            raise BadInput(f"{scene.name}: {_depth(gaps, x, place)}.")
-        for i in np.flatnonzero(place.closed):
-            if not abs(place.normal[i]).max() > 0:
-                why = "has no slope there, so no force keeps it open; write it with a slope (a "
-                why += "distance has one)."
-                if abs(gaps._place(x, gaps.p)[2][i]).max() > 0:
-                    why = f"no motion on {s.groupoid.name} changes it there; leave it out."
-                raise BadInput(f"{scene.name}: gap {i} is closed at x0 and {why}")
-        closed = place.normal[place.closed]
-        if _opposed(closed):
-            listed = ", ".join(map(str, np.flatnonzero(place.closed)))
-            raise BadInput(
-                f"{scene.name}: the gaps {listed} contradict each other: closed at x0, they leave "
-                "no direction to move in that opens them all; a constraint is holonomic=."
-            )
-
-
-def _depth(gaps: Gaps, x: Vector, place: Place) -> str:
-    """How deep a start is inside the obstacle, and a place outside if there is one nearby."""
-    i = int(np.argmin(place.phi))
-    told = f"x0 is inside the obstacle: gap {i} is {place.phi[i]:.3g}"
-    at = x.copy()
-    for _ in range(DEEPEST):
-        phi, _, slope, *_ = gaps._place(at, gaps.p)
-        if (phi >= 0).all():
-            return f"{told}; begin outside, such as at x0={[float(e) for e in at[: gaps.n]]}"
-        low = phi < 0
-        at[: gaps.n] -= np.linalg.pinv(slope[low]) @ (phi[low] * 1.125)
-        if not np.isfinite(at).all():
-            break
-    return f"{told}, and the gaps contradict each other: no place near x0 has all of them open"
-
-
-def _opposed(rows: np.ndarray) -> bool:
-    """Whether a sum of the rows with weights ≥ 0, not all 0, vanishes: no direction opens all."""
-    if len(rows) < 2:
-        return False
-    from scipy.optimize import nnls  # few starts have two gaps closed
-
-    unit = rows / np.linalg.norm(rows, axis=1)[:, None]
-    table = np.vstack([unit.T, np.ones(len(unit))])
-    return bool(nnls(table, np.eye(len(table))[-1])[1] < 1e-9)

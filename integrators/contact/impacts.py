@@ -17,7 +17,7 @@ import numpy as np
 
 from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
-from .cones import NOT_FOUND, Cone, scaling
+from .cones import NOT_FOUND, Cone, parts, scaling
 from .gaps import Gaps, Place
 
 NOISE = 2**10  # units of round-off of its terms below which a velocity is 0
@@ -115,9 +115,8 @@ def in_cones(gaps: Gaps, trial: Any, W: np.ndarray, cones: list[Cone]) -> tuple[
     for _ in range(MOST):
         change = gaps.impulses(W, F - W @ P, cones, P) - P
         units = numbers.eps * (abs(P) + r * unit)
-        parts = [part for c in cones for part in (slice(c.normal, c.normal + 1), c.tangent)]
         size = max(max(abs(change[k])) / (max(units[k]) + numbers.eps**4)
-                   for k in parts if k.start < k.stop)  # fmt: skip
+                   for k in parts(cones) if k.start < k.stop)  # fmt: skip
         if size <= 4 or (before is not None and before / 2 <= size < STAGNANT):
             return P, data
         if not size < np.inf:
@@ -142,10 +141,14 @@ def velocity_law(
     if gaps.quadratic:
         P = (1 + e) * gaps.impulses(W, contacts.rows @ xi, contacts.cones, 0 * W[0])
     else:
+        # a velocity may be far below what its round-off is a part of: μ, and where Newton began
+        known, began = abs(gaps.inverse_mass(place.x, xi)), abs(near)
 
         def trial(P: Vector) -> tuple[Vector, Vector, Any]:
-            after = gaps.velocity(place.x, mu + contacts.push.T @ P, near)
-            return contacts.rows @ (after + e * xi), abs(contacts.rows) @ abs(after), after
+            pushed = mu + contacts.push.T @ P
+            after = gaps.velocity(place.x, pushed, near)
+            size = abs(contacts.rows) @ (abs(after) + began + known @ abs(pushed))
+            return contacts.rows @ (after + e * xi), size, after
 
         P, after = in_cones(gaps, trial, W, contacts.cones)
         P = _without_gain(gaps, place, mu, contacts.push, P, xi, after)

@@ -25,6 +25,7 @@ from .hamilton_field import field_parts
 from .legendre_inverse import legendre_inverse
 from .nonsmooth import blamed
 from .one_step_equations import OneStepEquations
+from .rule_view import answers_of
 from .stage_equations import no_stages, stage_system
 from .symbols import SceneSymbols, vector
 from .system import step_system
@@ -32,11 +33,10 @@ from .virtual_work import discrete_force, force_points
 
 __all__ = [
     "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
-    "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "blamed", "check_momentum",
-    "check_on_constraints", "check_regular", "check_start", "closed_velocity", "constraint",
-    "constraint_matrix", "discrete_force", "energy", "energy_terms", "field_parts", "force_points",
-    "initial_momentum", "legendre_inverse", "mass_matrix", "momentum", "natural_structure",
-    "no_stages", "on_constraints", "power", "rates", "stage_system", "step_system",
-    "vanishing_at_states", "vanishing_in_a_step", "vector",
-    "vector_field",
+    "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "answers_of", "blamed",
+    "check_momentum", "check_on_constraints", "check_regular", "check_start", "closed_velocity",
+    "constraint", "constraint_matrix", "discrete_force", "energy", "energy_terms", "field_parts",
+    "force_points", "initial_momentum", "legendre_inverse", "mass_matrix", "momentum",
+    "natural_structure", "no_stages", "on_constraints", "power", "rates", "stage_system",
+    "step_system", "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field",
 ]  # fmt: skip

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..groupoids import Motion
 from ..numbers import Definition, jacobian, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, Letter, SymbolicMatrix
 from .symbols import column, vector
@@ -24,8 +25,8 @@ class Block:
 
     summed: the values are sums over many nodes, or one of a long chain of them, so their
     derivatives get letters of their own.
-    A point at the fraction θ of the straight step has `theta`, in `fields` how e→ and e← move it
-    (n×m each), and where a force acts in `displacement` how they displace it (m×m each).
+    A point at the fraction θ of the straight step has `theta`, its `motion`, and where a force acts
+    in `displacement` how e→ and e← displace it (m×m each).
     """
 
     letters: Column
@@ -33,7 +34,7 @@ class Block:
     partials: Partials = field(default_factory=list)
     summed: bool = False
     theta: Expression | None = None
-    fields: tuple[SymbolicMatrix, SymbolicMatrix] | None = None
+    motion: Motion | None = None
     displacement: tuple[SymbolicMatrix, SymbolicMatrix] | None = None
 
     @property

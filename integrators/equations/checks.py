@@ -82,7 +82,7 @@ def check_regular(maps: LegendreMaps, w: Column, scene: Scene, rule: Discretisat
     if scene.lagrangian is not None:
         mass["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = mass_matrix(s)
     found = _singular(mass, maps, w, scene)
-    if mass and not found and rule.gauss_nodes is not None and s.given is None:
+    if mass and not found and rule.nodes is not None and s.given is None:
         return  # as h → 0 ∂E/∂w of these stages is as regular as the mass matrix
     found = _singular({("FL", of_what): maps.slope}, maps, w, scene) | found
     for (name, of_what), direction in found.items():

@@ -30,15 +30,18 @@ from .symbols import SceneSymbols, column, vector
 class ConstrainedEquations(OneStepEquations):
     """The equations of a rule's step on a scene with constraints, as of a one-step map.
 
-    discrete: the discrete equations without the constraints; multipliers: hλ/2, behind u in w.
+    discrete: the discrete equations without the constraints, if they are derived already, else
+    made here; multipliers: hλ/2, behind u in w.
     Raises `CannotMeasure` for a rule with stages, or one that asks for L at other points than those
     of the straight step.
     """
 
     explicit = False
 
-    def __init__(self, s: SceneSymbols, rule: Discretisation) -> None:
-        self.discrete = DiscreteEquations(s, rule)
+    def __init__(
+        self, s: SceneSymbols, rule: Discretisation, discrete: DiscreteEquations | None = None
+    ) -> None:
+        self.discrete = DiscreteEquations(s, rule) if discrete is None else discrete
         self.s, self.groupoid = s, s.groupoid
         self.rule: Any = rule
         self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h

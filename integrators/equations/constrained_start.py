@@ -94,8 +94,12 @@ def check_on_constraints(
 def _refused(scene: Scene, gap: _Gap, offered: dict[str, Any]) -> BadInput:
     """The refusal of a start, with one that is accepted where there is one."""
     such = ", ".join(f"{name}={[float(e) for e in values]}" for name, values in offered.items())
+    try:
+        off = f"{float(gap.off):.3g}"
+    except OverflowError:
+        off = "more than a double holds"
     return BadInput(
-        f"{scene.name}: the constraint {gap.what} = 0 is off by {float(gap.off):.3g}; give a start "
+        f"{scene.name}: the constraint {gap.what} = 0 is off by {off}; give a start "
         f"that satisfies it{', such as ' + such if such else ''}."
     )
 

@@ -14,9 +14,10 @@ def constraint(s: SceneSymbols, x: Column) -> Column:
     """φ(x), k×1, at a column x, with its time if it holds one."""
     given = _given(s, x)
     if not given or any(hasattr(e, "__iter__") or hasattr(e, "shape") for e in given):
+        shown = " ".join(repr(given).split())
         raise BadInput(
-            f"{s.name}: holonomic= gives {given!r}, but must give a list of expressions φ(x), each "
-            "a constraint."
+            f"{s.name}: its constraint gives {shown}, but must give a list of expressions φ, each "
+            "a constraint: [x.dot(x) - 1], say."
         )
     return _column(s, x, given)
 

@@ -18,6 +18,7 @@ from ..scene import OnGroup
 from .chain_rule import Block, ChainRule, partials
 from .covectors import Covectors, key_of
 from .on_group import Element
+from .point_motion import lettered_motion
 from .rule_view import GroupoidForRule, LagrangianForRule, answers_of, value_of_rule
 from .symbols import SceneSymbols, column, vector
 from .terms import CurveTerm, Node, Term
@@ -250,9 +251,11 @@ class DiscreteLagrangian:
         if theta not in self._points:
             z = s.y if theta == 1 else vector(f"z{len(self.chain.blocks)}", g.dim_x)
             value = g.target(s.x, s.u, theta * s.h)
-            parts = [(s.u, g.point_slope(s.x, s.u, s.h, theta, z)), *partials(value, [s.x])]
-            fields = g.point_fields(s.x, s.u, s.h, theta, z)
-            block = Block(z, value, parts, theta=theta, fields=fields)
+            motion = g.point_motion(s.x, s.u, s.h, theta, z)
+            if theta != 1:  # e→ leaves the end where it is, so nothing is made of its motion
+                motion = lettered_motion(self.chain, motion, s)
+            parts = [(s.u, motion.anchor * motion.slope), *partials(value, [s.x])]
+            block = Block(z, value, parts, theta=theta, motion=motion)
             if s.forced:
                 block.displacement = g.displacement_at(s.x, s.u, s.h, theta)
             self._points[theta] = block

@@ -93,7 +93,8 @@ class LegendreInverse:
 
     def _left(self, x: Any, xi: Any, mu: Any, p: Any) -> tuple[np.ndarray, np.ndarray]:
         """μ − ∂l/∂ξ (r, m) and the mass matrix, (r, m, m), or (m, m) where it is constant."""
-        value, mass = self._maps(x.T, xi.T, p)
+        # constant entries are integers, which beyond 2⁶³ numpy takes for objects
+        value, mass = (np.asarray(e, dtype=float) for e in self._maps(x.T, xi.T, p))
         return mu - np.broadcast_to(value.T, mu.shape), np.moveaxis(mass, (0, 1), (-2, -1))
 
 

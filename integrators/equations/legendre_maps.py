@@ -13,9 +13,11 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from ..numbers import Definition, needed, opaque, replaced, sympy
+from ..numbers import Definition, needed, opaque, replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
+from .chain_rule import Block
 from .discrete_lagrangian import DiscreteLagrangian
+from .symbols import vector
 
 
 class LegendreMaps:
@@ -61,11 +63,17 @@ class LegendreMaps:
         difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
         gain = difference.T * of_u + of_x + turned_x + turned_y
         for block in self.of.moved:
-            assert block.fields is not None
-            right, left = block.fields
-            d_z = d.of(block.letters)
-            minus, plus = minus + right.T * d_z, plus + left.T * d_z
-            gain += (left - right).T * d_z
+            assert block.motion is not None
+            anchor, _, right, left = block.motion
+            gradient = d.of(block.letters)
+            along = self._inlined(anchor.T * gradient)
+            varying = all(symbols_of(e) - set(s.q) for e in (right, gradient))
+            if self.element is None and varying:  # asked for many times, and g by its entries
+                chain = self.of.chain
+                letters = vector(f"k{len(chain.blocks)}", len(along))
+                along = chain.add(Block(letters, along, summed=True))
+            minus, plus = minus + right.T * along, plus + left.T * along
+            gain += (left - right).T * along
             if block.displacement is not None:
                 force = d.force_at(block.letters, s.u)
                 right, left = (c.T * force for c in block.displacement)

@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
-from ..groupoids import LieGroup, RetractionGroupoid
+from ..groupoids import LieGroup, Motion, RetractionGroupoid
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..rules import Discretisation
@@ -57,9 +57,9 @@ class Element:
         s, groupoid, size = self.s, self.groupoid, self.size**2
         value = groupoid.element(s.u, s.h) * s.translate[0]
         inverse_right = groupoid.tau.inverse_right_field(groupoid.algebra, s.h * s.u)
-        slope = self.fields[0] * inverse_right
+        motion = Motion(sympy.eye(size), self.fields[0] * inverse_right, *self.fields)
         letters, values = self.g.reshape(size, 1), value.reshape(size, 1)
-        return Block(letters, values, [(s.u, slope)], fields=self.fields)
+        return Block(letters, values, [(s.u, motion.slope)], motion=motion)
 
     @cached_property
     def left(self) -> SymbolicMatrix:

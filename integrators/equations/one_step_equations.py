@@ -147,7 +147,8 @@ class OneStepEquations:
     def _state(self, given: Any, what: str) -> Column:
         """A column of n+m expressions; raises `BadInput` for any other shape."""
         shape = getattr(given, "shape", None)
-        entries = list(given) if shape or hasattr(given, "__iter__") else [given]
+        several = hasattr(given, "__iter__") if shape is None else shape  # no entries without axes
+        entries = list(given) if several else [given]
         size = len(self.z)
         if len(entries) != size or (shape is not None and 1 not in shape):
             found = f"{'×'.join(map(str, shape))}" if shape else f"{len(entries)}"

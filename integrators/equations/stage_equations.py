@@ -17,6 +17,11 @@ so that
 
 f is the rate of the momentum Rᵀπ along e→, and π₀ − μ the error of the quadrature of it: 0 on pairs
 (R = 1, f = π̇), of order h^(2s+1) elsewhere. With π₀ = μ the map would not be symplectic.
+
+On s Lobatto nodes the polynomial has the degree s − 1, so the velocities at the nodes are those of
+one of degree s − 2. Where μ = M ẋ, that is the pair of methods IIIA for x and IIIB for μ, whose
+stages of μ are such a polynomial of themselves (Hairer, Lubich, Wanner, VI.6.2): a_ij for x, and
+b_j (1 − a_ji/b_i) for μ. Elsewhere it is not, and Newton's method does all.
 """
 
 from __future__ import annotations
@@ -27,7 +32,7 @@ from ..compiler import StageSystem
 from ..groupoids import chart_extents
 from ..numbers import jacobian, opaque, replaced, sympy
 from ..numbers.types import Assignment, Column, Expression
-from ..rules import GaussNodes
+from ..rules import Nodes
 from .continuous import mass_matrix, momentum
 from .discrete_equations import DiscreteEquations
 from .symbols import SceneSymbols, column, vector
@@ -36,8 +41,8 @@ from .symbols import SceneSymbols, column, vector
 def no_stages(equations: DiscreteEquations) -> str:
     """Why a step of these equations is no collocation; "" if it is one."""
     s, rule = equations.s, equations.rule
-    if rule.gauss_nodes is None:
-        return "the rule has no stages on Gauss nodes"
+    if rule.nodes is None:
+        return "the rule has no stages on Gauss or Lobatto nodes"
     if equations.mark or s.given is not None:
         return "the discrete equations are not those of the rule"
     state = s.x.col_join(s.u)
@@ -48,11 +53,19 @@ def no_stages(equations: DiscreteEquations) -> str:
     slope = jacobian([s.lagrangian], state)
     if s.groupoid.left_is_identity and not jacobian(slope, state).free_symbols & set(state):
         return "the equations are linear, and one correction solves them"
+    if rule.nodes.family == "lobatto" and not _momentum_is_velocity(s):
+        return "on Lobatto nodes it is collocation where μ is a constant matrix times ẋ alone"
     return ""
 
 
+def _momentum_is_velocity(s: SceneSymbols) -> bool:
+    """Whether μ = M ẋ with a constant M, on a pair groupoid."""
+    constant = not set(momentum(s).free_symbols) & set(s.x)
+    return s.groupoid.kind == "pair" and constant
+
+
 @lru_cache(maxsize=256)
-def stage_system(s: SceneSymbols, nodes: GaussNodes) -> StageSystem:
+def stage_system(s: SceneSymbols, nodes: Nodes) -> StageSystem:
     """The field and the ends of a step of a scene's Lagrangian, by stages on these nodes."""
     g, one = s.groupoid, sympy.Integer(1)
     n, m = len(s.x), len(s.u)

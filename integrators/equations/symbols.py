@@ -9,6 +9,8 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
+
 from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy
 from ..groupoids import Clocked
 from ..numbers import Arithmetic, floats_exact, refuse_long, sympy
@@ -156,7 +158,7 @@ class SceneSymbols:
 
     def with_time(self, x: Any, t: Any = 0) -> Any:
         """A point of `position` with the time t behind it where x holds one."""
-        if not self.clocked or not isinstance(x, Iterable):  # what is none is refused elsewhere
+        if not self.clocked or not np.iterable(x):  # what is no list is refused elsewhere
             return x
         given = list(x)
         return [*given, t] if len(given) == self.n else given
@@ -204,24 +206,24 @@ class SceneSymbols:
 
         Raises `BadInput` for anything else, naming the function that gave it.
         """
+        place = self._at(function, what)
         if getattr(value, "shape", ()) != ():
             if tuple(value.shape) != (1, 1):
-                raise BadInput(
-                    f"{self._at(function, what)} is a matrix {value.shape}, not a number."
-                )
+                raise BadInput(f"{place} is a matrix {value.shape}, not a number.")
             value = value[0, 0]
         try:
+            if isinstance(value, dict | set | frozenset):
+                raise TypeError  # sympy would read the words in it as code
             expression = sympy.sympify(value, strict=True)
             if not isinstance(expression, sympy.Expr):
                 raise TypeError
         except (sympy.SympifyError, TypeError, ValueError, AttributeError):
             forgot = "; does it return what it computes?" if value is None else "."
             raise BadInput(
-                f"{self._at(function, what)} is {value!r}, not an expression in its "
-                f"arguments{forgot}"
+                f"{place} is {value!r}, not an expression in its arguments{forgot}"
             ) from None
         found = (int(n) for r in expression.atoms(sympy.Rational) for n in (r.p, r.q))
-        refuse_long(found, self._at(function, what))
+        refuse_long(found, place)
         return floats_exact(expression)
 
     def scalars(self, values: Iterable[Any], what: str, function: Any) -> Column:

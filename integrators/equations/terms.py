@@ -19,6 +19,7 @@ from ..groupoids import Groupoid
 from ..numbers import Definition, Function, jacobian, replaced, sympy
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from .chain_rule import Block, ChainRule, Row, partials
+from .quotients import quotients
 from .symbols import column, vector
 
 
@@ -111,7 +112,8 @@ class CurveTerm:
             if term.time is not None:
                 self.arguments.append(sympy.Symbol("ct0", real=True))
                 value[-1] = base[-1] + self.arguments[-1]
-            slope = groupoid.point_slope(base, self.W, one, one, z)
+            motion = groupoid.point_motion(base, self.W, one, one, z)
+            slope = motion.anchor * motion.slope
             self.chain.add(Block(z, value, [(self.W, slope), *partials(value, [base])]))
         xi, by = self.D, {"D": sympy.eye(m)}
         if moving:
@@ -248,51 +250,3 @@ class Node:
             sympy.Symbol(f"{self._prefix}_{i}", real=True) for i in range(len(function.results))
         )
         return Definition(letters, (), function, tuple(self.arguments))
-
-
-def quotients(
-    chain: ChainRule, value: Column, columns: dict[str, Column]
-) -> tuple[Column, dict[str, SymbolicMatrix]]:
-    """(letters for a column N/D, its first derivatives by the columns as letters).
-
-    Also the 1/D get letters, so that rational derivatives stay small. With q = N/D and
-    S_a = ∂_a q = (∂_a N − q ∂_a D)/D the derivatives of S_a are
-    ∂_b S_a = (∂_ab N − S_b ∂_a D − S_a ∂_b D − q ∂_ab D)/D.
-    """
-    z = vector("vv0", len(value))
-    used = {k: c for k, c in columns.items() if set(c) & value.free_symbols}
-    parts = [e.together().as_numer_denom() for e in value]
-    if not any(bottom.free_symbols for _, bottom in parts):
-        first = {k: jacobian(value, c) for k, c in used.items()}
-        chain.add(Block(z, value, [(used[k], first[k]) for k in used]))
-        return z, first
-    N, D = (sympy.Matrix(part) for part in zip(*parts, strict=True))
-    over: dict[Expression, Letter] = {}
-    for bottom in D:
-        if bottom not in over:
-            o = vector(f"o{len(over)}", 1)
-            slopes = [(c, -(o[0] ** 2) * jacobian([bottom], c)) for c in used.values()]
-            over[bottom] = chain.add(Block(o, sympy.Matrix([1 / bottom]), slopes))[0]
-    o = [over[e] for e in D]
-    rows = range(len(z))
-    first = {
-        k: vector(f"v{'abc'[i]}0", len(z) * len(c)).reshape(len(z), len(c))
-        for i, (k, c) in enumerate(used.items())
-    }
-    of_value = column(n * e for n, e in zip(N, o, strict=True))
-    chain.add(Block(z, of_value, [(used[k], first[k]) for k in used]))
-    d = {k: jacobian(D, c) for k, c in used.items()}
-    for a, by in used.items():
-        n_a, inner = jacobian(N, by), [(k, i) for k in rows for i in range(len(by))]
-        values = [(n_a[k, i] - z[k] * d[a][k, i]) * o[k] for k, i in inner]
-        slopes = []
-        for b, other in used.items():
-            n_ab, d_ab = jacobian(list(n_a), other), jacobian(list(d[a]), other)
-            slopes.append((other, sympy.Matrix(len(inner), len(other), [
-                (n_ab[row, j] - first[b][k, j] * d[a][k, i]
-                 - first[a][k, i] * d[b][k, j] - z[k] * d_ab[row, j]) * o[k]
-                for row, (k, i) in enumerate(inner) for j in range(len(other))
-            ])))  # fmt: skip
-        letters = first[a].reshape(len(inner), 1)
-        chain.add(Block(letters, sympy.Matrix(values), slopes))
-    return z, first

@@ -1,7 +1,7 @@
 """Schemes and their flows: starts, steps, runs, failures."""
 
 from .contact_flow import ContactFlow, ContactTrajectory
-from .ensemble import Ensemble, cores
+from .ensemble import Ensemble, cores, side_by_side
 from .flow import Flow, Trajectory
 from .initial_state import Start
 from .multipliers import mean_multipliers
@@ -19,5 +19,5 @@ from .step_choice import StepChoice
 __all__ = [
     "ContactFlow", "ContactTrajectory", "Ensemble", "Flow", "Scheme", "Start", "StepChoice",
     "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "mean_multipliers",
-    "restricted_form_defect", "round_off_from", "step_along",
+    "restricted_form_defect", "round_off_from", "side_by_side", "step_along",
 ]  # fmt: skip

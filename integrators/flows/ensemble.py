@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from ..errors import BadInput, StepFailure
 from ..numbers import Double
 from ..numbers.types import Matrix, Vector
 from .run import Trajectory
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -35,10 +38,7 @@ class Ensemble:
 def ensemble(
     run: Callable[[Any, Any], Trajectory], x0s: Any, mu0s: Any, numbers: Any, what: str
 ) -> Ensemble:
-    """The runs from all starts. run: (x0, μ0) ↦ trajectory; what: how messages call it.
-
-    Machine code runs without Python's lock, so double precision has a thread for each core.
-    """
+    """The runs from all starts. run: (x0, μ0) ↦ trajectory; what: how messages call it."""
     starts = list(zip(*_of_one_length(x0s, mu0s, what), strict=True))
     failures: dict[int, StepFailure] = {}
 
@@ -51,19 +51,30 @@ def ensemble(
             failures[index] = failure
             return failure.trajectory
 
-    runs = [member(0)]  # what has to be compiled is compiled once
-    threads = cores() if isinstance(numbers, Double) else 1
-    if threads > 1 and len(starts) > 1:
-        with ThreadPoolExecutor(threads) as pool:
-            runs += pool.map(member, range(1, len(starts)))
-    else:
-        runs += map(member, range(1, len(starts)))
+    runs = side_by_side(member, range(len(starts)), numbers)
     t = max((r.t for r in runs), key=len)
     x, u, mu = (
         np.array([_filled(getattr(r, name), len(t), numbers) for r in runs])
         for name in ("x", "u", "mu")
     )
     return Ensemble(t, x, u, mu, tuple(runs), dict(sorted(failures.items())))
+
+
+def side_by_side(
+    function: Callable[[Item], Result], items: Sequence[Item], numbers: Any
+) -> list[Result]:
+    """The function of each item, in their order; in double precision on all cores.
+
+    It has to be made of runs: machine code goes without Python's lock, so there is a thread for
+    each core; other numbers go one after another. The first item goes alone, since what has to be
+    compiled is compiled with it.
+    """
+    found, left = [function(item) for item in items[:1]], items[1:]
+    threads = min(cores(), len(left)) if isinstance(numbers, Double) else 1
+    if threads < 2:
+        return found + [function(item) for item in left]
+    with ThreadPoolExecutor(threads) as pool:
+        return found + list(pool.map(function, left))
 
 
 def _of_one_length(x0s: Any, mu0s: Any, what: str) -> tuple[Sequence[Any], Sequence[Any]]:

@@ -12,7 +12,7 @@ import numpy as np
 from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
 from ..compiler import Kernels, KernelsAtStep, StagesAtStep, System, compile
 from ..equations import DiscretisedScene, blamed, step_system
-from ..errors import BadInput
+from ..errors import BadInput, arguments_checked
 from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
 from . import exact_defects
@@ -75,6 +75,7 @@ class Flow:
         #: contexts whose steps, one after another, are a step of this flow
         self.parts = self.context.parts
 
+    @arguments_checked
     def trajectory(
         self,
         steps: int,
@@ -160,12 +161,11 @@ class Flow:
             y, v = self.next_arrow(self.context.maps_at(x, u), x, u)
             return self.numbers.public(y), self.numbers.public(v)
 
-    def next_arrow(self, here: Maps, x: Vector, u: Vector) -> tuple[Vector, Vector]:
-        """Ψ(x, u) from the maps at (x, u), in and to the flow's own numbers."""
-        y, branch = here["target"], None
-        if self.scheme.element is not None:
-            branch = self.geometry.branch(x, u)
-        return y, first_u(self.edge, Start(y, here["plus"] / self.context.h, u), branch)
+    def next_arrow(self, here: Maps, x: Vector, u: Vector, v0: Any = None) -> tuple[Vector, Vector]:
+        """Ψ(x, u) from the maps at (x, u), in the flow's numbers; v0: Newton's start, else u."""
+        y, near = here["target"], u if v0 is None else v0
+        branch = self.geometry.branch(x, u) if self.scheme.element is not None else None
+        return y, first_u(self.edge, Start(y, here["plus"] / self.context.h, near), branch)
 
     def devolve(self, y: Numbers, v: Numbers) -> tuple[Vector, Vector]:
         """Ψ⁻¹: the (x, u) with b(x, u) = y and F⁺(x, u) = F⁻(y, v), by Newton in (x, u).
@@ -202,11 +202,11 @@ class Flow:
                 for s in self.edge.solutions(*self.context.vectors(x, mu))
             ]
 
-    def pullback_defect(self, x: Numbers, u: Numbers) -> Number:
-        """How far Ψ is from PΨᵀ Ω PΨ = Ω at (x, u): `entrywise_defect`, to twice the digits."""
+    def pullback_defect(self, x: Numbers, u: Numbers, *, v0: Numbers | None = None) -> Number:
+        """`entrywise_defect` of PΨᵀ Ω PΨ = Ω at (x, u), in twice the digits; v0: near the next."""
         with self.numbers.working():
-            at = self.context.vectors(x, u)
-            _, near = self.next_arrow(self._one_arrow(*at), *at)
+            at, start = self.context.vectors(x, u), self.context.vectors(x, u if v0 is None else v0)
+            _, near = self.next_arrow(self._one_arrow(*at), *at, start[1])
         return exact_defects.of_pullback(self.context, *at, near)
 
     def poisson_defect(

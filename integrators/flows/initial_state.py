@@ -55,7 +55,11 @@ class Starting:
     def _timed(self, x0: Any, t0: Exact) -> tuple[Any, Exact]:
         """(x0 without its time, the time of the start), where x0 may hold one."""
         s = self.context.equations.s
-        if not s.clocked or not hasattr(x0, "__len__") or len(x0) != s.n + 1:
+        try:
+            timed = s.clocked and len(x0) == s.n + 1
+        except TypeError:  # None, or what is refused further on
+            timed = False
+        if not timed:
             return x0, t0
         *position, last = x0
         time = exact_rational(last, "the time in x0")

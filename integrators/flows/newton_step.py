@@ -5,6 +5,7 @@ This is the evolution operator through the identity bisections (`bisections.evol
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -24,15 +25,25 @@ from ..numbers import Number, Numbers, Vector
 
 
 def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
-    """The u with F⁻(x, u) = hμ, by Newton from the guess; raises `StepFailure` if it diverges."""
+    """The u with F⁻(x, u) = hμ, by Newton from the guess; raises `StepFailure` if it diverges.
+
+    Those asked for last are not solved for again: several forms are about one step.
+    """
+    return np.array(_arrow_from(context, tuple(x), tuple(mu), tuple(guess)), context.numbers.dtype)
+
+
+@lru_cache(maxsize=8)
+def _arrow_from(context: StepContext, *given: tuple[Number, ...]) -> tuple[Number, ...]:
+    x, mu, guess = (np.array(part, context.numbers.dtype) for part in given)
     geometry, operator = context.geometry, EvolutionOperator(context)
-    inverse = context.maps_at(x, guess)["minus_u"]
-    inverse = abs(context.numbers.solve(inverse, context.numbers.identity(len(mu))))
-    scale = geometry.round_off_of_u(x, guess, inverse, 0 * abs(x), abs(mu))
-    u = operator.following(x, context.h * mu, guess, scale)
+    with context.numbers.working():
+        inverse = context.maps_at(x, guess)["minus_u"]
+        inverse = abs(context.numbers.solve(inverse, context.numbers.identity(len(mu))))
+        scale = geometry.round_off_of_u(x, guess, inverse, 0 * abs(x), abs(mu))
+        u = operator.following(x, context.h * mu, guess, scale)
     if u is None:
         raise context.failure("the step was not found", {"x": x, "mu": mu})
-    return u
+    return tuple(u)
 
 
 def arrow_before(context: StepContext, y: Vector, v: Vector) -> tuple[Vector, Vector]:

@@ -9,11 +9,12 @@ import numpy as np
 
 from ..bisections import EdgePolicy
 from ..compiler import Run
-from ..numbers import Vector
+from ..numbers import Matrix, Vector
 from .initial_state import Start
 from .run import SHORT, Trajectory, counted, rows_of
 
 KEPT = 64  # prepared runs of a flow
+READ_ALONE = ("x", "u", "mu", "base")  # what is read without looking at all that was counted
 
 
 class PreparedRun:
@@ -32,13 +33,17 @@ class PreparedRun:
         self.out = machine.kernels.advance.pair()
         self.beginning = run.state.copy(), run.totals.copy()
         state, c, rows = machine.placed(run)
-        call = partial(machine.kernels.advance.function, state, c, machine.kinds_place)
-        substeps = len(machine.kinds)
+        function, substeps = machine.kernels.advance.function, len(machine.kinds)
         # the row at the end gets its u, for which the first substep of one more step is enough
         whole = substeps == 1
-        self.parts = [] if whole or not steps else [partial(call, substeps, 0, steps, every)]
-        self.parts.append(partial(call, 1, 0 if whole else steps, steps + 1, every))
-        self.parts = [partial(part, *rows, self.out) for part in self.parts]
+        calls = [] if whole or not steps else [(substeps, 0, steps)]
+        calls.append((1, 0 if whole else steps, steps + 1))
+        self.parts = []
+        for call in calls:
+            given = (state, c, machine.kinds_place, *call, every, *rows)
+            kinds = function.argtypes  # what is given in these need not be converted in each call
+            given = tuple(kind(e) for kind, e in zip(kinds, given, strict=False))
+            self.parts.append(partial(function, *given, self.out))
         run.index = steps
         self.same = dict(vars(rows_of(edge, run, len(run.counts), start.t0)))
         self.length, self.places = len(run.totals), list[tuple[slice, tuple[int, ...]]]()
@@ -51,7 +56,8 @@ class PreparedRun:
 
     def __call__(self, start: Start) -> Trajectory | None:
         """The rows from a start at time 0; None where a step was not solved."""
-        self.state[:], self.totals[:] = self.beginning
+        np.copyto(self.state, self.beginning[0])
+        np.copyto(self.totals, self.beginning[1])
         if start is not self.start:
             self.state[:], _ = self.lead(start.x, start.mu, guess=start.guess)
         for part in self.parts:
@@ -59,37 +65,45 @@ class PreparedRun:
             if self.out[1]:
                 return None
         made = object.__new__(_Unread)
-        vars(made)["_columns"] = partial(self.columns, self.block.copy(), self.counts.copy())
+        vars(made)["_unread"] = self, self.block.copy(), self.counts.copy()
         return made
+
+    def column(self, name: str, block: Vector) -> Matrix:
+        """x, base, u, mu or, as "shown", u with the multipliers, of a copy of what a call wrote."""
+        part, shape = self.places[0 if name in ("x", "base") else 2 if name == "mu" else 1]
+        column = block[part].reshape(shape)
+        return (
+            column[:, : self.n] if name == "x" else column[:, : self.m] if name == "u" else column
+        )
 
     def columns(self, block: Vector, counts: Vector) -> dict[str, Any]:
         """The fields of a trajectory, from copies of what a call wrote."""
-        x, u, mu = (block[part].reshape(shape) for part, shape in self.places)
         return {
             **self.same,
             **counted(block[: self.length].tolist(), self.steps),
+            **{name: self.column(name, block) for name in READ_ALONE},
             "t": self.same["t"].copy(),
-            "base": x,
-            "x": x[:, : self.n],
-            "u": u[:, : self.m],
-            "mu": mu,
             "iterations": counts,
             "translates": self.same["translates"].copy(),
-            "multipliers": u[:, self.m :] * self.shorter,
+            "multipliers": self.column("shown", block)[:, self.m :] * self.shorter,
         }
 
 
 class _Unread(Trajectory):
-    """A trajectory of which nobody has asked for anything; with the first question it is plain."""
+    """A trajectory of which nobody has asked for more than its states; then it is plain."""
 
     def __init__(self) -> None:
         raise AssertionError("made by `PreparedRun` alone")
 
     def __getattr__(self, name: str) -> Any:
         fields = vars(self)
-        if (columns := fields.get("_columns")) is not None:
-            fields.update(columns())
-            fields.pop("_columns", None)
+        unread = fields.get("_unread")
+        if unread is not None and name in READ_ALONE:
+            return fields.setdefault(name, unread[0].column(name, unread[1]))
+        if unread is not None:
+            own = {name: fields[name] for name in READ_ALONE if name in fields}
+            fields.update(unread[0].columns(*unread[1:]) | own)
+            fields.pop("_unread", None)
         object.__setattr__(self, "__class__", Trajectory)
         return getattr(self, name)
 

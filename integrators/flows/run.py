@@ -92,6 +92,8 @@ def run_from(
     run.translate = start.translate
     edge.begin(run, branch)
     status = _advance(edge, run, progress, start.guess)
+    if status and edge.stages is not None and edge.stages.alone:
+        raise edge.context.failure("the fixed point of the stages does not contract", {}, run.index)
     count = -(-run.index // every) if status else steps // every + 1
     rows = rows_of(edge, run, count, start.t0)
     if status:
@@ -138,6 +140,8 @@ def _advance(
         stop = min(run.steps, run.index + chunk)
         if stages is not None and fixed:
             status = stages.advance(run, stop)
+            if status and stages.alone:
+                return status
             if status:
                 taken_over(run, stages, edge.machine, guess)
                 fixed, until, stretch = False, run.index + stretch, 2 * stretch

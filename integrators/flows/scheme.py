@@ -7,8 +7,8 @@ from typing import Any
 
 from ..contact import check_gaps
 from ..equations import DiscretisedScene, blamed
-from ..errors import BadInput
-from ..geometry import is_self_adjoint
+from ..errors import BadInput, arguments_checked, check_names
+from ..geometry import is_self_adjoint, order_of_step
 from ..lattices import Lattice, LatticeScheme
 from ..rules import Composition, OneStepMap, Substep
 from .contact_flow import ContactFlow
@@ -31,6 +31,8 @@ class Scheme(DiscretisedScene):
 
     def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
         """Of a `Lattice`, its `LatticeScheme`."""
+        if cls is Scheme:  # what others are made with is theirs
+            check_names("Scheme", named, ("scene", "rule", "equations"))
         if isinstance(scene, Lattice):
             return LatticeScheme(scene, *given, **named)
         return super().__new__(cls)
@@ -92,9 +94,7 @@ class Scheme(DiscretisedScene):
     def order(self) -> int | None:
         """The order in (x, μ) that this rule has on this scene; None if the rule states none.
 
-        A self-adjoint method has even order (Hairer, Lubich, Wanner, II.3): so the rectangle rule
-        gains one wherever it turns out self-adjoint, as on a group, where every rule is h·l(u).
-        A composition has its own order or its base's, whichever is higher.
+        That of `order_of_step`; a composition has its own or its base's, whichever is higher.
         """
         if isinstance(self.rule, OneStepMap):
             return self.rule.order
@@ -103,14 +103,9 @@ class Scheme(DiscretisedScene):
             return None if of_base is None else max(of_base, self.rule.method.order)
         if self.equations.element is not None:
             return self.equations.element.given.order
-        order, groupoid = self.rule.order, self.scene.groupoid
-        every_chart = groupoid.symmetric_chart or self.equations.of.gave_velocities
-        if order is not None and order > 1 and not every_chart:
-            return 1  # u is not the velocity of the middle of the step
-        if order is None or order % 2 == 0:
-            return order
-        return order + 1 if groupoid._inversion is not None and self.self_adjoint else order
+        return order_of_step(self.rule, self.equations, lambda: self.self_adjoint)
 
+    @arguments_checked
     def flow(
         self,
         step: Any = None,

@@ -17,6 +17,12 @@ from .run import Trajectory
 
 ROWS = 8  # times at which runs are compared: errors pass through zero, but not everywhere at once
 MOST, MOST_OF_DIGITS = 2**20, 2**12  # steps of a pilot, in double precision and with more digits
+#: a pilot whose fixed point contracts at no step so far turns to Newton's method at this number of
+#: steps, or at 1/2⁸ of the most that it may take: what is left then of the ladder is enough for it
+CONTRACTS = 2**8
+#: half the step is taken where it needs so many fewer sweeps in all. A step has costs beside its
+#: sweeps, of which half the step has twice as many: a tenth of the sweeps has to pay for them
+FEWER = 0.9
 SAFETY = 2.0  # the step aims at this part of the tolerance
 ROUND_OFF = 16  # units that no tolerance may be below: runs that agree may share their round-off
 
@@ -46,8 +52,11 @@ class StepChoice:
 
 
 def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> StepChoice:
-    """The largest step found whose error over the scene's duration is within the tolerance.
+    """The cheapest step found whose error over the scene's duration is within the tolerance.
 
+    Of the steps at which the fixed point of the stages contracts (of all, if it contracts at none)
+    it is the largest. A half, a quarter or an eighth of it is taken instead where a run with it
+    needs fewer sweeps in all.
     flow: step ↦ flow. Numbers of steps are doubled until the error, which runs with h and h/2
     show, is within the tolerance; the scheme's order then says what the tolerance needs, and a run
     with that many steps is compared with the best one. Raises `BadInput` for a tolerance that is
@@ -59,23 +68,36 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
     wanted = float(exact_rational(tolerance, "tolerance"))
     if not 0 < wanted < 1:
         raise BadInput(f"tolerance is {tolerance!r}: give a number between 0 and 1.")
-    numbers = flow(scene.duration).numbers
+    whole = flow(scene.duration)
+    numbers = whole.numbers
     most = MOST if numbers.digits == 16 else MOST_OF_DIGITS
     aim = max(wanted, ROUND_OFF * float(numbers.eps))
     failed: list[StepFailure] = []
+    # the fixed point goes without Newton's method, for which nothing is compiled
+    alone = scene.contact is None and whole.stages is not None
 
     @cache
-    def rows(steps: int) -> Matrix | None:
+    def rows_and_sweeps(steps: int) -> tuple[Matrix | None, float]:
+        """The rows of a run, if it has an end; the sweeps of all its steps by fixed point, if so
+        they were made."""
+        pilot = flow(scene.duration / steps)
+        if alone:
+            pilot.stages.alone = True
         try:
-            run: Trajectory = flow(scene.duration / steps).trajectory(steps, steps // ROWS)
+            run: Trajectory = pilot.trajectory(steps, steps // ROWS)
         except StepFailure as failure:
             failed.append(failure)
-            return None
+            return None, inf
         table = np.concatenate([run.x, run.mu], axis=1)
-        return table if all(abs(e) < inf for e in table.flat) else None
+        if not all(abs(e) < inf for e in table.flat):
+            return None, inf
+        return table, run.newton_mean * (steps + 1) if alone else 0.0
+
+    def sweeps(steps: int) -> float:
+        return rows_and_sweeps(steps)[1]
 
     def error(steps: int, best: int) -> float:
-        one, other = rows(steps), rows(best)
+        (one, _), (other, _) = rows_and_sweeps(steps), rows_and_sweeps(best)
         if one is None or other is None:
             return inf
         sizes = [max(abs(e) for e in column) or 1 for column in other.T]
@@ -89,6 +111,11 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         before = errors.get(steps // 2, inf)
         floor = floor + 1 if found > before / 2 and before < 1e-6 else 0
         errors[steps] = found
+        if alone and steps >= max(CONTRACTS, most // CONTRACTS) and min(errors.values()) == inf:
+            steps, alone = ROWS, False
+            errors.clear()
+            rows_and_sweeps.cache_clear()
+            continue
         if floor == 2 or 4 * steps > most:
             raise _unreachable(scheme, wanted, errors, most, failed)
         steps *= 2
@@ -104,6 +131,11 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         less = ceil(steps / 2 * (SAFETY * coarse / wanted) ** (1 / order) / ROWS) * ROWS
         if less < steps and (between := error(less, best)) <= wanted:
             steps, found = less, between
+    fewer = steps
+    while fewer < 8 * steps and sweeps(2 * fewer) < FEWER * sweeps(fewer):
+        fewer *= 2
+    if fewer > steps and (between := error(fewer, 2 * fewer)) <= wanted:
+        steps, found = fewer, between
     step = scene.duration / steps
     return StepChoice(wanted, step, steps, found, order, found / float(step) ** order)
 

@@ -1,6 +1,6 @@
 """First-order geometry of a step: TΨ, the prolongation, defects, transitions between arrows."""
 
-from .adjoint import is_self_adjoint
+from .adjoint import is_self_adjoint, order_of_step
 from .defects import (
     Step,
     entrywise_defect,
@@ -10,7 +10,8 @@ from .defects import (
     step_round_off,
 )
 from .forced_form import FormChange, form_change
-from .local_geometry import LocalGeometry, Maps, StagesNotFound, slopes, text_of
+from .local_geometry import LocalGeometry, Maps, StagesNotFound, slopes
+from .map_texts import text_of
 from .one_step_geometry import OneStepGeometry, StepNotFound
 from .restricted_form import restricted_defect
 from .transitions import Arrow, defects, regularity, residual, singular_sign
@@ -18,6 +19,7 @@ from .transitions import Arrow, defects, regularity, residual, singular_sign
 __all__ = [
     "Arrow", "FormChange", "LocalGeometry", "Maps", "OneStepGeometry", "StagesNotFound", "Step",
     "StepNotFound", "defects", "entrywise_defect", "form_change",
-    "in_round_offs", "is_self_adjoint", "poisson_defect", "pullback_defect", "regularity",
-    "residual", "restricted_defect", "singular_sign", "slopes", "step_round_off", "text_of",
+    "in_round_offs", "is_self_adjoint", "order_of_step", "poisson_defect", "pullback_defect",
+    "regularity", "residual", "restricted_defect", "singular_sign", "slopes",
+    "step_round_off", "text_of",
 ]  # fmt: skip

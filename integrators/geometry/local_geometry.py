@@ -12,23 +12,20 @@ from typing import Any
 import numpy as np
 
 from ..compiler import cached_text, text_key
-from ..equations import DiscreteEquations, discrete_force, step_system
+from ..equations import DiscreteEquations, step_system
 from ..numbers import (
     Arithmetic,
     Tracked,
     errors_of,
-    inlined,
-    jacobian,
     newton,
     numeric_function,
-    numeric_text,
     rounded,
     solve,
-    sympy,
     tracked,
     with_running_errors,
 )
-from ..numbers.types import Letters, Matrix, Number, Numbers, Vector
+from ..numbers.types import Matrix, Number, Numbers, Vector
+from .map_texts import TEXTS
 
 #: the results of `local` in order; F± are of L_d itself, not divided by h
 _PARTS = (
@@ -38,6 +35,7 @@ _PARTS = (
 #: the further results with internal stages s: they complete the derivatives along s = s(x, u)
 _OF_STAGES = ("minus_s", "plus_s", "stages_x", "stages_u", "stages_s")
 
+KEPT = 8  # points whose maps are at hand: several forms are asked about one step
 #: a scheme's maps and derivatives at a point, by name: arrays, plain or `Tracked`
 Maps = dict[str, Any]
 
@@ -58,14 +56,26 @@ class LocalGeometry:
         self.equations, self.numbers, self.q = equations, numbers, q
         self.n, self.m = len(equations.x), len(equations.u)
         self.k = len(equations.s.stages)
+        self._latest: dict[Any, Maps] = {}
 
     def at(self, x: Numbers, u: Numbers) -> Maps:
         """Every part at (x, u): vectors of length n or m, matrices of the shapes they have.
 
         Internal stages are solved for, and derivatives are along ∂L_d/∂s = 0 (Schur complements).
-        Raises `StagesNotFound` if Newton from s = 0 does not converge.
+        Those of the last points are not computed again, so the arrays are read-only; they have all
+        digits wherever it is asked. Raises `StagesNotFound` if Newton from s = 0 does not converge.
         """
-        return self._completed(self._value("local", x, u, self.stages(x, u), self.q))
+        point = tuple(x), tuple(u)
+        if point not in self._latest:
+            if len(self._latest) >= KEPT:
+                del self._latest[next(iter(self._latest))]
+            with self.numbers.working():
+                found = self._value("local", x, u, self.stages(x, u), self.q)
+                maps = self._completed(found)
+            for array in maps.values():
+                array.flags.writeable = False
+            self._latest[point] = maps
+        return dict(self._latest[point])
 
     def values(self, x: Numbers, u: Numbers) -> list[Vector]:
         """[b, F⁻, F⁺] at (x, u), without any derivative; raises `StagesNotFound` as `at`."""
@@ -217,84 +227,16 @@ class LocalGeometry:
 
 @lru_cache(maxsize=512)
 def _function(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Callable[..., Any]:
-    """A function of `_TEXTS` of equations in an arithmetic, derived once; its text is on disk."""
+    """A function of `TEXTS` of equations in an arithmetic, derived once; its text is on disk."""
     return numeric_function(_text(equations, what), numbers)
 
 
 def _text(equations: DiscreteEquations, what: str) -> str:
     key = text_key(what, step_system(equations), *equations.fields, equations.mark)
-    return cached_text(f"{what.replace(' ', '_')}_{key}.txt", lambda: _TEXTS[what](equations))
+    return cached_text(f"{what.replace(' ', '_')}_{key}.txt", lambda: TEXTS[what](equations))
 
 
 @lru_cache(maxsize=512)
 def _with_errors(equations: DiscreteEquations, numbers: Arithmetic, what: str) -> Any:
     """The same in `running_error` numbers."""
     return with_running_errors(_text(equations, what), numbers)
-
-
-def _local_text(equations: DiscreteEquations) -> str:
-    s, at, total = equations.s, equations.at_points, equations.at_points.total
-    maps = [at.target, at.minus, at.plus]
-    target, minus, plus = map(list, maps)
-    parts = [target, equations.rho, equations.L_at_translate, equations.R, minus, plus]
-    parts += [total(part, letters) for part in maps for letters in (s.x, s.u)]
-    if len(s.stages):
-        parts += [total(part, s.stages) for part in maps[1:]]
-        parts += [total(at.stage_equations, letters) for letters in (s.x, s.u, s.stages)]
-    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
-
-
-def _stages_text(equations: DiscreteEquations) -> str:
-    s, stages = equations.s, equations.at_points.stage_equations
-    parts = [list(stages), equations.at_points.total(stages, s.stages)]
-    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
-
-
-def _values_text(equations: DiscreteEquations) -> str:
-    s, at = equations.s, equations.at_points
-    vectors = {"x": s.x, "u": s.u, "s": s.stages}
-    return text_of(equations, vectors, [list(m) for m in (at.target, at.minus, at.plus)])
-
-
-def _stage_values_text(equations: DiscreteEquations) -> str:
-    s, stages = equations.s, equations.at_points.stage_equations
-    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, [list(stages)])
-
-
-def _force_text(equations: DiscreteEquations) -> str:
-    s, force = equations.s, sympy.Matrix.vstack(*discrete_force(equations.of))
-    letters = (s.x, s.u, *([s.stages] if len(s.stages) else []))
-    parts = [list(force), *(jacobian(force, part) for part in letters)]
-    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
-
-
-def _branch_text(equations: DiscreteEquations) -> str:
-    assert equations.element is not None
-    return text_of(equations, {"x": equations.s.x, "u": equations.s.u}, [equations.element.branch])
-
-
-def _natural_text(equations: DiscreteEquations) -> str:
-    s, groupoid = equations.s, equations.groupoid
-    structure = [(c / s.h).tolist() for c in groupoid.structure_functions(s.x, s.h)]
-    return text_of(equations, {"x": s.x}, [groupoid.rho(s.x, s.h) / s.h, structure])
-
-
-def _one_step_text(equations: Any) -> str:
-    """Of a one-step map: rows, ∂rows/∂w, ∂rows/∂z, Z − z and its derivatives by w and by z."""
-    e, total = equations, equations.total
-    parts = [list(e.rows), e.slope, total(e.rows, e.z), list(e.increment)]
-    parts += [total(e.increment, letters) for letters in (e.w, e.z)]
-    return text_of(equations, {"x": e.s.x, "mu": e.s.mu, "w": e.w}, parts)
-
-
-_TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
-          "natural": _natural_text, "one_step": _one_step_text, "values": _values_text,
-          "stage values": _stage_values_text, "force": _force_text}  # fmt: skip
-
-
-def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
-    """Text of the results as a function of vectors and q (`numeric_text`)."""
-    flat = [e for result in results for e in np.array(result, dtype=object).flat]
-    before = inlined(equations.definitions(flat))
-    definitions = [(list(d.letters), list(d.values)) for d in before]
-    return numeric_text({**vectors, "q": equations.s.q}, results, definitions)

@@ -19,6 +19,7 @@ import numpy as np
 from ..equations import SceneSymbols, constraint_matrix, mass_matrix, momentum
 from ..numbers import Arithmetic, jacobian, numeric
 from ..numbers.types import Matrix, Number, Vector
+from .defects import in_round_offs
 from .forced_form import canonical_form, work_differential
 from .local_geometry import LocalGeometry
 from .one_step_geometry import OneStepGeometry
@@ -32,7 +33,8 @@ def restricted_defect(
     sign: int = 1,
     forced: bool = False,
 ) -> Number:
-    """‖Nᵀ(Pᵀ ω′ P − ω)N‖ / (‖P N‖²‖ω‖) of the step from (x, μ), N a basis of the vectors left.
+    """The largest entry of |Nᵀ(Pᵀ ω′ P − ω)N| over |N|ᵀ(|P|ᵀ|ω′||P| + |ω|)|N| of the step from
+    (x, μ), N a basis of the vectors left: whatever the units are.
 
     start: where Newton starts. sign = −1 flips the bracket: a control. forced: the change is to be
     −dθ_f, of the scene's force (`forced_form`).
@@ -55,25 +57,36 @@ def restricted_defect(
     N = _null_space(numbers, held)
 
     before = canonical_form(geometry, x, mu, sign).value
-    after_x, after_mu = x + grown[:n], mu + grown[n:]
-    gap = P.T @ canonical_form(geometry, after_x, after_mu, sign).value @ P - before
+    later = canonical_form(geometry, x + grown[:n], mu + grown[n:], sign).value
+    gap = P.T @ later @ P - before
+    terms = abs(P).T @ abs(later) @ abs(P) + abs(before)
     if forced:
         free = LocalGeometry(geometry.equations.discrete, numbers, geometry.q)
         here = free.at(x, w[:m])
         arrow = np.vstack([-np.hstack([one, zero(m, m)]), P[:m]]) / geometry.q[0]
-        gap = gap + arrow.T @ work_differential(free, x, w[:m], here).value @ arrow
-    gap = N.T @ gap @ N
-    norms = [sum(e * e for e in part.ravel()) for part in (gap, P @ N, before)]
-    return norms[0] ** 0.5 / (norms[1] * norms[2] ** 0.5)
+        work = work_differential(free, x, w[:m], here).value
+        gap = gap + arrow.T @ work @ arrow
+        terms = terms + abs(arrow).T @ abs(work) @ abs(arrow)
+    found, scale = N.T @ gap @ N, abs(N).T @ terms @ abs(N)
+    return in_round_offs(found.ravel(), scale.ravel())
 
 
 def _null_space(numbers: Arithmetic, held: Matrix) -> Matrix:
-    """A basis of {v: held v = 0}: the columns that elimination solves for are chosen in doubles."""
+    """A basis of {v: held v = 0}, where held = (A 0; B C) and v = (b, δ).
+
+    The columns that elimination solves for are chosen in doubles: as many of A as of C, which are
+    of different units.
+    """
     from scipy.linalg import qr
 
+    solved: list[int] = []
     count, size = held.shape
-    order = qr(np.asarray(held, dtype=float), mode="r", pivoting=True)[1]
-    solved, free = order[:count], order[count:]
+    rows, columns = count // 2, size // 2
+    for part in (held[:rows, :columns], held[rows:, columns:]):
+        natural = np.asarray(part / max(abs(part).ravel()), dtype=float)
+        order = qr(natural, mode="r", pivoting=True)[1]
+        solved += [len(solved) // rows * columns + i for i in order[:rows].tolist()]
+    free = [i for i in range(size) if i not in solved]
     basis = numbers.zeros(size, size - count)
     basis[solved] = -numbers.solve(held[:, solved], held[:, free])
     basis[free] = numbers.identity(size - count)

@@ -10,7 +10,7 @@ from .axioms import check_axioms
 from .chart_margin import chart_extents, chart_reach, margin_of
 from .clocked import Clocked
 from .connection import ConnectionGroupoid
-from .groupoid import Groupoid
+from .groupoid import Groupoid, Motion
 from .lie_group import LieGroup, RetractionGroupoid, lie_group
 from .local import LocalGroupoid
 from .pair import PairGroupoid, pair
@@ -18,6 +18,7 @@ from .product import ProductGroupoid
 
 __all__ = [
     "ActionGroupoid", "Clocked", "ConnectionGroupoid", "Groupoid", "LieGroup", "LocalGroupoid",
+    "Motion",
     "PairGroupoid", "ProductGroupoid", "RetractionGroupoid", "RowAction", "action", "chart_extents",
     "chart_reach", "check_axioms", "lie_group", "margin_of", "pair", "product",
 ]  # fmt: skip

@@ -10,8 +10,9 @@ from typing import Any
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput, line_of
 from ..numbers import sympy
-from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
+from ..numbers.types import Column, Expression, SymbolicMatrix
 from ..retractions import Retraction, cayley
+from .groupoid import Motion
 from .lie_group import RetractionGroupoid
 from .local import column_of
 
@@ -55,20 +56,12 @@ class ActionGroupoid(RetractionGroupoid):
         columns = [slopes * e.reshape(size**2, 1) for e in self.algebra.matrices]
         return sympy.Matrix.hstack(*columns).applyfunc(sympy.cancel)
 
-    def point_slope(
+    def point_motion(
         self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> SymbolicMatrix:
-        """∂z/∂u = ρ(z) L⁻¹ at the step θh: small, since it is written with z."""
-        return self.rho(z, theta * h) * self.inverse_left(x, u, theta * h)
-
-    def point_fields(
-        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> FieldPair:
-        """e→ and e← on z = x·τ(θhu): ρ(z)·lag and ρ(z)·(lag + lead)."""
-        if theta == 1:
-            return super().point_fields(x, u, h, theta, z)
-        right, more = (self.rho(z, h) * self._at(m, u=u, h=h) for m in self._partial(theta))
-        return right, right + more
+    ) -> Motion:
+        """By ρ(z): ∂z/∂u with θ L⁻¹ at the step θh, e→ with lag and e← with lag + lead."""
+        slope = theta * self.inverse_left(x, u, theta * h)
+        return Motion(self.rho(z, h), slope, *self.displacement_at(x, u, h, theta))
 
 
 class RowAction(ActionGroupoid):

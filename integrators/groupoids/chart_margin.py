@@ -1,7 +1,9 @@
-"""The symmetric neighbourhood around the identities: where it ends, and how near an arrow is.
+"""The chart 𝒰 around the identities: where it ends, and how near an arrow is to that.
 
 The chart of a matrix group ends where its retraction ceases to be a local diffeomorphism: each
-retraction says where (`Retraction.extents`, `reach`, `distance_and_margin`).
+retraction says where (`Retraction.extents`, `reach`, `distance_and_margin`). The products of arrows
+in the symmetric neighbourhood 𝒲 ⊂ 𝒰 lie in 𝒰 (paper, Proposition 3.1; `Retraction.is_symmetric`).
+On M × G it is all arrows whose group element lies in that of G, on pairs all arrows.
 """
 
 from __future__ import annotations
@@ -45,9 +47,10 @@ def margin_of(size: Number) -> float:
 class Position:
     """Where an arrow lies in its chart.
 
-    inside: whether it lies in the symmetric neighbourhood; distance: to the chart's edge (infinite
-    without an edge; None if the groupoid does not know it); condition_L, condition_R: condition
-    numbers of L and R; margin: 1 at the identities, 0 at the edge.
+    inside: whether it lies in the chart 𝒰; distance: to the chart's edge (infinite without an edge;
+    None if the groupoid does not know it); condition_L, condition_R: condition numbers of L and R;
+    margin: 1 at the identities, 0 at the edge; symmetric: whether it lies in the symmetric
+    neighbourhood 𝒲, where any two arrows have their product in 𝒰 (None if nothing states one).
 
     Distance and margin come from the retraction (`distance_and_margin`), for a product the least of
     its parts. Of a `LocalGroupoid` the margin is the inverse of the larger condition number.
@@ -58,6 +61,7 @@ class Position:
     margin: float
     condition_L: float
     condition_R: float
+    symmetric: bool | None = None
 
 
 def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
@@ -80,21 +84,21 @@ def position(groupoid: Any, x: Any, u: Any, h: Any) -> Position:
 
     at = column(x, groupoid.dim_x, "x"), column(u, groupoid.dim_u, "u")
     try:
-        conditions = [
+        left, right = (
             float(np.linalg.cond(numbers(f(*at, step)))) for f in (groupoid.L, groupoid.R)
-        ]
-        edges = [
-            group.tau.distance_and_margin(group.algebra, numbers(xi)[:, 0])
-            for group, xi in groupoid.group_parts(*at, step)
-        ]
+        )
+        parts = [(group, numbers(xi)[:, 0]) for group, xi in groupoid.group_parts(*at, step)]
+        edges = [group.tau.distance_and_margin(group.algebra, xi) for group, xi in parts]
+        symmetric = [group.tau.is_symmetric(group.algebra, xi) for group, xi in parts]
     except (ArithmeticError, TypeError, ValueError):  # the maps have no real value there
-        return Position(False, 0.0, 0.0, math.inf, math.inf)
-    worst = max(conditions)
+        return Position(False, 0.0, 0.0, math.inf, math.inf, False)
+    worst = max(left, right)
     unknown = 1 / worst if worst < 2.0**53 else 0.0  # beyond, u has no digits left
     distance, margin = (min(values) for values in zip((math.inf, 1.0), *edges, strict=True))
     if _has_unknown_edge(groupoid):
-        return Position(min(distance, unknown) > 0, None, min(margin, unknown), *conditions)
-    return Position(distance > 0, distance, margin, *conditions)
+        return Position(min(distance, unknown) > 0, None, min(margin, unknown), left, right)
+    known = None if None in symmetric and False not in symmetric else all(symmetric)
+    return Position(distance > 0, distance, margin, left, right, known)
 
 
 def _has_unknown_edge(groupoid: Any) -> bool:

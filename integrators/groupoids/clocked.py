@@ -7,7 +7,7 @@ from typing import Any
 
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, FieldPair, Letter, SymbolicMatrix
-from .groupoid import Groupoid
+from .groupoid import Groupoid, Motion
 
 
 class Clocked(Groupoid):
@@ -89,16 +89,11 @@ class Clocked(Groupoid):
         """(b − x, θh)."""
         return self._of("increment", x, u, h).col_join(sympy.Matrix([h * self.share(u)]))
 
-    def point_slope(
+    def point_motion(
         self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> SymbolicMatrix:
-        return self._with_row(self._of("point_slope", x, u, h, theta, z[:-1, :]))
-
-    def point_fields(
-        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> FieldPair:
-        right, left = self._of("point_fields", x, u, h, theta, z[:-1, :])
-        return self._with_row(right), self._with_row(left)
+    ) -> Motion:
+        inner: Motion = self._of("point_motion", x, u, h, theta, z[:-1, :])
+        return inner._replace(anchor=self._with_row(inner.anchor))
 
     def displacement_at(self, x: Column, u: Column, h: Expression, theta: Expression) -> FieldPair:
         pair: FieldPair = self._of("displacement_at", x, u, h, theta)

@@ -78,10 +78,11 @@ class ConnectionGroupoid(ProductGroupoid):
         return self._sheared(corner, right)
 
     def inverse_left(self, x: Column, w: Column, h: Expression) -> SymbolicMatrix:
-        """[[1, 0], [−L_ξ⁻¹ C, L_ξ⁻¹]], C the corner of L."""
-        _, xi = self.fibre(self._plain(x, w, h))
-        n, block = self.parts[0].dim_u, self.parts[1].inverse_left(x[:0, :], xi, h)
-        return self._sheared(-block * self.L(x, w, h)[n:, :n], block)
+        """[[1, 0], [A(y) − L_ξ⁻¹ ∂(Aw)/∂w, L_ξ⁻¹]], where L_ξ⁻¹ L_ξ of the corner has cancelled."""
+        dx, xi = self.fibre(self._plain(x, w, h))
+        block, middle = self.parts[1].inverse_left(x[:0, :], xi, h), x + h * dx / 2
+        turned = block * (self._A(middle) + h * self._along(middle, dx) / 2)
+        return self._sheared(self._A(x + h * dx) - turned, block)
 
     displacement_at = Groupoid.displacement_at  # the connection ties both parts together
 

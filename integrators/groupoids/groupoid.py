@@ -14,12 +14,24 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..errors import BadInput
 from ..numbers import evaluate_matrix, random_columns, sympy
 from ..numbers.types import Column, Expression, FieldPair, Replacement, SymbolicMatrix
 from .chart_margin import position
+
+
+class Motion(NamedTuple):
+    """How a point z moves: by ∂z/∂u = A·slope, and along e→ and e← by A·right and A·left.
+
+    A is the anchor, n×k; the others are k×m, and small where A is ρ(z).
+    """
+
+    anchor: SymbolicMatrix
+    slope: SymbolicMatrix
+    right: SymbolicMatrix
+    left: SymbolicMatrix
 
 
 class Groupoid(ABC):
@@ -122,24 +134,19 @@ class Groupoid(ABC):
         """b(x, u; h) − x with the difference cancelled, so that nothing is lost at small h."""
         return (self.target(x, u, h) - x).applyfunc(sympy.cancel)
 
-    def point_slope(
+    def point_motion(
         self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> SymbolicMatrix:
-        """∂z/∂u of the point z = b(x, u; θh), n×m; may be written with z."""
-        return self.target(x, u, theta * h).jacobian(u)
+    ) -> Motion:
+        """How the point z = b(x, u; θh) moves; the anchor may be written with z, nothing else.
 
-    def point_fields(
-        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> FieldPair:
-        """How e→ and e← move the point z = b(x, u; θh), n×m each; may be written with z.
-
-        At the end of the step (θ = 1) these are 0 and ρ(z), on every groupoid.
+        At the end of the step (θ = 1) e→ and e← move it by 0 and ρ(z), on every groupoid.
         """
+        point, one = self.target(x, u, theta * h), sympy.eye(self.dim_x)
+        slope, rho = point.jacobian(u), self.rho(z, h)
         if theta == 1:
-            return 0 * self.rho(z, h), self.rho(z, h)
-        slope = self.point_slope(x, u, h, theta, z)
-        along = self.target(x, u, theta * h).jacobian(x) * self.rho(x, h)
-        return slope * self.R(x, u, h) - along, slope * self.L(x, u, h)
+            return Motion(one, slope, 0 * rho, rho)
+        along = point.jacobian(x) * self.rho(x, h)
+        return Motion(one, slope, slope * self.R(x, u, h) - along, slope * self.L(x, u, h))
 
     def displacement_at(self, x: Column, u: Column, h: Expression, theta: Expression) -> FieldPair:
         """How e→ and e← displace the fraction θ of the arrow in left trivialisation, m×m each.

@@ -6,8 +6,8 @@ from functools import cached_property
 
 from ..errors import BadInput
 from ..numbers import sympy
-from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
-from .groupoid import Groupoid
+from ..numbers.types import Column, Expression, SymbolicMatrix
+from .groupoid import Groupoid, Motion
 
 
 class PairGroupoid(Groupoid):
@@ -48,16 +48,12 @@ class PairGroupoid(Groupoid):
     def increment(self, x: Column, u: Column, h: Expression) -> Column:
         return h * u
 
-    def point_slope(
+    def point_motion(
         self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> SymbolicMatrix:
-        return theta * self.rho(x, h)
-
-    def point_fields(
-        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> FieldPair:
-        """(θ − 1)hI and θhI."""
-        return (theta - 1) * self.rho(x, h), theta * self.rho(x, h)
+    ) -> Motion:
+        """θhI by u, (θ − 1)hI and θhI along the fields."""
+        one = sympy.eye(self.dim_u)
+        return Motion(h * one, theta * one, (theta - 1) * one, theta * one)
 
     @cached_property
     def _inversion(self) -> Column:

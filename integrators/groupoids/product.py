@@ -10,7 +10,7 @@ from ..errors import BadInput
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
 from .axioms import check_axioms
-from .groupoid import Groupoid
+from .groupoid import Groupoid, Motion
 
 
 class ProductGroupoid(Groupoid):
@@ -109,19 +109,12 @@ class ProductGroupoid(Groupoid):
             *(sympy.Matrix.diag(sympy.zeros(len(first)), c) for c in second),
         ]
 
-    def point_slope(
+    def point_motion(
         self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> SymbolicMatrix:
+    ) -> Motion:
         own = zip(self.parts, self.base(x), self.fibre(u), self.base(z), strict=True)
-        return sympy.Matrix.diag(*[g.point_slope(y, w, h, theta, a) for g, y, w, a in own])
-
-    def point_fields(
-        self, x: Column, u: Column, h: Expression, theta: Expression, z: Column
-    ) -> FieldPair:
-        own = zip(self.parts, self.base(x), self.fibre(u), self.base(z), strict=True)
-        fields = [g.point_fields(y, w, h, theta, a) for g, y, w, a in own]
-        right, left = (sympy.Matrix.diag(*blocks) for blocks in zip(*fields, strict=True))
-        return right, left
+        motions = [g.point_motion(y, w, h, theta, a) for g, y, w, a in own]
+        return Motion(*(sympy.Matrix.diag(*blocks) for blocks in zip(*motions, strict=True)))
 
     def displacement_at(self, x: Column, u: Column, h: Expression, theta: Expression) -> FieldPair:
         own = zip(self.parts, self.base(x), self.fibre(u), strict=True)

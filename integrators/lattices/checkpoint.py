@@ -26,43 +26,52 @@ class Checkpoint:
     def __init__(self, path: Any, key: str, name: str) -> None:
         if not isinstance(path, (str, os.PathLike)):
             raise BadInput(f"{name}: checkpoint is {path!r}; give the name of a file.")
-        self.path, self.key = Path(path), key
+        self.path, self.key, self.name = Path(path), key, name
         self._saved = time.monotonic()
         if not self.path.parent.is_dir():
             raise BadInput(f"{name}: there is no folder {self.path.parent} for the checkpoint.")
-        self.state = self._read(name) if self.path.exists() else None
+        self.state = self._read() if self.path.exists() else None
 
-    def _read(self, name: str) -> Mapping[str, np.ndarray]:
+    def _read(self) -> Mapping[str, np.ndarray]:
         try:
             with np.load(io.BytesIO(self.path.read_bytes()), allow_pickle=False) as file:
                 state = dict(file)
             key = str(state.pop("key"))
         except Exception:  # numpy, zipfile and zlib say in many ways that it is no such file
             raise BadInput(
-                f"{name}: {self.path} is no checkpoint, or a damaged one; delete it, or name "
+                f"{self.name}: {self.path} is no checkpoint, or a damaged one; delete it, or name "
                 "another file."
             ) from None
         if key != self.key:
             raise BadInput(
-                f"{name}: {self.path} is the checkpoint of another run; delete it, or name another "
-                "file."
+                f"{self.name}: {self.path} is the checkpoint of another run; delete it and its "
+                "rows, or name another file."
             )
         return state
 
-    def rows(self, word: str, shape: tuple[int, ...]) -> np.ndarray:
-        """The array of a column of rows on disk; raises `BadInput` if those so far are gone."""
-        path = self.path.with_name(f"{self.path.name}.{word}.npy")
-        begun = self.state is not None
-        if begun and not path.exists():
-            raise BadInput(f"the rows {path} of the checkpoint are gone; delete the checkpoint.")
-        mode: Any = "r+" if begun else "w+"
-        if begun:
-            return np.lib.format.open_memmap(path, mode)
-        return np.lib.format.open_memmap(path, mode, np.float64, shape)
+    def rows(self, shapes: Mapping[str, tuple[int, ...]]) -> list[np.ndarray]:
+        """The columns of rows on disk, of those shapes by name.
 
-    def save(self, state: Mapping[str, Any], rows: list[Any], last: bool) -> None:
-        """Rows to disk, then the state, if it is time to or the run is at its end."""
-        if not last and time.monotonic() - self._saved < SECONDS:
+        Raises `BadInput` if those of a state are gone or damaged, and where a file that is no row
+        of this run would be overwritten.
+        """
+        paths = {word: self.path.with_name(f"{self.path.name}.{word}.npy") for word in shapes}
+        for word, path in paths.items():
+            if self.state is None and path.exists():
+                raise BadInput(f"{self.name}: the rows would overwrite {path}, which is none "
+                               "of this run's; delete it, or name another checkpoint.")  # fmt: skip
+            if self.state is not None and not _fits(path, shapes[word]):
+                raise BadInput(
+                    f"{self.name}: the rows {path} of the checkpoint are gone or damaged; delete "
+                    "the checkpoint and all its rows, or name another one."
+                )
+        mode: Any = "w+" if self.state is None else "r+"
+        return [np.lib.format.open_memmap(path, mode, np.float64, shapes[word])
+                for word, path in paths.items()]  # fmt: skip
+
+    def save(self, state: Mapping[str, Any], rows: list[Any], at_once: bool) -> None:
+        """Rows to disk, then the state, if it is time to, or at once."""
+        if not at_once and time.monotonic() - self._saved < SECONDS:
             return
         for column in rows:
             column.flush()
@@ -70,3 +79,16 @@ class Checkpoint:
         np.savez(file, key=np.array(self.key), **state)
         write_atomically(self.path, file.getvalue())
         self._saved = time.monotonic()
+
+
+def _fits(path: Path, shape: tuple[int, ...]) -> bool:
+    """Whether a file holds just an array of doubles of that shape.
+
+    It is opened for reading: for writing too, numpy would fill up what is missing with zeros.
+    """
+    try:
+        found: Any = np.lib.format.open_memmap(path, "r")
+    except (ValueError, OSError):
+        return False
+    whole = path.stat().st_size == found.offset + found.nbytes
+    return whole and found.shape == shape and found.dtype == np.float64

@@ -12,6 +12,7 @@ Shkoller, Comm. Math. Phys. 199 (1998), 351).
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -28,9 +29,9 @@ Covector = tuple[np.ndarray, np.ndarray]  # (N, n) and (N, m)
 
 
 class DualStep:
-    """A step of a flow from (x, μ), x (N, n) and μ (N, m): `after`, its end, and `transposed`.
+    """A step of a flow from (x, μ), x (N, n) and μ (N, m), to `after`, and its derivative M.
 
-    Raises `CannotMeasure` for compositions, `StepFailure` if the step is not found.
+    Raises `CannotMeasure` for compositions and constraints, `StepFailure` if the step is not found.
     """
 
     def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
@@ -38,9 +39,12 @@ class DualStep:
         if scheme.substeps:
             raise CannotMeasure(f"{lattice.name}: {scheme.rule.name} has several substeps; ask its "
                                 "base rule.")  # fmt: skip
+        if scheme.constrained:
+            raise CannotMeasure(f"{lattice.name}: with constraints the form lives on what they "
+                                "leave; take RestrictedStep.")  # fmt: skip
         run = LatticeRun(flow, x.copy(), mu.copy())
         run.checked(run.show())
-        self.flow, self.free = flow, lattice.free
+        self.flow, self.free, self.before = flow, lattice.free, (x, mu)
         w = run.past[int(scheme.local)].copy()
         run.checked(run.advance(1))
         run.checked(run.show())
@@ -48,31 +52,11 @@ class DualStep:
         self._assembled(x, w, float(flow.step))
 
     def _assembled(self, x: np.ndarray, w: np.ndarray, h: float) -> None:
-        scheme, N = self.flow.scheme, len(x)
-        pairs = self.flow.lattice.pairs
-        n, m, S = x.shape[1], scheme.equations.groupoid.dim_u, w.shape[1]
-        sites = np.arange(N)[:, None]
-        # a bond's letters: x of both ends; u of both ends, then each stage of both
-        order = [c + end * S + i for c in range(0, S, m) for end in (0, 1) for i in range(m)]
-        both = np.concatenate([w[pairs[:, 0]], w[pairs[:, 1]]], axis=1)[:, order]
-        at = ((scheme.equations.site, x, w, scheme.site_columns, sites, list(range(S))),
-              (scheme.equations.bond, x[pairs].reshape(-1, 2 * n), both, scheme.bond_columns, pairs,
-               order))  # fmt: skip
-        sizes = {"E": S, "g": m, "d": n, "x": n, "w": S}
-        parts = {name: sparse.csr_matrix((N * sizes[name[0]], N * sizes[name[1]]))
-                 for name in ("Ex", "Ew", "gx", "gw", "dx", "dw")}  # fmt: skip
-        for equations, base, unknowns, values, ends, places in at:
-            found = self._of_bonds = _derivatives(equations, base, unknowns, values, h)
-            for name, blocks in found.items():
-                if name[0] == "d" and ends is pairs:
-                    continue  # x of both ends moves by itself
-                parts[name] += _placed(blocks, ends, sizes, name, places, N)
-        free = {k: sparse.diags(np.repeat(self.free, size).astype(float))
-                for k, size in sizes.items()}  # fmt: skip
-        parts = {name: free[name[0]] @ p @ free[name[1]] for name, p in parts.items()}
+        N, S = w.shape
+        self._parts, self._of_bonds, self._order = derivatives_of_step(self.flow, x, w, h)
         held = sparse.diags(np.repeat(~self.free, S).astype(float))
-        self._factors = linalg.splu((parts["Ew"] + held).tocsc())
-        self._parts, self._h, self._shape, self._order = parts, h, (N, n, m, S), order
+        self._factors = linalg.splu((self._parts["Ew"] + held).tocsc())
+        self._h, self._shape = h, (N, x.shape[1], self.before[1].shape[1], S)
 
     def applied(self, variation: Covector) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(δx′, δμ′, δw) of (δx, δμ), M being applied; (N, n), (N, m) and (N, S)."""
@@ -127,26 +111,31 @@ class DualStep:
         keep = self.free[:, None]
         return of_x.reshape(N, n) * keep, of_mu.reshape(N, m) * keep
 
+    def pairing(
+        self, random: np.random.Generator, brackets: list[Bracket]
+    ) -> list[tuple[float, float]]:
+        """Π of two random covectors before and after the step, each with its absolute terms."""
+        after = [tuple(random.normal(size=a.shape) * self.free[:, None] for a in self.before)
+                 for _ in range(2)]  # fmt: skip
+        before = [self.transposed(covector) for covector in after]
+        return [bracket(*ends) for bracket, ends in zip(brackets, (before, after), strict=True)]
 
-def poisson_defect(
-    flow: Any, x: np.ndarray, mu: np.ndarray, pairs: int, seed: int, bracket_sign: int
-) -> float:
-    """The largest |(Mᵀα)·Π(Mᵀβ) − α·Π′β| of random pairs, over the sum of absolute terms."""
-    step, random = DualStep(flow, x, mu), np.random.default_rng(seed)
-    brackets = [_Bracket(flow, *at, bracket_sign) for at in ((x, mu), step.after)]
+
+def poisson_defect(step: Any, pairs: int, seed: int, bracket_sign: int = 1) -> float:
+    """The largest difference of a step's pairings of random pairs, over the sum of their terms.
+
+    (Mᵀα)·Π(Mᵀβ) − α·Π′β of a `DualStep`, ω′(Pa, Pb) − ω(a, b) of a `RestrictedStep`.
+    """
+    random = np.random.default_rng(seed)
+    brackets = [Bracket(step.flow, x, mu, bracket_sign) for x, mu in (step.before, step.after)]
     worst = 0.0
     for _ in range(pairs):
-        after = [tuple(random.normal(size=a.shape) * step.free[:, None] for a in (x, mu))
-                 for _ in range(2)]  # fmt: skip
-        before = [step.transposed(covector) for covector in after]
-        (one, scale), (other, more) = (
-            bracket(*ends) for bracket, ends in zip(brackets, (before, after), strict=True)
-        )
-        worst = max(worst, abs(one - other) / (scale + more))
+        (one, scale), (other, more) = step.pairing(random, brackets)
+        worst = float(np.maximum(worst, abs(one - other) / (scale + more)))  # keeps nan
     return worst
 
 
-class _Bracket:
+class Bracket:
     """Π at (x, μ): {xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_γν μ_θ at each site."""
 
     def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray, sign: int) -> None:
@@ -166,11 +155,62 @@ class _Bracket:
         terms = [np.einsum("ka,abk,kb->kab", one[0], self.rho, other[1]),
                  -np.einsum("kb,abk,ka->kab", one[1], self.rho, other[0]),
                  np.einsum("ka,abk,kb->kab", one[1], self.of_mu, other[1])]  # fmt: skip
-        return sum(float(t.sum()) for t in terms), sum(float(abs(t).sum()) for t in terms)
+        return _totals(terms)
+
+    def form(self, one: Covector, other: Covector) -> tuple[float, float]:
+        """ω of two vectors (b, δμ), δx = ρ̂ b, and the sum of the absolute values of its terms."""
+        return _totals([one[0] * other[1], -one[1] * other[0],
+                        -np.einsum("ka,abk,kb->kab", one[0], self.of_mu, other[0])])  # fmt: skip
+
+
+def _totals(terms: list[np.ndarray]) -> tuple[float, float]:
+    return sum(float(t.sum()) for t in terms), sum(float(abs(t).sum()) for t in terms)
+
+
+def derivatives_of_step(
+    flow: Any, x: np.ndarray, w: np.ndarray, h: float
+) -> tuple[dict[str, Any], dict[str, np.ndarray], list[int]]:
+    """({"Ex": sparse, …}, those of the bonds by themselves, the order of a bond's letters).
+
+    The derivatives of E, d and g by x (N, n) and w (N, S), summed over sites and bonds, those of
+    fixed sites being 0.
+    """
+    scheme, (N, S), lattice = flow.scheme, w.shape, flow.lattice
+    pairs, n, m = lattice.pairs, x.shape[1], scheme.equations.groupoid.dim_u
+    sites = np.arange(N)[:, None]
+    # a bond's letters: x of both ends; u of both ends, then each stage of both
+    order = [c + end * S + i for c in range(0, S, m) for end in (0, 1) for i in range(m)]
+    both = np.concatenate([w[pairs[:, 0]], w[pairs[:, 1]]], axis=1)[:, order]
+    at = ((scheme.equations.site, x, w, scheme.site_columns, sites, list(range(S))),
+          (scheme.equations.bond, x[pairs].reshape(-1, 2 * n), both, scheme.bond_columns, pairs,
+           order))  # fmt: skip
+    sizes = {"E": S, "g": m, "d": n, "x": n, "w": S}
+    parts = {name: sparse.csr_matrix((N * sizes[name[0]], N * sizes[name[1]]))
+             for name in ("Ex", "Ew", "gx", "gw", "dx", "dw")}  # fmt: skip
+    for equations, base, unknowns, values, ends, places in at:
+        found = of_bonds = _derivatives(equations, base, unknowns, values, h)
+        for name, blocks in found.items():
+            if name[0] == "d" and ends is pairs:
+                continue  # x of both ends moves by itself
+            parts[name] += placed(blocks, ends, sizes, name, places, N)
+    free = {k: sparse.diags(np.repeat(lattice.free, size).astype(float))
+            for k, size in sizes.items()}  # fmt: skip
+    parts = {name: free[name[0]] @ p @ free[name[1]] for name, p in parts.items()}
+    return parts, of_bonds, order
 
 
 def _derivatives(equations: Any, x: np.ndarray, w: np.ndarray, values: Any, h: float) -> Any:
     """{"Ex": (rows, columns, r), …} of one term at r places, E in the order of its letters w."""
+    names, known, f = _derived(equations)
+    q = [{equations.s.h: h, **values}.get(e, digits) for e, digits in known.items()]
+    found = f(list(x.T), list(w.T), q)
+    return {name: np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(x)))
+            for name, e in zip(names, found, strict=True)}  # fmt: skip
+
+
+@lru_cache(maxsize=32)
+def _derived(equations: Any) -> tuple[list[str], dict[Any, Any], Any]:
+    """The names of the derivatives, {letter of q: its digits, if a number of the rule}, f."""
     maps, s = equations.at_points, equations.s
     columns = {"x": [s.x], "w": [c for c in (s.u, s.stages) if len(c)]}
     rows = {"E": [c for c in (maps.minus, maps.stage_equations) if len(c)], "g": [maps.gain],
@@ -183,15 +223,12 @@ def _derivatives(equations: Any, x: np.ndarray, w: np.ndarray, values: Any, h: f
             ])  # fmt: skip
     definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made.values()))]
     digits = {c: float(of(20)) for c, of in s.constants.items()}
-    known = {s.h: h, **values, **digits}
+    known = {**dict.fromkeys((s.h, *s.parameter_list)), **digits}
     given = {"x": s.x, "w": equations.w, "q": list(known)}
-    f = numeric(given, list(made.values()), NUMBERS, definitions, columns=True)
-    found = f(list(x.T), list(w.T), list(known.values()))
-    return {name: np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(x)))
-            for name, e in zip(made, found, strict=True)}  # fmt: skip
+    return [*made], known, numeric(given, list(made.values()), NUMBERS, definitions, columns=True)
 
 
-def _placed(
+def placed(
     blocks: np.ndarray, ends: np.ndarray, sizes: Any, name: str, places: list[int], N: int
 ) -> Any:
     """The blocks (rows, columns, r) of terms at `ends` (r, 1 or 2) as a matrix of the lattice."""

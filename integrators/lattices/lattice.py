@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from keyword import iskeyword
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ import numpy as np
 from ..errors import BadInput, names_checked
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational
+from ..scene import arguments_of
+from .group_elements import strangers
 
 INTEGER = (int, np.integer)
 
@@ -26,15 +29,26 @@ class Lattice:
     a site carries its element: x is the k×k matrix A with A′ = A ξ^, n = k².
     sites: N. on_site(x, v, p), on_bond(x, y, p): sympy columns x and y (n×1; k×k matrices on a
     group), v (m×1); a bond's energy enters with a minus, L = T − V.
+    A bond that moves is a function of five, on_bond(x, y, v, w, p), v and w the velocities of x and
+    y, such as kinetic energy at the middle of a square of the grid; on_site may then be left out.
     bonds: "chain" joins i and i + 1, "ring" also N − 1 and 0; else pairs (i, j), i ≠ j.
-    parameters: numbers, and arrays whose first axis has the length N (an entry a site; on_bond
-    reads a column of two, those of x and of y) or the number of bonds (an entry a bond). Where
-    both are of one length, on_site reads it by sites and on_bond by bonds.
+    parameters: numbers and lists, which all share, and numpy's arrays, whose first axis has the
+    length N (an entry a site; on_bond reads a column of two, those of x and of y) or the number of
+    bonds (an entry a bond). Where both are of one length, on_site reads it by sites and on_bond by
+    bonds.
     x0 (N, n), v0 (N, m): floats, natural velocities; on a group x0 may be (N, k, k), or left out.
     duration, step: as of a `Scene`. fixed_ends: the first and the last site of a chain stay at
-    their x0; fixed: further sites that do.
+    their x0; fixed: further sites that do, by number, or True or False of each site.
+    constraint(x, y, p): a list of expressions φ(x_i, x_j) that vanish on every bond (i, j), such as
+    joints; on_bond may then be left out. A site is the second one of at most one bond then, as in
+    chains, rings and trees.
 
-    Raises `BadInput` for wrong shapes, non-finite numbers, and bonds to sites that are not there.
+    symmetries: name → ξ(x, p), a list of m entries: the natural velocity with which a one-parameter
+    group that leaves L moves a site at x, all sites at once. Σ μ_i·ξ(x_i) is the momentum that it
+    keeps (`discmech lattices`).
+
+    Raises `BadInput` for wrong shapes, non-finite numbers, and bonds to sites that are not
+    there, and on a group for an x0 that is no element.
     """
 
     name: str
@@ -50,6 +64,8 @@ class Lattice:
     step: Any = None
     fixed_ends: bool = False
     fixed: Sequence[int] | np.ndarray = ()
+    constraint: Callable[..., Any] | None = None
+    symmetries: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
     source: str = ""
     title: str = ""
 
@@ -62,11 +78,23 @@ class Lattice:
             raise BadInput(f"{self.name}: site is {self.site!r}; give a groupoid, such as pair(1).")
         if not isinstance(self.sites, INTEGER) or isinstance(self.sites, bool) or self.sites < 2:
             raise BadInput(f"{self.name}: sites is {self.sites!r}; give a whole number from 2.")
-        for word in ("on_site", "on_bond"):
-            if not callable(getattr(self, word)):
+        if self.constraint is not None and self.on_bond is None:
+            object.__setattr__(self, "on_bond", no_term)
+        if self.bonds_move and self.on_site is None:
+            object.__setattr__(self, "on_site", no_term)
+        if self.bonds_move and self.constraint is not None:
+            raise BadInput(f"{self.name}: a bond with velocities and a constraint are not taken "
+                           "together; leave one out.")  # fmt: skip
+        for word in ("on_site", "on_bond", "constraint"):
+            optional = word == "constraint" and self.constraint is None
+            if not optional and not callable(getattr(self, word)):
                 given = "(x, v, p)" if word == "on_site" else "(x, y, p)"
                 raise BadInput(f"{self.name}: {word} is {getattr(self, word)!r}; give a function "
                                f"of {given}.")  # fmt: skip
+        named: Any = self.symmetries
+        if not isinstance(named, Mapping) or not all(map(callable, named.values())):
+            raise BadInput(f"{self.name}: symmetries is {named!r}; give a dictionary of functions "
+                           "ξ(x, p) by name.")  # fmt: skip
         duration = exact_rational(self.duration, f"{self.name}: duration")
         step = duration / 1000 if self.step is None else self.step
         object.__setattr__(self, "duration", duration)
@@ -87,6 +115,11 @@ class Lattice:
             return self.site
         algebra = self.site.algebra
         return RowAction(algebra, self.site.tau, rows=algebra.real.size)
+
+    @property
+    def bonds_move(self) -> bool:
+        """Whether a bond's term holds the velocities of its ends."""
+        return arguments_of(self.on_bond) == 5
 
     @property
     def matrix_size(self) -> int:
@@ -131,6 +164,11 @@ class Lattice:
             k = int(loops[0])
             raise BadInput(f"{self.name}: bond {k} is the loop {_pair(pairs[k])}; a term of one "
                            "site belongs into on_site.")  # fmt: skip
+        second, counts = np.unique(pairs[:, 1], return_counts=True)
+        if self.constraint is not None and counts.max() > 1:
+            i = second[counts.argmax()]
+            raise BadInput(f"{self.name}: site {i} is the second one of {counts.max()} bonds with "
+                           "a constraint, and can have one; turn a bond round.")  # fmt: skip
         return pairs.astype(np.int64)
 
     @cached_property
@@ -141,8 +179,15 @@ class Lattice:
             if not isinstance(self.bonds, str) or self.bonds != "chain":
                 raise BadInput(f"{self.name}: only a chain has ends to fix; name sites by fixed=.")
             free[[0, -1]] = False
-        fixed = np.array(self.fixed, dtype=object)
-        for i in fixed.flat:
+        fixed = np.array(self.fixed, dtype=object).ravel()
+        if any(isinstance(i, bool) for i in fixed):
+            if len(fixed) != self.sites or not all(isinstance(i, bool) for i in fixed):
+                raise BadInput(
+                    f"{self.name}: fixed holds True or False; give numbers of sites, or one of "
+                    f"these a site, {self.sites}."
+                )
+            fixed = np.flatnonzero(fixed)
+        for i in fixed:
             if not isinstance(i, INTEGER) or not 0 <= i < self.sites:
                 raise BadInput(f"{self.name}: fixed names the site {i!r}, but the sites are 0 to "
                                f"{self.sites - 1}.")  # fmt: skip
@@ -161,20 +206,20 @@ class Lattice:
         for key, value in self.parameters.items():
             if not str(key).isidentifier():
                 raise BadInput(f"{self.name}: parameter {key!r} is no name; use letters and _.")
+            if iskeyword(key):
+                raise BadInput(f"{self.name}: parameter {key!r} is a word of Python's, so p.{key} "
+                               f"cannot be written; call it {key}_.")  # fmt: skip
             what = f"{self.name}: parameter {key}"
-            several = isinstance(value, (list, tuple)) or (
-                isinstance(value, np.ndarray) and value.ndim > 0
-            )
-            where = [w for w, length in lengths.items() if several and len(value) == length]
-            if isinstance(value, np.ndarray) and several and not where:
-                raise BadInput(
-                    f"{what} is an array of {len(value)}; give {lengths['site']} entries, one a "
-                    f"site, or {lengths['bond']}, one a bond."
-                )
-            if not where:
+            if not isinstance(value, np.ndarray) or value.ndim == 0:
                 plain = value.item() if isinstance(value, np.ndarray) else value
                 found["shared"][key] = exact_nested(plain, what)
                 continue
+            where = [w for w, length in lengths.items() if len(value) == length]
+            if not where:
+                raise BadInput(
+                    f"{what} is an array of {len(value)}; give {lengths['site']} entries, one a "
+                    f"site, or {lengths['bond']}, one a bond; what all share is a list."
+                )
             array = floats(value, what)
             if array.ndim > 2:
                 raise BadInput(f"{what} has {array.ndim} axes; give one or two.")
@@ -185,18 +230,35 @@ class Lattice:
     @cached_property
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """x0 (N, n) and v0 (N, m)."""
-        N, n, m, k = self.sites, self.groupoid.dim_x, self.groupoid.dim_u, self.matrix_size
-        x0 = self.x0
-        if x0 is None and k:
-            x0 = np.broadcast_to(np.eye(k), (N, k, k))
-        x0, v0 = (floats(a, f"{self.name}: {word}") for a, word in ((x0, "x0"), (self.v0, "v0")))
-        if k and x0.shape == (N, k, k):
-            x0 = x0.reshape(N, n)
-        for array, width, word in ((x0, n, "x0"), (v0, m, "v0")):
-            if array.shape != (N, width):
-                raise BadInput(f"{self.name}: {word} has the shape {array.shape}; give one row a "
-                               f"site, ({N}, {width}).")  # fmt: skip
-        return x0, v0
+        v0 = floats(self.v0, f"{self.name}: v0")
+        wanted = (self.sites, self.groupoid.dim_u)
+        if v0.shape != wanted:
+            raise BadInput(f"{self.name}: v0 has the shape {v0.shape}; give one row a site, "
+                           f"{wanted}.")  # fmt: skip
+        return self.positions(self.x0), v0
+
+    def positions(self, given: Any) -> np.ndarray:
+        """x of all sites, (N, n), of rows or on a group of matrices (N, k, k), e if left out.
+
+        Raises `BadInput` for another shape, and on a group for what is no element of it.
+        """
+        N, n, k = self.sites, self.groupoid.dim_x, self.matrix_size
+        if given is None and k:
+            return np.broadcast_to(np.eye(k), (N, k, k)).reshape(N, n)
+        x = floats(given, f"{self.name}: x0")
+        if x.shape != (N, n) and not (k and x.shape == (N, k, k)):
+            raise BadInput(f"{self.name}: x0 has the shape {x.shape}; give one row a site, "
+                           f"({N}, {n}).")  # fmt: skip
+        if isinstance(self.site, LieGroup):
+            for i in strangers(self.site.algebra.real, x.reshape(N, k, k)):
+                raise BadInput(f"{self.name}: x0 of site {i} is no element of {self.site.name}; "
+                               f"give a matrix of that group, {k}×{k}.")  # fmt: skip
+        return x.reshape(N, n)
+
+
+def no_term(x: Any, y: Any, p: Any) -> Any:
+    """The value of a term that is left out."""
+    return 0
 
 
 def _pair(pair: np.ndarray) -> str:
@@ -206,9 +268,12 @@ def _pair(pair: np.ndarray) -> str:
 def floats(value: Any, what: str) -> np.ndarray:
     """An array of finite floats; raises `BadInput`."""
     try:
-        array = np.array(value, dtype=np.float64)
+        given = np.array(value)
+        array = given.real.astype(np.float64)
     except (TypeError, ValueError):
         raise BadInput(f"{what} is no array of numbers.") from None
+    if given.dtype.kind == "c":
+        raise BadInput(f"{what} holds complex numbers; give real ones.")
     if not np.isfinite(array).all():
         raise BadInput(f"{what} holds a number that is not finite.")
     return array

@@ -29,7 +29,8 @@ from ..numbers import jacobian, sympy
 from ..numbers.types import Column, Expression, Letter
 from ..rules import Discretisation
 from ..scene import Scene, takes_fourth
-from .lattice import Lattice
+from .bond_constraints import BondConstraints
+from .lattice import Lattice, no_term
 
 
 class LatticeEquations:
@@ -41,8 +42,8 @@ class LatticeEquations:
 
     def __init__(self, lattice: Lattice, rule: Discretisation) -> None:
         check_axioms(lattice.groupoid)
-        for word in ("on_site", "on_bond"):
-            if takes_fourth(getattr(lattice, word)):
+        for word in ("on_site", "on_bond", "constraint"):
+            if getattr(lattice, word) is not None and takes_fourth(getattr(lattice, word)):
                 raise CannotMeasure(f"{lattice.name}: {word} is a function of three arguments; a "
                                     "lattice knows no explicit time.")  # fmt: skip
         self.lattice, self.rule, self.groupoid = lattice, rule, lattice.groupoid
@@ -50,23 +51,43 @@ class LatticeEquations:
         if refusal := rule.refusal(scene):
             raise CannotMeasure(refusal)
         s = SceneSymbols(scene, rule.stages)
-        self.site = DiscreteEquations(s, rule)
-        check_regular(self.site.at_points, self.site.w, scene, rule)
+        s.scalars([s.lagrangian], "on_site", lattice.on_site)  # finite and real
+        # where bonds move, a site may hold no velocity: the mass matrix is of all together
+        of = DiscreteLagrangian(s, rule) if lattice.bonds_move else None
+        self.site = DiscreteEquations(s, rule, of)
+        if not lattice.bonds_move:
+            check_regular(self.site.at_points, self.site.w, scene, rule)
         if not self.site.of.weighted:
             raise CannotMeasure(
                 f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step "
                 "is not one of sites and bonds; take another rule."
             )
         squared = product(self.groupoid, self.groupoid)
-        bond = _scene(lattice, "-bond", squared, _on_bond(lattice), _bond_values(lattice))
+        bond = _scene(lattice, "-bond", squared, _on_bond(lattice, "on_bond"),
+                      _bond_values(lattice))  # fmt: skip
+        if lattice.constraint is not None:
+            joint = _on_bond(lattice, "constraint")
+            bond = replace(bond, holonomic=lambda x, p: joint(x, None, p))
+            if refusal := rule.refusal(bond):
+                raise CannotMeasure(refusal)
         self.bond_symbols = SceneSymbols(bond, rule.stages)
-        self.bond_symbols.lagrangian  # noqa: B018 - a wrong one is named now
+        what = "on_bond" if lattice.constraint is None else "a bond"
+        self.bond_symbols.name = f"{what} of {lattice.name}"
+        lagrangian = self.bond_symbols.lagrangian  # a wrong one is named now
+        self.bond_symbols.scalars([lagrangian], "its value", lattice.on_bond)
 
     @cached_property
     def bond(self) -> DiscreteEquations:
         """The equations of a bond by itself, which may hold no velocity."""
         of = DiscreteLagrangian(self.bond_symbols, self.rule)
         return DiscreteEquations(self.bond_symbols, self.rule, of)
+
+    @cached_property
+    def constraints(self) -> BondConstraints | None:
+        """What holonomic constraints on bonds add, if there are some."""
+        if self.lattice.constraint is None:
+            return None
+        return BondConstraints(self.site, self.bond)
 
     @cached_property
     def end_weights(self) -> tuple[Expression, Expression] | None:
@@ -88,7 +109,8 @@ class LatticeEquations:
     @property
     def local(self) -> bool:
         """Whether no unknown of a step is tied to another site's: bonds ask for L at ends only."""
-        return self.end_weights is not None
+        still = self.constraints is None and not self.lattice.bonds_move
+        return self.end_weights is not None and still
 
     @cached_property
     def constants(self) -> dict[Letter, Any]:
@@ -98,19 +120,39 @@ class LatticeEquations:
     @cached_property
     def system(self) -> LatticeSystem:
         """One step as the data that is compiled."""
-        s, bond = self.site.s, self.bond_symbols
-        own, of_bond = _own(s, self._site_own), _own(bond, self._bond_own)
-        shared = [p for p in s.parameter_list if p not in own]
-        q = (s.h, *shared, *self.constants)
+        s, bond, (q, own, of_bond) = self.site.s, self.bond_symbols, self._letters
+        if self.constraints is not None:
+            return self._tied(*self.constraints.step())
         if self.local:
             kinetic, potential = self._split()
             kicks = (None if potential is None else self._kicks("potential", s, potential, own),
                      self._kicks("bond", bond, bond.lagrangian, of_bond))  # fmt: skip
             site = _ordered(step_system(kinetic), (*q, *own))
             return LatticeSystem(self.lattice.name, q, site, own, of_bond, kicks)
-        site = _ordered(step_system(self.site), (*q, *own))
-        pair = _by_ends(step_system(self.bond), self.groupoid.dim_u, (*q, *of_bond))
-        return LatticeSystem(self.lattice.name, q, site, own, of_bond, None, pair)
+        pair = _by_ends(step_system(self.bond), self.groupoid.dim_u)
+        return self._tied(step_system(self.site), pair)
+
+    @cached_property
+    def projection(self) -> LatticeSystem:
+        """What takes momenta to those that constraints admit, as a step that moves nothing."""
+        assert self.constraints is not None
+        return self._tied(*self.constraints.projection())
+
+    @property
+    def _letters(self) -> tuple[tuple[Letter, ...], ...]:
+        """h with what all share, then what a site has of its own, and what a bond has."""
+        s = self.site.s
+        own, of_bond = _own(s, self._site_own), _own(self.bond_symbols, self._bond_own)
+        q = (s.h, *(p for p in s.parameter_list if p not in own), *self.constants)
+        if self.constraints is not None:
+            own, of_bond = (*own, *self.constraints.own), (*of_bond, *self.constraints.bond_own)
+        return q, own, of_bond
+
+    def _tied(self, site: System, bond: System) -> LatticeSystem:
+        """Equations of a site and of a bond, which ties unknowns of both its ends."""
+        q, own, bond_own = self._letters
+        site, bond = _ordered(site, (*q, *own)), _ordered(bond, (*q, *bond_own))
+        return LatticeSystem(self.lattice.name, q, site, own, bond_own, None, bond)
 
     @property
     def _site_own(self) -> list[str]:
@@ -149,9 +191,10 @@ class LatticeEquations:
     @cached_property
     def self_adjoint(self) -> bool:
         """Whether Φ₋ₕ is the inverse of Φₕ: so it is where site and bond by themselves are."""
-        if self.end_weights is not None:
+        if self.end_weights is not None and not self.lattice.bonds_move:
             return is_self_adjoint(self.site) and self.end_weights[0] == self.end_weights[1]
-        return is_self_adjoint(self.site) and is_self_adjoint(self.bond)
+        terms = [self.bond] if self.lattice.on_site is no_term else [self.site, self.bond]
+        return all(map(is_self_adjoint, terms))
 
 
 def _scene(lattice: Lattice, word: str, groupoid: Any, function: Any, values: Any) -> Scene:
@@ -170,9 +213,11 @@ def _on_site(lattice: Lattice) -> Callable[..., Any]:
     return lambda x, v, p: given(shaped(x), v, p)
 
 
-def _on_bond(lattice: Lattice) -> Callable[..., Any]:
-    n, shaped, given = lattice.groupoid.dim_x, _shaped(lattice), lattice.on_bond
-    assert given is not None
+def _on_bond(lattice: Lattice, word: str) -> Callable[..., Any]:
+    n, shaped, given = lattice.groupoid.dim_x, _shaped(lattice), getattr(lattice, word)
+    if word == "on_bond" and lattice.bonds_move:
+        m = lattice.groupoid.dim_u
+        return lambda x, v, p: given(shaped(x[:n, :]), shaped(x[n:, :]), v[:m, :], v[m:, :], p)
     return lambda x, v, p: given(shaped(x[:n, :]), shaped(x[n:, :]), p)
 
 
@@ -210,7 +255,7 @@ def _ordered(system: System, q: tuple[Letter, ...]) -> System:
     return replace(system, q=q)
 
 
-def _by_ends(system: System, m: int, q: tuple[Letter, ...]) -> System:
+def _by_ends(system: System, m: int) -> System:
     """A bond's system with all unknowns and rows of one end before those of the other.
 
     u and each stage come as columns of both ends.
@@ -218,6 +263,6 @@ def _by_ends(system: System, m: int, q: tuple[Letter, ...]) -> System:
     order = [c + end * m + i for end in (0, 1) for c in range(0, len(system.w), 2 * m)
              for i in range(m)]  # fmt: skip
     return replace(
-        system, q=q, w=tuple(system.w[i] for i in order), rows=system.rows.extract(order, [0]),
-        slope=system.slope.extract(order, order), scaled=system.scaled,
+        system, w=tuple(system.w[i] for i in order), rows=system.rows.extract(order, [0]),
+        slope=system.slope.extract(order, order),
     )  # fmt: skip

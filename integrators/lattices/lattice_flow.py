@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -18,6 +18,7 @@ from .checkpoint import Checkpoint
 from .dual_step import poisson_defect
 from .lattice import Lattice, floats
 from .lattice_run import LatticeRun
+from .restricted_step import step_derivative
 
 NUMBERS = Double()
 PIECE = 2**24  # steps of a site between two looks at progress, at interrupts and at a checkpoint
@@ -28,14 +29,16 @@ class LatticeTrajectory:
     """Rows of a run: the first is the start, then each every-th step.
 
     t (r,), x (r, N, n), u and mu (r, N, m): row k holds x_k, μ_k in the natural basis and the u
-    that leaves x_k; both are 0 at fixed sites. newton_mean: corrections a step (of a site,
-    where sites are solved by themselves), newton_max: the most of one step.
+    that leaves x_k; both are 0 at fixed sites. multipliers (r, B, k): λ of each bond's
+    constraint in the step that leaves the row (k = 0 without). newton_mean: corrections a step (of
+    a site, where sites are solved by themselves), newton_max: the most of one step.
     """
 
     t: np.ndarray
     x: np.ndarray
     u: np.ndarray
     mu: np.ndarray
+    multipliers: np.ndarray
     newton_mean: float
     newton_max: int
     steps: int
@@ -73,7 +76,7 @@ class LatticeFlow:
         checkpoint: Any = None,
         progress: Callable[[int], None] | None = None,
     ) -> LatticeTrajectory:
-        """Run `steps` steps from the lattice's start, or from x0 (N, n) and mu0 (N, m).
+        """Run `steps` steps from the lattice's start, or from x0 (as the lattice's) and mu0 (N, m).
 
         checkpoint: a file. The rows are then on disk beside it, as arrays of numpy's, and the state
         is kept in it about once a second: the same call goes on where a run was killed, to the same
@@ -82,66 +85,122 @@ class LatticeFlow:
         run, `StepFailure` (with the rows so far) if a step cannot be solved.
         """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
-        run = LatticeRun(self, *self._start(x0, mu0))
+        x, mu = self._start(x0, mu0)
+        run = LatticeRun(self, x, mu.copy())
         kept = None
         if checkpoint is not None:
-            key = text_key(self.scheme.system, run.digest.hexdigest(), str((steps, every)))
+            counts = str((steps, every, self.lattice.shape))
+            key = text_key(self.scheme.system, run.digest.hexdigest(), counts)
             kept = Checkpoint(checkpoint, key, self.lattice.name)
-        shape = (steps // every + 1, self.lattice.sites)
-        widths = {"x": run.x.shape[1], "u": run.u.shape[1], "mu": run.u.shape[1]}
-        rows = [
-            np.empty((*shape, width)) if kept is None else kept.rows(word, (*shape, width))
-            for word, width in widths.items()
-        ]
-        if kept is not None and kept.state is not None:
-            run.restore(kept.state)
+        state = None if kept is None else kept.state
+        if state is not None:
+            run.restore(state)
         else:
+            self._show(run, [np.empty((0, *a.shape)) for a in run.shown.values()], every)
+            if self.scheme.constrained:
+                self._check_start(mu, run)
+        shapes = {word: (steps // every + 1, *a.shape) for word, a in run.shown.items()}
+        rows = list(map(np.empty, shapes.values())) if kept is None else kept.rows(shapes)
+        if state is None:
             self._write(run, rows, every)
-        piece = max(1, PIECE // self.lattice.sites)
-        while run.index < steps:
-            next_row = (run.index // every + 1) * every
-            status = run.advance(min(steps, next_row, run.index + piece) - run.index)
+            if kept is not None:  # at once: where rows are, a state is
+                kept.save(run.state, rows, at_once=True)
+        for is_row, status in self._stops(run, steps, every):
             if status != OK:
                 raise self._failed(run, status, rows, every)
-            if run.index == next_row:
+            if is_row:
                 self._write(run, rows, every)
             if kept is not None:
-                kept.save(run.state, rows, last=run.index == steps)
+                kept.save(run.state, rows, at_once=run.index == steps)
             if progress is not None:
                 progress(run.index)
         return self._trajectory(run, rows, every)
 
-    def _write(self, run: LatticeRun, rows: list[np.ndarray], every: int) -> None:
-        """The row of now; raises `StepFailure` if the u that leaves it is not found."""
+    def blocks(self, steps: int, every: int = 1, *, size: int = 1) -> Iterator[LatticeTrajectory]:
+        """The rows of `trajectory(steps, every)`, so many at a time, the last ones fewer.
+
+        What is seen and let go does not fill the memory, however long the run. Raises as
+        `trajectory`, with the rows of the block.
+        """
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        size = whole_number("size", size, 1)
+        x, mu = self._start(None, None)
+        run = LatticeRun(self, x, mu.copy())
+        first, rows = 0, [np.empty((size, *a.shape)) for a in run.shown.values()]
+        self._show(run, [column[:0] for column in rows], every)
+        self._write(run, rows, every)
+        for is_row, status in self._stops(run, steps, every):
+            if is_row and run.index // every == first + size:
+                yield self._trajectory(run, rows, every, first)
+                first, rows = first + size, list(map(np.empty_like, rows))
+            if status != OK:
+                raise self._failed(run, status, rows, every, first)
+            if is_row:
+                self._write(run, rows, every, first)
+        count = run.index // every + 1 - first
+        yield self._trajectory(run, [column[:count] for column in rows], every, first)
+
+    def _stops(self, run: LatticeRun, steps: int, every: int) -> Iterator[tuple[bool, int]]:
+        """Go on to that step: at each stop whether it is a row, which `run` then shows, and the
+        status."""
+        piece = max(1, PIECE // self.lattice.sites)
+        while run.index < steps:
+            next_row = (run.index // every + 1) * every
+            status = run.advance(min(steps, next_row, run.index + piece) - run.index)
+            is_row = status == OK and run.index == next_row
+            yield is_row, run.show() if is_row else status
+
+    def _check_start(self, mu: np.ndarray, run: LatticeRun) -> None:
+        """Raise `BadInput` unless x of a run's start meets the constraints, and μ what is shown.
+
+        It may be a row of a run, so not exactly: up to 2⁻²⁶ (as in `equations.check_momentum`) of
+        the largest momentum, or of that of the velocity that leaves.
+        """
+        self.scheme.check_start(run.x, np.zeros_like(mu))
+        off = abs(mu - run.mu)[self.lattice.free].max()
+        if not off <= 2.0**-26 * max(abs(mu).max(), abs(self.momenta(run.x, run.u)).max()):
+            raise BadInput(
+                f"{self.lattice.name}: mu0 is {off:.3g} from momenta that the constraints admit at "
+                "x0; give a row of a run, or a start with A(x0) v0 = 0."
+            )
+
+    def _show(self, run: LatticeRun, rows: list[np.ndarray], every: int) -> None:
+        """What the row of now shows; raises `StepFailure` if the u that leaves it is not found."""
         if (status := run.show()) != OK:
             raise self._failed(run, status, rows, every)
-        for column, values in zip(rows, (run.x, run.u, run.mu), strict=True):
-            column[run.index // every] = values
 
-    def _failed(self, run: LatticeRun, status: int, rows: list[np.ndarray], every: int) -> Any:
-        count = -(-run.index // every)
-        return run.failure(status, self._trajectory(run, [c[:count] for c in rows], every))
+    def _write(self, run: LatticeRun, rows: list[np.ndarray], every: int, first: int = 0) -> None:
+        for column, values in zip(rows, run.shown.values(), strict=True):
+            column[run.index // every - first] = values
 
-    def _trajectory(self, run: LatticeRun, rows: Any, every: int) -> LatticeTrajectory:
-        x, u, mu = rows
-        t = NUMBERS.multiples(self.step, np.arange(len(x), dtype=np.int64) * every)
+    def _failed(
+        self, run: LatticeRun, status: int, rows: list[np.ndarray], every: int, first: int = 0
+    ) -> Any:
+        count = -(-run.index // every) - first
+        return run.failure(status, self._trajectory(run, [c[:count] for c in rows], every, first))
+
+    def _trajectory(
+        self, run: LatticeRun, rows: Any, every: int, first: int = 0
+    ) -> LatticeTrajectory:
+        x, u, mu, *more = rows
+        multipliers = more[0] if more else np.zeros((len(x), len(self.lattice.pairs), 0))
+        numbers = np.arange(first, first + len(x), dtype=np.int64)
+        t = NUMBERS.multiples(self.step, numbers * every)
         mean = run.totals[CORRECTIONS] / max(1, run.solved)
-        return LatticeTrajectory(t, x, u, mu, mean, int(run.totals[MOST]), run.index, self.step)
+        return LatticeTrajectory(
+            t, x, u, mu, multipliers, mean, int(run.totals[MOST]), run.index, self.step
+        )
 
     def _start(self, x0: Any, mu0: Any) -> tuple[np.ndarray, np.ndarray]:
         lattice: Lattice = self.lattice
         x, v = lattice.start
-        given = []
-        for value, word, default in (
-            (x0, "x0", lambda: x),
-            (mu0, "mu0", lambda: self.momenta(x, v)),
-        ):
-            array = default() if value is None else floats(value, f"{lattice.name}: {word}")
-            wanted = (lattice.sites, (x if word == "x0" else v).shape[1])
-            if array.shape != wanted:
-                raise BadInput(f"{lattice.name}: {word} must be of the shape {wanted}.")
-            given.append(array.copy())
-        return given[0], given[1]
+        x = x.copy() if x0 is None else lattice.positions(x0)
+        if mu0 is None:
+            return x, self.momenta(lattice.start[0], v)
+        mu = floats(mu0, f"{lattice.name}: mu0")
+        if mu.shape != v.shape:
+            raise BadInput(f"{lattice.name}: mu0 must be of the shape {v.shape}.")
+        return x, mu
 
     def poisson_defect(
         self, x: Any, mu: Any, *, pairs: int = 3, seed: int = 0, bracket_sign: int = 1
@@ -149,16 +208,38 @@ class LatticeFlow:
         """How far the step from (x, μ), x (N, n) and μ (N, m), is from a Poisson map.
 
         (Mᵀα)·Π(Mᵀβ) − α·Π′β for random pairs of covectors, over the sum of its absolute terms: a
-        few units of round-off if nothing is wrong (`dual_step`). bracket_sign = −1 flips the
-        bracket: a control. Raises `CannotMeasure` for compositions.
+        few units of round-off if nothing is wrong (`dual_step`). With constraints ω′(Pa, Pb) −
+        ω(a, b) of random vectors that they leave (`restricted_step`), (x, μ) being a row of a run.
+        bracket_sign = −1 flips the bracket: a control. Raises `CannotMeasure` for compositions.
         """
-        return poisson_defect(self, *self._start(x, mu), pairs, seed, bracket_sign)
+        step = step_derivative(self, *self._start(x, mu))
+        return poisson_defect(step, pairs, seed, bracket_sign)
 
     def momenta(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """μ = ∂l/∂ξ at rows of x (N, n) and v (N, m)."""
-        s = self.scheme.equations.site.s
-        values = self.scheme.site_columns
-        f = numeric({"x": s.x, "u": s.u, "p": list(values)}, [momentum(s)], NUMBERS, columns=True)
-        made = f(list(x.T), list(v.T), list(values.values()))
-        rows = np.broadcast_to(made.reshape(len(s.u), -1), (len(s.u), len(x)))
-        return np.ascontiguousarray(rows.T)
+        """μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), of bonds too where they hold velocities."""
+        moving, found = v * self.lattice.free[:, None], np.zeros(v.shape)
+        for function, values, ends in self._momenta:
+            # of a bond both ends, those that are fixed at rest
+            at = (x, v) if ends.shape[1] == 1 else (x, moving)
+            columns = (list(a[ends].reshape(len(ends), -1).T) for a in at)
+            made = function(*columns, values)
+            rows = np.broadcast_to(made.reshape(ends.shape[1] * v.shape[1], -1),
+                                   (ends.shape[1] * v.shape[1], len(ends))).T  # fmt: skip
+            np.add.at(found, ends, rows.reshape(*ends.shape, v.shape[1]))
+        return found
+
+    @cached_property
+    def _momenta(self) -> list[tuple[Callable[..., Any], list[Any], np.ndarray]]:
+        """(∂l/∂ξ, its parameters, its ends (r, 1 or 2)) of the sites, and of bonds that move."""
+        equations, scheme, lattice = self.scheme.equations, self.scheme, self.lattice
+        terms = [(equations.site.s, scheme.site_columns, np.arange(lattice.sites)[:, None])]
+        if lattice.bonds_move:
+            terms.append((equations.bond_symbols, scheme.bond_columns, lattice.pairs))
+        return [(numeric({"x": s.x, "u": s.u, "p": list(values)}, [momentum(s)], NUMBERS,
+                         columns=True), list(values.values()), ends)
+                for s, values, ends in terms]  # fmt: skip
+
+    @cached_property
+    def projection(self) -> LatticeFlow:
+        """What takes momenta to those that the constraints admit, in place of a step."""
+        return LatticeFlow(self.scheme.projection, self.step)

@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..compiler import (
-    CORRECTIONS,
     KAPPA,
-    LAST_SIZE,
     LATTICE_ENTRIES,
-    MOST,
     NOT_CONVERGED,
     OK,
     PLACE,
-    SCALE,
     SINGULAR,
 )
 from ..errors import BadInput, StepFailure
 from .segments import ranges_of, segments_of
-from .sparse_steps import SparseMatrix, SparseSteps
-
-BEGIN, RUN, SHOW, ASSEMBLE, UPDATE, RELAX = range(6)  # tasks of the driver
+from .sparse_steps import BEGIN, RUN, SHOW, SparseMatrix, SparseSteps
 
 
 class LatticeRun:
@@ -41,7 +34,10 @@ class LatticeRun:
         for w in self.past:
             w[:, : v0.shape[1]] = v0
         order, segments = segments_of(lattice.pairs)
-        ranges, free = ranges_of(lattice.free), lattice.free
+        free = lattice.free
+        # with constraints fixed sites have equations too: those of multipliers, and u = 0
+        solved = np.ones_like(free) if scheme.constrained else free
+        ranges = ranges_of(solved)
         self.mu[~free] = 0
         for w in self.past:
             w[~free] = 0
@@ -70,34 +66,42 @@ class LatticeRun:
             self.digest.update(array.tobytes())
         self.index, self.solved = 0, 0
         self.u = np.zeros_like(self.mu)
-        self.totals[KAPPA] = 1e300
-        self.status = kernels.advance(BEGIN, 0, *self.arguments)[1]
+        more = S - self.u.shape[1] if scheme.constrained else 0
+        self.multipliers = np.zeros((len(order), more))
+        self._of_impulse = 2 / q[0][0]  # what makes λ of an impulse hλ/2
         self.sparse: SparseSteps | None = None
         if lattice.shape == "list" and not scheme.local:
-            matrix = SparseMatrix(lattice.pairs[order], free, S)
-            assemble, update = (partial(self._task, task) for task in (ASSEMBLE, UPDATE))
+            matrix = SparseMatrix(lattice.pairs[order], solved, S)
             self.sparse = SparseSteps(
-                self._relax, assemble, update, self.past, work, ties, matrix, len(q), self._floor
-            )
-            self.status = self.sparse.solve(0)
+                self._task, self.past, work, ties, self.totals, matrix, len(q), self._floor,
+                moving=S - more,
+            )  # fmt: skip
+        self._projection: LatticeRun | None = None
+        self.begin()
 
-    def _relax(self, j: int) -> tuple[float, float]:
-        self._task(RELAX, j)
-        return float(self.totals[LAST_SIZE]), float(self.totals[SCALE])
+    def begin(self) -> None:
+        """Take x and μ for the start: w of the first step, from the guess that `past` holds."""
+        self.totals[:] = 0
+        self.totals[KAPPA] = 1e300
+        self.status = self.flow.kernels.advance(BEGIN, 0, *self.arguments)[1]
+        if self.sparse is not None:
+            self.status = self.sparse.begin()
 
     def _floor(self) -> float:
-        return float(2.0**-49 * abs(self.x).sum(axis=1).max() / abs(self.flow.step))
+        """Of corrections that do not move x (`lattice_newton.unseen`)."""
+        joined = len(self.x) if self.flow.scheme.constrained else 1
+        return float(2.0**-49 * joined * abs(self.x).sum(axis=1).max() / abs(self.flow.step))
 
-    def _task(self, task: int, j: int) -> None:
-        self.flow.kernels.advance(task, j, *self.arguments)
+    def _task(self, task: int, j: int) -> tuple[int, int]:
+        done, status = self.flow.kernels.advance(task, j, *self.arguments)
+        return done, status
 
     def advance(self, steps: int) -> int:
         """So many steps; the status."""
-        if self.status != OK:
+        if self.status != OK or steps == 0:
             return self.status
         if self.sparse is not None:
             done, status = self.sparse.steps(steps)
-            self.totals[[CORRECTIONS, MOST]] = self.sparse.corrections, self.sparse.most
         else:
             done, status = self.flow.kernels.advance(RUN, steps, *self.arguments)
         self.index += done
@@ -108,7 +112,7 @@ class LatticeRun:
     def state(self) -> dict[str, np.ndarray]:
         """All that the steps to come depend on."""
         arrays = {"x": self.x, "nu": self.nu, "totals": self.totals}
-        counts = [self.index, self.solved, *(self.sparse.counts if self.sparse else ())]
+        counts = [self.index, self.solved, *([int(self.sparse.relaxing)] if self.sparse else ())]
         return {**arrays, **{f"w{i}": w for i, w in enumerate(self.past)},
                 "counts": np.array(counts)}  # fmt: skip
 
@@ -117,9 +121,9 @@ class LatticeRun:
         for name, array in self.state.items():
             if name != "counts":
                 array[:] = state[name]
-        self.index, self.solved, *counts = map(int, state["counts"])
+        self.index, self.solved, *relaxing = map(int, state["counts"])
         if self.sparse is not None:
-            self.sparse.counts = counts
+            self.sparse.relaxing = bool(relaxing[0])
 
     def show(self) -> int:
         """μ and u of now, into `mu` and `u`; the status.
@@ -127,12 +131,46 @@ class LatticeRun:
         Where no iteration would find it, this looks whether the state is finite.
         """
         _, status = self.flow.kernels.advance(SHOW, 0, *self.arguments)
+        self.u[:] = self.past[int(self.flow.scheme.local)][:, : self.u.shape[1]]
+        if status == OK and self.multipliers.shape[1]:
+            status = self._project()
         self.mu[~self.free] = 0
         bad = np.flatnonzero(~np.isfinite(self.mu).all(axis=1))
         if status == OK and len(bad):
             self.totals[PLACE], status = bad[0], SINGULAR
-        self.u[:] = self.past[int(self.flow.scheme.local)][:, : self.u.shape[1]]
         return status
+
+    def _project(self) -> int:
+        """`mu` to what the constraints admit, and `multipliers` of the step to come; the status.
+
+        It begins with u and knows no rows before: what a row shows is a function of the state.
+        """
+        inner = self._projection
+        if inner is None:
+            inner = self._projection = LatticeRun(self.flow.projection, self.x, self.mu)
+        inner.x[:], inner.mu[:] = self.x, self.mu
+        m, owners = self.u.shape[1], self.flow.lattice.pairs[:, 1]
+        inner.past[0][:] = 0
+        inner.past[0][:, :m] = self.u
+        inner.begin()
+        found = inner.past[0]
+        self.mu[:] = self.flow.momenta(self.x, found[:, :m])
+        self.multipliers[:] = self._of_impulse * (self.past[0] - found)[owners, m:]
+        self.totals[PLACE] = inner.totals[PLACE]
+        return inner.status
+
+    @property
+    def projected(self) -> tuple[np.ndarray, np.ndarray]:
+        """v (N, m) and the impulses ν (B, k) of the last `show` of a lattice with constraints."""
+        assert self._projection is not None
+        found, m = self._projection.past[0], self.u.shape[1]
+        return found[:, :m].copy(), found[self.flow.lattice.pairs[:, 1], m:].copy()
+
+    @property
+    def shown(self) -> dict[str, np.ndarray]:
+        """What a row holds, as of the last `show`."""
+        shown = {"x": self.x, "u": self.u, "mu": self.mu}
+        return {**shown, "multipliers": self.multipliers} if self.multipliers.size else shown
 
     def checked(self, status: int) -> None:
         """Raise `StepFailure` unless the status is that all is well."""
@@ -145,6 +183,9 @@ class LatticeRun:
         cause = ("Newton's method does not converge" if status == NOT_CONVERGED
                  else "a correction is not finite, as where FL is singular")  # fmt: skip
         flow, index = self.flow, self.index
+        if status == SINGULAR and self.sparse is None and not flow.scheme.local:
+            cause += (", or a pivot is 0 in the fixed order of a chain (its bonds as a list of "
+                      "pairs are solved with row exchanges),")  # fmt: skip
         state = {"x": self.x[i], "mu": self.mu[i]}
         return StepFailure(
             flow.lattice.name, flow.scheme.rule.name, index, float(flow.step * index), state,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -10,9 +11,11 @@ import numpy as np
 
 from ..compiler import LatticeSystem
 from ..errors import CannotMeasure
-from ..numbers import Double, flatten
+from ..geometry import order_of_step
+from ..numbers import Double, flatten, working_digits
 from ..numbers.types import Letter, Letters
 from ..rules import Composition, Discretisation, OneStepMap, adjoint, check_rule
+from .bond_constraints import check_constraints
 from .lattice import Lattice
 from .lattice_equations import LatticeEquations
 from .lattice_flow import LatticeFlow
@@ -33,11 +36,40 @@ class LatticeScheme:
                                 "one-step map.")  # fmt: skip
         self.lattice, self.rule = lattice, rule
         self.equations = LatticeEquations(lattice, of_step)
+        if self.constrained:
+            self.check_start(*lattice.start)
+
+    @property
+    def constrained(self) -> bool:
+        """Whether bonds have constraints."""
+        return self.equations.constraints is not None
+
+    def check_start(self, x: np.ndarray, v: np.ndarray) -> None:
+        """Raise `BadInput` unless x (N, n) and v (N, m) meet independent constraints."""
+        check_constraints(self.lattice, self.equations.bond_symbols, self.bond_columns, x, v)
+
+    @cached_property
+    def projection(self) -> LatticeScheme:
+        """This scheme with the projection of momenta in place of a step."""
+        other = copy(self)
+        for name in ("substeps", "_parts"):  # it is one step, of a composition too
+            vars(other).pop(name, None)
+        other.rule, other.system = self.equations.rule, self.equations.projection
+        return other
 
     @property
     def local(self) -> bool:
         """Whether each site is solved by itself, as by the rectangle and the trapezoidal rule."""
         return self._parts[0].local and self._parts[-1].local
+
+    @cached_property
+    def order(self) -> int | None:
+        """The order in (x, μ) of the rule on this lattice; None if the rule states none."""
+        equations = self.equations
+        of_base = order_of_step(equations.rule, equations.site, lambda: equations.self_adjoint)
+        if of_base is None or not isinstance(self.rule, Composition):
+            return of_base
+        return max(of_base, self.rule.method.order)
 
     @cached_property
     def substeps(self) -> tuple[Any, ...]:
@@ -74,7 +106,8 @@ class LatticeScheme:
         for j, kind in enumerate(self.kinds):
             size = step
             if self.substeps:
-                size = self.substeps[j].coefficient(40) * step.numerator / step.denominator
+                with working_digits(40):
+                    size = self.substeps[j].coefficient(40) * step.numerator / step.denominator
             equations = self._parts[kind]
             values = [size, *shared, *(c(40) for c in equations.constants.values())]
             rows.append([numbers.number(v) for v in values])
@@ -89,6 +122,12 @@ class LatticeScheme:
         bonds = [a[order].reshape(B, -1) for a in parts["bond"].values()]
         bonds += [a[pairs].reshape(B, -1) for k, a in parts["site"].items()
                   if k not in parts["bond"]]  # fmt: skip
+        if self.constrained:
+            free, tied = lattice.free, lattice.free[pairs].any(axis=1)
+            bound = np.zeros(N, dtype=bool)
+            bound[pairs[:, 1]] = tied
+            sites += [free[:, None], bound[:, None]]
+            bonds += [free[pairs], tied[:, None]]
         rows = [np.concatenate([np.zeros((length, 0)), *given], axis=1)
                 for length, given in ((N, sites), (B, bonds))]  # fmt: skip
         return np.ascontiguousarray(rows[0]), np.ascontiguousarray(rows[1])

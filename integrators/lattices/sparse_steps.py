@@ -11,14 +11,25 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import NOT_CONVERGED, OK, SINGULAR
+from ..compiler import (
+    AGE,
+    CORRECTIONS,
+    DEGREE,
+    FADED,
+    GAVE_WAY,
+    MOST,
+    MOST_SWEEPS,
+    NOT_CONVERGED,
+    OK,
+    PLACE,
+    SINGULAR,
+)
 from ..numbers import LazyModule
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
 
-FADED = 0.1  # what a correction by a kept factorisation may leave
-MOST_CORRECTIONS = 60
+BEGIN, RUN, SHOW, ASSEMBLE, UPDATE, RELAXED = range(6)  # tasks of the driver
 EPS, ROOT_EPS, HUGE = 2.0**-53, 2.0**-26, 1e300
 
 
@@ -83,9 +94,11 @@ def _factors(matrix: Any, order: str) -> Any:
 class SparseSteps:
     """Steps by a driver that assembles equations and updates the state (`lattice_newton`).
 
-    relax(j), assemble(j), update(j): of substep j, relax(j) giving the largest correction and the
-    largest w, sums of absolute entries of a site; past: w and the solutions before, (N, S) each;
-    work, ties: what `assemble` fills in; floor(): a size of corrections that x does not see.
+    run(task, j): ASSEMBLE and UPDATE of substep j; RELAXED does j steps site by site, and of none
+    solves the first substep; each gives (steps done, status). past: w and the solutions before,
+    (N, S) each; work, ties: what ASSEMBLE fills in; totals: counters that the driver shares;
+    floor(): a size of corrections that x does not see; moving: the unknowns of a site that move x;
+    multipliers stand behind them, and where there are some no site has a solution by itself.
 
     A fixed point goes first, each site corrected as if its neighbours were right: it contracts
     where the bonds are not stiff. Where it does not, the factorisation takes over for good.
@@ -93,94 +106,110 @@ class SparseSteps:
 
     def __init__(
         self,
-        relax: Callable[[int], tuple[float, float]],
-        assemble: Callable[[int], None],
-        update: Callable[[int], None],
+        run: Callable[[int, int], tuple[int, int]],
         past: list[np.ndarray],
         work: np.ndarray,
         ties: np.ndarray,
+        totals: np.ndarray,
         matrix: SparseMatrix,
         substeps: int,
         floor: Callable[[], float],
+        moving: int,
     ) -> None:
-        self.relax, self.assemble, self.update, self.floor = relax, assemble, update, floor
-        self.past, self.work, self.ties, self.matrix = past, work, ties, matrix
-        self.substeps, self.age, self.degree, self.relaxing = substeps, 0, 0, True
-        self.corrections, self.most = 0, 0
+        self.run, self.floor = run, floor
+        self.past, self.work, self.ties, self.totals, self.matrix = past, work, ties, totals, matrix
+        self.substeps, self.moving = substeps, moving
+
+    def begin(self) -> int:
+        """Solve the first substep for w, which holds a guess, forgetting all before; the status."""
+        self.relaxing = self.moving == self.matrix.S
         self._solvers: dict[int, Callable[[np.ndarray], np.ndarray]] = {}
-
-    @property
-    def counts(self) -> list[int]:
-        """What goes on with a run, beside the solutions."""
-        return [self.age, self.degree, int(self.relaxing), self.corrections, self.most]
-
-    @counts.setter
-    def counts(self, given: list[int]) -> None:
-        self.age, self.degree, relaxing, self.corrections, self.most = given
-        self.relaxing = bool(relaxing)
+        if not self.relaxing:
+            return self.solve(0)
+        return self._beside(self.run(RELAXED, 0)[1])
 
     def steps(self, count: int) -> tuple[int, int]:
         """So many steps, w being solved for before and after: (steps done, status)."""
-        for done in range(count):
-            for j in range(self.substeps):
-                self.update(j)
+        done, j = 0, 0
+        while done < count:
+            if self.relaxing:
+                here, status = self.run(RELAXED, count - done)
+                done += here
+                if status == GAVE_WAY:
+                    j = int(self.totals[PLACE])
+                status = self._beside(status)
+            else:
+                self.run(UPDATE, j)
                 self._extrapolate()
-                after = (j + 1) % self.substeps
-                if (status := self.solve(after)) != OK:
-                    return done + (after == 0), status
-        return count, OK
+                j = (j + 1) % self.substeps
+                done += j == 0
+                status = self.solve(j)
+            if status != OK:
+                return done, status
+        return done, OK
+
+    def _beside(self, status: int) -> int:
+        """The status where the fixed point may have given way: then that of the factorisation."""
+        if status != GAVE_WAY:
+            return status
+        self.relaxing = False
+        return self.solve(int(self.totals[PLACE]))
 
     def solve(self, j: int) -> int:
-        """Solve substep j for w, which holds a guess; the status."""
-        status, before, count = NOT_CONVERGED, np.inf, 0
-        while status == NOT_CONVERGED and count < MOST_CORRECTIONS:
-            by_sites = self.relaxing
-            size, here = self.relax(j) if by_sites else self._corrected(j)
+        """Solve substep j for w, which holds a guess, by its factorisation; the status."""
+        totals, status, before, count = self.totals, NOT_CONVERGED, np.inf, 0
+        while status == NOT_CONVERGED and count < MOST_SWEEPS:
+            size, moved, here = self._corrected(j)
             count += 1
             if not (np.isfinite(here) and size < HUGE):
-                if not by_sites:
-                    return SINGULAR
-                self.relaxing, before = False, np.inf  # a site may be singular by itself
-                self.past[0][:] = self.past[1]
-                continue
+                return SINGULAR
+            # of the first correction no rate is known, and before is inf
             noise, rate = EPS * here, size / before if before > 0 else 0.0
             stagnant = count > 2 and rate > 0.5
-            stagnant = stagnant and (size < ROOT_EPS * here or size <= self.floor())
-            if size <= noise or (count > 1 and rate < 0.5 and size * rate <= noise) or stagnant:
+            large = size >= ROOT_EPS * here and moved > self.floor()
+            if (
+                size <= noise
+                or (before < np.inf and rate < 0.5 and size * rate <= noise)
+                or (stagnant and not large)
+            ):
                 status = OK
-            elif count > 1 and rate > FADED and size > max(ROOT_EPS * here, self.floor()):
-                self.relaxing = False
-                if not by_sites:
-                    self._solvers.pop(j, None)
-            before = size if by_sites == self.relaxing else np.inf
-        self.corrections, self.most = self.corrections + count, max(self.most, count)
-        if self.substeps == 1 and (self.age < 6 or self.age % 16 == 0):
+            elif count > 1 and rate > FADED and large:
+                self._solvers.pop(j, None)
+            before = size
+        totals[CORRECTIONS] += count
+        totals[MOST] = max(totals[MOST], count)
+        age = int(totals[AGE])
+        if self.substeps == 1 and (age < 6 or age % 16 == 0):
             w = self.past[0]
             misses = [abs(w - guess).max() for guess in self._guesses(self.past[1:])]
-            self.degree = int(np.argmin(misses[: max(1, min(3, self.age))]))
-        self.age += 1
+            totals[DEGREE] = int(np.argmin(misses[: max(1, min(3, age))]))
+        totals[AGE] = age + 1
         return status
 
-    def _corrected(self, j: int) -> tuple[float, float]:
-        """A correction by the factorisation of substep j, which may be of another step."""
+    def _corrected(self, j: int) -> tuple[float, float, float]:
+        """A correction by the factorisation of substep j, which may be of another step.
+
+        Its size, that without multipliers, and the size of w.
+        """
         w, S = self.past[0], self.matrix.S
-        self.assemble(j)
+        self.run(ASSEMBLE, j)
         if j not in self._solvers:
             try:
                 self._solvers[j] = self.matrix.factorised(self.work[:, S:], self.ties)
             except ArithmeticError:
-                return np.inf, 0.0
+                return np.inf, np.inf, 0.0
         missing = np.where(self.matrix.held, 0, self.work[:, :S].ravel())
         dw = self._solvers[j](missing).reshape(w.shape)
         w += dw
-        return float(abs(dw).sum(axis=1).max()), float(abs(w).sum(axis=1).max())
+        size, moved, here = (float(abs(e).sum(axis=1).max()) for e in (dw, dw[:, : self.moving], w))
+        return size, moved, here
 
     def _guesses(self, past: list[np.ndarray]) -> list[np.ndarray]:
         a, b, c = past
         return [a, 2 * a - b, 3 * (a - b) + c]
 
     def _extrapolate(self) -> None:
-        guess = self._guesses(self.past[:3])[self.degree]
+        guess = self._guesses(self.past[:3])[int(self.totals[DEGREE])]
         for k in (3, 2, 1):
             self.past[k][:] = self.past[k - 1]
         self.past[0][:] = guess

@@ -1,15 +1,20 @@
-"""Lattices that are known: chains, fields on a grid, a membrane, a beam of rigid bodies."""
+"""Lattices that are known: chains, fields, a membrane, beams and linkages of rigid bodies."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from ..algebras import se
+from ..algebras import se, so
+from ..errors import unknown
 from ..groupoids import lie_group, pair
-from ..numbers import sympy
+from ..numbers import exact_rational, sympy
 from .lattice import Lattice
+from .linkages import linkage, rods
 
 
 def _kinetic(x: Any, v: Any, p: Any) -> Any:
@@ -35,8 +40,15 @@ def fput(sites: int = 32, alpha: Any = "1/4", beta: Any = "1/10", mode: int = 1)
     )  # fmt: skip
 
 
-def toda(x0: np.ndarray, v0: np.ndarray) -> Lattice:
-    """Toda's chain, springs of energy e^(−r) + r − 1: integrable, with solitons; x0, v0 (N,)."""
+def toda(x0: np.ndarray | None = None, v0: np.ndarray | None = None) -> Lattice:
+    """Toda's chain, springs of energy e^(−r) + r − 1: integrable, with solitons; x0, v0 (N,).
+
+    Left out, they are those of 64 sites and a soliton of κ = 1 at site 24, which goes to the right.
+    """
+    if x0 is None or v0 is None:
+        wave = np.exp(-2 * (np.arange(-1.0, 64) - 24)) / (1 - np.exp(-2))
+        rate = np.sinh(1) * 2 * wave / (1 + wave)
+        x0, v0 = -np.diff(np.log1p(wave)), -np.diff(rate)
 
     def spring(x: Any, y: Any, p: Any) -> Any:
         r = y[0] - x[0]
@@ -50,30 +62,77 @@ def toda(x0: np.ndarray, v0: np.ndarray) -> Lattice:
 
 
 def rotors(sites: int = 32, coupling: Any = 1) -> Lattice:
-    """A ring of rotors with bonds of energy K(1 − cos(y − x)); it begins as a wave."""
+    """A ring of rotors with bonds of energy K(1 − cos(y − x)); it begins as a wave, and turns."""
     angle = 2 * np.pi * np.arange(sites) / sites
     return Lattice(
         "rotors", pair(1), sites, {"K": coupling}, _kinetic,
         lambda x, y, p: p.K * (sympy.cos(y[0] - x[0]) - 1), "ring",
-        np.sin(angle)[:, None], np.cos(angle)[:, None], duration=100, step="1/20",
+        np.sin(angle)[:, None], (0.5 + np.cos(angle))[:, None], duration=100, step="1/20",
         title="Ring of rotors", source="Livi, Pettini, Ruffo, Vulpiani, J. Stat. Phys. 48 (1987)",
     )  # fmt: skip
 
 
-def sine_gordon(x0: np.ndarray, v0: np.ndarray, spacing: Any) -> Lattice:
+def sine_gordon(
+    x0: np.ndarray,
+    v0: np.ndarray,
+    spacing: Any,
+    name: str = "sine-gordon",
+    title: str = "sine-Gordon equation",
+) -> Lattice:
     """φ_tt − φ_xx + sin φ = 0 by central differences on a grid of that spacing; x0, v0 (N,).
 
-    The first and last value stay: the field is at rest there.
+    The first and last value stay: the field is at rest there. Starts in closed form:
+    `discmech.reference.closed_forms.lattice_waves`.
     """
 
     def at_point(x: Any, v: Any, p: Any) -> Any:
         return p.a * (v[0] ** 2 / 2 - 1 + sympy.cos(x[0]))
 
     return Lattice(
-        "sine-gordon", pair(1), len(x0), {"a": spacing}, at_point,
+        name, pair(1), len(x0), {"a": spacing}, at_point,
         lambda x, y, p: -((y[0] - x[0]) ** 2) / (2 * p.a), x0=x0[:, None], v0=v0[:, None],
-        duration=20, step="1/100", fixed_ends=True, title="sine-Gordon equation",
+        duration=20, step="1/100", fixed_ends=True, title=title,
     )  # fmt: skip
+
+
+def sine_gordon_box(x0: np.ndarray, v0: np.ndarray, spacing: Any, **words: str) -> Lattice:
+    """The same field by values of its Lagrangian at the middle of each square of the grid.
+
+    With the midpoint rule that is the variational integrator of Marsden, Patrick and Shkoller
+    (1998, 5), and the box scheme of Preissmann with its other fields eliminated (Bridges, Reich,
+    Phys. Lett. A 284 (2001), 184): a bond holds the velocities of both its ends.
+    """
+
+    def in_square(x: Any, y: Any, v: Any, w: Any, p: Any) -> Any:
+        moved, rise, value = (v[0] + w[0]) / 2, (y[0] - x[0]) / p.a, (x[0] + y[0]) / 2
+        return p.a * (moved**2 / 2 - rise**2 / 2 - 1 + sympy.cos(value))
+
+    by_sites = sine_gordon(x0, v0, spacing, **words)
+    return replace(by_sites, on_site=None, on_bond=in_square)
+
+
+def breather(spacing: Any = "1/4", frequency: float = 0.6, box: bool = False) -> Lattice:
+    """The sine-Gordon breather on [−20, 20], at its turning point; box: `sine_gordon_box`."""
+    places = grid(spacing)
+    width = np.sqrt(1 - frequency**2)
+    x0 = 4 * np.arctan(width / (frequency * np.cosh(width * places)))
+    if box:
+        return sine_gordon_box(x0, 0 * x0, spacing, name="breather-box",
+                               title="sine-Gordon breather, box scheme")  # fmt: skip
+    return sine_gordon(x0, 0 * x0, spacing, "breather", "sine-Gordon breather")
+
+
+def kink(spacing: Any = "1/4", speed: float = 0.5) -> Lattice:
+    """The sine-Gordon kink on [−20, 20], which begins in the middle and goes to the right."""
+    gamma = 1 / np.sqrt(1 - speed**2)
+    phase = gamma * grid(spacing)
+    x0, v0 = 4 * np.arctan(np.exp(phase)), -2 * gamma * speed / np.cosh(phase)
+    return sine_gordon(x0, v0, spacing, "kink", "sine-Gordon kink")
+
+
+def grid(spacing: Any) -> np.ndarray:
+    """Places from −20 to 20 at that spacing."""
+    return np.linspace(-20, 20, round(40 / float(exact_rational(spacing, "spacing"))) + 1)
 
 
 def membrane(rows: int = 16, columns: int = 16, beta: Any = 1) -> Lattice:
@@ -101,12 +160,31 @@ def membrane(rows: int = 16, columns: int = 16, beta: Any = 1) -> Lattice:
     )  # fmt: skip
 
 
+def bodies(sites: int = 16, coupling: Any = 1) -> Lattice:
+    """A ring of rigid bodies on SO(3) that pull each other parallel, bonds of energy −K tr(AᵀB).
+
+    Nothing else turns them, so the sum of their angular momenta in space is kept.
+    """
+    angle = 2 * np.pi * np.arange(sites) / sites
+
+    def at_body(g: Any, v: Any, p: Any) -> Any:
+        return (v[0] ** 2 + 2 * v[1] ** 2 + 3 * v[2] ** 2) / 2
+
+    v0 = np.stack([np.cos(angle), np.sin(angle), 1 + np.cos(angle) / 2], axis=1)
+    return Lattice(
+        "bodies", lie_group(so(3)), sites, {"K": coupling}, at_body,
+        lambda g, k, p: p.K * (g.T * k).trace(), "ring", v0=v0, duration=50, step="1/20",
+        title="Ring of rigid bodies",
+    )  # fmt: skip
+
+
 def beam(sites: int = 20, stiffness: Any = 100, bending: Any = 1) -> Lattice:
     """A geometrically exact beam: rigid bodies on SE(3) with springs of stretch and of bending.
 
     The strain of a bond is Γ = ½(R + R′)ᵀ(r′ − r)/a − e₁, its energy a·EA|Γ|²/2 +
     EI·tr(1 − RᵀR′)/a, that of Reissner and Simo to second order in the spacing a; nothing holds the
     beam, so it keeps its momenta. It begins straight along e₁, of length 1, and turns and flexes.
+    The step is 1/2000 of 20 sites, and shorter as they are nearer.
     """
     a = sympy.Rational(1, sites - 1)
 
@@ -127,6 +205,43 @@ def beam(sites: int = 20, stiffness: Any = 100, bending: Any = 1) -> Lattice:
     v0[:, 1], v0[:, 4], v0[:, 5] = 1, place**2 - 1 / 3, -(place - 1 / 2)
     return Lattice(
         "beam", lie_group(se(3)), sites, {"EA": stiffness, "EI": bending, "inertia": "1/100"},
-        at_body, bond, x0=x0, v0=v0, duration=10, step="1/2000", title="Beam of rigid bodies",
+        at_body, bond, x0=x0, v0=v0, duration=10, step=19 * a / 2000, title="Beam of rigid bodies",
         source="Simo, Comput. Methods Appl. Mech. Engng. 49 (1985); Reissner (1973)",
     )  # fmt: skip
+
+
+def spaghetti(sites: int = 41) -> Lattice:
+    """The flying spaghetti: a free beam, so soft that its own motion rolls it up.
+
+    A thin beam of length 1 is thrown straight, turning and bending in its plane and out of it;
+    Simo and Vu-Quoc throw theirs by forces at one end, in other units.
+    """
+    s = np.linspace(-1, 1, sites)
+    v0 = np.zeros((sites, 6))
+    # velocities whose slopes along the beam are the angular ones, so that nothing shears at first
+    v0[:, 2], v0[:, 4] = 6 + 12 * s, 3 * s + 3 * s**2 - 1
+    v0[:, 1], v0[:, 5] = 3 * s**2, -(s**3) / 2
+    v0[:, 3] = 1
+    soft = beam(sites, 100, "1/500")
+    return replace(
+        soft, name="spaghetti", parameters={**soft.parameters, "inertia": "1/1000"}, v0=v0,
+        title="Flying spaghetti",
+        source="Simo, Vu-Quoc, Comput. Methods Appl. Mech. Engng. 66 (1988), 125",
+    )  # fmt: skip
+
+
+_BUILT_IN: dict[str, Callable[[], Lattice]] = {
+    "fput": fput, "toda": toda, "rotors": rotors, "breather": breather,
+    "breather-box": lambda: breather(box=True), "kink": kink,
+    "membrane": membrane, "bodies": bodies, "beam": beam, "spaghetti": spaghetti,
+    "rods": rods, "links-spherical": linkage, "links-revolute": lambda: linkage(8, "revolute"),
+}  # fmt: skip
+NAMES = tuple(_BUILT_IN)
+
+
+@cache
+def get(name: str) -> Lattice:
+    """The lattice of that name, as small as its defaults; raises `BadInput` with the nearest."""
+    if name not in _BUILT_IN:
+        raise unknown("lattice", name, NAMES)
+    return _BUILT_IN[name]()

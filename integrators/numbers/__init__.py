@@ -6,6 +6,7 @@ Importing this package loads neither sympy nor gmpy2.
 from __future__ import annotations
 
 from .arithmetic import MOST_DIGITS, Arithmetic, Double, Multiple, NotSmooth, arithmetic
+from .coefficients import Coefficients, Parameters
 from .definitions import (
     Definition,
     Function,
@@ -44,7 +45,8 @@ from .lazy import LazyModule, sympy
 from .multi_output import InArithmetic, as_one_number, collect, entry, opaque, register, with_tables
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
-from .printing import Call, Coefficients, Parameters, Together, code, function_text
+from .precision import working_digits
+from .printing import code
 from .running_error import (
     Tracked,
     errors_of,
@@ -55,6 +57,7 @@ from .running_error import (
     values_of,
     with_running_errors,
 )
+from .statements import Call, Together, function_text
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
@@ -67,5 +70,6 @@ __all__ = [
     "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
     "random_columns", "random_point", "refuse_long", "register", "registered_function", "replaced",
     "rounded", "run_text", "shown", "sizes", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
-    "values_of", "vanishes", "whole_number", "with_running_errors", "with_tables", "written_out",
+    "values_of", "vanishes", "whole_number", "with_running_errors", "with_tables", "working_digits",
+    "written_out",
 ]  # fmt: skip

@@ -116,7 +116,7 @@ class Double:
         largest = max(int(index[-1]), 1) if len(index) else 0
         if largest and abs(top) * largest < 2**53 and bottom < 2**53:
             return np.asarray(index * top / bottom)
-        return np.array([float(step * int(k)) for k in index])
+        return np.array([int(k) * top / bottom for k in index])  # of integers / rounds once
 
     def zeros(self, *shape: int) -> np.ndarray:
         """An array of zeros of this kind."""

@@ -65,9 +65,15 @@ def symbols_of(expressions: Iterable[Expression]) -> set[Letter]:
     return {e for e in parts_of(expressions) if e.is_Symbol}
 
 
-def replaced(expressions: Iterable[Expression], swap: Replacement) -> list[Expression]:
-    """The expressions with letters replaced; what they share is rebuilt once."""
-    known = dict(swap)
+def replaced(
+    expressions: Iterable[Expression], swap: Replacement, known: Replacement | None = None
+) -> list[Expression]:
+    """The expressions with letters replaced; what they share is rebuilt once.
+
+    known: what has been rebuilt by the same `swap` so far, which grows.
+    """
+    known = {} if known is None else known
+    known.update(swap)
 
     def rebuilt(e: Expression) -> Expression:
         if e not in known:

@@ -16,7 +16,7 @@ import numpy as np
 from .arithmetic import Arithmetic
 from .lazy import sympy
 from .multi_output import with_tables
-from .printing import body
+from .statements import body
 from .types import Assignment, Expression, Expressions, Letter, Letters, SymbolicMatrix
 
 #: what gives a number, a vector, or an array of two or three dimensions

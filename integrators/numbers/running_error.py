@@ -46,12 +46,16 @@ class RunningError:
         self.value, self.error = value, error
 
     def __add__(self, other: Any) -> RunningError:
-        other = _running(other)
+        if type(other) is not RunningError:  # a number without an error
+            total = self.value + other
+            return RunningError(total, self.error + abs(total))
         total = self.value + other.value
         return RunningError(total, self.error + other.error + abs(total))
 
     def __mul__(self, other: Any) -> RunningError:
-        other = _running(other)
+        if type(other) is not RunningError:
+            product = self.value * other
+            return RunningError(product, abs(other) * self.error + abs(product))
         product = self.value * other.value
         error = abs(self.value) * other.error + abs(other.value) * self.error
         return RunningError(product, error + abs(product))
@@ -74,7 +78,7 @@ class RunningError:
     __radd__, __rmul__ = __add__, __mul__
 
     def __sub__(self, other: Any) -> RunningError:
-        return self + -_running(other)
+        return self + -other
 
     def __rsub__(self, other: Any) -> RunningError:
         return -self + other

@@ -18,7 +18,7 @@ FieldPair: TypeAlias = tuple[SymbolicMatrix, SymbolicMatrix]
 #: letters or expressions in order: a list, or a column
 Letters: TypeAlias = Sequence[Letter]
 Expressions: TypeAlias = Sequence[Expression]
-#: letters and what they stand for, one value each (or `printing.Together`)
+#: letters and what they stand for, one value each (or `statements.Together`)
 Assignment: TypeAlias = tuple[Letters, list[Expression]]
 #: letter → the expression or number that replaces it
 Replacement: TypeAlias = dict[Letter, Expression]

@@ -12,7 +12,7 @@ from ..errors import BadInput
 from ..numbers import sympy
 from ..numbers.types import Column, FieldPair, Matrix, Numbers, SymbolicMatrix, Vector
 from .algebra_in_numbers import AlgebraInNumbers
-from .retraction import EquivariantRetraction, Extents, complex_form
+from .retraction import EquivariantRetraction, Extents, complex_form, hat_in_doubles
 
 #: sympy's matrix over a ring of polynomials (DomainMatrix)
 Polynomials: TypeAlias = Any
@@ -93,10 +93,13 @@ class Cayley(EquivariantRetraction):
 
     def distance_and_margin(self, algebra: MatrixAlgebra, xi: Vector) -> tuple[float, float]:
         """(smallest singular value of e + g, |det(e + g)/2ᴺ|^½ but at most 1)."""
-        basis = np.array(algebra.basis, dtype=complex if algebra.is_complex else float)
-        near = np.eye(algebra.size) - np.tensordot(xi, basis, 1) / 2  # e + g = 2 (e − ξ/2)⁻¹
+        near = np.eye(algebra.size) - hat_in_doubles(algebra, xi) / 2  # e + g = 2 (e − ξ/2)⁻¹
         size = max(1.0, abs(np.linalg.det(near)))
         return 2 / float(np.linalg.norm(near, 2)), float(size**-0.5)
+
+    def is_symmetric(self, algebra: MatrixAlgebra, xi: Vector) -> bool:
+        """g + g* > 0, which is ‖ξ‖ < 2: on SO(3) less than a quarter turn."""
+        return bool(np.linalg.norm(hat_in_doubles(algebra, xi), 2) < 2)
 
 
 def _over_ring(matrix: SymbolicMatrix) -> Polynomials:
@@ -132,10 +135,13 @@ def _between(algebra: MatrixAlgebra, left: Polynomials, right: Polynomials) -> P
 
 
 def _quotient(numerators: Polynomials, denominator: Any) -> SymbolicMatrix:
-    """Each entry over the denominator, in lowest terms."""
+    """Each entry over the denominator, in lowest terms, the square of a sum left as it is."""
     field = numerators.domain.get_field()
     factor = field.one / field.convert_from(denominator, numerators.domain)
-    return numerators.to_field().scalarmul(factor).to_Matrix()
+    entries = numerators.to_field().scalarmul(factor).to_Matrix()
+    below = {e.as_numer_denom()[1] for e in entries}
+    powers = {b**-1: sympy.sqf(b) ** -1 for b in below if b.is_Add}
+    return entries.applyfunc(lambda e: e.xreplace(powers))
 
 
 cayley = Cayley()

@@ -10,11 +10,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import reduce
+from typing import Any
 
 import numpy as np
 
 from ..algebras import MatrixAlgebra
-from ..numbers import Arithmetic, registered_function, sympy
+from ..numbers import Arithmetic, LazyModule, registered_function, sympy
 from ..numbers.types import (
     Column,
     Expression,
@@ -28,8 +29,10 @@ from ..numbers.types import (
 from .ad_spectrum import turnings
 from .algebra_in_numbers import AlgebraInNumbers
 from .matrix_functions import DEXP, DEXP_INVERSE, DISPLACEMENT, MatrixFunction
-from .retraction import EquivariantRetraction, Extents, complex_form
+from .retraction import EquivariantRetraction, Extents, complex_form, hat_in_doubles
 from .stumpff import stumpff
+
+linalg: Any = LazyModule("scipy.linalg")
 
 
 @dataclass(frozen=True)
@@ -136,6 +139,14 @@ class Exponential(EquivariantRetraction):
         ad = np.array([[xi @ c[:, nu] for nu in range(algebra.dim)] for c in constants])
         turn = float(max(abs(np.linalg.eigvals(ad).imag)))
         return 2 * math.pi - turn, max(0.0, 1 - (turn / (2 * math.pi)) ** 2)
+
+    def is_symmetric(self, algebra: MatrixAlgebra, xi: Vector) -> bool:
+        """ξ is the principal logarithm of g, and g + g* > 0: on SO(3) less than a quarter turn."""
+        matrix = hat_in_doubles(algebra, xi)
+        if max(abs(np.linalg.eigvals(matrix).imag)) >= math.pi:
+            return False
+        g = linalg.expm(matrix)
+        return bool(np.linalg.eigvalsh(g + g.conj().T)[0] > 0)
 
 
 def _root(g: Matrix, e: Matrix, numbers: Arithmetic) -> Matrix:

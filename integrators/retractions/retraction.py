@@ -10,6 +10,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..algebras import MatrixAlgebra
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, FieldPair, Matrix, Numbers, SymbolicMatrix, Vector
@@ -111,6 +113,15 @@ class Retraction(ABC):
     def distance_and_margin(self, algebra: MatrixAlgebra, xi: Vector) -> tuple[float, float]:
         """(distance to the chart's edge, margin: 1 at 0 and 0 at the edge) in double precision."""
 
+    def is_symmetric(self, algebra: MatrixAlgebra, xi: Vector) -> bool | None:
+        """Whether τ(ξ) lies in a symmetric neighbourhood of the chart (paper, Proposition 3.1).
+
+        Such a 𝒲 ∋ e is open, holds g⁻¹ with g, and has its products in the chart. None: nothing is
+        known of one. With g + g* > 0 and k + k* > 0 no eigenvalue of gk is negative or 0: from
+        gkv = −rv follows ⟨v, kv⟩ = −r⟨v, g⁻¹v⟩, whose real parts differ in sign.
+        """
+        return None
+
 
 class EquivariantRetraction(Retraction):
     """A retraction that is odd, τ(−ξ) = τ(ξ)⁻¹, with τ(Ad_g ξ) = g τ(ξ) g⁻¹: so L − R = ad_ξ."""
@@ -130,6 +141,12 @@ def complex_form(algebra: MatrixAlgebra, real: SymbolicMatrix) -> SymbolicMatrix
     """The N×N matrix whose real 2N×2N form is given; where the algebra is real, that itself."""
     n = algebra.size
     return real if algebra.real is algebra else real[:n, :n] + sympy.I * real[n:, :n]
+
+
+def hat_in_doubles(algebra: MatrixAlgebra, xi: Vector) -> np.ndarray:
+    """The N×N matrix of the coordinates ξ (m numbers), in double precision."""
+    basis = np.array(algebra.basis, dtype=complex if algebra.is_complex else float)
+    return np.asarray(np.tensordot(xi, basis, 1))
 
 
 def _inverse(matrix: SymbolicMatrix) -> SymbolicMatrix:

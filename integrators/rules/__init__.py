@@ -11,14 +11,14 @@ from .discretisation import Discretisation, check_rule, discretisation, own
 from .galerkin import FAMILIES, gauss, lobatto
 from .maps import MAPS, dual_gauss, map_of, newmark
 from .one_step import OneStepMap, one_step
-from .quadrature import GaussNodes
+from .quadrature import Nodes
 from .simple import imex, midpoint, rectangle, trapezoidal
 
 __all__ = [
-    "BUILT_IN", "Composition", "Discretisation", "FAMILIES", "GaussNodes", "MAPS", "METHODS",
-    "Method", "OneStepMap", "Substep", "adjoint", "check_rule", "compose", "discretisation",
-    "dual_gauss", "gauss", "get", "imex", "lobatto", "midpoint", "names", "newmark", "one_step",
-    "own", "rectangle", "trapezoidal",
+    "BUILT_IN", "Composition", "Discretisation", "FAMILIES", "MAPS", "METHODS", "Method", "Nodes",
+    "OneStepMap", "Substep", "adjoint", "check_rule", "compose", "discretisation", "dual_gauss",
+    "gauss", "get", "imex", "lobatto", "midpoint", "names", "newmark", "one_step", "own",
+    "rectangle", "trapezoidal",
 ]  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from functools import partial, wraps
 from typing import Any
 
 from ..errors import BadInput, unknown
-from ..numbers import LazyModule, sympy
+from ..numbers import LazyModule, sympy, working_digits
 from ..numbers.types import Column, Expression, Letter, Mpf
 from .discretisation import Discretisation
 
@@ -58,7 +58,7 @@ class Method:
         Necessary for Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … to be of that order, whatever Φ of order 1 is
         (Hairer, Lubich, Wanner, III.3.4); a self-adjoint step has α = β = γ/2.
         """
-        with mpmath.workdps(digits + 10):
+        with working_digits(digits + 10):
             sizes = self.coefficients(digits)
             betas, alphas = sizes[0::2], sizes[1::2]
             if not self.in_turn:
@@ -81,7 +81,7 @@ class Method:
         return tuple(Substep(size, adjoint) for size in sizes for adjoint in both)
 
     def _size(self, index: int, divisor: int, digits: int) -> Mpf:
-        with mpmath.workdps(digits + 10):
+        with working_digits(digits + 10):
             return self.coefficients(digits)[index] / divisor
 
 
@@ -109,7 +109,7 @@ def _halves(formula: Callable[..., list[Mpf]]) -> Callable[..., Callable[[int], 
 
     def with_arguments(*arguments: Any) -> Callable[[int], list[Mpf]]:
         def halves(digits: int) -> list[Mpf]:
-            with mpmath.workdps(max(digits, 64) + 10):
+            with working_digits(max(digits, 64) + 10):
                 return formula(*arguments)
 
         return halves
@@ -241,4 +241,4 @@ def adjoint(rule: Discretisation) -> Discretisation:
     source = f"adjoint of {rule.name}: Marsden, West, Acta Numerica 2001, 2.4"
     # on a group it is no collocation: its polynomials are in the chart at the end of the step
     name = f"{rule.name}-adjoint"
-    return replace(rule, name=name, formula=formula, source=source, gauss_nodes=None)
+    return replace(rule, name=name, formula=formula, source=source, nodes=None)

@@ -12,9 +12,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import BadInput, brief_name, unknown
+from ..errors import BadInput, arguments_checked, brief_name, unknown
 from ..numbers.types import Column, Expression, Letter
-from .quadrature import GaussNodes
+from .quadrature import Nodes
 
 #: where a rule may exist: what makes the groupoids, their kind, and how messages call them
 GROUPOIDS = {
@@ -46,8 +46,9 @@ class Discretisation:
     splits: bool = False  # it treats the scene's fast potential L.fast(x) apart
     #: names of `GROUPOIDS`: where it exists; everywhere if empty
     groupoids: tuple[str, ...] = ()
-    #: where L_d is that of a polynomial with as many Gauss nodes as its degree: collocation
-    gauss_nodes: GaussNodes | None = None
+    #: where L_d is that of a polynomial with as many Gauss nodes as its degree, or with one Lobatto
+    #: node more: collocation
+    nodes: Nodes | None = None
 
     def applies(self, scene: Any) -> bool:
         """Whether the scene has all that the rule needs; `own` needs a discrete Lagrangian."""
@@ -76,6 +77,7 @@ class Discretisation:
         return self.formula(L, G, x, u, h, *s)
 
 
+@arguments_checked
 def discretisation(
     order: int | None = None,
     *,
@@ -140,6 +142,8 @@ def described(
     """(name, source) of a function of the `wanted` arguments; raises `BadInput` for another."""
     if not callable(formula):
         raise BadInput(f"a {what} is a function {wanted}, not {formula!r}.")
+    if not isinstance(name, str | None):
+        raise BadInput(f"the name {name!r} of a {what} is no text.")
     count, needed = len(inspect.signature(formula).parameters), wanted.count(",") + 1
     label = str(name or getattr(formula, "__name__", what).replace("_", "-"))
     if count != needed:

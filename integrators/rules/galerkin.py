@@ -20,7 +20,7 @@ from ..errors import BadInput
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, Letter
 from .discretisation import Discretisation
-from .quadrature import GaussNodes, NodeValue
+from .quadrature import Nodes, NodeValue
 
 MOST_NODES = 20
 
@@ -77,7 +77,7 @@ def _galerkin(family: str, nodes: int, degree: int, order: int) -> Discretisatio
         "Marsden, West, Discrete mechanics and variational integrators, Acta Numerica 2001, 2.2.6; "
         "Hairer, Lubich, Wanner, Geometric Numerical Integration, VI.6.2",
         degree - 1,
-        gauss_nodes=GaussNodes(nodes) if family == "gauss" and nodes > 1 else None,
+        nodes=Nodes(family, nodes) if degree > 1 else None,
     )
 
 

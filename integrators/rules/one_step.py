@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, arguments_checked
 from .discretisation import Discretisation, checked, described
 
 
@@ -48,6 +48,7 @@ class OneStepMap(Discretisation):
         return super().refusal(scene)
 
 
+@arguments_checked
 def one_step(
     order: int | None = None,
     *,

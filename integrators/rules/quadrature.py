@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from ..numbers import LazyModule
+from ..numbers import LazyModule, working_digits
 from ..numbers.types import Mpf
 
 mpmath: Any = LazyModule("mpmath")
@@ -33,7 +33,7 @@ class NodeValue:
 
     def __call__(self, digits: int) -> Mpf:
         """The number as mpf with that many certain digits."""
-        with mpmath.workdps(digits + 15):
+        with working_digits(digits + 15):
             c, b = rule(self.family, self.count, digits + 15)[self.node]
             if self.what in "cb":
                 return c if self.what == "c" else b
@@ -44,19 +44,25 @@ class NodeValue:
 
 
 @dataclass(frozen=True)
-class GaussNodes:
-    """Gauss quadrature with so many nodes; called with digits: (node, weight) in order."""
+class Nodes:
+    """Quadrature with so many nodes, "gauss" or "lobatto"; called with digits: (node, weight)."""
 
+    family: str
     count: int
 
+    @property
+    def unknown(self) -> int:
+        """Nodes whose stages are unknown: those at which the curve is not given."""
+        return self.count - (self.family == "lobatto")
+
     def __call__(self, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
-        return rule("gauss", self.count, digits)
+        return rule(self.family, self.count, digits)
 
 
 @lru_cache(maxsize=64)
 def rule(family: str, count: int, digits: int) -> tuple[tuple[Mpf, Mpf], ...]:
     """(node, weight) in order, of "gauss" (count ≥ 1) or "lobatto" (count ≥ 2)."""
-    with mpmath.workdps(digits + 10):
+    with working_digits(digits + 10):
         if family == "gauss":
             guesses = [-mpmath.cos(mpmath.pi * (i + 0.75) / (count + 0.5)) for i in range(count)]
             roots = [_root(_legendre, count, x) for x in guesses]

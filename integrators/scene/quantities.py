@@ -5,10 +5,13 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import partial
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
-from ..errors import check_function, names_checked
+from ..errors import BadInput, check_function, names_checked
+
+Kind = Literal["momentum map", "Casimir", "first integral", "nonholonomic momentum"]
 
 
 @names_checked
@@ -26,15 +29,17 @@ class Conserved:
 
     name: str
     formula: Callable[..., Any]
-    kind: Literal["momentum map", "Casimir", "first integral", "nonholonomic momentum"] = (
-        "momentum map"
-    )
+    kind: Kind = "momentum map"
     attitude: bool = False
     value: Any = None
     stretch: int | None = None
 
     def __post_init__(self) -> None:
         check_function(self.formula, self.name, "(x, mu, p)", "(x, mu, p, h)")
+        if self.kind not in (kinds := get_args(Kind)):
+            near = get_close_matches(str(self.kind), kinds, 1, 0.5)
+            say = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(kinds)}."
+            raise BadInput(f"{self.name}: there is no kind={self.kind!r}: {say}")
 
     @property
     def of_step(self) -> bool:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput, check_function, names_checked
@@ -139,9 +140,12 @@ class Scene:
         put("step", exact_rational(step, f"{self.name}: step"))
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
-        if not isinstance(self.symmetries, Iterable):
-            raise BadInput(f"{self.name}: symmetries is {self.symmetries!r}; give a list.")
-        put("symmetries", tuple(self.symmetries))
+        try:
+            put("symmetries", tuple(self.symmetries))
+        except TypeError:  # an array without axes has an __iter__, too
+            raise BadInput(
+                f"{self.name}: symmetries is {self.symmetries!r}; give a list."
+            ) from None
         for quantity in self.symmetries:
             if not isinstance(quantity, Conserved):
                 raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
@@ -229,8 +233,13 @@ class Scene:
         """The motion on a group with the attitude A as base, A(0) = e, flattened row by row.
 
         Reconstruction A_{k+1} = A_k τ(hu_k) is the target map of the group's action on itself; of a
-        complex group on its real form, 2N×2N. Raises `BadInput` unless the groupoid is a Lie group.
+        complex group on its real form, 2N×2N. Asked again it is the same object, so that what is
+        derived of it is derived once. Raises `BadInput` unless the groupoid is a Lie group.
         """
+        return self._attitude_as_base
+
+    @cached_property
+    def _attitude_as_base(self) -> Scene:
         group = self.groupoid
         if not isinstance(group, LieGroup):
             raise BadInput(

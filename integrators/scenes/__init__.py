@@ -22,7 +22,8 @@ NAMES = (
 
 #: scenes with contact: what holds of them is another study's (`contact`)
 CONTACT = (
-    "bouncing-ball", "wedge-billiard", "sliding-block", "falling-stick", "beads", "tumbling-box",
+    "bouncing-ball", "wedge-billiard", "sliding-block", "falling-stick",
+    "impacting-double-pendulum", "beads", "tumbling-box",
 )  # fmt: skip
 
 

@@ -4,13 +4,18 @@ from typing import Any
 
 from ..groupoids import pair
 from ..numbers import sympy
-from ..scene import Scene
+from ..scene import Conserved, Scene
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
     """x = (down the slope, across it, heading); `pull` is g sin α."""
     kinetic = p.mass * (v[0] ** 2 + v[1] ** 2) + p.inertia * v[2] ** 2
     return kinetic / 2 + p.mass * p.pull * x[0]
+
+
+def _along(x: Any, mu: Any, p: Any) -> Any:
+    """Along the blade, ⟨μ, (cos θ, sin θ, 0)⟩."""
+    return sympy.cos(x[2]) * mu[0] + sympy.sin(x[2]) * mu[1]
 
 
 scene = Scene(
@@ -20,6 +25,7 @@ scene = Scene(
     parameters={"mass": 1, "inertia": "0.5", "pull": "0.7"},
     lagrangian=lagrangian,
     nonholonomic=lambda x, p: [[sympy.sin(x[2]), -sympy.cos(x[2]), 0]],
+    symmetries=[Conserved("along the blade", _along, kind="nonholonomic momentum")],
     x0=[0, 0, 0],
     v0=["0.3", 0, "0.8"],
     duration=10,

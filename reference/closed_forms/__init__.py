@@ -31,13 +31,12 @@ def closed_form_of(
     structure: Algebroid,
     parameters: Any,
     start: Any,
-    attitude: bool = False,
 ) -> ClosedForm | None:
-    """The closed form that solves exactly this scene (with its attitude, if asked), or None."""
+    """The closed form that solves exactly this scene, or None."""
     import sympy
 
     form = registry().get(scene.name)
-    if form is None or form.kind != scene.groupoid.kind or (attitude and not form.attitude):
+    if form is None or form.kind != scene.groupoid.kind:
         return None
     if form.basis is not None and structure.basis != form.basis():
         return None

@@ -91,7 +91,7 @@ def increasing_root(function: Callable[[Any], Any], slope: Callable[[Any], Any],
         low, high, width = high, high + width, 2 * width
     while function(low) > goal:
         low, high, width = low - width, low, 2 * width
-    d, last = (low + high) / 2, mpmath.inf
+    d = (low + high) / 2
     for _ in range(20 * mpmath.mp.prec):
         miss = function(d) - goal
         if miss > 0:
@@ -99,14 +99,11 @@ def increasing_root(function: Callable[[Any], Any], slope: Callable[[Any], Any],
         else:
             low = d
         move = miss / slope(d)
-        fresh = d - move
-        if not low <= fresh <= high:
-            fresh, move = (low + high) / 2, (high - low) / 2
-        stagnant = abs(move) <= mpmath.ldexp(max(abs(fresh), 1), 8 - mpmath.mp.prec)
-        d = fresh
-        if move == 0 or (stagnant and abs(move) >= last) or (stagnant and last < 1e-8):
-            break
-        last = abs(move)
+        if not low <= d - move <= high:
+            move = d - (low + high) / 2
+        d -= move
+        if abs(move) <= mpmath.ldexp(max(abs(d), 1), 8 - mpmath.mp.prec):
+            break  # Newton's error behind this step is of the order of its square
     return d
 
 

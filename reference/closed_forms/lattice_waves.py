@@ -54,3 +54,48 @@ def sine_gordon_breather(places: np.ndarray, t: float, frequency: float) -> Fiel
     over = width / (frequency * np.cosh(width * places))
     value, slope = over * np.cos(frequency * t), -frequency * over * np.sin(frequency * t)
     return 4 * np.arctan(value), 4 * slope / (1 + value**2)
+
+
+def toda_shift(kappa: float, others: np.ndarray) -> np.ndarray:
+    """By how many sites a soliton of Toda's chain is moved by each that it crosses, (K,).
+
+    ln |(1 − z z′)/(z − z′)| / |κ| with z = ±e^(−|κ|), the sign that of κ: forward, if they meet
+    head-on or it is the faster; else backward.
+    """
+    z, w = (np.sign(k) * np.exp(-np.abs(k)) for k in (kappa, np.asarray(others, float)))
+    return np.asarray(np.log(np.abs((1 - z * w) / (z - w))) / abs(kappa))
+
+
+def toda_places(x: np.ndarray, kappa: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Where the solitons of these |κ|, each alone within 8 sites of `near`, are in x (N,); (K,).
+
+    From e^(x_n − x_{n+1}) = 1 + sinh²κ/cosh²(κ(n + 1/2 − X)) at the bonds beside the highest.
+    """
+    heights, found = np.expm1(-np.diff(x)), []
+    for k, guess in zip(np.abs(kappa), near, strict=True):
+        around = np.arange(round(guess) - 8, round(guess) + 9)
+        top = int(around[np.argmax(heights[around])])
+        away = [np.arccosh(np.sinh(k) / np.sqrt(heights[n])) / k for n in (top - 1, top + 1)]
+        found.append(top + 0.5 + (away[0] - away[1]) / 2)
+    return np.array(found)
+
+
+def toda_traces(x: np.ndarray, p: np.ndarray, most: int) -> np.ndarray:
+    """tr Lᵐ/N, m = 1 … most, of Lax's matrix of a ring with springs of energy e^(−r) + r − 1.
+
+    L has b = p/2 on the diagonal and a = e^((x_n − x_{n+1})/2)/2 beside it (Flaschka, Phys. Rev. B
+    9 (1974), 1924); the traces are Hénon's integrals in other words. Needs N > 2·most; O(most² N).
+    """
+    b, a = p / 2, np.exp((x - np.roll(x, -1)) / 2) / 2
+    below = np.roll(a, 1)
+    power = {0: np.ones_like(b)}  # offset j − i: the entries (i, i + offset)
+    found = []
+    for _ in range(most):
+        grown: dict[int, np.ndarray] = {}
+        for offset, entries in power.items():
+            for step, column in ((0, b), (1, a), (-1, below)):
+                moved = entries * np.roll(column, -offset)
+                grown[offset + step] = grown.get(offset + step, 0) + moved
+        power = grown
+        found.append(power[0].mean())
+    return np.array(found)

@@ -16,12 +16,13 @@ import numpy as np
 
 from discmech.integrators import BadInput, Scheme, retractions, scenes
 from discmech.integrators.flows import Flow
-from discmech.integrators.numbers import arithmetic
+from discmech.integrators.numbers import arithmetic, sympy
 
 from ..core.case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation
 
 NEAR = 0.25  # an order this close to another is that one
+MEANT = 1000  # denominators up to this one are looked for behind a float
 FLAT = "pendulum"  # on a pair groupoid, where the derivative of coordinates is the velocity
 ROWS = 16  # steps of a run that are looked at
 #: what checks a reference: it shares no formula with it, and its own error is seen
@@ -43,7 +44,7 @@ def of_order(
     """
     scheme = case.scheme.base
     wanted = scheme.order
-    if wanted is None or scheme.one_step or scheme.s.clocked:  # no L_d(x, u) to ask
+    if wanted is None or scheme.one_step:  # no L_d(x, u) to ask
         return None
     found = truncation(scheme)
     evidence: dict[str, Any] = {
@@ -59,19 +60,41 @@ def of_order(
         if case.scheme.substeps:
             told["sentence"] = f"in the rule {scheme.rule.name}: {told['sentence']}"
         return told
+    of_step = (measurement.get("local") or {}).get("order")
+    if of_step is not None and of_step < wanted - NEAR:
+        in_last_bits = _of_floats(scheme, evidence)  # L_d is as declared but for these
+        if in_last_bits is not None:
+            return in_last_bits
     return _of_runs(case, measurement, duration, at_50_digits, found, evidence)
+
+
+def _of_floats(scheme: Scheme, evidence: dict[str, Any]) -> dict[str, Any] | None:
+    """A float of the rule's that a fraction was meant by: it counts with its binary value."""
+    numbers = (e.atoms(sympy.Rational) for e in (scheme.discrete_lagrangian, scheme.s.lagrangian))
+    for number in sorted({abs(e) for e in next(numbers) - next(numbers)}):
+        meant = number.limit_denominator(MEANT)
+        off = float(abs(number - meant))
+        if 0 < off <= 2.0**-52 * number:
+            evidence["float"] = [float(number), str(meant)]
+            return named(
+                "float",
+                f"L_d holds {float(number)!r} as a float, which is off {meant} by {off:.1e}, and "
+                f"counts with its binary value: write sympy.Rational({meant.p}, {meant.q}).",
+                evidence,
+            )
+    return None
 
 
 def _of_rule(
     scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str, Any]
 ) -> dict[str, Any]:
-    """Gauge, retraction or discrete Lagrangian: L_d is not of the declared order."""
+    """Scene, gauge, retraction or discrete Lagrangian: L_d is not of the declared order."""
     off = f"‖F±/h − μ‖ on exact arrows is {found.legendre[-1]:.1e}"
     if found.order < found.order_of_legendre:
         off = f"‖F⁺ − F⁻‖/h where exact arrows meet is {found.residual[-1]:.1e}, relative to ‖μ‖,"
     off += f" at h = {found.steps[-1]:.2g}"
     for name in retractions.BUILT_IN:
-        if scheme.scene.groupoid.retraction in (None, name):
+        if scheme.scene.groupoid.retraction in (None, name) or scheme.element is not None:
             continue
         try:
             other = truncation(scheme_of(in_chart(scheme.scene, name), scheme.rule))
@@ -98,6 +121,13 @@ def _of_rule(
             "be one (the derivative of the curve)." + (rest if left < wanted - NEAR else ""),
             evidence,
         )
+    if scheme.scene.discrete_lagrangian is not None and found.order_of_legendre < 1 - NEAR:
+        return named(
+            "scene",
+            "the scene's discrete_lagrangian is none of its lagrangian: "
+            f"{off} and does not sink as of a discretisation of order 1; mend either.",
+            evidence,
+        )
     if found.order_of_points > wanted - NEAR:
         return named(
             "gauge",
@@ -121,8 +151,7 @@ def _of_rule(
             return named(
                 "velocity in the chart",
                 f"L_d is of order {found.order:.2f} here and of order {_figure(flat.order)} on "
-                f"{FLAT}, whose chart is flat ({off}): the derivative of a curve's coordinates is "
-                "no velocity in this chart; give L the velocity G.velocity(x, w, dw, h).",
+                f"{FLAT}, whose chart is flat ({off}): {_of_velocity(scheme.rule)}",
                 evidence,
             )
     return named(
@@ -132,6 +161,16 @@ def _of_rule(
         "theorem 2.3.1); mend the rule, or declare that order.",
         evidence,
     )
+
+
+def _of_velocity(rule: Any) -> str:
+    """What is wrong with a rule's velocities: it takes coordinates for them, or gives others."""
+    asked = getattr(getattr(rule.formula, "__code__", None), "co_names", ())
+    if "velocity" in asked:
+        return ("what it gives G.velocity(x, w, dw, h) has to be a curve w from 0 to u and its "
+                "derivative dw by the fraction of the step.")  # fmt: skip
+    return ("the derivative of a curve's coordinates is no velocity in this chart; give L the "
+            "velocity G.velocity(x, w, dw, h).")  # fmt: skip
 
 
 def _of_runs(
@@ -223,6 +262,11 @@ def _residuals(flow: Flow) -> tuple[float, float]:
                for k in ("minus", "plus")]  # fmt: skip
         noise = max(noise, *(e / size for e in off))
     return residual, noise
+
+
+def evaluation_noise(flow: Flow) -> float:
+    """How far F±/h are from what more digits say, relative to ‖μ‖, at the start of a short run."""
+    return _residuals(flow)[1]
 
 
 def _witness(case: Case, duration: Fraction) -> tuple[float, float]:

@@ -23,6 +23,7 @@ from discmech.integrators.numbers import arithmetic, numeric_function
 from discmech.integrators.rules.quadrature import rule as quadrature
 
 DIGITS, NODES = 50, 12
+ROUND_OFF = 10.0 ** (6 - DIGITS)  # of a relative size: a few thousand operations leave less
 HALVINGS = 4
 COARSEST = Fraction(1, 4)  # of the scene's step
 AFTER = 8  # steps from the start, where a motion may be at rest or otherwise special
@@ -30,7 +31,8 @@ AFTER = 8  # steps from the start, where a motion may be at rest or otherwise sp
 
 @dataclass(frozen=True)
 class Arrow:
-    """The exact motion from t to t + h: x, μ at both ends, the arrow's u, the action ∫ l dt."""
+    """The exact motion from t to t + h: x (with its time, where time counts), μ at both ends, the
+    arrow's u, the action ∫ l dt."""
 
     x: list[Any]
     u: list[Any]
@@ -45,21 +47,18 @@ def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
     u = w(1) of dw/dθ = L(x, w) ξ(t + θh), w(0) = 0: collocation at Gauss nodes, of order 24 at the
     end, its equations solved by iteration (each gains a power of h).
     """
-    from discmech.reference import solutions
-
     numbers = arithmetic(DIGITS)
     nodes, weights, inner = _collocation()
     h = Fraction(step)
-    ends = solutions(scheme.scene, _times(scheme, h, range(count + 1)), DIGITS)
+    ends = _states(scheme, h, range(count + 1))
     field, lagrangian = _functions(scheme)
     found = []
     with numbers.working():
         q = scheme.s.q_values(h, scheme.scene.parameter_values, numbers)
         for k in range(count):
-            places = [k + c for c in nodes]
-            between = solutions(scheme.scene, _times(scheme, h, places), DIGITS)
-            x = _numbers(ends[k].x)
-            velocities = np.array([_numbers(s.v) for s in between], dtype=object)
+            between = _states(scheme, h, [k + c for c in nodes])
+            (x, _, mu), (_, _, mu_after) = ends[k : k + 2]
+            velocities = np.array([v for _, v, _ in between], dtype=object)
             w = 0 * velocities
             for _ in range(DIGITS):
                 matrices = [field(x, w_j, q) for w_j in w]
@@ -68,10 +67,8 @@ def arrows(scheme: Scheme, step: Fraction, count: int) -> list[Arrow]:
                 change, w = abs(new - w).max(), new
                 if change < numbers.number(10) ** -DIGITS:
                     break
-            values = [lagrangian(_numbers(s.x), v, q)
-                      for s, v in zip(between, velocities, strict=True)]  # fmt: skip
+            values = [lagrangian(at, v, q) for at, v, _ in between]
             action = numbers.number(h) * sum(b * v for b, v in zip(weights, values, strict=True))
-            mu, mu_after = _numbers(ends[k].mu), _numbers(ends[k + 1].mu)
             found.append(Arrow(x, list(weights @ slopes), mu, mu_after, action))
     return found
 
@@ -129,10 +126,10 @@ class Truncation:
 
 
 def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
-    """log of the ratio of the last two sizes over that of their steps; infinite for zeros."""
+    """log of the ratio of the last two sizes over that of their steps; infinite for round-off."""
     import math
 
-    if not sizes[-1] or not sizes[-2]:
+    if min(sizes[-2:]) <= ROUND_OFF:
         return math.inf
     return math.log(sizes[-2] / sizes[-1]) / math.log(steps[-2] / steps[-1])
 
@@ -174,6 +171,18 @@ def _norm(vector: np.ndarray) -> Any:
 
 def _times(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[Fraction]:
     return [AFTER * Fraction(scheme.scene.step) + place * h for place in places]
+
+
+def _states(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[tuple[Any, Any, Any]]:
+    """(x with its time, ξ, μ) of the exact motion there, in the arithmetic of `DIGITS` digits."""
+    from discmech.reference import solutions
+
+    times = _times(scheme, h, places)
+    with arithmetic(DIGITS).working():
+        return [
+            (_numbers(scheme.s.with_time(state.x, t)), _numbers(state.v), _numbers(state.mu))
+            for state, t in zip(solutions(scheme.scene, times, DIGITS), times, strict=True)
+        ]
 
 
 def _sweep(scheme: Scheme, steps: Sequence[Fraction]) -> None:

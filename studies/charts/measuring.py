@@ -21,6 +21,8 @@ from discmech.integrators.scene import OnGroup, Scene
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
 from ..core.runs import Rows, relative_drifts, with_terms
+from ..momentum.measuring import FARTHEST
+from ..symplecticity.measuring import ROUND_OFFS
 
 NAME = "charts"
 NEEDS = "it needs a discrete Lagrangian given on SO(3), as moser-veselov has."
@@ -299,7 +301,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
     for row in measurement["rows"]:
         where = f"at {row['turn']:g} of a turn about axis {row['axis']}"
-        allowed = {**limits, "momentum": max(1e-12, row["steps"] * 2.0**-53) * unit}
+        walk = FARTHEST / math.sqrt(3) * ROUND_OFFS * 2.0**-53 * math.sqrt(row["steps"])
+        allowed = {**limits, "momentum": walk * unit}
         for name, limit in allowed.items():
             if row[name] is not None and not row[name] <= limit:
                 return Verdict(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..core.threads import one_thread
+
 __all__ = ["main"]
 
 INTERRUPTED = 130  # as shells have it: 128 + SIGINT
@@ -12,8 +14,9 @@ INTERRUPTED = 130  # as shells have it: 128 + SIGINT
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command (`entry.main`), also where it is interrupted while it is being loaded."""
     try:
-        from .entry import main as run
+        with one_thread():
+            from .entry import main as run
 
-        return run(arguments)
+            return run(arguments)
     except KeyboardInterrupt:
         return INTERRUPTED

@@ -13,7 +13,7 @@ from discmech.integrators import retractions
 from ..core import lookup
 from ..core.options import whole
 from .options import RULE_HELP
-from .output import progress_shown, write
+from .output import DERIVED, progress_shown, write
 
 
 def add_to(commands: Any) -> None:
@@ -39,12 +39,15 @@ def _control(options: argparse.Namespace) -> int:
         for name in room.NAMES:
             print(f"{name:<24} {room.get(name).scene.title}")
         return 0
-    with progress_shown("steering"):
+    with progress_shown("deriving") as show:
+        show("deriving", 0.0)
         problem = lookup.control(options.problem)
         if options.retraction:
             chart = retractions.get(options.retraction)
             problem = problem.with_values(scene=problem.scene.with_retraction(chart))
         rule, steps = lookup.rule(options.rule), whole("--steps")(options.steps)
+        problem.stages(rule)
+        show("steering", DERIVED)
         begun = time.perf_counter()
         best = problem.solve(steps, rule)
     scene = problem.scene

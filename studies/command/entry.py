@@ -10,9 +10,11 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.lattices import systems
 
 from .. import NAMES
 from ..core.options import THOROUGH
@@ -61,8 +63,15 @@ def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
         return INTERRUPTED
 
 
+class _Parser(argparse.ArgumentParser):
+    """Options are known by their whole names: --t is no --tolerance."""
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(allow_abbrev=False, **given)
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="discmech",
         description="Verification bench for variational integrators on Lie groupoids.",
         epilog="Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive.",
@@ -112,7 +121,8 @@ def _parser() -> argparse.ArgumentParser:
 def _list(options: argparse.Namespace) -> int:
     found = {"scenes": list(scenes.every_name()), "rules": list(discretisations.names()),
              "groupoids": list(GROUPOIDS), "studies": list(NAMES),
-             "one_step_maps": list(discretisations.MAPS)}  # fmt: skip
+             "one_step_maps": list(discretisations.MAPS),
+             "lattices": list(systems.NAMES)}  # fmt: skip
     if options.json:
         write(options.json, json.dumps(found, indent=1))
         return PASS

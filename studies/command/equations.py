@@ -15,8 +15,11 @@ from discmech.integrators import Scheme
 from discmech.integrators.equations import SceneSymbols, constraint, constraint_matrix
 
 from ..report.formulas import Typesetter, ascending
+from .stage_sums import StageSum
 
 Terms = Sequence[Any]
+#: what stands for something on the page, and so for no parameter of that name
+LETTERS = {*"xyzuvwhtslbVLfμλν", "L_d", "t_z", "t_w"}
 
 
 @dataclass(frozen=True)
@@ -40,8 +43,10 @@ class Written:
 
 
 def written(scheme: Scheme) -> Written:
-    """The equations of a scheme."""
+    """The equations of a scheme; of a rule with stages what defines them, which is short."""
     s: SceneSymbols = scheme.s
+    if len(s.stages):
+        return _of_stages(scheme)
     of = discrete(scheme)
     points = [p for p in of.points if not p.is_end]
     inner = [z for p in points for z in p.letters]
@@ -83,6 +88,30 @@ def written(scheme: Scheme) -> Written:
         list(below.items()),
         residual,
     )
+
+
+def _of_stages(scheme: Scheme) -> Written:
+    """L_d alone: written out, its derivatives fill pages."""
+    s, letters, equations = scheme.s, letters_of(scheme), scheme.equations.of
+    base = {*s.x, *s.y}
+    if equations.weighted:
+        summed = StageSum(s, equations)
+        letters |= summed.letters
+        discrete_lagrangian = summed.terms
+    else:
+        discrete_lagrangian = ascending(scheme.equations.discrete_lagrangian, s.h, base)
+        columns = enumerate(s.stage_columns, 1)
+        letters |= {e: f"s_{j}{i}" for j, column in columns for i, e in enumerate(column, 1)}
+    target = s.groupoid.target(s.x, s.u, s.h) if len(s.x) else []
+    return Written(
+        letters,
+        ascending(s.lagrangian, s.h, base),
+        [ascending(e, s.h, base) for e in s.force],
+        [],  # constraints refuse rules with stages
+        discrete_lagrangian,
+        [(y, ascending(b, s.h, base)) for y, b in zip(s.y, target, strict=True)],
+        momenta=[], shared=[], residual=[],
+    )  # fmt: skip
 
 
 def _sum(*given: Any) -> list[Any]:
@@ -167,16 +196,38 @@ def subscript(name: str) -> str:
 
 def notation(scheme: Scheme) -> str:
     """What the letters of a scheme's equations stand for."""
-    if not len(scheme.x):
-        return "u is the velocity during this step, v during the next; h is the step size."
-    words = "x is the base point at the start of this step and u the velocity during it, y and v "
-    words += "the same for the next step; h is the step size."
-    if scheme.s.clocked:
-        words += " The last entry of a point is its time."
+    s = scheme.s
+    words = "u is the velocity during this step, v during the next; h is the step size."
+    if s.n:
+        words = "x is the base point at the start of this step and u the velocity during it, y and "
+        words += "v the same for the next step; h is the step size."
+    if s.clocked:
+        words += " t is the time at the start of this step, t′ of the next."
+    if len(s.stages):
+        return words + _about_stages(s)
     for number, point in enumerate(p for p in discrete(scheme).points if not p.is_end):
         z, w = (letter + "′" * number for letter in "zw")
-        words += f" {z} is the point at the fraction {point.theta} of this step, {w} of the next."
+        words += f" {z} is the point at the fraction {point.theta} of this step, {w} of the next"
+        words += f", t_{z} and t_{w} their times." if s.clocked else "."
     return words
+
+
+def _about_stages(s: SceneSymbols) -> str:
+    """What the letters of a rule's sum stand for (`StageSum`)."""
+    count = len(s.stage_columns)
+    last = subscript(f"s_{count}")
+    words = " s is the internal stage" if count == 1 else f" s₁ to {last} are internal stages"
+    words += f", {len(s.u)} unknown{'s' * (len(s.u) > 1)}"
+    words += f"{' each' * (count > 1)}: ∂L_d/∂s = 0. l is the Lagrangian"
+    if len(s.x):
+        words += ", b(x, w) the point to which w leads from x: y = b(x, h·u)"
+    if not s.groupoid.left_is_identity:
+        words += (
+            ", V(w, ẇ) the velocity of a curve of arrows through w"
+            if not len(s.x)
+            else (", V(x, w, ẇ) the velocity of a curve of arrows through w")
+        )
+    return words + ("; decimals are rounded." if s.constants else ".")
 
 
 def letters_of(scheme: Scheme) -> dict[Any, str]:
@@ -184,18 +235,24 @@ def letters_of(scheme: Scheme) -> dict[Any, str]:
     s: SceneSymbols = scheme.s
     mapped = scheme.one_step and not scheme.scene.constrained
     points = () if mapped else discrete(scheme).points
-    columns = [("x", s.x), ("u", s.u), ("v", s.v), ("y", s.y), ("μ", s.mu)]
+    columns = [("u", s.u), ("v", s.v), ("μ", s.mu)]
+    places = [("x", "t", s.x), ("y", "t′", s.y)]
     for number, point in enumerate(p for p in points if not p.is_end):
-        columns.append(("z" + "′" * number, point.letters))
-        columns.append(("w" + "′" * number, [_after(z) for z in point.letters]))
+        for letter, column in (("z", point.letters), ("w", [*map(_after, point.letters)])):
+            name = letter + "′" * number
+            places.append((name, f"t_{name}", column))
+    for name, time, column in places:  # the last entry of a point is its time, if it has one
+        columns += [(name, column[: s.n]), (time, column[s.n :])]
     letters = {
         symbol: letter if len(column) == 1 else f"{letter}_{i + 1}"
         for letter, column in columns for i, symbol in enumerate(column)
     }  # fmt: skip
     for parameter in s.parameter_list:
-        name, _, index = str(parameter).rpartition("_")
-        if index.isdigit() and name:
-            letters[parameter] = f"{name}_{int(index) + 1}"
+        word = str(parameter)
+        # kernels have letters of their own, which a page has not
+        word = word if (plain := word.removeprefix("p.")) in LETTERS else plain
+        name, _, index = word.rpartition("_")
+        letters[parameter] = f"{name}_{int(index) + 1}" if index.isdigit() and name else word
     return letters
 
 

@@ -11,7 +11,7 @@ from discmech.integrators import retractions
 
 from ..core import lookup
 from .options import RULE_HELP
-from .output import progress_shown
+from .output import DERIVED, progress_shown
 
 if TYPE_CHECKING:
     from discmech.integrators import Scheme
@@ -36,11 +36,14 @@ def add_to(commands: Any) -> None:
 def _explain(options: argparse.Namespace) -> int:
     from discmech.integrators import Scheme
 
-    with progress_shown("deriving and compiling"):
+    with progress_shown("deriving") as show:
+        show("deriving", 0.0)
         scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
         if options.retraction:
             scene = scene.with_retraction(retractions.get(options.retraction))
-        lines = explanation(Scheme(scene, rule))
+        scheme = Scheme(scene, rule)
+        show("writing and compiling", DERIVED)
+        lines = explanation(scheme)
     for line in lines:
         sys.stdout.write(line.rstrip() + "\n")
     return 0
@@ -73,18 +76,24 @@ def explanation(scheme: Scheme) -> list[str]:
 
     lines += textwrap.wrap(notation(scheme), WIDTH)
     if out.lagrangian:
-        lines += ["", "Lagrangian", *formula("l(x, u)", out.lagrangian)]
+        time = ", t" if scheme.scene.timed else ""
+        lines += ["", "Lagrangian", *formula(f"l(x, u{time})", out.lagrangian)]
     for head, rows in (("Force", out.force), ("Constraints", out.constraints)):
         lines += ["", head] if rows else []
         for number, terms in enumerate(rows, 1):
             force = subscript(f"f_{number}") if len(rows) > 1 else "f"
             lines += formula(force if rows is out.force else "0", terms)
     lines += _contact(scheme)
-    lines += ["", "Discrete Lagrangian", *formula("L_d(x, u)", out.discrete_lagrangian)]
+    staged = bool(len(scheme.s.stages))
+    left = "L_d(x, u, s)" if staged else "L_d(x, u)"
+    lines += ["", "Discrete Lagrangian", *formula(left, out.discrete_lagrangian)]
     for letter, terms in out.points:
         lines += formula(plain_text([letter], out.letters), terms)
     before, after = "μ = F⁻(x, u)/h", "F⁺(x, u)/h = F⁻(y, v)/h"
     head = "Discrete Euler–Lagrange equations"
+    if staged:  # their derivatives fill pages
+        said = f"∂L_d/∂s = 0; {before}; {after}"
+        return [*lines, "", "Stages and momenta, by derivatives of that sum", f"  {said}", *method]
     if out.constraints:
         (before, after), head = CONSTRAINED, "Momentum after the step"
     lines += ["", f"Momentum before the step, {before}"]

@@ -14,6 +14,7 @@ from discmech.integrators import BadInput
 
 #: exit codes; bad input has 2
 EXIT = {"pass": 0, "fail": 1, "inconclusive": 3}
+DERIVED = 0.5  # share that deriving is, about, of a wait for what is derived and compiled
 LEAST = 0.02  # share of a wait that tells the pace of the rest
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from discmech.integrators import BadInput
 from discmech.integrators.flows import cores
 
+from ..core.options import refuse
 from ..core.store import Store
 from .options import add_fresh, add_jobs, jobs
 from .output import EXIT, console, progress_shown, writable, write
@@ -25,21 +26,49 @@ def add_to(commands: Any) -> None:
     parser.add_argument(
         "--thorough", action="store_true", help="all faults and 200 rules, not one in 12"
     )
-    parser.add_argument("--only", metavar="WORDS", help="faults and rules whose name holds these")
+    parser.add_argument(
+        "--unit", default="0", metavar="K",
+        help="faults alone, on scenes with an action 10^K times as large",
+    )  # fmt: skip
+    parser.add_argument(
+        "--seed", default="0", metavar="S",
+        help="faults at other places, another sample, other rules: of numbers nobody has seen",
+    )  # fmt: skip
+    parser.add_argument(
+        "--only", metavar="WORDS",
+        help="faults and rules whose name holds these; 'valid rule': all of these",
+    )  # fmt: skip
     add_jobs(parser)
     add_fresh(parser)
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
     parser.set_defaults(action=_power)
 
 
+def _unit(text: str) -> int:
+    try:
+        power = int(text)
+    except ValueError:
+        power = 1000
+    if abs(power) > 150:
+        refuse(f"--unit is {text!r}: give a whole number from -150 to 150.")
+    return power
+
+
+def _seed(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) < 19):
+        refuse(f"--seed is {text!r}: give a whole number from 0 on, of 18 digits at most.")
+    return int(text)
+
+
 def _power(options: argparse.Namespace) -> int:
     from ..power.results import power
 
+    unit, seed = _unit(options.unit), _seed(options.seed)
     writable(options.json)
     with progress_shown("loading") as show:
         found = power(
             show, jobs(options) or cores(), thorough=options.thorough, only=options.only or "",
-            store=Store(options.fresh),
+            unit=unit, seed=seed, store=Store(options.fresh),
         )  # fmt: skip
     if not found["cases"]:
         raise BadInput(f"the name of no fault and of no rule holds {options.only!r}.")

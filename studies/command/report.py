@@ -10,9 +10,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from discmech.integrators import Lattice
 from discmech.integrators.flows import cores
 from discmech.integrators.numbers import flatten
-from discmech.integrators.scene import Scene
 
 from .. import NAMES, get
 from ..core.case import Choice, Progress, silent
@@ -100,15 +100,19 @@ def write_study(result: dict[str, Any], choice: Choice, folder: Path) -> Path:
     from ..report.page import write_report
 
     named = {case["scene"] for case in result["cases"]}
-    scenes = {scene.name: about(scene) for scene, _ in choice.pairs() if scene.name in named}
+    systems = [case.scene for case in get(result["study"]).cases(choice)]
+    scenes = {scene.name: about(scene) for scene in systems if scene.name in named}
     return write_report([result], [], list(scenes.values()), folder, result["command"])
 
 
-def about(scene: Scene) -> dict[str, Any]:
-    """A scene's line in the report."""
+def about(scene: Any) -> dict[str, Any]:
+    """A scene's or lattice's line in the report."""
+    given = scene.parameters
+    if isinstance(scene, Lattice):  # an array is one number a site or bond
+        given = {**scene.split_parameters["shared"]}
     values = {
         name: "(" + ", ".join(map(str, flatten(value))) + ")" if isinstance(value, tuple) else value
-        for name, value in scene.parameters.items()
+        for name, value in given.items()
     }
     return {
         "name": scene.name,
@@ -118,5 +122,5 @@ def about(scene: Scene) -> dict[str, Any]:
         "dim_x": scene.groupoid.dim_x,
         "dim_u": scene.groupoid.dim_u,
         "parameters": ", ".join(f"{name} = {value}" for name, value in values.items()),
-        "symmetries": [f"{q.name} ({q.kind})" for q in scene.symmetries],
+        "symmetries": [f"{q.name} ({q.kind})" for q in getattr(scene, "symmetries", ())],
     }

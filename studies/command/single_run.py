@@ -15,7 +15,7 @@ from discmech.integrators import StepFailure, retractions
 from ..core import lookup
 from ..core.options import digits_in, whole
 from .options import RULE_HELP
-from .output import progress_shown, write
+from .output import DERIVED, progress_shown, write
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -115,7 +115,9 @@ def _measured(
     if options.retraction:
         scene = scene.with_retraction(retractions.get(options.retraction))
     digits, every = digits_in(options.digits), whole("--every")(options.every)
+    show(f"{scene.name}: deriving", 0.0)
     scheme = Scheme(scene, rule)
+    show(f"{scene.name}: compiling", DERIVED)
     given = options.step
     if given is None and options.tolerance is None:
         given = scene.step

@@ -1,26 +1,11 @@
 """What must hold of steps under contact: cones, energy, momentum, times of impacts."""
 
-from ..core.options import Option, refuse
+from ..core.options import control_option
 from ..core.study import Study
 
 #: steps with a fault in them, each of which breaks one of the laws
 STICKS, WRONG_SIGN, MISSED = "contact that sticks", "friction of the wrong sign", "missed impact"
-
-
-def _control(text: str) -> str:
-    names = (STICKS, WRONG_SIGN, MISSED)
-    if text not in names:
-        refuse(f'there is no control "{text}": there are {", ".join(names)}.')
-    return text
-
-
-CONTROL = Option(
-    "--control",
-    "only this control (a contact that must be caught)",
-    "NAME",
-    _control,
-    repeated=True,
-)
+CONTROL = control_option("a contact", lambda: (STICKS, WRONG_SIGN, MISSED))
 
 STUDY = Study(
     name="contact",

@@ -13,18 +13,20 @@ from discmech.integrators.contact import ZENO, Gaps
 from discmech.integrators.flows import ContactTrajectory
 from discmech.integrators.numbers import arithmetic
 
-#: of the largest coordinate, the way of a step below which a contact sticks: round-off moves it too
+#: of the largest coordinate of its plane, the way of a step below which a contact sticks, for
+#: round-off moves it too
 SLOW = 1e-10
 
 
 def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float]:
     """Of a run: how far it is from each law, relative to the largest number of its kind.
 
-    penetration: −φ, of the largest coordinate. pull: −P_n. complementarity: P_n φ, at impacts, and
-    of gaps that are open at both ends of a step. cone: ‖P_t‖ − κ P_n. slip: 1 − the part of the
-    full friction κ P_n that is against the slip, over steps that slip from end to end (0; 1 without
-    friction, 2 along the slip). impact_energy: what an impact adds. jump: μ⁺ − μ⁻ less the
-    impulses. restitution: P_n |U⁺ + e U⁻| of the normal velocities.
+    penetration: −φ, of the largest sum of its terms and of the way of a step. pull: −P_n.
+    complementarity: P_n φ, at impacts, and of gaps that are open at both ends of a step. cone:
+    ‖P_t‖ − κ P_n. slip: 1 − the part of the full friction κ P_n that is against the slip, over
+    steps that slip from end to end (0; 1 without friction, 2 along the slip). impact_energy: what
+    an impact adds. jump: μ⁺ − μ⁻ less the impulses. restitution: P_n |U⁺ + e U⁻| of the normal
+    velocities.
     """
     numbers = arithmetic(2 * digits)
     with numbers.working():
@@ -76,20 +78,25 @@ class _Run:
         places = [self.gaps.at(x) for x, _, _ in self.states]
         phi = np.array([place.phi for place in places])
         P = self._array(self.run.impulses)
-        widest = max(abs(e) for x, _, _ in self.states for e in x) or 1
+        h = self.numbers.number(float(self.run.step))
+        ways = [place.own + h * self.gaps.fastest(place, xi)
+                for place, (_, xi, _) in zip(places, self.states, strict=True)]  # fmt: skip
+        widest = [max(way[i] for way in ways) or 1 for i in range(self.gaps.count)]
         hardest = max((abs(e) for e in P.flat), default=0) or 1
+        self.breadth = [max((abs(e) for place in places for e in place.where[i]), default=0)
+                        for i in range(self.gaps.count)]  # fmt: skip
         found = dict.fromkeys(("complementarity", "cone", "slip", "impact_energy", "jump",
-                               "restitution"), 0 * widest)  # fmt: skip
-        found["penetration"] = max(-phi.min(), 0) / widest
+                               "restitution"), 0 * hardest)  # fmt: skip
+        found["penetration"] = max(0, *(-phi / widest).ravel())
         found["pull"] = max(-P[:, :, 0].min(), 0) / hardest
         struck = {k for step in self.steps for k in (step - 1, step, step + 1)}
         for k in range(len(P) - 1):
             for i in range(self.gaps.count):
                 if k in struck:
                     continue
-                open_by = min(phi[k, i], phi[k + 1, i]) / widest
+                open_by = min(phi[k, i], phi[k + 1, i]) / widest[i]
                 self._most(found, "complementarity", P[k, i, 0] * open_by / hardest)
-                self._friction(found, k, i, places[k], places[k + 1], P[k, i], hardest, widest)
+                self._friction(found, k, i, places[k], places[k + 1], P[k, i], hardest)
         self._at_impacts(found, widest, hardest)
         return found
 
@@ -100,9 +107,8 @@ class _Run:
             found[name] = value
 
     def _friction(
-        self, found: dict[str, Any], k: int, i: int, here: Any, there: Any, P: Any, hardest: Any,
-        widest: Any,
-    ) -> None:  # fmt: skip
+        self, found: dict[str, Any], k: int, i: int, here: Any, there: Any, P: Any, hardest: Any
+    ) -> None:
         kappa = self.gaps.friction[i] * max(here.scale[i], there.scale[i])  # at both ends
         if not kappa > 0:
             return
@@ -112,7 +118,7 @@ class _Run:
         moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])]
         push = push if here.bases[i] is None else push @ here.bases[i]
         way, full = sum(e * e for e in moved) ** 0.5, kappa * P[0]
-        slipping = way > SLOW * widest and all(slip @ moved > 0 for slip in slips)
+        slipping = way > SLOW * self.breadth[i] and all(slip @ moved > 0 for slip in slips)
         if slipping and full > 1e-9 * hardest:
             self._most(found, "slip", 1 + (push @ moved) / (full * way))
 
@@ -129,7 +135,7 @@ class _Run:
             made = P[:, 0] @ place.normal
             for i in range(gaps.count):
                 self._most(
-                    found, "complementarity", P[i, 0] * abs(place.phi[i]) / (strong * widest)
+                    found, "complementarity", P[i, 0] * abs(place.phi[i]) / (strong * widest[i])
                 )
                 if gaps.friction[i] > 0:
                     count = len(place.where[i])

@@ -19,8 +19,6 @@ from .laws import defects, energies
 
 NAME = "contact"
 NEEDS = "it needs a scene with contact, such as bouncing-ball."
-#: scenes with contact are this study's and no other's
-CONTACT = True
 DIGITS = (16,)
 RULES = ("midpoint", "trapezoidal")
 MODES = ("stepped", "located")
@@ -47,11 +45,7 @@ WORDS = {
 
 def cases(choice: Choice) -> list[Case]:
     """Every scene with contact by two rules, or those chosen, and the controls on their scenes."""
-    if choice.scenes and not any(s.contact is not None for s in choice.scenes):
-        return []
-    chosen = tuple(s for s in choice.scenes if s.contact is not None) or tuple(
-        scenes.with_contact()
-    )
+    chosen = choice.scenes or tuple(scenes.with_contact())
     rules = choice.rules or tuple(map(discretisations.get, RULES))
     found = (
         []

@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
-from discmech.integrators import BadInput, Scheme, retractions, scenes
+from discmech.integrators import BadInput, Lattice, Scheme, retractions, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation, OneStepMap
 from discmech.integrators.scene import Scene
@@ -16,6 +16,8 @@ from discmech.integrators.scene import Scene
 from . import lookup
 
 VERDICTS = ("fail", "inconclusive", "pass")  # worst first
+#: the studies that alone judge some scenes, and judge no others: what these scenes are
+APART = {"contact": "has contact", "lattices": "is a lattice"}
 #: what a study may say of a case beside `measured` and `rows`
 DETAILS = (
     "kind", "periods", "duration", "floor", "crossovers", "label", "title", "extreme", "slice",
@@ -57,6 +59,8 @@ class Choice:
         """
         rules = self.rules or (*discretisations.BUILT_IN.values(), discretisations.own)
         for scene in self.scenes or scenes.all_scenes():
+            if isinstance(scene, Lattice):  # its equations are those of a site and of a bond
+                continue
             for chart in self.charts(scene):
                 apply = [rule for rule in rules if rule.applies(chart)]
                 if not apply and self.scenes and scene.discrete_lagrangian is not None:
@@ -65,8 +69,9 @@ class Choice:
 
     def unheeded(self) -> list[str]:
         """A sentence for each scene named that has no use for the rules that were chosen."""
-        found = [said for s in self.scenes for rule in self.rules if (said := rule.refusal(s))]
-        for scene in self.scenes if self.rules else ():
+        plain = [s for s in self.scenes if not isinstance(s, Lattice)]
+        found = [said for s in plain for rule in self.rules if (said := rule.refusal(s))]
+        for scene in plain if self.rules else ():
             rules = [
                 rule.name for rule in self.rules
                 if rule is not discretisations.own and not isinstance(rule, OneStepMap)
@@ -79,11 +84,12 @@ class Choice:
                 )
         return found
 
-    def in_contact(self) -> list[str]:
-        """A sentence for each scene named that has contact, which one study alone judges."""
+    def apart(self, study: str = "") -> list[str]:
+        """A sentence for each scene named that another study alone judges."""
         return [
-            f"{s.name} has contact: it is judged by `discmech contact`, and not by other studies."
-            for s in self.scenes if s.contact is not None
+            f"{s.name} {APART[alone]}: it is judged by `discmech {alone}`, and not by other "
+            "studies."
+            for s in self.scenes if (alone := judged_alone(s)) not in ("", study)
         ]  # fmt: skip
 
     def charts(self, scene: Scene) -> list[Scene]:
@@ -116,6 +122,13 @@ class Choice:
         )
 
 
+def judged_alone(scene: Any) -> str:
+    """The study of `APART` that judges the scene; "" if all others do."""
+    if isinstance(scene, Lattice):
+        return "lattices"
+    return "contact" if scene.contact is not None else ""
+
+
 @lru_cache(maxsize=256)
 def in_chart(scene: Scene, retraction: str) -> Scene:
     """The scene with the retraction of that name: one object, so that it is derived once."""
@@ -130,7 +143,10 @@ def scheme_of(scene: Scene, rule: Discretisation) -> Scheme:
 
 @dataclass(frozen=True)
 class Case:
-    """One measurement: a scene by a rule at a precision, or a control that must be caught."""
+    """One measurement: a scene by a rule at a precision, or a control that must be caught.
+
+    Of the study of lattices, scene is a `Lattice`.
+    """
 
     study: str
     scene: Scene

@@ -6,14 +6,15 @@ import ast
 import hashlib
 import inspect
 from collections.abc import Callable, Iterable, Iterator
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from discmech.integrators import Scheme, scenes
+from discmech.integrators import Lattice, Scheme, scenes
 from discmech.integrators.compiler import text_key
 from discmech.integrators.equations import step_system
+from discmech.integrators.lattices import LatticeScheme, systems
 from discmech.integrators.rules import Composition, Discretisation
 from discmech.integrators.scene import Scene
 
@@ -49,6 +50,15 @@ def known_by_text(case: Case) -> bool:
 
 def of_scene(scene: Scene) -> Iterator[str]:
     """A scene's numbers, and the text that defines a scene of the bench's own."""
+    if isinstance(scene, Lattice):
+        yield from (scene.name, scene.groupoid.name, repr((scene.duration, scene.step)))
+        parts = scene.split_parameters
+        yield repr([(name, [*held]) for name, held in parts.items()])
+        yield repr(parts["shared"])
+        own = [*parts["site"].values(), *parts["bond"].values()]
+        for array in (*scene.start, scene.pairs, scene.free, *own):
+            yield hashlib.sha256(array.tobytes()).hexdigest()
+        return
     yield from (scene.name, scene.groupoid.name, str(scene.groupoid.retraction))
     yield repr((scene.parameters, scene.x0, scene.v0, scene.duration, scene.step, scene.mu0))
     yield repr((scene.friction, scene.restitution, scene.impacts))
@@ -82,6 +92,8 @@ def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation
 
 def is_ours(thing: Scene | Discretisation) -> bool:
     """Whether the bench itself defines the scene or rule, values and composition aside."""
+    if isinstance(thing, Lattice):
+        return thing.name in systems.NAMES and systems.get(thing.name) is thing
     if isinstance(thing, Scene):
         own = scenes.get(thing.name) if thing.name in scenes.every_name() else None
         return own is not None and own.laws == thing.laws
@@ -89,8 +101,11 @@ def is_ours(thing: Scene | Discretisation) -> bool:
     return str(formula.__module__).startswith("discmech.integrators.")
 
 
+@lru_cache(maxsize=64)  # cases of one scheme ask in turn
 def _derived(scheme: Scheme) -> str:
     """The equations of a step, the groupoid, the Lagrangian and the conserved quantities."""
+    if isinstance(scheme, LatticeScheme):
+        return text_key(scheme.system)
     s, scene = scheme.s, scheme.scene
     groups = scene.with_attitude() if any(q.attitude for q in scene.symmetries) else scene
     own = scene.discrete_lagrangian

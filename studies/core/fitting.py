@@ -73,8 +73,15 @@ def batch_line(
     return fit_line(times, values, level) if line is None else line
 
 
-#: round-off of many steps (√N units) still bends errors that are this many floors large
+#: round-off of many steps (√N units) still bends errors that are this many floors large: 2¹² floors
+#: of 32 ε are the farthest point, (5/√3)√N ε, of a walk of 1.4·10⁵ roundings where that is a 120th
+#: of the error and so moves log₂ of it by 0.012
 BENT = 2**12
+
+
+def bent_below(round_off: float, straight: float) -> float:
+    """The error below which round-off of that size moves its log₂ by more than `straight`."""
+    return round_off / (2**straight - 1)
 
 
 @dataclass(frozen=True)
@@ -87,19 +94,23 @@ class Window:
 
 
 def asymptotic_window(
-    steps: Sequence[float], errors: Sequence[float], floor: float, straight: float
-) -> Window | None:
+    steps: Sequence[float], errors: Sequence[float], floor: float, straight: float,
+    known: Sequence[float] | None = None,
+) -> Window | None:  # fmt: skip
     """The longest run of at least four points that is straight in log–log, the finest of those.
 
     steps: step sizes from coarse to fine; errors: beside them (nan where a run failed). Points at
     or below `floor` are round-off. Straight: no point is further than `straight` (in log₂ of the
     error) from the line. Beyond the fine end only points that round-off may have bent are left out
     (up to BENT × floor): a line that errors leave earlier is not yet their asymptotic one. The
-    slope is signed: errors that grow give no positive order.
+    slope is signed: errors that grow give no positive order. known: what round-off can do to each
+    point, where that was measured; it bends what it is more than `straight` of.
     """
-    usable = [math.isfinite(e) and e > floor for e in errors]
+    most = [0.0] * len(errors) if known is None else known
+    usable = [math.isfinite(e) and e > max(floor, k) for e, k in zip(errors, most, strict=True)]
     logs = [math.log2(e) if good else math.nan for e, good in zip(errors, usable, strict=True)]
-    excused = [not math.isfinite(e) or e <= BENT * floor for e in errors]
+    bends = [max(BENT * floor, bent_below(k, straight)) for k in most]
+    excused = [not math.isfinite(e) or e <= b for e, b in zip(errors, bends, strict=True)]
     steps_log = [math.log2(h) for h in steps]
     best: Window | None = None
     for first in range(len(steps)):

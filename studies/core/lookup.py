@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
-from discmech.integrators import BadInput, Discretisation, Scene, scenes
+from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import METHODS, Composition, compose
 
@@ -55,8 +55,14 @@ def rule(word: str) -> Discretisation:
 
 
 def scene(word: str) -> Scene:
-    """The one scene of that name; raises `BadInput` if a file has several."""
-    return _only(scenes_of([word]), word, "scenes")
+    """The one scene of that name; raises `BadInput` if a file has several, and for lattices."""
+    found = _only(scenes_of([word]), word, "scenes")
+    if isinstance(found, Lattice):
+        raise BadInput(
+            f"{found.name} is a lattice: `discmech lattices {word}` judges it, and Python runs it, "
+            "Scheme(lattice, rule).flow(step).trajectory(steps)."
+        )
+    return found
 
 
 def control(word: str) -> Any:
@@ -95,8 +101,10 @@ def rule_given(thing: Any) -> Discretisation:
 
 
 def scene_given(thing: Any) -> Scene:
-    """A scene, or the one that a word names; raises `BadInput` for anything else."""
-    return _given(thing, Scene, scene, "scene")
+    """A scene (or lattice), or the one that a word names; raises `BadInput` for anything else."""
+    if isinstance(thing, Lattice):
+        return thing  # type: ignore[return-value]
+    return _given(thing, Scene, lambda word: _only(scenes_of([word]), word, "scenes"), "scene")
 
 
 def word_for(thing: Discretisation | Scene) -> str:
@@ -122,9 +130,16 @@ def file_of(thing: Discretisation | Scene) -> UserFile | None:
         if isinstance(thing, Discretisation):
             if file.rules.get(thing.name) == thing:
                 return file
-        elif (held := file.scenes.get(thing.name)) is not None and held.laws == thing.laws:
+        elif (held := file.scenes.get(thing.name)) is not None and _same(held, thing):
             return file
     return None
+
+
+def _same(held: Any, thing: Any) -> bool:
+    """Whether both are one system, values aside; a lattice is only itself."""
+    if isinstance(held, Lattice) or isinstance(thing, Lattice):
+        return held is thing
+    return bool(held.laws == thing.laws)
 
 
 def _given(thing: Any, kind: type[_Thing], named: Callable[[str], _Thing], noun: str) -> _Thing:
@@ -157,6 +172,11 @@ def _scenes(word: str) -> tuple[Scene, ...]:
 
         if word in room.NAMES:
             return (room.get(word).scene,)
+        from discmech.integrators.lattices import systems
+
+        if word in systems.NAMES:
+            lattice: Any = systems.get(word)
+            return (lattice,)
     return (scenes.get(word),)
 
 

@@ -44,11 +44,19 @@ def refuse(sentence: str) -> NoReturn:
 
 
 def listed(what: str, given: Any) -> list[Any]:
-    """The entries of a list; a word, or anything else that is none, is the only one."""
+    """The entries of a list; a word, or anything else that is none, is the only one; () is all."""
     if given is None:
         refuse(f"{what} is None: give a list.")
-    several = isinstance(given, Iterable) and not isinstance(given, str)
-    return list(given) if several else [given]
+    if isinstance(given, str):
+        return [given]
+    try:
+        entries = iter(given)
+    except TypeError:  # an array without axes too, which says that it can be iterated
+        return [given]
+    found = list(entries)
+    if not (found or isinstance(given, tuple)):  # a filter that let nothing through, say
+        refuse(f"{what} is an empty list: leave it out for all of them.")
+    return found
 
 
 def whole(what: str, most: int = 2**53) -> Callable[[str], int]:
@@ -92,15 +100,24 @@ def seconds(what: str) -> Callable[[str], float]:
     return read
 
 
-def _control(text: str) -> str:
+def control_option(what: str, names: Callable[[], Iterable[str]]) -> Option:
+    """`--control NAME` of a study whose controls are `what` and have these names."""
+
+    def read(text: str) -> str:
+        known = tuple(names())
+        if text not in known:
+            refuse(f'there is no control "{text}": there are {", ".join(known)}.')
+        return text
+
+    about = f"only this control ({what} that must be caught)"
+    return Option("--control", about, "NAME", read, repeated=True)
+
+
+def _methods() -> Iterable[str]:
     from .controls import NAMES
 
-    if text not in NAMES:
-        refuse(f'there is no control "{text}": there are {", ".join(NAMES)}.')
-    return text
+    return NAMES
 
 
-CONTROL = Option(
-    "--control", "only this control (a method that must be caught)", "NAME", _control, repeated=True
-)
+CONTROL = control_option("a method", _methods)
 THOROUGH = Option("--thorough", "take minutes to hours, not seconds")

@@ -42,7 +42,9 @@ def versions() -> dict[str, Any]:
 @cache
 def machine() -> dict[str, Any]:
     """What times depend on besides, with the versions of other people's integrators."""
-    peers = {name: found for name in ("heyoka", "diffrax", "jax") if (found := _version(name))}
+    peers = {
+        name: found for name in ("heyoka", "diffrax", "jax", "rebound") if (found := _version(name))
+    }
     return {
         "machine": f"{platform.system()} {platform.machine()}",
         "cpu": _cpu(),

@@ -7,7 +7,6 @@ before, with all that it depends on unchanged, is taken from the store.
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache, partial
@@ -18,10 +17,11 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import cores
 
 from . import fingerprint
-from .case import DETAILS, Case, Choice, Progress, Verdict, scheme_of, silent, worst
+from .case import Case, Choice, Progress, scheme_of, silent, worst
 from .cluster import Cluster
+from .one_case import run_case
 from .plan import Place, Plan, Task
-from .record import provenance, record
+from .record import record
 from .shrinking import shrunk
 from .store import Store
 from .study import Study, counts, every_study
@@ -68,7 +68,7 @@ def run_studies(
     for study, cases in zip(plan.studies, plan.cases, strict=True):
         if not cases:
             names = ", ".join(s.name for s in choice.scenes)
-            if said := choice.in_contact():
+            if said := choice.apart(study.name):
                 raise BadInput(" ".join(said))
             if names and choice.rules and not plan.pairs:
                 if said := choice.unheeded():
@@ -112,7 +112,7 @@ def run_studies(
     if found and all(result.get("unusable") for result in found.values()):
         raise BadInput(next(iter(found.values()))["reason"])
     progress("the smallest that fails", 1.0)
-    found |= shrunk(plan, found, partial(run_case, causes=False), store)
+    found |= shrunk(plan, found, run_case, store)
     if store is not None:
         store.prune()
     results = []
@@ -128,7 +128,7 @@ def run_studies(
                 "remembered": remembered[i],
                 "notes": [
                     *choice.unheeded(),
-                    *([] if study.in_contact else choice.in_contact()),
+                    *choice.apart(study.name),
                     *study.notes(choice),
                     *([] if store is None else store.troubles.values()),
                     *about_remembered(remembered[i], len(whole)),
@@ -292,58 +292,3 @@ def _in_worker(
 def _plan(names: tuple[str, ...], spoken: tuple[Any, ...]) -> Plan:
     """The same plan again in a worker, from names."""
     return Plan([every_study()[name] for name in names], Choice.of_names(spoken))
-
-
-def _diagnose(study: Study, case: Case, measurement: dict[str, Any], said: Verdict) -> None:
-    """Add the cause, where one can be told; the verdict stays what it is."""
-    from discmech.reference import ReferenceFailure
-
-    try:
-        found = study.diagnose(case, measurement)
-    except (StepFailure, BadInput, ReferenceFailure):
-        return
-    if found is not None:
-        measurement["diagnosis"] = found
-        said.reason = f"{said.reason} Cause: {found['cause']}: {found['sentence']}"
-
-
-def run_case(
-    study: Study, case: Case, progress: Progress = silent, *, causes: bool = True
-) -> dict[str, Any]:
-    """One case's result; a step that fails marks the case and is not raised.
-
-    So does a rule that cannot be used on the scene: the case is then also marked `unusable`.
-    causes: whether the cause of what did not pass is looked for.
-    """
-    begun = time.perf_counter()
-    measurement: dict[str, Any] = {"measured": {}, "rows": []}
-    from discmech.reference import ReferenceFailure
-
-    try:
-        measurement = study.measure(case, progress)
-        verdict = study.judge(case, measurement)
-        if causes and verdict.verdict != "pass":
-            _diagnose(study, case, measurement, verdict)
-    except StepFailure as failure:
-        verdict = Verdict("fail", str(failure))
-    except (CannotMeasure, ReferenceFailure) as failure:
-        verdict = Verdict("inconclusive", str(failure))
-    except BadInput as error:
-        measurement["unusable"] = True
-        verdict = Verdict("inconclusive", str(error))
-    return {
-        "scene": case.scene.name,
-        "rule": case.label,
-        "retraction": case.scene.groupoid.retraction,
-        "digits": case.digits,
-        "verdict": verdict.verdict,
-        "reason": verdict.reason,
-        "command": case.command,
-        "control": case.control is not None,
-        "expected": verdict.expected,
-        "measured": measurement["measured"],
-        "rows": measurement["rows"],
-        **{key: measurement[key] for key in DETAILS if key in measurement},
-        "seconds": time.perf_counter() - begun,
-        "measured_at": provenance(),
-    }

@@ -5,12 +5,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators import Scheme, StepFailure
+from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.equations import (
     DiscretisedScene,
     SceneSymbols,
@@ -23,7 +23,7 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
 
-from .case import Case, Progress
+from .case import Case, Progress, judged_alone
 
 MOST_ROWS = 10**6
 FAR = 4  # times the sum of the energy's terms at the start: such an error is an escape
@@ -35,27 +35,46 @@ def interval(steps: int) -> int:
     return -(-steps // MOST_ROWS) if steps > MOST_ROWS else 1
 
 
+#: the run that was made last, for the study that asks for the same one next; one, for it is large
+_latest: dict[tuple[Any, ...], Trajectory] = {}
+
+
 def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Trajectory:
     """`steps` steps at the scene's step, up to a million rows kept, with progress.
 
-    Raises `CannotMeasure` where the motion itself leaves every bound (a geodesic that runs to the
-    boundary) and the run ends for it; what a method makes of a bounded motion is its own failure.
+    The run that was made last is not made again, once: so that of momentum serves energy too.
+    Raises `CannotMeasure` where the motion itself leaves every bound (`follow`).
     """
+    key = (scheme, case.scene.step, steps, case.digits)
+    latest = _latest.pop(key, None)
+    _latest.clear()  # before the next takes its room
+    if latest is not None:
+        return latest
     flow = scheme.flow(case.scene.step, case.digits)
     label = f"{case.scene.name} {case.label}"
 
     def show(done: int) -> None:
         progress(f"{label}: {done} steps", done / steps)
 
+    run = follow(case, flow, steps, interval(steps), progress=show)
+    if not float(_growth(run)[-1]) < BEYOND:
+        _refuse_unbounded(case, flow, run)
+    _latest[key] = run
+    return run
+
+
+def follow(case: Case, flow: Flow, steps: int, *how: Any, **also: Any) -> Trajectory:
+    """flow.trajectory(steps, ...); raises `CannotMeasure` where it ends for the motion's sake.
+
+    A geodesic that runs to the boundary does; what a method makes of a bounded motion is its own
+    failure, the `StepFailure` that is raised.
+    """
     try:
-        run = flow.trajectory(steps, interval(steps), progress=show)
+        return flow.trajectory(steps, *how, **also)
     except StepFailure as failure:
         if failure.trajectory is not None:
-            _refuse_unbounded(case, scheme, failure.trajectory)
+            _refuse_unbounded(case, flow, failure.trajectory)
         raise
-    if not float(_growth(run)[-1]) < BEYOND:
-        _refuse_unbounded(case, scheme, run)
-    return run
 
 
 GROWN, ESCAPED = 1e3, 1e6  # times its size at the start: the motion grows, it ends out of bounds
@@ -67,13 +86,18 @@ def _growth(run: Trajectory) -> np.ndarray:
     """Per row: the largest entry of x, or of μ, over the largest of the first hundredth."""
     found = np.ones(len(run.t))
     for part in (run.x, run.mu):
-        sizes = np.abs(np.asarray(part, dtype=float)).max(axis=1, initial=0)
+        sizes = _largest(np.abs(np.asarray(part, dtype=float)))
         start = sizes[: 1 + len(sizes) // 100].max()
         found = np.maximum(found, sizes / start if start else found)
     return found
 
 
-def _refuse_unbounded(case: Case, scheme: Scheme, run: Trajectory) -> None:
+def _largest(rows: np.ndarray) -> np.ndarray:
+    """The largest entry ≥ 0 of each row; by columns, of which there are few."""
+    return reduce(np.maximum, rows.T, np.zeros(len(rows), rows.dtype))
+
+
+def _refuse_unbounded(case: Case, flow: Flow, run: Trajectory) -> None:
     """Raise `CannotMeasure` if the motion of a run that ended is unbounded, and not the method.
 
     It grew to ESCAPED times its size, and where it was GROWN times, a run of half the step is there
@@ -83,8 +107,8 @@ def _refuse_unbounded(case: Case, scheme: Scheme, run: Trajectory) -> None:
     if not np.nanmax(growth) >= ESCAPED:
         return
     row = int(np.argmax(growth >= GROWN))
-    steps = row * _every(run)
-    half = scheme.flow(case.scene.step / 2, case.digits)
+    steps = row * round(float(run.t[1] - run.t[0]) / float(flow.step))
+    half = flow.scheme.flow(flow.step / 2, case.digits)
     try:
         other = half.trajectory(2 * steps, 2 * steps)
     except StepFailure:
@@ -102,9 +126,26 @@ def _refuse_unbounded(case: Case, scheme: Scheme, run: Trajectory) -> None:
     )
 
 
-def _every(run: Trajectory) -> int:
-    """Steps between two rows."""
-    return round(float(run.t[1] - run.t[0]) / float(run.step))
+def refuse_ended(case: Case, time: float) -> None:
+    """Raise `MotionEnds` if the motion itself (to a collision, a pole) ends before twice that time.
+
+    A method that stops in the first half of the way there stops by itself. A reference that cannot
+    be had, or beyond the scene's duration takes too many steps, says nothing.
+    """
+    from discmech import reference
+
+    scene = case.scene
+    if judged_alone(scene) or scene.lagrangian is None:
+        return
+    try:
+        reference.solution(scene, scene.duration, digits=30, proof=False)
+        if 2 * time > scene.duration:
+            reference.follow(scene, 2 * time)
+    except reference.MotionEnds as end:
+        if end.time < 2 * time:
+            raise
+    except (reference.ReferenceFailure, BadInput):
+        return
 
 
 Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
@@ -182,8 +223,8 @@ def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.nda
     """
     values, terms = found
     with arithmetic(digits).working():
-        drifts = np.abs(values - values[0]).max(axis=1)
-        scale = np.maximum(terms.max(axis=1), terms[0].max())
+        drifts = _largest(np.abs(values - values[0]))
+        scale = np.maximum(_largest(terms), terms[0].max())
         if digits == 16:  # all rows at once
             return np.divide(drifts, scale, out=np.zeros_like(drifts), where=drifts != 0)
         return np.array([float(d / s) if d else 0.0 for d, s in zip(drifts, scale, strict=True)])

@@ -1,7 +1,8 @@
 """A failing case made small: the simplest scene and the fewest steps that still fail.
 
-A smaller case counts if the study says no there too, and says no such thing of the midpoint rule:
-a scene or a number of steps that fails every method tells nothing of this one.
+A smaller case counts if the study says no there too, for the same cause where one is known, and
+says no such thing of the midpoint rule: a scene or a number of steps that fails every method tells
+nothing of this one.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from .study import Study
 
 LEAST = 1.0  # seconds of processor time; a case that took longer to fail may be tried as long
 MOST_STEPS = 2**20
-Run = Callable[[Study, Case], Mapping[str, Any]]
+Run = Callable[..., Mapping[str, Any]]  # run_case, or what takes the same
 
 
 def shrunk(
@@ -57,19 +58,25 @@ def smallest(
     """{"scene", "steps", "command", "reason", "whatever"} of the smallest case found; None if the
     case is as small already. whatever: the parameters that may as well be 1.
 
-    run: what measures and judges a case. No try begins once they took longer than the case itself.
+    run: what measures and judges a case and looks for the cause (`run_case`). No try begins once
+    they took longer than the case itself.
     """
     ends = time.process_time() + max(LEAST, result["seconds"])
+    cause, plain = _cause(result), partial(run, causes=False)
 
     def fails(tried: Case) -> Mapping[str, Any] | None:
         """The result, if it is a failure of this method and of the same kind."""
-        found = _tried(run, study, tried)
+        found = _tried(plain, study, tried)
         if found is None or bool(found["measured"]) != bool(result["measured"]):
             return None
         usual = discretisations.midpoint
-        if case.rule is usual or not usual.applies(tried.scene):
+        compared = case.rule is not usual and usual.applies(tried.scene)
+        if compared and _tried(plain, study, replace(tried, rule=usual)) is not None:
+            return None
+        if cause is None:
             return found
-        return found if _tried(run, study, replace(tried, rule=usual)) is None else None
+        found = _tried(run, study, tried)  # another defect may make it fail
+        return found if found is not None and _cause(found) == cause else None
 
     def first(candidates: Iterator[Case]) -> tuple[Case, Mapping[str, Any]] | None:
         for candidate in candidates:
@@ -94,6 +101,11 @@ def smallest(
         "scene": small.scene.name, "steps": small.steps, "command": small.command,
         "reason": said["reason"], "whatever": whatever,
     }  # fmt: skip
+
+
+def _cause(result: Mapping[str, Any]) -> str | None:
+    """The kind of defect that a result was told to have."""
+    return (result.get("diagnosis") or {}).get("cause")
 
 
 def _listed(*asked: Any) -> list[dict[str, Any] | None]:

@@ -10,7 +10,7 @@ shown.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.util import find_spec
@@ -23,6 +23,8 @@ from .options import Option
 if TYPE_CHECKING:
     from .case import Case, Choice, Progress, Verdict
 
+#: behind the name of a rule whose steps were chosen for tolerances
+BY_TOLERANCE = ", tolerance"
 FOLDER = Path(__file__).resolve().parents[1]
 
 
@@ -58,11 +60,6 @@ class Study:
         """Why it may apply to nothing that was chosen."""
         return str(self.measuring.NEEDS)
 
-    @property
-    def in_contact(self) -> bool:
-        """Whether it judges scenes with contact, and no others."""
-        return bool(getattr(self.measuring, "CONTACT", False))
-
     @cached_property
     def view(self) -> Any:
         """How its numbers are shown: a `report.view.View`."""
@@ -71,9 +68,13 @@ class Study:
         return import_module(f"{self.package}.view").VIEW
 
     def cases(self, choice: Choice) -> list[Case]:
-        """The cases of a choice: scenes with contact are the study's that says it judges them."""
-        found = list(self.measuring.cases(choice))
-        return [case for case in found if (case.scene.contact is not None) == self.in_contact]
+        """The cases of a choice; scenes that one study alone judges (`case.APART`) are its own."""
+        case = import_module(f"{_PARENT}.core.case")
+        own = self.name if self.name in case.APART else ""
+        scenes = tuple(s for s in choice.scenes if case.judged_alone(s) == own)
+        if choice.scenes and not scenes:
+            return []
+        return list(self.measuring.cases(replace(choice, scenes=scenes)))
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
         """The numbers of a case: {"measured": {...}, "rows": [...], ...}."""

@@ -12,17 +12,18 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from discmech.integrators import BadInput, Discretisation, Scene, scenes
+from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import RAISED
+from discmech.integrators.lattices import systems
 
 
 @dataclass(frozen=True)
 class UserFile:
     """What a file defines at its top level, by the names that rules and scenes have.
 
-    `path` is as it was first given, `digest` tells its text (and that of neighbours which it
-    imports) from any other.
+    Lattices are among the scenes. `path` is as it was first given, `digest` tells its text (and
+    that of neighbours which it imports) from any other.
     """
 
     path: str
@@ -80,6 +81,9 @@ def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], 
         names: dict[str, Any]
         if isinstance(thing, Discretisation):
             known, names = discretisations.BUILT_IN.get(thing.name), rules
+        elif isinstance(thing, Lattice):
+            known = systems.get(thing.name) if thing.name in systems.NAMES else None
+            names = own
         elif isinstance(thing, Scene):
             known, names = (
                 scenes.get(thing.name) if thing.name in scenes.every_name() else None,
@@ -96,7 +100,7 @@ def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], 
     if not rules and not own:
         raise BadInput(
             f"{path} defines no rule and no scene: decorate a function with @discretisation() or "
-            "@one_step(), or make a Scene(...) at the top level."
+            "@one_step(), or make a Scene(...) or a Lattice(...) at the top level."
         )
     return rules, own
 

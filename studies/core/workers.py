@@ -12,6 +12,7 @@ from multiprocessing.connection import wait
 from threading import Thread
 
 from .cluster import Cluster
+from .threads import one_thread
 
 
 @contextmanager
@@ -28,7 +29,8 @@ def worker_pool(workers: int | Cluster) -> Iterator[Executor]:
     others = set(active_children())
     own = ProcessPoolExecutor(workers, get_context("spawn"), _begin)
     try:
-        with _interrupts_wait():  # a process that begins keeps what its parent blocks
+        # a process that begins keeps what its parent blocks, and its settings
+        with _interrupts_wait(), one_thread():
             for _ in range(workers):
                 own.submit(os.getpid)
         yield own

@@ -24,9 +24,9 @@ STUDY = Study(
     judged="nothing that is wrong may go without a sign",
     about=(
         "Every scene is taken to its edge (eccentricities near one, starts beside a separatrix, "
-        "scales of 10^±100, ratios of inertia of 10⁸, springs and fields that are very stiff), "
-        "once with a step that resolves the fastest motion and once with one that does not. A "
-        "run may be right, it may stop with a message, or it may return with a wrong result; "
+        "scales of 10¹⁰⁰ and 10⁻¹⁰⁰, ratios of inertia of 10⁸, springs and fields that are very "
+        "stiff), once with a step that resolves the fastest motion, once with one that does not. "
+        "A run may be right, it may stop with a message, or it may return with a wrong result; "
         "then a third or a sixteenth of the step, or the energy, has to tell. A run that is "
         "wrong by more than a hundredth while nothing tells is silent, and fails. It can "
         "mislead: the reference is asked for the end of the run only, and where there is none "

@@ -18,24 +18,20 @@ from ..core.runs import relative_drifts, with_terms
 from .quantities import formula_of, kept_in, scheme_for
 
 
-def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
-    """Whether the scene, its coordinates, L_d or the run is to blame; None where that needs the
-    attitude.
+def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None:
+    """Whether the scene, its coordinates, L_d or the run is to blame for the largest of these.
 
-    First the certified motion is asked whether it keeps the quantity: else the scene is wrong.
-    A step from (x, F⁻/h) leads to (b, F⁺/h), so a quantity that the method keeps has one value at
-    both ends of every arrow (discrete Noether theorem). That is asked with 30 digits, at arrows of
-    a run.
+    drift: of quantities that no force changes and that drift. First the certified motion is asked
+    whether it keeps the quantity: else the scene is wrong, whatever the method. A step from
+    (x, F⁻/h) leads to (b, F⁺/h), so a quantity that the method keeps has one value at both ends of
+    every arrow (discrete Noether theorem). That is asked with 30 digits, at arrows of a run; None
+    where it needs the attitude, or where there is no L_d(x, u).
     """
-    drift = measurement["measured"]["drift"]
-    if case.scene.force is not None:
+    kept = [q for q in kept_in(case) if q.name in drift]
+    if not kept:
         return None
-    plain = [q for q in kept_in(case) if q.name in drift and not q.attitude and q.stretch is None]
-    if not plain or case.scheme.element is not None or case.scheme.one_step:
-        return None
-    worst = max(plain, key=lambda q: drift[q.name])
-    scheme = scheme_for(case, False).base
-    flow = Flow(scheme, case.scene.step, 30)
+    worst = max(kept, key=lambda q: drift[q.name])
+    scheme = scheme_for(case, worst.attitude).base
     formula = formula_of(scheme, worst, case.scene.step)
     rows_of = with_terms(scheme, formula, 30)
     if not worst.of_step and (moved := _of_motion(scheme, rows_of)) > 1e-20:
@@ -45,6 +41,11 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
             f"changes by {moved:.1e}; no rule can keep it, so mend its formula, or the Lagrangian.",
             {"quantity": worst.name, "motion": moved},
         )
+    if worst.attitude or worst.stretch is not None or scheme.element is not None:
+        return None
+    if scheme.one_step:
+        return None
+    flow = Flow(scheme, case.scene.step, 30)
     run = flow.trajectory(ROWS)
     with flow.numbers.working():
         at, h = flow.context, flow.context.h

@@ -11,13 +11,12 @@ from discmech.integrators import BadInput
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.scene import Conserved
 
+from ..causes.round_off import lost_one_way, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.runs import bins, interval, long_run, relative_drifts, with_terms
-from .cause import diagnose
+from .cause import cause_of_drift
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .work import less_work
-
-__all__ = ["NEEDS", "cases", "diagnose", "judge", "measure"]
 
 NAME = "momentum"
 NEEDS = (
@@ -46,6 +45,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     A drift is |J_k − J_0| over the sum of the absolute values of J's terms, but for constants.
     Quantities of the attitude run on the scene with the attitude as base; the others do without it.
     units: {name: (of a step, of the value)}, what round-off does, relative to the same sum, in ε.
+    lost, of what would fail: what it does if the rule's own formulas lose digits (`lost_one_way`).
     Raises `BadInput` where nothing can be measured.
     """
     if not measured_in(case):
@@ -54,16 +54,18 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     kept, measured = kept_in(case), measured_in(case)
     series: dict[str, np.ndarray] = {}
     units: dict[str, tuple[float, float]] = {}
-    for attitude in (False, True):
+    for attitude in (True, False):  # the energy's run last: it is there when energy is measured
         whole = [q for q in kept if q.attitude is attitude and q.stretch is None]
         if whole:
             scheme = scheme_for(case, attitude)
             run = long_run(case, scheme, steps, progress)
+            drifts = {}
             for q in whole:
                 formula = formula_of(scheme, q, case.scene.step)
                 found = with_terms(scheme, formula, case.digits)(run)
-                series[q.name] = relative_drifts(found, case.digits)
+                drifts[q.name] = relative_drifts(found, case.digits)
                 units[q.name] = round_offs(scheme, formula, run, found[1], case.digits)
+            series = drifts | series  # those of the attitude are shown behind
     for q in kept:
         if q.stretch is not None:
             series[q.name], units[q.name] = _over_stretches(case, q, steps, progress)
@@ -81,7 +83,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         }
         rows.append({"step": step, "time": float(step * case.scene.step), "drift": drift})
     worst = {name: float(drift.max()) for name, drift in series.items()}
-    return {"rows": rows, "measured": {"drift": worst}, "steps": steps, "units": units}
+    result = {"rows": rows, "measured": {"drift": worst}, "steps": steps, "units": units}
+    if judge(case, result).verdict == "fail":
+        result["lost"] = lost_one_way(case, steps)
+    return result
 
 
 def _steps_of(q: Conserved, steps: int) -> int:
@@ -147,5 +152,15 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     name = max(drifting, key=lambda k: drift[k])
     steps = f" in {over[name]} steps" if name in over else ""
     allowed = limits.get(name, expected["limit"])
+    lost = {k: measurement.get("lost", 0.0) * max(1.0, units.get(k, (1.0,))[0]) for k in drifting}
+    if all(drift[k] <= lost[k] for k in drifting):
+        return Verdict("inconclusive", why_unknown(name, drift[name], lost[name]), expected)
     said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
     return Verdict("fail", said, expected)
+
+
+def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """The cause of a drift beyond its limit (`cause_of_drift`); None of what a force changes."""
+    drift = measurement["measured"]["drift"]
+    limits = judge(case, measurement).expected.get("limits", {})
+    return cause_of_drift(case, {k: v for k, v in drift.items() if not v <= limits.get(k, 0)})

@@ -20,7 +20,7 @@ from discmech.integrators.numbers import (
     with_running_errors,
 )
 from discmech.integrators.rules import Composition, OneStepMap
-from discmech.integrators.scene import Conserved, Scene
+from discmech.integrators.scene import Conserved
 
 from ..core.case import Case
 from .section import KIND
@@ -59,14 +59,9 @@ def _moved(scheme: Scheme, q: Conserved) -> bool:
     return first_violation(work, [*s.u]) is not None
 
 
-@cache
-def _with_attitude(scene: Scene) -> Scene:
-    return scene.with_attitude()
-
-
 def scheme_for(case: Case, attitude: bool) -> Scheme:
     """The case's scheme, with the attitude as base if a quantity needs it."""
-    return case.scheme_on(_with_attitude(case.scene) if attitude else case.scene)
+    return case.scheme_on(case.scene.with_attitude() if attitude else case.scene)
 
 
 def formula_of(scheme: Scheme, q: Conserved, step: Any) -> Any:

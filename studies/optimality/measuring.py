@@ -21,7 +21,7 @@ from discmech.integrators.rules import Composition, OneStepMap
 from ..core import lookup
 from ..core.case import Case, Choice, Progress, Verdict, silent
 from ..core.fitting import Window, asymptotic_window
-from ..order.measuring import TOLERANCE
+from ..order.window import TOLERANCE
 
 NAME = "optimality"
 NEEDS = (

@@ -49,6 +49,11 @@ def _short(measured: dict[str, Any]) -> str:
     return NONE if found is None else f"{found:.4f}"
 
 
+def _multipliers(case: Case) -> str:
+    found = number(mapping(case, "measured").get("multipliers"))
+    return NONE if found is None else f"{found:.3f}"
+
+
 def _points(case: Case) -> str:
     """Points of the fit, and why others were left out."""
     used = mapping(case, "measured").get("points")
@@ -91,6 +96,10 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
-    columns=[("Order", lambda case: _got(mapping(case, "measured"))), ("Points", _points)],
+    columns=[
+        ("Order", lambda case: _got(mapping(case, "measured"))),
+        ("Order of multipliers", _multipliers),
+        ("Points", _points),
+    ],
     got=_got, wanted=_wanted, short=_short, sketches=_sketches, compared=_compared,
 )  # fmt: skip

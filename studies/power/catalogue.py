@@ -7,6 +7,8 @@ paper's misprints, solvers that stop early or lag behind, wrong coefficients.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 from discmech.integrators.equations import constraint_matrix
@@ -300,6 +302,8 @@ def principles() -> Iterator[Fault]:
                 yield Fault(scene, rule, f"constraint.{name}", operator, words=words)
 
 
-def everything() -> list[Fault]:
-    """All candidates."""
-    return [*systematic(), *solvers(), *coefficients(), *misprints(), *principles()]
+@lru_cache(maxsize=8)
+def everything(unit: int = 0, seed: int = 0) -> tuple[Fault, ...]:
+    """All candidates; unit and seed as of a fault: another seed has other places."""
+    found = (*systematic(), *solvers(), *coefficients(), *misprints(), *principles())
+    return tuple(replace(fault, unit=unit, seed=seed) for fault in found)

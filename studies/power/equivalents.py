@@ -77,7 +77,7 @@ def _same_up_to_factor(fault: Fault, name: str) -> str:
     factors = []
     with flow.numbers.working():
         for x, u, mu in zip(run.base, run.u, run.mu, strict=True):
-            x, u, mu = ([flow.numbers.number(e) for e in part] for part in (x, u, mu))
+            x, u, mu = (np.array([flow.numbers.number(e) for e in part]) for part in (x, u, mu))
             at: tuple[Any, ...] = (flow.geometry.at(x, u),) if name == "omega" else (x, mu)
             given = tracked(getattr(flow.geometry, name)(*at)).value
             new = fault.operate(given, None)

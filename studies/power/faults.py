@@ -15,6 +15,7 @@ from discmech.integrators import scenes
 from discmech.integrators.numbers import first_violation
 from discmech.integrators.scene import Scene
 
+from ..core.units import in_unit_of_action
 from .operators import OPERATORS, Operator
 
 
@@ -26,6 +27,7 @@ class NoPlace(LookupError):
 class Fault:
     """One seeded fault: where it is, what is done, and the seed that chooses the place.
 
+    unit: the scene's action is 10^unit times as large; the slip is made at the same place in each.
     `operator` is a name of `OPERATORS`, or a function of one's own with the same arguments where
     the slip needs `words`.
     """
@@ -36,6 +38,7 @@ class Fault:
     operator: str | Operator
     seed: int = 0
     words: str = ""
+    unit: int = 0
 
     @property
     def what(self) -> str:
@@ -84,12 +87,15 @@ VALUES = {
 
 
 @cache
-def scene_of(name: str) -> Scene:
+def scene_of(name: str, unit: int = 0) -> Scene:
     """The scene with parameters in general position, without what is asked of its attitude.
+
+    unit: as of a fault.
 
     For the attitude another scheme would be derived; its momentum maps follow from the update of
     μ, which the Casimirs see too.
     """
     scene = scenes.get(name)
     kept = [q for q in scene.symmetries if not q.attitude]
-    return scene.with_values(symmetries=kept, parameters=VALUES.get(name, {}))
+    placed = scene.with_values(symmetries=kept, parameters=VALUES.get(name, {}))
+    return in_unit_of_action(placed, unit) if unit else placed

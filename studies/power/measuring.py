@@ -7,6 +7,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from discmech.integrators import BadInput
@@ -16,8 +17,8 @@ from .. import get
 from ..core.case import Case
 from ..core.cluster import Cluster
 from ..core.fingerprint import of_everything
+from ..core.one_case import run_case
 from ..core.record import provenance
-from ..core.running import run_case
 from ..core.store import Store
 from ..core.workers import worker_pool
 from .catalogue import everything
@@ -37,8 +38,8 @@ Result = dict[str, Any]
 BATCH = 100  # faults or rules that a pool of processes does
 
 
-def of_fault(index: int) -> Result | None:
-    """One candidate of the catalogue through the studies; None where there is no such fault.
+def of_fault(index: int, unit: int = 0, seed: int = 0) -> Result | None:
+    """One of `everything(unit, seed)` through the studies; None where there is no such fault.
 
     {"name", "scene", "rule", "site", "what", "found": {study: {"verdict", "reason", "seconds"}},
     "caught", "equivalent", "seconds"}; `caught` names the studies that said no.
@@ -46,7 +47,7 @@ def of_fault(index: int) -> Result | None:
     Studies have their digits in the name; where the bench refuses the object, the only one is
     "refused". `equivalent` is the proof, of those that nothing caught.
     """
-    fault = everything()[index]
+    fault = everything(unit, seed)[index]
     begun = time.process_time()
     try:
         found = _studied(fault)
@@ -119,15 +120,19 @@ def measure(
     jobs: int | Cluster,
     progress: Callable[[str, float], None],
     store: Store | None = None,
+    unit: int = 0,
+    seed: int = 0,
 ) -> tuple[list[Result], list[Result]]:
     """(results of the faults of these indices that exist, results of the rules of these seeds).
 
+    unit, seed: the faults' (`everything`).
     A store keeps each as it is finished, and what it has already is not measured again.
     """
     total, done = len(faults) + len(rules), 0
     found: tuple[list[Result], list[Result]] = ([], [])
-    for into, function, numbers in ((0, of_fault, faults), (1, of_rule, rules)):
-        named = {number: _name(function, number) for number in numbers}
+    faulty = partial(of_fault, unit=unit, seed=seed)
+    for into, function, numbers in ((0, faulty, faults), (1, of_rule, rules)):
+        named = {n: f"valid rule {n}" if into else _name(n, unit, seed) for n in numbers}
         results: dict[int, Result | None] = {}
         for number, name in named.items():
             earlier = store.find(of_everything("power", name)) if store is not None else None
@@ -149,8 +154,8 @@ def measure(
     return found
 
 
-def _name(function: Callable[[int], Any], number: int) -> str:
-    return everything()[number].name if function is of_fault else f"valid rule {number}"
+def _name(index: int, unit: int, seed: int) -> str:
+    return everything(unit, seed)[index].name + (f" in units of 10^{unit}" if unit else "")
 
 
 @contextmanager

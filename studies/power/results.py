@@ -33,32 +33,39 @@ def power(
     *,
     thorough: bool = False,
     only: str = "",
+    unit: int = 0,
+    seed: int = 0,
     store: Store | None = None,
 ) -> dict[str, Any]:
     """The result of all faults and rules, of one in `SAMPLE`, or of those whose name holds `only`.
 
+    unit: the faults alone, on scenes whose action is 10^unit times as large (random rules have
+    terms of their own size). seed: of the faults' places, of the sample and of the random rules.
     What the store has is not measured again. There are no cases if no name holds `only`.
     """
-    faults = [i for i, fault in enumerate(everything()) if only in fault.name]
-    rules = [seed for seed in range(RULES) if only in rule_name(seed)]
+    catalogue = everything(unit, seed)
+    faults = [i for i, fault in enumerate(catalogue) if only in fault.name]
+    rules = [] if unit else list(range(RULES * seed, RULES * (seed + 1)))
+    rules = [number for number in rules if only in f"valid rule {rule_name(number)}"]
     if not (thorough or only):
-        faults = sampled(faults, lambda i: everything()[i].site.split(".")[0])
-        rules = sampled(rules, lambda seed: random_rule(seed).name.rpartition("-")[0])
+        faults = sampled(faults, lambda i: catalogue[i].site.split(".")[0], seed)
+        rules = sampled(rules, lambda number: random_rule(number).name.rpartition("-")[0], seed)
     words = [
         *(["--thorough"] if thorough else []),
         *(["--only", shlex.quote(only)] if only else []),
     ]
-    found = measure(faults, rules, jobs, progress, store)
+    same = [*(["--unit", str(unit)] if unit else []), *(["--seed", str(seed)] if seed else [])]
+    found = measure(faults, rules, jobs, progress, store, unit, seed)
     note = "" if thorough or only else "A sample; discmech power --thorough takes all."
-    return result(*found, " ".join(["discmech power", *words]), note)
+    return result(*found, " ".join(["discmech power", *words, *same]), note, same)
 
 
-def sampled(numbers: Sequence[int], kind: Callable[[int], str]) -> list[int]:
-    """One in `SAMPLE` of each kind, at least one, chosen by a fixed seed, in order."""
+def sampled(numbers: Sequence[int], kind: Callable[[int], str], seed: int = 0) -> list[int]:
+    """One in `SAMPLE` of each kind, at least one, chosen by the seed, in order."""
     kinds: dict[str, list[int]] = {}
     for number in numbers:
         kinds.setdefault(kind(number), []).append(number)
-    generator = random.Random("discmech power")
+    generator = random.Random("discmech power" + (f" {seed}" if seed else ""))
     chosen = [generator.sample(n, -(-len(n) // SAMPLE)) for n in kinds.values()]
     return sorted(number for several in chosen for number in several)
 
@@ -69,9 +76,16 @@ def rule_name(seed: int) -> str:
 
 
 def result(
-    faults: Sequence[Result], valid: Sequence[Result], command: str, note: str = ""
+    faults: Sequence[Result],
+    valid: Sequence[Result],
+    command: str,
+    note: str = "",
+    same: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """The result of a study: verdict, counts, tables, and a case each with its command."""
+    """The result of a study: verdict, counts, tables, and a case each with its command.
+
+    same: the options that the command of every case has too.
+    """
     outcomes = [outcome(fault) for fault in faults]
     survivors = [f["name"] for f in faults if outcome(f) == "survives"]
     alarms = [v["name"] for v in valid if v["caught"]]
@@ -85,7 +99,8 @@ def result(
         "equivalent": outcomes.count("equivalent"), "survivors": survivors,
         "rules": len(valid), "false_alarms": alarms, "seconds": seconds,
         "tables": [_by_site(faults), _by_study(faults, valid)],
-        "cases": [*map(_of_fault, faults), *map(_of_rule, valid)],
+        "cases": [*(_of_fault(fault, same) for fault in faults),
+                  *(_of_rule(rule, same) for rule in valid)],
     }  # fmt: skip
 
 
@@ -94,25 +109,27 @@ def outcome(fault: Result) -> str:
     return "caught" if fault["caught"] else "equivalent" if fault["equivalent"] else "survives"
 
 
-def _of_fault(fault: Result) -> dict[str, Any]:
+def _of_fault(fault: Result, same: Sequence[str]) -> dict[str, Any]:
     said = outcome(fault)
     missed = ", ".join(f"{k} {one['verdict']}" for k, one in fault["found"].items())
     survives = f"no study says no, and no proof says that it is valid: {missed}."
     reason = {"caught": "", "equivalent": fault["equivalent"], "survives": survives}[said]
-    return _case(fault, said != "survives", reason, "caught", control=True)
+    return _case(fault, said != "survives", reason, "caught", same, control=True)
 
 
-def _of_rule(rule: Result) -> dict[str, Any]:
+def _of_rule(rule: Result, same: Sequence[str]) -> dict[str, Any]:
     reasons = "; ".join(f"{k}: {rule['found'][k]['reason']}" for k in rule["caught"])
-    return _case(rule, not rule["caught"], reasons, "no alarm", control=False)
+    return _case(rule, not rule["caught"], reasons, "no alarm", same, control=False)
 
 
-def _case(one: Result, sound: bool, reason: str, wanted: str, control: bool) -> dict[str, Any]:
+def _case(
+    one: Result, sound: bool, reason: str, wanted: str, same: Sequence[str], control: bool
+) -> dict[str, Any]:
     kept = ("site", "what", "caught", "equivalent")
     return {
         "scene": one["scene"], "rule": one["rule"], "retraction": None, "digits": None,
         "verdict": "pass" if sound else "fail", "reason": reason, "control": control,
-        "command": f"discmech power --only {shlex.quote(one['name'])}",
+        "command": shlex.join(["discmech", "power", "--only", one["name"], *same]),
         "expected": {"wanted": wanted}, "measured": {key: one[key] for key in kept},
         "rows": [{"study": name, **said} for name, said in one["found"].items()],
         "seconds": one["seconds"], "measured_at": one["measured_at"],

@@ -45,13 +45,13 @@ IN_RULE = ("rule", "fraction", "path", "velocity", "rate")
 
 
 @lru_cache(maxsize=16)
-def _sound(scene: str, rule: str) -> Scheme:
-    return Scheme(scene_of(scene), discretisations.get(rule))
+def _sound(scene: str, rule: str, unit: int) -> Scheme:
+    return Scheme(scene_of(scene, unit), discretisations.get(rule))
 
 
 def sound_scheme(fault: Fault) -> Scheme:
     """The scheme without the fault."""
-    return _sound(fault.scene, fault.rule)
+    return _sound(fault.scene, fault.rule, fault.unit)
 
 
 def _differs(scheme: Scheme, other: Scheme) -> bool:
@@ -68,7 +68,7 @@ def faulty_scheme(fault: Fault) -> Scheme:
     Raises `NoPlace` where there is nothing to change, `BadInput` where the bench refuses what was
     changed.
     """
-    scene, rule = scene_of(fault.scene), discretisations.get(fault.rule)
+    scene, rule = scene_of(fault.scene, fault.unit), discretisations.get(fault.rule)
     site, _, name = fault.site.partition(".")
     if site in IN_RULE:
         rule = _in_rule(fault, rule, site)

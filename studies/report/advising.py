@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .wording import USUAL_RETRACTION, Result, duration, number, scientific
@@ -19,18 +19,42 @@ def recommended(result: Result) -> list[str]:
     for line in result["advice"]:
         scenes.setdefault(_place(line), []).append(line)
     return [
-        "\n  ".join([f"{place}: {', '.join(map(short, lines))}.", *map(sentence, lines)])
-        for place, lines in scenes.items()
+        *overall(result["advice"]),
+        *(
+            "\n  ".join([f"{place}: {', '.join(map(short, lines))}.", *map(sentence, lines)])
+            for place, lines in scenes.items()
+        ),
+    ]
+
+
+def overall(lines: Sequence[Line]) -> list[str]:
+    """Which method is best at every aim of every scene, or that none is; nothing of one aim."""
+    asked = [line for line in lines if line["take"]]
+    if len(asked) < 2:
+        return []
+    taken = [rule for rule in asked[0]["take"] if all(rule in line["take"] for line in asked)]
+    where = f"at all {len(asked)} aims"
+    if not taken:
+        return [f"No method is best, or as good as the best, {where}."]
+    alone = sum(bool(line["told_apart"]) for line in asked)
+    best = f"{' or '.join(taken)} is best"
+    if alone == len(asked):
+        return [f"{best} {where}."]
+    return [
+        f"{best}, or cannot be told from the best, {where}; nothing else comes near at {alone}."
     ]
 
 
 def recommendation(result: Result) -> dict[str, Any]:
     """The same as plain cells for the page."""
+    about = (
+        "By the time to an error, the energy error at equal time, the share of the stability map; "
+        "in brackets what the spread of the times, or of the map's edges, leaves open. Methods "
+        "within it cannot be told apart."
+    )
     return {
         "title": "Which to take",
-        "about": "By the time to an error, the energy error at equal time, the share of the "
-        "stability map; in brackets what the spread of the times, or of the map's edges, leaves "
-        "open. Methods within it cannot be told apart.",
+        "about": " ".join([*overall(result["advice"]), about]),
         "heads": ["Scene", "Evidence"],
         "lines": [[_place(line), sentence(line)] for line in result["advice"]],
     }

@@ -79,8 +79,8 @@ def round_off(digits: int) -> float:
     return 2.0**-53 if digits <= 16 else 10.0 ** (1 - digits) / 2
 
 
-def render(panels: Sequence[Panel], sheet: Sheet, library: dict[str, str]) -> Drawing:
-    """Draw the panels on one sheet. Markers and styles of the page go into `library`."""
+def render(panels: Sequence[Panel], sheet: Sheet, definitions: dict[str, str]) -> Drawing:
+    """Draw the panels on one sheet. Markers and styles of the page go into `definitions`."""
     import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -116,7 +116,7 @@ def render(panels: Sequence[Panel], sheet: Sheet, library: dict[str, str]) -> Dr
         with matplotlib.rc_context({"svg.fonttype": "none"}):  # the page has fonts of its own
             figure.savefig(words, format="svg", metadata=about)
     spoken = [panel.spoken for panel in panels]
-    inline = inline_panels(words.getvalue(), cells, spoken, scales, library)
+    inline = inline_panels(words.getvalue(), cells, spoken, scales, definitions)
     return Drawing(svg.getvalue(), png.getvalue(), inline, sheet.width, columns)
 
 

@@ -39,12 +39,12 @@ def anew(drawings: Sequence[tuple[Any, Callable[[], Any]]]) -> list[Any]:
 def plates(
     results: Sequence[Result],
     titles: Titles,
-    library: dict[str, str],
+    definitions: dict[str, str],
     remembered: Remembered = anew,
 ) -> list[Plate]:
     """Every figure that these results (one a study) allow.
 
-    `library` collects the styles and markers that the inline panels refer to; the page has to
+    `definitions` collects the styles and markers that the inline panels refer to; the page has to
     hold them once. remembered: gives what was drawn of the same numbers before.
     """
     rules = dict.fromkeys(rule_name(case) for result in results for case in result["cases"])
@@ -57,7 +57,7 @@ def plates(
     ]
     found = []
     for result, (study, cases), drawn in zip(results, own, remembered(drawings), strict=True):
-        library |= drawn["library"]
+        definitions |= drawn["definitions"]
         for figure in drawn["figures"]:
             drawing = Drawing(
                 figure["svg"].encode(), b64decode(figure["png"]), figure["panels"],
@@ -72,19 +72,19 @@ def plates(
 def _drawn(
     study: str, cases: Sequence[Case], known: dict[str, Mark], titles: Titles
 ) -> dict[str, Any]:
-    """The figures of a study and what they add to the page's library, as JSON has it."""
-    library: dict[str, str] = {}
+    """The figures of a study and what they add to the page's definitions, as JSON has it."""
+    definitions: dict[str, str] = {}
     figures = []
     for sketch in view_of(study).sketches(cases, known, titles):
         if sketch.panels:
-            drawing = render(sketch.panels, sketch.sheet, library)
+            drawing = render(sketch.panels, sketch.sheet, definitions)
             figures.append(
                 {"name": sketch.name, "title": sketch.title, "caption": sketch.caption,
                  "digits": sketch.digits, "svg": drawing.svg.decode(),
                  "png": b64encode(drawing.png).decode(), "panels": drawing.panels,
                  "width": drawing.width, "columns": drawing.columns}
             )  # fmt: skip
-    return {"library": library, "figures": figures}
+    return {"definitions": definitions, "figures": figures}
 
 
 def command(result: Result, cases: Sequence[Case], digits: int | None) -> str:

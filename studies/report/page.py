@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import filterfalse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.study import every_study
+from ..core.study import counts, every_study
 from .mathml import display, inline, together
 from .publish import published
 from .summary import headline, machine, merged, runs, tally, trouble, when
 from .svg import short_names
-from .tables import columns, file_name, write_tables
+from .tables import columns, file_name, filled, write_tables
 from .wording import CONSTRAINED, VERDICTS, Case, Result, is_control, verdict, why
 
 if TYPE_CHECKING:
@@ -42,17 +43,17 @@ def write_report(
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     studies = merged(results)
-    library: dict[str, str] = {}
+    definitions: dict[str, str] = {}
     with published(Path(folder), last="index.html") as new:
         for name in ("figures", "tables", "equations"):
             (new / name).mkdir()
-        drawn = plates(studies, titles, library, remembered or anew)
+        drawn = plates(studies, titles, definitions, remembered or anew)
         for plate in drawn:
             (new / "figures" / f"{plate.name}.svg").write_bytes(plate.drawing.svg)
             (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)
         files = {str(study["study"]): write_tables(study, new / "tables") for study in studies}
         formulae = _schemes(equations, titles, new / "equations")
-        text = _page(results, studies, drawn, library, scenes, command, files, formulae)
+        text = _page(results, studies, drawn, definitions, scenes, command, files, formulae)
         (new / "index.html").write_text(text, encoding="utf-8")
     return Path(folder) / "index.html"
 
@@ -72,16 +73,16 @@ def lone_page(
 
     titles = {str(s.get("name")): str(s.get("title") or s.get("name")) for s in scenes}
     studies = merged(results)
-    library: dict[str, str] = {}
-    drawn = plates(studies, titles, library)
-    return _page(results, studies, drawn, library, scenes, command, tables=tables)
+    definitions: dict[str, str] = {}
+    drawn = plates(studies, titles, definitions)
+    return _page(results, studies, drawn, definitions, scenes, command, tables=tables)
 
 
 def _page(
     results: Sequence[Result],
     studies: Sequence[Result],
     drawn: Sequence[Plate],
-    library: Mapping[str, str],
+    definitions: Mapping[str, str],
     scenes: Sequence[Mapping[str, Any]],
     command: str,
     files: Mapping[str, Sequence[str]] | None = None,
@@ -99,7 +100,7 @@ def _page(
             if n not in {s["study"] for s in studies} and (study.usual or command == "make report")
         ],
         "trouble": trouble(studies),
-        "library": "".join(library[key] for key in sorted(library)),
+        "definitions": "".join(definitions[key] for key in sorted(definitions)),
         "tables": tables,
         "equations": equations,
         "scenes": [_SCENE | dict(scene) for scene in scenes],
@@ -125,9 +126,7 @@ def environment() -> Environment:
 
 def _lines(study: str, cases: Sequence[Case]) -> dict[str, Any]:
     """A table for the templates: headings, and a line a case."""
-    shown = columns(study)
-    if not any(case.get("retraction") for case in cases):
-        shown = [column for column in shown if column[0] != "Retraction"]
+    shown = filled(columns(study), cases)
     lines = [
         {
             "cells": [text(case) for _, text in shown[:-1]],
@@ -147,7 +146,8 @@ def _view(study: Result, drawn: Sequence[Plate], files: Sequence[str]) -> dict[s
     name, cases = str(study["study"]), study["cases"]
     known = every_study().get(name)
     sound = [case for case in cases if not is_control(case)]
-    parts = {kind: [case for case in sound if verdict(case) == kind] for kind in VERDICTS}
+    ours = list(filter(counts, sound))
+    parts = {kind: [case for case in ours if verdict(case) == kind] for kind in VERDICTS}
     return {
         "name": name,
         "title": known.title if known else name.capitalize(),
@@ -159,6 +159,7 @@ def _view(study: Result, drawn: Sequence[Plate], files: Sequence[str]) -> dict[s
         "count": tally(cases),
         "bad": _lines(name, parts["fail"] + parts["inconclusive"]),
         "good": _lines(name, parts["pass"]),
+        "others": _lines(name, list(filterfalse(counts, sound))),
         "controls": _lines(name, [case for case in cases if is_control(case)]),
         "plates": [plate for plate in drawn if plate.study == name],
         "files": files,

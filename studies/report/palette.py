@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from ..core.study import BY_TOLERANCE
+
 INK, MUTED, GRID, PAPER = "#1a1a1a", "#606060", "#d4d4d4", "#ffffff"
 # Okabe–Ito, without the yellow that white paper swallows; beside each a darker one for words.
 BLUE, VERMILLION, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
@@ -22,6 +24,8 @@ _PEERS = {
     "diffrax": (INK, "h"),
     "diffrax-tsit5": (INK, "p"),
     "diffrax-symplectic": (MUTED, "H"),
+    "WHFast": (MUTED, "8"),
+    "IAS15": (INK, "d"),
 }
 _OTHERS = [(PURPLE, "D"), (ORANGE, "v"), (SKY, "P"), (INK, "X"), (BLUE, "<"), (GREEN, ">")]
 
@@ -41,12 +45,13 @@ class Mark:
 
 
 def marks(rules: Iterable[str]) -> dict[str, Mark]:
-    """Colour and marker of each rule; "NAME, exp" is NAME with dashes."""
+    """Colour and marker of each rule; "NAME, exp" is NAME with dashes, "NAME, tolerance" dotted."""
     found: dict[str, Mark] = {}
     others = 0
     for rule in rules:
-        base = rule.removesuffix(", exp")
-        dash: Any = (0, (4.0, 1.6)) if base != rule else "-"
+        steps = rule.removesuffix(", exp")
+        base = steps.removesuffix(BY_TOLERANCE)
+        dash: Any = (0, (1.0, 1.2)) if base != steps else (0, (4.0, 1.6)) if base != rule else "-"
         if base in found:
             colour, marker = found[base].colour, found[base].marker
         elif base in _FIXED:

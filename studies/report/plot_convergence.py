@@ -21,9 +21,13 @@ Curve = list[tuple[float, float]]
 
 
 def panel(
-    title: str, cases: Sequence[Case], marks: dict[str, Mark], what: str = "error in (x, μ)"
+    title: str,
+    cases: Sequence[Case],
+    marks: dict[str, Mark],
+    what: str = "error in (x, μ)",
+    along: str = "step h",
 ) -> Panel:
-    """One scene at one precision; what: that which is drawn against the step."""
+    """One scene at one precision; what: that which is drawn; along: against what, as `step`."""
 
     def draw(axes: Axes) -> None:
         curves = {rule_name(case): _points(case) for case in cases}
@@ -50,7 +54,7 @@ def panel(
 
     spoken = f"{title}: {what} against step size on logarithmic axes. "
     spoken += "; ".join(_label(case) for case in cases)
-    return Panel(title, what, "step h", spoken, draw)
+    return Panel(title, what, along, spoken, draw)
 
 
 def _label(case: Case) -> str:
@@ -88,7 +92,7 @@ def _curve(axes: Axes, case: Case, mark: Mark, share: Share) -> None:
             style |= {"marker": "|", "ms": 7, "transform": axes.get_xaxis_transform()}
             style |= {"clip_on": False, "mew": 1.4, "mec": mark.colour}
             curve = [(step, 1.0) for step, _ in curve]
-        elif why == "round-off":
+        elif why in ("round-off", "reference"):
             style |= {"marker": "x", "mec": mark.colour, "mew": 0.8}
         elif why:
             style |= {"mfc": PAPER, "mec": mark.colour, "mew": 0.8}

@@ -92,7 +92,8 @@ def print_summary(screen: Console, results: Sequence[Result]) -> None:
         table.add_row(str(study["study"]), f"[{COLOURS[word]}]{word}[/]", *numbers, caught_of)
     screen.print(table)
     for study in studies:
-        print_trouble(screen, study, commands=True)
+        ours = list(filter(counts, study["cases"]))
+        print_trouble(screen, {**study, "cases": ours}, commands=True)
 
 
 def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
@@ -104,7 +105,7 @@ def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
 
 
 def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
-    """Every failed, missed or inconclusive case of all studies, the failures first."""
+    """Every failed, missed or inconclusive case of ours in all studies, the failures first."""
     found = [
         {
             "study": study["study"],
@@ -120,7 +121,7 @@ def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
         }
         for study in studies
         for case in study["cases"]
-        if verdict(case) != "pass"
+        if counts(case) and verdict(case) != "pass"
     ]
     return sorted(found, key=lambda line: VERDICTS.index(line["verdict"]))
 

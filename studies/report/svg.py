@@ -48,12 +48,12 @@ def inline_panels(
     cells: Sequence[tuple[float, float, float, float]],
     spoken: Sequence[str],
     scales: Sequence[str],
-    library: dict[str, str],
+    definitions: dict[str, str],
 ) -> list[str]:
     """The n-th axes of the drawing as an SVG of its own, cropped to the n-th cell (in points).
 
     scales: how places on its axes become numbers, as JSON. The drawing has its words as text.
-    Marks, styles and clipping paths are moved to `library` (name → element), named by their
+    Marks, styles and clipping paths are moved to `definitions` (name → element), named by their
     content, so that a page holds each of them once and no two panels quarrel about a name. The
     marks of a series are the corners of one path of the class "marks", from which numbers can be
     read; lines are true to 0.05 points, a tenth of a pixel.
@@ -64,7 +64,7 @@ def inline_panels(
     found = []
     for index, (cell, words, scale) in enumerate(zip(cells, spoken, scales, strict=True)):
         x, y, *size = cell
-        body = _Writer(defined, library, x, y).panel(groups[f"axes_{index + 1}"])
+        body = _Writer(defined, definitions, x, y).panel(groups[f"axes_{index + 1}"])
         box = " ".join(_short(edge) for edge in size)
         head = f'<svg class="plot" viewBox="0 0 {box}" role="img" data-axes="{scale}" '
         found.append(f'{head}aria-label="{escape(words)}">{body}</svg>')
@@ -98,7 +98,7 @@ class _Writer:
     """Writes what is drawn, measured from a corner, without superfluous groups."""
 
     defined: Mapping[str, ET.Element]
-    library: dict[str, str]
+    definitions: dict[str, str]
     left: float
     top: float
 
@@ -126,7 +126,7 @@ class _Writer:
         elif tag == "text":
             yield _Item(tag, self._class(style) | self._placed(element), self._words(element))
         elif tag == "g" and "transform" in element.attrib:  # the letters of a formula
-            inner = _Writer(self.defined, self.library, 0, 0)
+            inner = _Writer(self.defined, self.definitions, 0, 0)
             body = "".join(inner.panel(child) for child in element)
             yield _Item(tag, self._class(style) | self._placed(element), body)
         elif tag == "g":
@@ -150,7 +150,8 @@ class _Writer:
         clip = {key: style.pop(key) for key in ("clip-path",) if key in style}
         drawn = _element("path", {"d": _route(d, 0, 0, 0.01), "style": _css(style | own)}, "")
         name = _name(drawn)
-        self.library[name] = f'<marker id="{name}" markerUnits="userSpaceOnUse">{drawn}</marker>'
+        marker = _element("marker", {"id": name, "markerUnits": "userSpaceOnUse"}, drawn)
+        self.definitions[name] = marker
         kind = self._class({"fill": "none", "marker": f"url(#{name})", **clip})
         kind["class"] += " marks"
         return _Item("path", kind, f"M{_short(x - self.left)} {_short(y - self.top)}", True)
@@ -161,7 +162,7 @@ class _Writer:
         if not css:
             return {}
         name = _name(css)
-        self.library[name] = f"<style>.{name}{{{css}}}</style>"
+        self.definitions[name] = f"<style>.{name}{{{css}}}</style>"
         return {"class": name}
 
     def _clip(self, name: str) -> str:
@@ -170,7 +171,7 @@ class _Writer:
         box = dict(shape.attrib) | self._placed(shape)
         inner = _element(_tag(shape), box, "")
         key = _name(inner)
-        self.library[key] = _element("clipPath", {"id": key}, inner)
+        self.definitions[key] = _element("clipPath", {"id": key}, inner)
         return key
 
     def _placed(self, element: ET.Element) -> dict[str, str]:

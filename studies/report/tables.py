@@ -54,6 +54,13 @@ def columns(study: str) -> list[Column]:
     ]
 
 
+def filled(shown: list[Column], cases: Sequence[Case]) -> list[Column]:
+    """The columns that say something of some case, and the verdict."""
+    return [column for column in shown[:-1] if any(column[1](case) != NONE for case in cases)] + [
+        shown[-1]
+    ]
+
+
 def wanted(study: str, case: Case) -> str:
     """What was expected of the case."""
     expected = mapping(case, "expected")
@@ -142,8 +149,8 @@ def _csv(lines: Sequence[Mapping[str, Any]], first: Sequence[str]) -> str:
 
 def cases_tex(result: Result) -> str:
     """A booktabs tabular; put `\\usepackage{booktabs}` into the preamble."""
-    shown = columns(str(result.get("study")))
     cases = result.get("cases") or []
+    shown = filled(columns(str(result.get("study"))), cases)
     lines = [" & ".join(tex(text(case)) for _, text in shown) + r" \\" for case in cases]
     heads = " & ".join(tex(head) for head, _ in shown) + r" \\"
     body = [rf"\begin{{tabular}}{{{'l' * len(shown)}}}", r"\toprule", heads, r"\midrule"]
@@ -177,10 +184,8 @@ def terminal_table(result: Result) -> Table:
     from rich.table import Table
 
     study = str(result.get("study"))
-    shown = columns(study)
     cases = sorted(result.get("cases") or [], key=lambda c: -VERDICTS.index(verdict(c)))
-    if all(not case.get("retraction") for case in cases):
-        shown = [column for column in shown if column[0] != "Retraction"]
+    shown = filled(columns(study), cases)
     table = Table(title=f"{study}: {verdict(result)}", title_style=COLOURS[verdict(result)])
     for head, _ in shown:
         table.add_column(head, overflow="fold")

@@ -60,16 +60,9 @@ def variants(case: Case) -> list[Variant]:
         flow.without = frozenset(without)
         found.append(Variant(name, flow))
     if isinstance(case.scene.groupoid, LieGroup):
-        whole = scheme_of(_with_attitude(case), case.rule)
+        whole = scheme_of(case.scene.with_attitude(), case.rule)
         found.append(Variant(BASE, whole.flow(step), len(whole.x)))
     return found
-
-
-_attitudes: dict[int, Any] = {}
-
-
-def _with_attitude(case: Case) -> Any:
-    return _attitudes.setdefault(id(case.scene), case.scene.with_attitude())
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

@@ -23,11 +23,11 @@ STUDY = Study(
         "each other. The ends of the intervals are found by bisection, and runs of 10⁵ steps on "
         "both sides of the first end have to say the same. Nonlinear: every scene with a stiff "
         "motion runs over a grid of step sizes and stiffnesses, and each run falls into one of "
-        "five classes. A rule has to be bounded wherever the step resolves the motion (hω ≤ ½); "
-        "beyond that the map shows where each rule ends. It can mislead: a bounded run is not "
-        "an accurate one (the picture of fpu shows how far the exchange of energy goes wrong "
-        "while every run is stable), a map sees no more than its runs are long, and a narrow "
-        "resonance may lie between two cells."
+        "five classes. A rule has to be bounded wherever the step resolves the motion "
+        "(hω ≤ 10^(−3/10) = 0.501); beyond that the map shows where each rule ends. It can "
+        "mislead: a bounded run is not an accurate one (the picture of fpu shows how far the "
+        "exchange of energy goes wrong while every run is stable), a map sees no more than its "
+        "runs are long, and a narrow resonance may lie between two cells."
     ),
     options=(CONTROL, THOROUGH),
 )

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure
+from discmech.integrators.flows import side_by_side
+from discmech.integrators.numbers import arithmetic
 
 from ..core.runs import energy_with_terms, relative_drifts, with_terms
 from .stiff import Family
@@ -17,7 +19,8 @@ from .stiff import Family
 #: best first; each with its criterion, as the report says it
 CLASSES = {
     "bounded": "none of the others",
-    "resonant": "bounded, but the energy band is over four times that at both neighbouring steps",
+    "resonant": "bounded, but the energy band is over four times that at steps a tenth of a decade "
+    "to both sides (of the shortest ones: to the longer side)",
     "drifting": "the energy's means over the first and the last tenth of the run differ by more "
     "than half its band and a hundredth of its terms, and still so in a run eight times as long",
     "escaped": "x leaves the region of the true motion, where that is bounded, by ten times its "
@@ -32,7 +35,6 @@ PER_DECADE = {False: 10, True: 40}  # steps hω tried, thorough or not
 LOWEST, HIGHEST = -1.0, 1.4  # decades of hω
 LONGER = 8
 FAR = 10  # times the size of the true motion's region
-RETURNS = 3  # of the slow motion, where a family names its period
 DRIFT = 0.01  # of the energy's terms: a smaller shift is an exchange between fast and slow
 NOISE = 1e-10  # a band that is round-off does not resonate
 Runner = Callable[[Scheme, Fraction, int], Any]
@@ -54,20 +56,31 @@ def stability_map(
     rows = []
     count = steps or (THOROUGH if thorough else STEPS)
     for i, stiffness in enumerate(family.stiffness):
-        scheme = family.scheme(derived, stiffness)
-        measures = _measures(family, scheme)
-        far = FAR * family.region(stiffness) if family.region else math.inf
-        column = []
-        for z in grid(thorough):
-            step = Fraction(float(z) / family.frequency(stiffness))
-            told = {"stiffness": float(stiffness), "z": float(z), "step": float(step)}
-            cover = math.ceil(RETURNS * family.period / step)
-            inside = count if steps or cover > family.most else max(count, cover)
-            column.append(told | one_run(scheme, step, inside, measures, run, far))
-        resonant(column)
+        column = _column(family, derived, stiffness, thorough, run, count, not steps)
+        resonant(column, PER_DECADE[thorough] // PER_DECADE[False])
         rows += column
         progress((i + 1) / len(family.stiffness))
     return rows
+
+
+def _column(
+    family: Family, derived: Scheme, stiffness: Fraction, thorough: bool, run: Runner, count: int,
+    covering: bool,
+) -> list[dict[str, Any]]:  # fmt: skip
+    """The cells of one stiffness, on all cores; covering: more steps than count, if the family asks
+    for a time."""
+    scheme = family.scheme(derived, stiffness)
+    measures = _measures(family, scheme)
+    far = FAR * family.region(stiffness) if family.region else math.inf
+
+    def cell(z: float) -> dict[str, Any]:
+        step = Fraction(z / family.frequency(stiffness))
+        cover = math.ceil(family.least / step)
+        inside = max(count, cover) if covering and cover <= family.most else count
+        told = {"stiffness": float(stiffness), "z": z, "step": float(step)}
+        return told | one_run(scheme, step, inside, measures, run, far)
+
+    return side_by_side(cell, grid(thorough).tolist(), arithmetic(16))
 
 
 def grid(thorough: bool) -> np.ndarray:
@@ -132,13 +145,18 @@ def _one_run(
     return told | {"band": band, "class": "drifting" if drifting else "bounded"}
 
 
-def resonant(column: list[dict[str, Any]]) -> None:
-    """Mark what is bounded with a far wider band than its neighbours in step have."""
-    for before, here, after in zip(column, column[1:], column[2:], strict=False):
-        bands = [row["band"] for row in (before, here, after)]
-        if here["class"] != "bounded" or None in bands:
+def resonant(column: list[dict[str, Any]], apart: int = 1) -> None:
+    """Mark what is bounded with a far wider band than a tenth of a decade of hω to both sides.
+
+    apart: cells in a tenth of a decade. Without a resonance bands grow with hω: none is wider than
+    that of the longer step, by far less than four times. So at the shortest steps the longer one
+    alone decides; where a neighbour has no band, or there is no longer one, nothing does.
+    """
+    for i, (here, longer) in enumerate(zip(column, column[apart:], strict=False)):
+        if here["class"] != "bounded" or longer["band"] is None:
             continue
-        if bands[1] > max(NOISE, 4 * bands[0], 4 * bands[2]):
+        shorter = column[i - apart]["band"] if i >= apart else 0.0
+        if shorter is not None and here["band"] > max(NOISE, 4 * shorter, 4 * longer["band"]):
             here["class"] = "resonant"
 
 

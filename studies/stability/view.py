@@ -22,11 +22,11 @@ LINEAR = (
 MAPS = (
     "What becomes of runs at each step size (across, times the fastest frequency) and each "
     "stiffness (upwards). Bounded: none of the others. Resonant: the energy band is over four "
-    "times that at both neighbouring steps. Drifting: the energy's mean moves by more than half "
-    "its band and a hundredth of its terms, also in a run eight times as long. Escaped: x leaves "
-    "the region of the true motion by ten times its size. Newton failed: the equations of a step "
-    "were not solved. Blown up: the energy error exceeds the energy's terms at the start, or the "
-    "numbers are no longer finite."
+    "times that at steps a tenth of a decade to both sides. Drifting: the energy's mean moves by "
+    "more than half its band and a hundredth of its terms, also in a run eight times as long. "
+    "Escaped: x leaves the region of the true motion by ten times its size. Newton failed: the "
+    "equations of a step were not solved. Blown up: the energy error exceeds the energy's terms at "
+    "the start, or the numbers are no longer finite."
 )
 SPRINGS = (
     "Fermi–Pasta–Ulam chain. Left: how far the energies of the three stiff springs, as running "
@@ -39,12 +39,9 @@ SPRINGS = (
 
 def _wanted(expected: dict[str, Any]) -> str:
     if "bounded_up_to" in expected:
-        but = (
-            "; escapes and resonances only where the energy is that near to one"
-            if expected.get("escapes")
-            else ""
-        )
-        return f"bounded up to hω = {expected['bounded_up_to']:g}{but}"
+        loose, count = expected.get("escapes_not_judged"), expected.get("of")
+        but = f"; escapes and resonances not judged in {loose} of {count} cells" if loose else ""
+        return f"bounded up to hω = {expected['bounded_up_to']:.3g}{but}"
     if "bounded" in expected:
         return "no bounded run"
     return "off the unit circle" if expected.get("off_circle") else "as runs say, and symplectic"

@@ -21,7 +21,7 @@ from discmech.integrators.rules import OneStepMap
 
 from ..core import controls
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
-from ..core.runs import largest_stable_step
+from ..core.runs import follow, largest_stable_step
 from .constraints import constraint_defect
 
 NAME = "symplecticity"
@@ -174,14 +174,14 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
     several = not case.scheme.has_arrows or len(case.scheme.s.stages)
     followed = step <= case.scene.step or not several
     flow = case.scheme.flow(step, case.digits)
-    run = flow.trajectory(steps)
+    run = follow(case, flow, steps)
     rows = []
     for i, k in enumerate(range(0, steps, max(1, steps // count))):
         x, u, mu = run.base[k], run.u[k], run.mu[k]
         taken = run.base[k + 1], run.mu[k + 1]
         rows.append({
             "step": float(step), "index": i, "time": float(run.t[k]),
-            "pullback": float(flow.pullback_defect(x, u)) if case.scheme.has_arrows else None,
+            "pullback": _pullback(case, flow, x, u, run.u[k + 1]),
             "poisson": _poisson(flow, x, mu, u),
             "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
             **_change(case, flow, x, mu, u),
@@ -201,6 +201,11 @@ def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float |
     change, volume, grown = form_change_defects(flow, x, mu, u)
     rate = -math.log(abs(grown)) / float(flow.step)
     return {"change": float(change), "volume": float(volume), "contraction": rate}
+
+
+def _pullback(case: Case, flow: Any, x: Any, u: Any, later: Any) -> float | None:
+    """None where a step is no arrow; later: the run's next one, for Newton may find another."""
+    return float(flow.pullback_defect(x, u, v0=later)) if case.scheme.has_arrows else None
 
 
 def _poisson(flow: Any, x: Any, mu: Any, u: Any) -> float | None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 KINDS = (("pullback", BLUE, "o", 0.14, BLUE), ("poisson", VERMILLION, "D", -0.14, PAPER))
 LEFT = 0.98
+RIGHTMOST = 0.8  # share of an axis behind which words on the right of a line find no room
 CONTROL_SHEET = Sheet(right=1.2, width=3.3, height=2.75)
 
 
@@ -105,16 +106,19 @@ def _names(
 
 
 def _above(axes: Axes, x: float, words: str, side: str) -> None:
-    if axes.get_xlim()[0] <= x <= axes.get_xlim()[1]:
-        where: dict[str, Any] = {
-            "xy": (x, 1),
-            "xycoords": axes.get_xaxis_transform(),
-            "ha": side,
-        }
-        text = figure_text(words)
-        axes.annotate(
-            text, xytext=(0, 2), textcoords="offset points", fontsize=7, color=MUTED, **where
-        )
+    """Words over a line; those that would run over the right edge end there, a line higher."""
+    low, high = axes.get_xlim()
+    if not low <= x <= high:
+        return
+    beyond = side == "left" and math.log(x / low) > RIGHTMOST * math.log(high / low)
+    where: dict[str, Any] = {
+        "xy": (high if beyond else x, 1),
+        "xycoords": axes.get_xaxis_transform(),
+        "ha": "right" if beyond else side,
+        "xytext": (0, 9 if beyond else 2),
+        "textcoords": "offset points",
+    }
+    axes.annotate(figure_text(words), fontsize=7, color=MUTED, **where)
 
 
 def _values(case: Case, kind: str) -> list[float]:

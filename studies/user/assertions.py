@@ -10,17 +10,16 @@ from __future__ import annotations
 import re
 import tempfile
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene
-from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.errors import CannotMeasure, check_names
 
 from .. import get
 from ..core import lookup
 from ..core.case import Case, Choice, in_chart
-from ..core.running import run_case
+from ..core.one_case import run_case
 from ..core.shrinking import smallest
 from ..core.study import Study, every_study
 
@@ -99,6 +98,7 @@ def _assert(
     retraction: str | None = None,
     pictures: Path | None = None,
     beside: Path | None = None,
+    **unknown: Any,
 ) -> dict[str, Any]:
     """Run one case and raise `Missed` unless it passes, or has the order asked for.
 
@@ -108,6 +108,7 @@ def _assert(
     to assert.
     """
     __tracebackhide__ = True
+    check_names("the assertion", unknown, ("digits", "steps", "retraction", "order"))
     if order is not None and (type(order) is not int or order < 1):
         raise BadInput(f"the order asked for is {order!r}: give a whole number from 1.")
     try:
@@ -134,9 +135,8 @@ def _assert(
         _judge_order(result, order, at_least)
     if result["verdict"] == "pass":
         return result
-    quick = partial(run_case, causes=False)
     small = (
-        smallest(study, case, result, quick)
+        smallest(study, case, result, run_case)
         if study.usual and result["verdict"] == "fail"
         else None
     )
@@ -146,7 +146,8 @@ def _assert(
         shown += [f"the smallest that fails: scene {small['scene']!r}, steps={small['steps']}"]
     shown = [_relative(line, beside) for line in shown]
     shown += [f"picture: {picture}"] if picture else []
-    raise Missed("\n".join([*shown, _next_step(result)]), result, picture)
+    next_step = _next_step(result, at_least is None)
+    raise Missed("\n".join([*shown, next_step]), result, picture)
 
 
 def _in_folder(thing: Any, folder: Path | None) -> Any:
@@ -163,14 +164,15 @@ def _relative(text: str, folder: Path | None) -> str:
     return text if folder is None else text.replace(f"{folder}/", "")
 
 
-def _next_step(result: dict[str, Any]) -> str:
+def _next_step(result: dict[str, Any], asks_order: bool) -> str:
     """What to do about a test that did not pass, in pytest's words."""
     if result["verdict"] == "inconclusive":
         return "next: ask with other digits= or steps=, or pytest.skip() it with this reason"
-    found = result["measured"].get("order")
-    other = f"; if {found:.0f} is the order meant, ask for order={found:.0f}" if found else ""
+    found = round(result["measured"].get("order") or 0) if asks_order else 0
+    other = f"; if {found} is the order meant, ask for order={found}" if found > 0 else ""
     known = '@pytest.mark.xfail(strict=True, reason="...")'
-    return f"next: mend the rule, or mark a defect that stays with {known}{other}"
+    whose = "scene" if (result.get("diagnosis") or {}).get("cause") == "scene" else "rule"
+    return f"next: mend the {whose}, or mark a defect that stays with {known}{other}"
 
 
 def _check_applies(study: Study, case: Case) -> None:
@@ -184,7 +186,7 @@ def _check_applies(study: Study, case: Case) -> None:
     except BadInput as error:
         raise BadInput(str(error)) from None
     if not applies:
-        if said := chosen.in_contact():
+        if said := chosen.apart():
             raise NotApplicable(" ".join(said))
         raise NotApplicable(
             f"{study.name} says nothing of {case.scene.name} with {case.rule.name}: {study.needs}"

@@ -14,11 +14,12 @@ from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
 
 from .. import NAMES, get
 from ..core import lookup
-from ..core.case import Choice, Progress, silent, worst
+from ..core.case import APART, Choice, Progress, judged_alone, silent, worst
 from ..core.cluster import Cluster
 from ..core.record import record
 from ..core.running import SCHEMA, Told, about_remembered, run_studies, unheard
 from ..core.store import Store
+from ..core.study import Study
 
 #: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
 #: the quickest first, so that verdicts come soon, then those that take longest
@@ -93,12 +94,39 @@ def verify(
     if not held:
         needs = "; ".join(f"{study.name}: {study.needs.rstrip('.')}" for study in asked)
         nothing = f"no study applies to what was chosen ({needs})."
-        said = choice.unheeded() or choice.in_contact() or [nothing]
+        said = choice.unheeded() or choice.apart() or [nothing]
         raise BadInput(" ".join(said))
     results, schemes = run_studies(
         held, choice, progress, store=store, jobs=jobs, told=told, also=about_scheme
     )
-    return {**joined("verify", results), "schemes": schemes}
+    result = joined("verify", results)
+    notes = [*result["notes"], *_left_out(request, choice, asked, result["cases"])]
+    result["notes"] = list(dict.fromkeys(notes))
+    return {**result, "schemes": schemes}
+
+
+def _left_out(
+    request: Request, choice: Choice, asked: Sequence[Study], cases: Sequence[dict[str, Any]]
+) -> list[str]:
+    """Of each study the scenes that it says nothing of, and why; and the studies not asked.
+
+    A scene that one study alone judges is named with that study, and by no other's needs.
+    """
+    found, scenes = [], {scene.name: scene for scene, _ in choice.pairs()}
+    for study in asked:
+        seen = {case["scene"] for case in cases if case["study"] == study.name}
+        left = [name for name, scene in scenes.items()
+                if name not in seen and judged_alone(scene) in ("", study.name)]  # fmt: skip
+        if left:
+            where = "" if len(left) == len(scenes) else f" on {', '.join(left)}"
+            found.append(f"{study.name}{where}: {study.needs}")
+    notes = choice.apart()
+    if found:
+        notes.append("Left out, since the study does not apply:\n  " + "\n  ".join(found))
+    if not request.studies:  # lattices judge no scene: of one that is chosen `apart` has spoken
+        alone = ", ".join(name for name in NAMES if name not in studies() and name not in APART)
+        notes.append(f"Left out, since they take times: {alone} (--study asks for them).")
+    return notes
 
 
 def about_scheme(scheme: Scheme) -> dict[str, Any] | None:

@@ -41,7 +41,7 @@ STUDY = Study(
     summary="error against run time, beside other people's integrators",
     measured=(
         "error in x, μ, energy and momentum against run time, steps, evaluations and Newton "
-        "corrections; scipy's methods in the same race, heyoka and diffrax if installed"
+        "corrections; scipy's methods in the same race, heyoka, diffrax and rebound if installed"
     ),
     judged="not judged on time; a method that ends above its floor fails",
     about=(
@@ -53,7 +53,8 @@ STUDY = Study(
         "10⁻⁸ and 10⁻¹² cost, in brackets as a multiple of the best peer's cost; a dash where "
         "no run within the budget was as accurate. Other people's integrators take part in the "
         "form that their documentation advises for speed: scipy with a right-hand side and a "
-        "Jacobian in machine code, heyoka and diffrax compiled whole. It can mislead: a call "
+        "Jacobian in machine code, heyoka and diffrax compiled whole, rebound's WHFast with its "
+        "corrector. It can mislead: a call "
         "costs tens of microseconds in Python, whatever it does, so the left end of a curve is "
         "the price of a call and not of a method; error at the end of a run says nothing about "
         "the way there (choose another axis with --x and --y); and a method that is fastest "
@@ -64,8 +65,8 @@ STUDY = Study(
     options=(
         Option(
             "--peer",
-            "DOP853, Radau, LSODA, heyoka, diffrax, diffrax-tsit5, diffrax-symplectic or none "
-            "(default: those installed)",
+            "DOP853, Radau, LSODA, heyoka, diffrax, diffrax-tsit5, diffrax-symplectic, WHFast, "
+            "IAS15 or none (default: those installed)",
             "P",
             _peer,
             repeated=True,

@@ -74,8 +74,8 @@ class Yardstick:
         """
         found: dict[str, float] = {}
         if self.reference is not None and len(states.checkpoints):
-            gap = states.checkpoints[:, self.places] - self.reference
-            found |= self._against_reference(gap)
+            gap = states.checkpoints[:, self.places]
+            found |= self._against_reference(gap - self._reference_for(gap))
         path = _Path(states.path[:, 0], states.path[:, : self.n], states.path[:, self.n :])
         with np.errstate(all="ignore"):
             drifts = [("energy", relative_drifts(self.energy(path), 16))]  # type: ignore[arg-type]
@@ -88,10 +88,15 @@ class Yardstick:
         found["growth"] = math.log2(found["energy-max"] / half) if half > 0 else 0.0
         return found
 
+    def _reference_for(self, rows: np.ndarray) -> np.ndarray:
+        """The reference at as many equal distances as there are rows."""
+        assert self.reference is not None
+        stride = len(self.reference) // len(rows)
+        return self.reference[stride - 1 :: stride]
+
     def _against_reference(self, gap: np.ndarray) -> dict[str, float]:
         """Metrics of differences in (x, μ) at the checkpoints, a row each."""
-        assert self.reference is not None
-        size, n = np.linalg.norm(self.reference, axis=1), self.problem.scheme.s.n
+        size, n = np.linalg.norm(self._reference_for(gap), axis=1), self.problem.scheme.s.n
         parts = {"": gap, "-mu": gap[:, n:]} | ({"-x": gap[:, :n]} if n else {})
         found: dict[str, float] = {}
         for name, part in parts.items():

@@ -18,7 +18,8 @@ from discmech.integrators.scene import Scene
 
 from ..core.case import Progress, scheme_of
 from .accuracy import METRICS, Yardstick
-from .contestants import Contestant, NoEnd, Problem, RuleContestant
+from .contestants import Contestant, NoEnd, Problem, RuleContestant, ToleranceContestant
+from .enough import FEWEST, PATIENT, errors_of
 from .peers import peer
 from .peers.equations import Equations, equations_of
 from .racing import LEAST, race
@@ -46,13 +47,15 @@ def hold_race(
     axes: tuple[str, str],
     budget: float,
     periods: int | None,
+    by_tolerance: bool = True,
     first: int | None,
     progress: Progress,
 ) -> dict[str, dict[str, Any]]:
     """Per method {rows, measured, floor, ...}; see `studies.work_precision.measure`.
 
-    `budget`: seconds of the least timing for all methods together, of which they may take
-    `REPEATING` times as many until their medians are known. `first`: steps of the rules' first run.
+    `budget`: seconds of the least timing of a method; all of them together may take `REPEATING`
+    times as many until their medians are known. by_tolerance: whether rules with stages take part
+    a second time, with steps chosen for tolerances. `first`: steps of the rules' first run.
     """
     scheme = scheme_of(scene, rules[0])
     equations = equations_of(scheme)
@@ -60,24 +63,25 @@ def hold_race(
     if periods is not None:
         duration = Fraction(periods * characteristic_period(problem, equations))
         problem = Problem(scene, scheme, duration.limit_denominator(64), checkpoints=0)
-    each = budget / (len(rules) + len(peers))
-    problem = replace(problem, patience=each)
+    problem = replace(problem, patience=budget)
     yardstick = Yardstick(problem, equations)
     if axes[1] not in yardstick.floors:
         where = scene.name if periods is None else f"a race of {scene.name} over many periods"
         known = ", ".join(m for m in METRICS if m in yardstick.floors)
         raise BadInput(f"--y {axes[1]} does not exist in {where}: choose {known}.")
-    ours = [RuleContestant(problem, rule, first) for rule in rules]
+    fixed = [RuleContestant(problem, rule, first) for rule in rules]
+    staged = [ToleranceContestant(one) for one in fixed if by_tolerance and one.rule.stages]
+    ours: list[RuleContestant | ToleranceContestant] = [*fixed, *staged]
     alike = _one_method(ours)
     entrants: list[Contestant] = [one for one in ours if one.name not in alike]
     entrants += [peer(name, problem, equations) for name in peers]
     climbs = []
     for i, contestant in enumerate(entrants):
         progress(f"{scene.name}: {contestant.name}", i / len(entrants) / 2)
-        climbs.append(climb(contestant, yardstick, axes[1], each))
+        climbs.append(climb(contestant, yardstick, axes[1], budget))
     progress(f"{scene.name}: timing", 0.5)
     timed = [pair for each in climbs for pair in each.runs]
-    timings = race([run for _, run in timed], REPEATING * each * len(entrants))
+    timings = race([run for _, run in timed], REPEATING * budget * len(entrants))
     for (row, _), timing in zip(timed, timings, strict=True):
         row |= {"seconds": timing.median, "seconds_low": timing.low, "seconds_high": timing.high,
                 "samples": timing.samples, "outliers": timing.outliers}  # fmt: skip
@@ -90,7 +94,7 @@ def hold_race(
     return found
 
 
-def _one_method(rules: Sequence[RuleContestant]) -> dict[str, str]:
+def _one_method(rules: Sequence[RuleContestant | ToleranceContestant]) -> dict[str, str]:
     """Rules whose step is that of an earlier one → its name; they run once, and share the rows."""
     first: dict[str, str] = {}
     leaders = {rule.name: first.setdefault(rule.equations, rule.name) for rule in rules}
@@ -101,18 +105,20 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
     """Run the ladder until the error no longer sinks near its floor or the budget is used up.
 
     The budget covers `LEAST` timed rounds of every run; a setting that would exceed it is cut, and
-    the row says so. What fails at one setting may go well at the next; but after `GIVEN_UP` runs
-    that came to no end within the budget no other is tried.
+    the row says so. A rule may take `PATIENT` times as much for the `FEWEST` runs that its verdict
+    needs. What fails at one setting may go well at the next; but after `GIVEN_UP` runs that came to
+    no end within the budget, or as many that failed after one that went well, no other is tried.
     """
     found = Climb(contestant)
-    left, before, growth = budget, 0.0, 2.0
-    best, since, endless = math.inf, 0, 0
+    spent, before, growth = 0.0, 0.0, 2.0
+    best, since, lost = math.inf, 0, 0
     for setting in contestant.ladder():
         told = contestant.told(setting)
-        if endless == GIVEN_UP:
-            found.cut = f"{told['setting']}, since {endless} settings came to no end"
+        if lost == GIVEN_UP:
+            found.cut = f"{told['setting']}, since {lost} settings failed"
             break
-        if before * growth * LEAST > left:
+        few = contestant.kind == "rule" and len(errors_of(found.rows, metric)) < FEWEST
+        if spent + before * growth * LEAST > budget * (PATIENT if few else 1):
             needed = before * growth
             found.cut = f"{told['setting']}, about {needed:.2g} s"
             break
@@ -123,7 +129,7 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
             states = run.states()
         except (StepFailure, CannotMeasure, BadInput) as failure:
             row["cause"] = getattr(failure, "cause", "") or str(failure)
-            endless += isinstance(failure, NoEnd)
+            lost += bool(found.runs) or isinstance(failure, NoEnd)
             continue
         errors = {k: v for k, v in yardstick.errors(states).items() if math.isfinite(v)}
         if metric not in errors:
@@ -133,8 +139,8 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
         run()
         seconds = time.process_time() - begun
         growth = min(max(seconds / before, 1.2), 4.0) if before else 2.0
-        before, left = seconds, left - LEAST * seconds
-        row |= errors
+        before, spent = seconds, spent + LEAST * seconds
+        row |= {**errors, **states.more}
         row |= {"steps": states.steps, "evaluations": states.evaluations,
                 "iterations": states.iterations, "seconds": seconds}  # fmt: skip
         found.runs.append((row, run))

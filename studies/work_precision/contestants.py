@@ -10,23 +10,27 @@ import math
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
-from discmech.integrators import Scheme
+from discmech.integrators import BadInput, Scheme
 from discmech.integrators.compiler import text_key
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene
 
 from ..core.case import scheme_of
+from ..core.study import BY_TOLERANCE
+from .enough import PATIENT
 
 CHECKPOINTS = 16  # times at which (x, μ) is compared with the reference
 MOST_ROWS = 2**14  # states kept of a run for its invariants
+MOST_DOUBLED = 8  # times that a ladder's first number of steps is doubled, for stages to contract
+TOLERANCES = [10.0**-k for k in range(2, 15)]  # for which a rule's step is chosen
 
 
 @dataclass(frozen=True)
@@ -58,9 +62,10 @@ class Problem:
 class States:
     """What an untimed run shows, and its work.
 
-    checkpoints (k, n+m): (x, μ) at the problem's times; path (r, n+m): states along the run, the
-    first its start, the last its end. steps, evaluations (of the right-hand side or of a kernel),
-    iterations (Newton corrections): None where the method does not tell.
+    checkpoints (k, n+m): (x, μ) at the problem's times, or at each second, fourth, ... of them;
+    path (r, n+m): states along the run, the first its start, the last its end. steps, evaluations
+    (of the right-hand side or of a kernel), iterations (Newton corrections): None where the method
+    does not tell. more: what else its row has.
     """
 
     checkpoints: np.ndarray
@@ -68,6 +73,7 @@ class States:
     steps: int
     evaluations: int | None
     iterations: int | None
+    more: dict[str, Any] = field(default_factory=dict)
 
 
 class NoEnd(CannotMeasure):
@@ -103,6 +109,11 @@ class Contestant(Protocol):
         """The setting in a row of the result."""
 
 
+def lines_of(rule: Discretisation) -> list[str]:
+    """The names under which a rule of ours takes part: one with stages by tolerance too."""
+    return [rule.name, *([rule.name + BY_TOLERANCE] if rule.stages else [])]
+
+
 class RuleContestant:
     """A rule of ours with its compiled flow; the settings are numbers of steps, each twice."""
 
@@ -118,9 +129,24 @@ class RuleContestant:
         parts = max(1, problem.checkpoints)
         self.first = max(1, round((first or usual) / parts)) * parts
         begun = time.perf_counter()
+        if first is None:
+            self._contract()
         with suppress(StepFailure):  # compiled it is anyway; the ladder tells what fails
             self.scheme.flow(problem.duration / self.first).trajectory(1)
         self.setup = time.perf_counter() - begun
+
+    def _contract(self) -> None:
+        """Begin where the fixed point of stages contracts, if it does: what larger steps need,
+        Newton's method, is no cheaper and takes up to minutes to compile."""
+        for steps in (self.first * 2**k for k in range(MOST_DOUBLED)):
+            flow = self.scheme.flow(self.problem.duration / steps)
+            if flow.stages is None:
+                return
+            flow.stages.alone = True
+            with suppress(StepFailure):
+                flow.trajectory(steps, every=steps)
+                self.first = steps
+                return
 
     @cached_property
     def equations(self) -> str:
@@ -144,20 +170,66 @@ class RuleContestant:
         return RuleRun(self, setting)
 
 
-class RuleRun:
-    """A trajectory of which the timed run keeps the end alone."""
+class ToleranceContestant:
+    """A rule of ours whose step is chosen for a tolerance, as a user does who asks for one.
 
-    def __init__(self, contestant: RuleContestant, steps: int) -> None:
-        self.problem, self.steps = contestant.problem, steps
+    The pilot that chooses it has no part in the time of a run: its seconds stand in the row. Over
+    many periods the step is the one for the scene's own duration.
+    """
+
+    kind = "rule"
+
+    def __init__(self, fixed: RuleContestant) -> None:
+        self.fixed, self.name = fixed, fixed.name + BY_TOLERANCE
+        self.equations, self.spent = fixed.equations + BY_TOLERANCE, 0.0
+        begun = time.perf_counter()
+        with suppress(BadInput):  # what large steps need beside is compiled; the ladder tells more
+            fixed.scheme.flow(tolerance=TOLERANCES[0])
+        self.setup = fixed.setup + time.perf_counter() - begun
+
+    def ladder(self) -> Iterator[float]:
+        """Tolerances from 1e-2 on."""
+        return iter(TOLERANCES)
+
+    def told(self, setting: float) -> dict[str, Any]:
+        """Its tolerance."""
+        return {"setting": f"tolerance {setting:.0e}", "tolerance": setting}
+
+    def prepare(self, setting: float) -> RuleRun:
+        """The flow at the step that the pilot chose; raises `NoEnd` once pilots cost too much."""
+        problem = self.fixed.problem
+        if self.spent > PATIENT * problem.patience:
+            raise NoEnd(self.name, f": choosing steps took {self.spent:.2g} s")
+        begun = time.process_time()
+        try:
+            choice = self.fixed.scheme.flow(tolerance=setting).choice
+        finally:
+            pilot = time.process_time() - begun
+            self.spent += pilot
+        assert choice is not None
+        steps = math.ceil(problem.duration / choice.step)
+        if not problem.checkpoints and steps > MOST_ROWS:  # rows at equal distances, the end too
+            steps = math.ceil(steps / MOST_ROWS) * MOST_ROWS
+        chosen = {"step": float(problem.duration / steps), "promised": choice.error}
+        return RuleRun(self.fixed, steps, {**chosen, "pilot": pilot})
+
+
+class RuleRun:
+    """A trajectory of which the timed run keeps the end alone; `more` stands in its row."""
+
+    def __init__(self, contestant: RuleContestant, steps: int, more: Any = None) -> None:
+        self.problem, self.steps, self.more = contestant.problem, steps, more or {}
         self.flow = contestant.scheme.flow(self.problem.duration / steps)
         self.flow.trajectory(0)
 
     def __call__(self) -> object:
-        return self.flow.trajectory(self.steps, every=self.steps)
+        run = self.flow.trajectory(self.steps, every=self.steps)
+        return run.base[-1], run.mu[-1]  # which peers have at hand when they return
 
     def states(self) -> States:
         """Rows at equal distances, the checkpoints among them."""
-        parts = max(1, self.problem.checkpoints)
+        # a pilot's steps are a multiple of eight alone: there each second checkpoint is left out
+        parts = math.gcd(self.problem.checkpoints, self.steps) if self.problem.checkpoints else 1
         inside = self.steps // parts  # steps from one checkpoint to the next
         every = max(1, math.ceil(self.steps / MOST_ROWS))
         while inside % every:
@@ -172,4 +244,5 @@ class RuleRun:
             self.steps,
             corrections + self.steps,  # `correct` or `direct`, and `update`
             corrections,
+            self.more,
         )

@@ -15,6 +15,7 @@ from discmech.integrators.scene import Scene
 from ..core.case import Case, Choice, Progress, Verdict, silent
 from ..core.lookup import word_for
 from . import STUDY
+from .enough import FEWEST, errors_of
 
 NAME = "work-precision"
 NEEDS = "it needs a Lagrangian without constraints, and double precision."
@@ -38,6 +39,20 @@ class Race:
         self.scene, self.rules, self.choice, self.periods = scene, rules, choice, periods
         self.peers = on(scene, chosen(choice.asked("peer", ()))[0])
         self.progress: Progress = silent
+
+    @property
+    def by_tolerance(self) -> bool:
+        """Whether rules with stages run with steps chosen for tolerances too; `compare` compares
+        methods, each once."""
+        return self.choice.asked("also_periods") is None
+
+    @property
+    def methods(self) -> list[str]:
+        """The names of all that take part."""
+        from .contestants import lines_of
+
+        ours = [lines_of(rule) if self.by_tolerance else [rule.name] for rule in self.rules]
+        return [*(name for names in ours for name in names), *self.peers]
 
     @property
     def axes(self) -> tuple[str, str]:
@@ -65,9 +80,8 @@ class Race:
         usual = BUDGET if self.periods is None else LONG_BUDGET
         each = self.choice.asked("budget") or usual * (THOROUGH if self.choice.thorough else 1)
         return hold_race(
-            self.scene, self.rules, self.peers,
-            axes=self.axes, budget=each * (len(self.rules) + len(self.peers)),
-            periods=self.periods, first=self.choice.steps, progress=self.progress,
+            self.scene, self.rules, self.peers, axes=self.axes, budget=each, periods=self.periods,
+            by_tolerance=self.by_tolerance, first=self.choice.steps, progress=self.progress,
         )  # fmt: skip
 
 
@@ -124,7 +138,7 @@ def cases(choice: Choice) -> list[Case]:
     return [
         Entry(NAME, one.scene, one.rules[0], 16, choice.steps, race=one, method=method)
         for one in races
-        for method in [*(rule.name for rule in one.rules), *one.peers]
+        for method in one.methods
     ]
 
 
@@ -144,7 +158,7 @@ def _keeps_energy(scene: Scene) -> bool:
 
 def notes(choice: Choice) -> list[str]:
     """What is to be said of the whole study: which peers are absent, and where."""
-    from .peers import SPLIT, SYMBOLIC, chosen, on
+    from .peers import BODIES, SPLIT, SYMBOLIC, chosen, on
 
     present, absent = chosen(choice.asked("peer", ()))
     left_out = [name for name in present if name in SYMBOLIC and name not in SPLIT]
@@ -156,6 +170,8 @@ def notes(choice: Choice) -> list[str]:
         *(f"{name} does not take part in {scene.name}: ξ(x, μ) has no short closed form."
           for scene in choice.scenes for name in left_out if name not in on(scene, left_out)),
         *(f"{name} takes part where L = T(v) − V(x)." for name in present if name in SPLIT),
+        *(f"{name} takes part where bodies attract each other." for name in present
+          if name in BODIES),
     ]  # fmt: skip
 
 
@@ -179,19 +195,27 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """A method must come to the truth: its errors sink until rounding or the budget ends them.
 
     Errors that stop above √ε, and a thousand times above the floor, belong to another problem.
-    Time is never judged: where the budget left few runs, nothing speaks against the method.
+    Time is never judged: where the budget left fewer than `FEWEST` runs, and none of them is as
+    accurate, nothing is known of the method; two whose errors sink may be on their way anywhere.
     """
     metric = "error" if measurement["periods"] is None else "energy-max"
     limit = max(STALLED, 1000 * measurement["floor"].get(metric, 0.0))
     expected = {"limit": limit}
-    errors = [row[metric] for row in measurement["rows"] if row[metric] is not None]
+    errors = errors_of(measurement["rows"], metric)
     if not errors:
         causes = [row["cause"] for row in measurement["rows"] if row["cause"]]
         why = causes[-1] if causes else measurement["measured"]["cut"]
         reason = f"no run came to its end: {why}."
         return Verdict("inconclusive", reason, expected)
-    stalled = len(errors) >= 4 and min(errors[-2:]) > 0.7 * min(errors[:-2])
-    if min(errors) <= limit or not stalled:
+    if min(errors) <= limit:
+        return Verdict("pass", "", expected)
+    if len(errors) < FEWEST:
+        reason = (
+            f"the budget left too few runs ({len(errors)}, the best with an error of "
+            f"{min(errors):.2g}): --budget gives more."
+        )
+        return Verdict("inconclusive", reason, expected)
+    if min(errors[-2:]) <= 0.7 * min(errors[:-2]):
         return Verdict("pass", "", expected)
     return Verdict(
         "fail",

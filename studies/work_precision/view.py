@@ -51,8 +51,19 @@ def _best(case: Case) -> str:
     causes = [str(row["cause"]) for row in rows(case) if row.get("cause")]
     told = [f"{len(causes)} of {len(rows(case))} settings failed: {causes[-1]}"] if causes else []
     told += [f"cut: {measured['cut']}"] if measured.get("cut") else []
+    told += _kept(rows(case))
     words = scientific(measured.get("best"))
     return f"{words} ({'; '.join(told)})" if told else words
+
+
+def _kept(settings: Sequence[Case]) -> list[str]:
+    """How much of a tolerance, at most, the error was of which a step was chosen for it."""
+    shares = [
+        row["error-max"] / row["tolerance"]
+        for row in settings
+        if "promised" in row and row["error-max"] is not None
+    ]
+    return [f"error at most {max(shares):.2g} of the tolerance"] if shares else []
 
 
 def _setup(case: Case) -> str:

@@ -3,47 +3,24 @@
 Ratios are medians of runs taken in turn, by the process's own time; nothing is gated on them.
 """
 
-import ctypes
 import os
-import shutil
 import statistics
 import subprocess
 import sys
 import time
-from pathlib import Path
+from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from discmech.integrators import Scheme, midpoint, trapezoidal
-from discmech.integrators.lattices import systems
-from discmech.integrators.lattices.lattice_run import LatticeRun
+from discmech.integrators.lattices import LatticeRun, systems
+from discmech.studies.lattices.cost import C_STEP, c_library, c_states
 
-HERE, H, ALPHA, BETA = Path(__file__).parent, 0.125, 0.25, 0.1
-RULES = {"stoermer_verlet": trapezoidal, "midpoint": midpoint}
-SITES_STEPS = {"stoermer_verlet": 40_000_000, "midpoint": 4_000_000}  # of a run
+RULES = {"trapezoidal": trapezoidal, "midpoint": midpoint}
+SITES_STEPS = {"trapezoidal": 40_000_000, "midpoint": 4_000_000}  # of a run
 ROUNDS = 7
 SIZES = (100, 1_000, 10_000, 100_000, 1_000_000)
-needs_cc = pytest.mark.skipif(shutil.which("cc") is None, reason="the benchmarks compile C")
-
-
-@pytest.fixture(scope="module")
-def c_library(tmp_path_factory):
-    library = tmp_path_factory.mktemp("c") / "lattice.so"
-    flags = ["-O3", "-march=native", "-ffast-math", "-shared", "-fPIC"]
-    subprocess.run(["cc", *flags, "-o", library, HERE / "lattice.c"], check=True)
-    return ctypes.CDLL(str(library))
-
-
-def c_run(library, name, x, mu, steps):
-    """Seconds of C, and its x and p."""
-    x, p, sites = x[:, 0].copy(), mu[:, 0].copy(), len(x)
-    arrays = [x, p] if name == "stoermer_verlet" else [x, p, p.copy(), np.zeros(2 * sites)]
-    numbers = map(ctypes.c_double, (H, ALPHA, BETA))
-    pointers = [ctypes.c_void_p(a.ctypes.data) for a in arrays]
-    begun = time.process_time()
-    getattr(library, name)(ctypes.c_long(sites), ctypes.c_long(steps), *numbers, *pointers)
-    return time.process_time() - begun, x, p
+needs_cc = pytest.mark.skipif(c_library() is None, reason="the benchmarks compile C")
 
 
 def our_run(flow, x, mu, steps):
@@ -61,15 +38,16 @@ def steps_of(name, sites):
 @needs_cc
 @pytest.mark.parametrize("sites", SIZES)
 @pytest.mark.parametrize("name", RULES)
-def bench_chain_beside_c(benchmark, c_library, name, sites):
+def bench_chain_beside_c(benchmark, name, sites):
     lattice = systems.fput(sites, mode=max(1, sites // 50))
-    flow, steps = Scheme(lattice, RULES[name]).flow(H), steps_of(name, sites)
+    flow, steps = Scheme(lattice, RULES[name]).flow(C_STEP), steps_of(name, sites)
     x, mu = flow._start(None, None)
     few = flow.trajectory(10, 10)
-    _, c_x, c_p = c_run(c_library, name, x, mu, 10)
+    library = c_library()
+    _, c_x, c_p = c_states(library, name, x[:, 0], mu[:, 0], 10)
     assert abs(few.x[-1, :, 0] - c_x).max() < 1e-12
     assert abs(few.mu[-1, 1:-1, 0] - c_p[1:-1]).max() < 1e-12
-    times = [(our_run(flow, x, mu, steps), c_run(c_library, name, x, mu, steps)[0])
+    times = [(our_run(flow, x, mu, steps), c_states(library, name, x[:, 0], mu[:, 0], steps)[0])
              for _ in range(ROUNDS)]  # fmt: skip
     ours, theirs = (min(column) / steps / sites * 1e9 for column in zip(*times, strict=True))
     ratio = statistics.median(a / b for a, b in times)
@@ -78,22 +56,39 @@ def bench_chain_beside_c(benchmark, c_library, name, sites):
     benchmark.pedantic(our_run, (flow, x, mu, steps), rounds=1)
 
 
+SIDE = 300
+
+
+def springs(other):
+    """A lattice with the springs of the FPUT chain in the place of its own bonds."""
+    chain = systems.fput(SIDE)
+    return replace(other, on_bond=chain.on_bond, parameters=chain.parameters)
+
+
 BONDS = {
-    "chain": lambda: systems.fput(90_000, mode=1000),
-    "ring of rotors": lambda: systems.rotors(90_000),
-    "net": lambda: systems.membrane(300, 300),
+    "chain": lambda: systems.fput(SIDE**2, mode=SIDE),
+    "ring": lambda: springs(systems.rotors(SIDE**2)),
+    "net": lambda: springs(systems.membrane(SIDE, SIDE)),
 }
 
 
 @pytest.mark.parametrize("name", RULES)
-@pytest.mark.parametrize("bonds", BONDS)
-def bench_bonds(benchmark, name, bonds):
-    lattice = BONDS[bonds]()
-    flow, steps = Scheme(lattice, RULES[name]).flow("1/10"), steps_of(name, lattice.sites)
-    x, mu = flow._start(None, None)
-    seconds = min(our_run(flow, x, mu, steps) for _ in range(3))
-    print(f"\n  {name}, {bonds}: {seconds / steps / lattice.sites * 1e9:.2f} ns a site and step")
-    benchmark.pedantic(our_run, (flow, x, mu, steps), rounds=1)
+def bench_bonds(benchmark, name):
+    """Of one spring: a ring, and a net of two bonds a site, beside the chain."""
+    runs = {}
+    for bonds, make in BONDS.items():
+        flow = Scheme(make(), RULES[name]).flow("1/10")
+        runs[bonds] = flow, *flow._start(None, None)
+    steps = steps_of(name, SIDE**2)
+    times = {bonds: [] for bonds in runs}
+    for _ in range(ROUNDS):
+        for bonds, run in runs.items():
+            times[bonds].append(our_run(*run, steps) / steps / SIDE**2 * 1e9)
+    for bonds, own in times.items():
+        ratio = statistics.median(a / b for a, b in zip(own, times["chain"], strict=True))
+        benchmark.extra_info |= {f"{bonds} / chain": round(ratio, 3)}
+        print(f"\n  {name}, {bonds}: {min(own):.2f} ns a site and step, {ratio:.2f} of the chain")
+    benchmark.pedantic(lambda: None, rounds=1)
 
 
 SCALING = """

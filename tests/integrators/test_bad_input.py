@@ -1,6 +1,7 @@
 """Bad input: each kind is refused in one sentence that names the thing and the mend."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from discmech.integrators import (
     discretisation,
     lie_group,
     midpoint,
+    one_step,
     pair,
     product,
     scenes,
@@ -24,6 +26,7 @@ from discmech.integrators import (
     so,
 )
 from discmech.integrators.groupoids import check_axioms
+from discmech.integrators.numbers.printing import code
 from discmech.integrators.rules import get as rule_called
 from tests.objects import SCENES, flow, scheme
 
@@ -109,6 +112,8 @@ CASES = {
     "forces": (lambda: plain(forces=0), r"Scene\(forces=...\): there is no forces=; say force="),
     "constraints": (lambda: plain(constraints=0), "no constraints=; say holonomic= for"),
     "t": (lambda: plain(t=0), "no t=; say lagrangian=lambda x, v, p, t"),
+    "h of a flow": (lambda: Scheme(plain(), midpoint).flow(h=1), "no h=; say step="),
+    "t of a run": (lambda: Scheme(plain(), midpoint).flow(1).trajectory(t=1), "no t=; say steps="),
     "an unknown field": (lambda: plain(colour=0), "no colour=; it has name, groupoid"),
     "parameter not there": (
         lambda: with_lagrangian(lambda x, v, p: p.width * v[0], parameters={"length": 1}),
@@ -244,6 +249,18 @@ CASES = {
     "mu0 no list": (lambda: pendulum().trajectory(1, mu0=1.0), r"is 1\.0: give a list of 1 num"),
     "evolve no list": (lambda: pendulum().evolve(1, 2), "is 1: give a list of 1 numbers"),
     "scene as text": (lambda: Scheme("pendulum", midpoint), "'pendulum' is no scene: give a Sc"),
+    "retraction of a scheme": (lambda: Scheme(scenes.get("rigid-body"), midpoint, retraction="x"),
+                               r"no retraction=; say scene=SCENE.with_retraction"),
+    "ordr": (lambda: discretisation(ordr=2), r"there is no ordr=; say order="),
+    "x + h u/2 on a group": (
+        lambda: Scheme(scenes.get("rigid-body"), discretisation(name="pairs")(
+            lambda L, G, x, u, h: h * L(x + h * u / 2, u))), r"write G\.target\(x, u, h/2\)"),
+    "kind of a quantity": (lambda: Conserved("J", lambda x, mu, p: mu[0], kind="first intgral"),
+                           "no kind='first intgral': did you mean 'first integral'"),
+    "a constraint that is no list": (
+        lambda: Scheme(replace(scenes.get("cartesian-pendulum"),
+                               holonomic=lambda x, p: x.dot(x) - 1), midpoint),
+        r"must give a list of expressions φ.* say"),
     "size as text": (lambda: so("3"), r"so\('3'\): the size is a whole number from 2"),
     "dimension as text": (lambda: LocalGroupoid("1", 1, target=None, product=None),
                           "needs dim_x ≥ 0 and dim_u ≥ 1, not '1' and 1"),
@@ -292,7 +309,20 @@ def test_numbers_that_nobody_can_print_are_refused(make):
 def test_what_is_no_list_no_function_and_no_number_of_digits():
     for make, words in (
         (lambda: plain(x0=np.array(1.0)), "x0 is array"),
+        (
+            lambda: flow("duffing", "midpoint", "0.1").trajectory(1, x0=np.array(1.0), mu0=[1]),
+            "list of 2",
+        ),
+        (
+            lambda: Scheme(plain(), one_step(name="flat")(lambda s, z, h: np.array(1.0))),
+            "2 (expressions|entries)",
+        ),
+        (lambda: with_rule(lambda L, G, x, u, h: {"2": "3"}).FL, "rule"),
+        (lambda: one_step(name=sympy.Symbol("x") > 0)(lambda s, z, h: z), "x > 0 .* is no text"),
         (lambda: plain(symmetries=3), "symmetries is 3"),
+        (lambda: plain(symmetries=np.array(1.0)), "symmetries is array"),
+        (lambda: code(sympy.Symbol("x") * 10**4400), "a number of about 4"),
+        (lambda: code(sympy.Rational(1, 10**4400)), "a number of about 4"),
         (lambda: discretisation(order=2)(3), "a rule is a function"),
         (lambda: Scheme(plain(), midpoint).flow("0.1", 10**9), "up to 10000"),
         (lambda: Scheme(plain(), midpoint).flow("0.1").trajectory(1, 2**60), r"up to 2\*\*53"),

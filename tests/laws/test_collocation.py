@@ -1,4 +1,4 @@
-"""Rules with stages on Gauss nodes: the fixed point of collocation is Newton's step."""
+"""Rules with stages on Gauss or Lobatto nodes: the fixed point of collocation is Newton's step."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -8,7 +8,7 @@ import pytest
 
 from discmech.integrators import Scheme, cayley, exponential, rules
 from discmech.integrators.compiler.kernels import names_of
-from discmech.integrators.compiler.lanes import lane_namespace
+from discmech.integrators.compiler.lanes import lane_namespace, tables
 from discmech.integrators.compiler.stage_text import stage_text
 from discmech.integrators.equations import stage_system
 from tests.objects import SCENES
@@ -23,6 +23,7 @@ ON_EACH = (
 #: derived and compiled in a second or two
 SHORT = ("pendulum", "kepler", "rigid-body", "affine-on-line")
 STEPS = 12
+LOBATTO = "on Lobatto nodes it is collocation where μ is a constant matrix times ẋ alone"
 
 
 def both(scene, rule, step, digits=16):
@@ -51,6 +52,27 @@ def test_it_is_newtons_step(name):
     assert distance(run, wanted) < 64 * STEPS * 2.0**-53
 
 
+@pytest.mark.parametrize("name", ["pendulum", "henon-heiles", "damped-pendulum"])
+@pytest.mark.parametrize("rule", ["lobatto-4", "lobatto-5"])
+def test_on_lobatto_nodes_too(name, rule):
+    """With forces as well: IIIA for x and IIIB for μ; μ_ij + μ̂_ji = 1 to the last bit."""
+    scene = SCENES[name]
+    fixed, newton = both(scene, rule, 2 * scene.step)
+    run, wanted = fixed.trajectory(STEPS), newton.trajectory(STEPS)
+    assert run.solver == "fixed point" and wanted.solver == "Newton"
+    assert distance(run, wanted) < 64 * STEPS * 2.0**-53
+    nodes = fixed.scheme.rule.nodes
+    found = tables(nodes, nodes.count, nodes.count, fixed.numbers)
+    mu, dual = (np.array(found[name][0]).T for name in ("MU", "MU_OF_MOMENTUM"))
+    assert (mu + dual.T == 1).all() and not np.array_equal(mu, dual)
+
+
+def test_on_lobatto_nodes_at_fifty_digits():
+    fixed, newton = both(SCENES["pendulum"], "lobatto-3", "0.1", digits=50)
+    run = fixed.trajectory(2)
+    assert run.solver == "fixed point" and distance(run, newton.trajectory(2)) < 1e-50
+
+
 @pytest.mark.parametrize("name", ["pendulum", "heavy-top"])
 def test_fifty_digits_need_no_elimination(name):
     scene = SCENES[name]
@@ -77,9 +99,11 @@ def test_in_both_charts_with_coarse_steps(name, retraction):
     ("name", "rule", "why"),
     [
         ("harmonic", "gauss-2", "the equations are linear, and one correction solves them"),
-        ("kepler", "lobatto-3", "the rule has no stages on Gauss nodes"),
-        ("kepler", "gauss-2", "a step of two stages takes Newton's method no longer"),
-        ("kepler", "midpoint", "the rule has no stages on Gauss nodes"),
+        ("kepler", "lobatto-3", "a step of so few stages takes Newton's method no longer"),
+        ("double-pendulum", "lobatto-4", LOBATTO),
+        ("rigid-body", "lobatto-4", LOBATTO),
+        ("kepler", "gauss-2", "a step of so few stages takes Newton's method no longer"),
+        ("kepler", "midpoint", "the rule has no stages on Gauss or Lobatto nodes"),
         ("kepler", "triple-jump:gauss-2", "a composition has steps of several sizes"),
     ],
 )
@@ -114,7 +138,7 @@ def area(scene, rule, step, sweeps):
     By differences at 60 digits; a step begun anew, whose iteration begins with a straight line.
     """
     flow = Scheme(scene, rules.get(rule)).flow(step, digits=60)
-    nodes = flow.scheme.rule.gauss_nodes
+    nodes = flow.scheme.rule.nodes
     text = stage_text(stage_system(flow.scheme.equations.s, nodes))
     given = lane_namespace(nodes, nodes.count, flow.numbers, 1)
     if sweeps:

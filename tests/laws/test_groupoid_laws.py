@@ -310,8 +310,8 @@ def test_fields_on_the_points_of_a_step(name, stratum, theta):
         **dict(zip(s["u"], u, strict=True)),
         s["h"]: h,
     }
-    right, left = (f.subs(values) for f in g.point_fields(s["x"], s["u"], s["h"], theta, z))
-    slopes = g.point_slope(s["x"], s["u"], s["h"], theta, z).subs(values)
+    motion = g.point_motion(s["x"], s["u"], s["h"], theta, z)
+    slopes, right, left = ((motion.anchor * f).subs(values) for f in motion[1:])
     rho, L, R = g.rho(x, h), g.L(x, u, h), g.R(x, u, h)
 
     def point_at(dx, du):

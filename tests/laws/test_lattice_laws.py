@@ -1,19 +1,25 @@
 """What a rule keeps on a lattice: the Poisson form, momentum, energy, and its order of accuracy."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from discmech import Scheme, midpoint, rectangle, trapezoidal
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.lattices import systems
+from discmech.integrators.lattices import systems, velocities
 from discmech.integrators.lattices.dual_step import DualStep
 from discmech.integrators.rules import compose, gauss
 from discmech.reference.closed_forms.lattice_waves import (
     sine_gordon_breather,
     sine_gordon_kink,
+    toda_places,
+    toda_shift,
     toda_solitons,
+    toda_traces,
 )
-from tests.integrators.lattices.test_lattices import SITES
+from discmech.studies.lattices.patches import patch_defects
+from tests.integrators.lattices.test_bodies_as_sites import SITES
 
 EPS = 2.0**-53
 #: the defect is a sum of terms over their absolute sum: a bond's and a site's terms are sums of a
@@ -84,6 +90,29 @@ def test_what_enters_a_patch_of_space_and_time_stays_or_leaves(rule):
     assert abs(gained - through) < POISSON * size < abs(gained - wrong)
 
 
+def mean(x, axis):
+    """Of two neighbours in time (0) or in space (1)."""
+    return x.take(range(1, x.shape[axis]), axis) - np.diff(x, axis=axis) / 2
+
+
+def test_the_box_scheme_is_that_of_preissmann_and_multisymplectic():
+    """Its nine points: δ_t² μ_x² φ/h² − δ_x² μ_t² φ/a² + μ_t μ_x sin(μ_t μ_x φ) = 0."""
+    lattice, h, a = systems.breather(box=True), 1 / 20, 1 / 4
+    flow = Scheme(lattice, midpoint).flow("1/20")
+    run = flow.trajectory(6)
+
+    field = run.x[:, :, 0]
+    left = np.diff(mean(mean(field, 1), 1), 2, axis=0) / h**2
+    left -= np.diff(mean(mean(field, 0), 0), 2, axis=1) / a**2
+    left += mean(mean(np.sin(mean(mean(field, 0), 1)), 0), 1)
+    assert abs(left).max() < 64 * EPS * abs(field).max() / h**2
+    found = patch_defects(partial(DualStep, flow), lattice, run.x[-1], run.mu[-1])
+    assert found["patch"] < POISSON and found["bond"] < 1e-13
+    assert flow.poisson_defect(run.x[-1], run.mu[-1]) < POISSON
+    v = velocities(flow, run.x, run.mu, run.u)
+    assert abs(flow.momenta(run.x[-1], v[-1]) - run.mu[-1])[1:-1].max() < POISSON
+
+
 def test_compositions_have_no_single_step():
     flow = Scheme(systems.rotors(12), compose(midpoint, "suzuki")).flow("1/20")
     with pytest.raises(CannotMeasure, match="several substeps"):
@@ -117,31 +146,20 @@ def test_energy_does_not_drift(rule):
 PLACES = np.linspace(-20, 20, 161)
 
 
-def breather(rule, h, refined=1):
-    places = np.linspace(-20, 20, 160 * refined + 1)
-    start = sine_gordon_breather(places, 0, 0.6)
-    lattice = systems.sine_gordon(*start, (places[1] - places[0]).item())
+def breather(rule, h):
     steps = round(5 / h)
-    return Scheme(lattice, rule).flow(h).trajectory(steps, steps).x[-1, ::refined, 0]
+    return Scheme(systems.get("breather"), rule).flow(h).trajectory(steps, steps).x[-1, :, 0]
 
 
 def order(errors):
     return np.diff(-np.log2(errors))
 
 
-def test_a_breather_is_followed_in_space_to_second_order():
-    exact = sine_gordon_breather(PLACES, 5, 0.6)[0]
-    errors = [abs(breather(gauss(2), 1 / 16, k) - exact).max() for k in (1, 2, 4)]
-    assert np.allclose(order(errors), 2, atol=0.05)
-
-
-@pytest.mark.parametrize(("rule", "wanted"), [(trapezoidal, 2), (gauss(2), 4),
-                                              (compose(trapezoidal, "triple-jump"), 4)],
-                         ids=lambda r: getattr(r, "name", r))  # fmt: skip
-def test_a_breather_is_followed_in_time_to_the_order_of_the_rule(rule, wanted):
-    best = breather(gauss(3), 1 / 16)
+def test_a_breather_is_followed_by_a_composition_to_its_order():
+    """In time; rules of one step, and the order in space, are the study's (`discmech lattices`)."""
+    best, rule = breather(gauss(3), 1 / 16), compose(trapezoidal, "triple-jump")
     errors = [abs(breather(rule, h) - best).max() for h in (1 / 8, 1 / 16, 1 / 32)]
-    assert np.allclose(order(errors), wanted, atol=0.2)
+    assert np.allclose(order(errors), 4, atol=0.2)
 
 
 def test_a_kink_moves_at_its_speed():
@@ -149,6 +167,29 @@ def test_a_kink_moves_at_its_speed():
     lattice = systems.sine_gordon(x, v, (PLACES[1] - PLACES[0]).item())
     run = Scheme(lattice, trapezoidal).flow("1/10").trajectory(100, 100)
     assert abs(run.x[-1, :, 0] - sine_gordon_kink(PLACES, 10, 0.5)[0]).max() < 0.05
+
+
+@pytest.mark.parametrize("kappa", [(1.0, -0.8), (1.3, 0.5)])
+def test_two_solitons_are_moved_by_their_crossing_as_the_shift_says(kappa):
+    """In the closed form of both, before and after; the faster is moved forward."""
+    speeds = np.sinh(kappa) / np.abs(kappa)
+    before, after = ((t, toda_solitons(np.arange(-400.0, 400), t, kappa, (0, 0))[0])
+                     for t in (-60 / np.ptp(speeds), 60 / np.ptp(speeds)))  # fmt: skip
+    forward = np.sign(kappa) if kappa[1] < 0 else np.array([1, -1])
+    moved = forward * [toda_shift(kappa[i], [kappa[1 - i]])[0] for i in (0, 1)]
+    ends = [toda_places(x, kappa, 400 + speeds * t + s * moved / 2)
+            for (t, x), s in ((before, -1), (after, 1))]  # fmt: skip
+    travelled = ends[1] - ends[0] - speeds * (after[0] - before[0])
+    assert np.allclose(travelled, moved, atol=1e-9)
+
+
+def test_traces_are_those_of_lax_s_matrix():
+    x, p = np.random.default_rng(5).normal(size=(2, 20))
+    a = np.exp((x - np.roll(x, -1)) / 2) / 2
+    L = np.diag(p / 2) + np.diag(a[:-1], 1) + np.diag(a[:-1], -1)
+    L[0, -1] = L[-1, 0] = a[-1]
+    wanted = [np.trace(np.linalg.matrix_power(L, m)) / 20 for m in range(1, 8)]
+    assert np.allclose(toda_traces(x, p, 7), wanted, rtol=1e-13)
 
 
 def test_solitons_of_toda_pass_through_each_other():

@@ -225,3 +225,12 @@ def test_integers_among_the_entries_of_a_matrix_are_no_floats():
         a = np.array([[3, 1], [1, 2]], dtype=object)
         left = a @ numbers.solve(a, np.array([1, 0], dtype=object)) - [1, 0]
         assert max(abs(left)) < 1e-60
+
+
+@pytest.mark.parametrize("power", (150, -150))
+def test_the_velocities_of_a_map_are_solved_for_with_masses_of_any_size(power):
+    """A mass of 10¹⁵⁰ is an integer that numpy has no number for."""
+    spring = Scene("heavy", pair(1), lambda x, v, p: Integer(10) ** power * (v[0] ** 2 - x[0] ** 2),
+                   x0=[1], v0=["1/2"], step="0.1")  # fmt: skip
+    run = Scheme(spring, rules.get("explicit-euler")).flow(spring.step).trajectory(2)
+    assert np.allclose(run.u[:, 0], run.mu[:, 0] / 10.0**power / 2)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from sympy import Matrix, Rational
+from sympy import Matrix, Rational, eye
 
 from .numbers import columns, mixed_slope, number, slope
-from .sample import Sample
+from .sample import Sample, rank
 
 
 def plus_by_curve(s: Sample, g: Any, a: int) -> Any:
@@ -61,8 +61,26 @@ def right_of_plus(s: Sample) -> Any:
     return columns(s.m, lambda a: s.along(s.plus, right[:, a])).T
 
 
-def singular(s: Sample) -> Sample:
-    """The same sample with L_d bent so that det(FL − σ ℓ (Rᵀℓ)ᵀ) = 0 at (x, u), of rank m − 1."""
+def singular(s: Sample, g: Any = None) -> Sample:
+    """The same sample with L_d bent so that det(FL − σ ℓ (Rᵀℓ)ᵀ) = 0 at g, of rank m − 1."""
+    x, u = g or (s.x, s.u)
     ell = Matrix(s.m, 1, [Rational(2 + 3 * a, 5) for a in range(s.m)])
-    sigma = 1 / (s.R(s.x, s.u).T * ell).dot(s.FL(s.x, s.u).LUsolve(ell))
-    return s.changed(s.mutant, s.L_d_.bent(number(sigma), ell, s.u))
+    sigma = 1 / (s.R(x, u).T * ell).dot(s.FL(x, u).LUsolve(ell))
+    return s.changed(s.mutant, s.L_d_.bent(number(sigma), ell, u))
+
+
+def rank_of_legendre(s: Sample, sign: str, g: Any = None) -> int:
+    """The rank of the fibre part of T F^± at an arrow: m where F^± is a local diffeomorphism.
+
+    F⁻ = (x, F⁻_γ) and F⁺ = (b(x, u), F⁺_γ) are maps to A*G, and n of their rank is the base's.
+    """
+    x, u = g or (s.x, s.u)
+
+    def local(t: Any, way: Any) -> Any:
+        at = x + t * way[: s.n, :], u + t * way[s.n :, :]
+        if sign == "-":
+            return at[0].col_join(s.minus(*at))
+        return s.b(*at).col_join(s.plus(*at))
+
+    ways = [eye(s.n + s.m)[:, k] for k in range(s.n + s.m)]
+    return rank(Matrix.hstack(*[slope(lambda t, way=way: local(t, way)) for way in ways])) - s.n

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 
-from .misprints import Misprint
+from .misprints import FORMULA, NOTATION, SLIP, Misprint
 from .rows import ACTIONS, CAYLEY, DEFINITION, EVERYWHERE, MATRIX, SYMBOLIC, Row
+from .statements import STATEMENTS, VERSION
 from .table import DISPLAYS, MISPRINTS, ROWS, SECTIONS
 
 INTRODUCTION = """\
@@ -13,23 +14,29 @@ INTRODUCTION = """\
 
 J. C. Marrero, D. Martín de Diego, E. Martínez, *The local description of discrete mechanics*,
 sections 2 to 4. Written by `make paper` from the table in `tests/paper/`, which pytest runs: what
-is said to hold here is asserted there.
+is said to hold here is asserted there. {version}
 
 {displays} displayed formulas and {text} statements of the text: {checked} checked ({symbolic}
-symbolically, {numeric} at 40 digits), {definitions} definitions; {misprints} misprints.
+symbolically, {numeric} at 40 digits), {definitions} definitions. {formulas} formulas are false as
+printed; {slips} slips of the pen and {notations} remarks on notation change none.
 
 How a formula is checked:
 
 - **symbolic**: both sides cancel identically, with generic functions and letters for the data.
 - **40 digits**: at points with rational coordinates, over all groupoids of `tests/objects/` to
-  which the formula applies: pair groupoids, matrix groups and their actions, groupoids given by
-  hand, among them one that is not unimodular and one whose structure functions depend on the point.
-  Numbers are exact, or rational to 240 digits; derivatives are difference quotients over
-  $10^{{-40}}$. $L_d$ is a cubic polynomial on the groupoid, made to have an exact solution $(g,h)$.
-- Every check can fail. Each function that it reads ($b$, $p$, $\\iota$, $\\rho$, $L$, $R$, $C$,
-  $\\tau$, $L_d$ and its derivatives) is made wrong by $10^{{-30}}$, and the check has to see it;
-  where the identity holds whatever that function is, the row says so in its data. Of a symbolic
-  identity a term is dropped.
+  which the formula applies: pair groupoids, matrix groups and their actions, products, groupoids
+  given by hand, among them one that is not unimodular and one whose structure functions depend on
+  the point. The fast tests take one of at most four dimensions for each row, products among them;
+  the slow tests all, near the identities, in the middle and near the edge of the chart, and in the
+  middle those of many dimensions too (SE(3), SO(4), Sp(4)). Numbers are exact, or rational to 240
+  digits; derivatives are difference quotients over $10^{{-40}}$. $L_d$ is a cubic polynomial on the
+  groupoid, made to have an exact solution $(g,h)$.
+- Every check can fail, and every claim that it makes. Each function that it reads ($b$, $p$,
+  $\\iota$, $\\rho$, $L$, $R$, $C$, $\\tau$, $L_d$ and its derivatives) is made wrong by
+  $10^{{-30}}$, and the check has to see it; where the identity holds whatever that function is, the
+  row says so in its data. Each claim has to fail for one of these errors. What holds by the choice
+  of coordinates, as $\\alpha(x,u)=x$, is said and not checked. In a symbolic identity each entry in
+  turn loses a term.
 - A printed formula that is wrong is shown to be wrong by the test of its row, which shows the
   corrected one to hold.
 
@@ -65,35 +72,63 @@ OVER = {
 def page() -> str:
     """The text of PAPER.md."""
     count = Counter(row.how for row in ROWS)
+    kinds = Counter(m.kind for m in MISPRINTS)
     introduction = INTRODUCTION.format(
+        version=VERSION,
         displays=len(DISPLAYS),
         text=len(ROWS) - len(DISPLAYS),
         checked=len(ROWS) - count[DEFINITION],
         symbolic=count[SYMBOLIC],
         numeric=len(ROWS) - count[DEFINITION] - count[SYMBOLIC],
         definitions=count[DEFINITION],
-        misprints=len(MISPRINTS),
+        formulas=kinds[FORMULA],
+        slips=kinds[SLIP],
+        notations=kinds[NOTATION],
     )
-    parts = [introduction, _misprints(), *map(_section, SECTIONS), CONCLUSIONS]
+    parts = [introduction, _statements(), _misprints(), *map(_section, SECTIONS), CONCLUSIONS]
     return "\n".join(parts)
+
+
+def _statements() -> str:
+    lines = [
+        "## Propositions and theorems",
+        "",
+        "The rows below, other tests, and the module that does it on the bench.",
+        "",
+        "| statement | what it says | rows | tests | module |",
+        "|---|---|---|---|---|",
+    ]
+    places = {row.place: _full_place(row) for row in ROWS}
+    for s in STATEMENTS:
+        rows = "; ".join(places[place] for place in s.rows)
+        tests = ", ".join(f"`{test.partition('/')[2]}`" for test in s.tests) or "–"
+        modules = ", ".join(f"`{module}`" for module in s.modules)
+        lines.append(f"| {s.name} | {s.says} | {rows} | {tests} | {modules} |")
+    return "\n".join([*lines, ""])
 
 
 def _misprints() -> str:
     lines = [
         "## Misprints",
         "",
-        "`[misprint: tag]` marks in the code where the corrected formula is used.",
-        "",
-        "| tag | where | printed | corrected | why |",
-        "|---|---|---|---|---|",
+        "`[misprint: tag]` marks in the code where a corrected formula is used.",
     ]
-    return "\n".join([*lines, *map(_misprint, MISPRINTS), ""])
+    for kind, heading, head in (
+        (FORMULA, "Formulas that are false as printed", "tag | where | printed | corrected | why"),
+        (SLIP, "Slips of the pen", "tag | where | printed | meant | why"),
+        (NOTATION, "Remarks on notation", "tag | where | printed | read as | why"),
+    ):
+        last = " | consequence" if kind == FORMULA else ""
+        rule = "|---" * (head.count("|") + 1 + bool(last)) + "|"
+        of_kind = [m for m in MISPRINTS if m.kind == kind]
+        lines += ["", f"### {heading}", "", f"| {head}{last} |", rule, *map(_misprint, of_kind)]
+    return "\n".join([*lines, ""])
 
 
 def _misprint(m: Misprint) -> str:
-    where = ", ".join(_full_place(row) for row in ROWS if m.tag in row.misprints)
-    why = m.why + (" (a slip of the pen)" if m.slip else "")
-    return f"| `{m.tag}` | {where} | {m.printed} | {m.corrected} | {why} |"
+    where = m.where or ", ".join(_full_place(row) for row in ROWS if m.tag in row.misprints)
+    last = f" {m.then} |" if m.kind == FORMULA else ""
+    return f"| `{m.tag}` | {where} | {m.printed} | {m.corrected} | {m.why or '–'} |{last}"
 
 
 def _section(number: str) -> str:
@@ -111,12 +146,12 @@ def _row(row: Row) -> str:
 
 def _result(row: Row) -> str:
     tags = ", ".join(f"[{tag}](#misprints)" for tag in row.misprints)
-    slips = {m.tag for m in MISPRINTS if m.slip}
     if row.how == DEFINITION:
-        return "definition" + (f"; misprint {tags}" if tags else "")
+        return "definition" + (f"; see {tags}" if tags else "")
     if not tags:
         return "holds"
-    return f"holds; misprint {tags}" if set(row.misprints) <= slips else f"**corrected** {tags}"
+    formulas = {m.tag for m in MISPRINTS if m.kind == FORMULA}
+    return f"**corrected** {tags}" if formulas & set(row.misprints) else f"holds; see {tags}"
 
 
 def _place(row: Row) -> str:

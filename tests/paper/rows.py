@@ -15,19 +15,23 @@ SYMBOLIC = "symbolic"
 DEFINITION = "definition"
 
 
+#: what refutes a claim that no printed formula makes
+BROKEN = "broken"
+
+
 @dataclass(frozen=True)
 class Claim:
-    """`found` equals `wanted`; with a misprint's tag, `wanted` is as printed and does not."""
+    """`found` equals `wanted`; where `refuted`, `wanted` is as printed or spoilt, and does not."""
 
     says: str
     found: Any
     wanted: Any
-    misprint: str = ""
+    refuted: str = ""  # a misprint's tag, or BROKEN
 
 
 @dataclass(frozen=True)
 class Row:
-    """One display, or one statement of the text (its place then ends in "text")."""
+    """One display, or one statement of the text (its place then ends in a word)."""
 
     place: str
     says: str
@@ -36,6 +40,8 @@ class Row:
     misprints: tuple[str, ...] = ()
     #: ingredients that may be anything in this identity: a wrong one is not seen
     free: tuple[str, ...] = ()
+    #: whether a claim with something spoilt stands beside the right one
+    spoilt: bool = False
     #: second derivatives of compositions: the fast suite takes the witnesses alone
     dear: bool = False
 
@@ -54,12 +60,18 @@ def definition(place: str, says: str, *misprints: str) -> None:
 
 
 def checked(
-    place: str, says: str, how: str, *misprints: str, free: Iterable[str] = (), dear: bool = False
+    place: str,
+    says: str,
+    how: str,
+    *misprints: str,
+    free: Iterable[str] = (),
+    spoilt: bool = False,
+    dear: bool = False,
 ) -> Callable[[Callable[..., Iterable[Claim]]], Callable[..., Iterable[Claim]]]:
     """Decorator: the check of a row, a generator of claims (of a sample, unless symbolic)."""
 
     def add(check: Callable[..., Iterable[Claim]]) -> Callable[..., Iterable[Claim]]:
-        ROWS.append(Row(place, says, how, check, misprints, tuple(free), dear))
+        ROWS.append(Row(place, says, how, check, misprints, tuple(free), spoilt, dear))
         return check
 
     return add
@@ -73,3 +85,8 @@ def same(says: str, found: Any, wanted: Any) -> Claim:
 def printed(tag: str, found: Any, wanted: Any) -> Claim:
     """The claim that the printed side is wrong."""
     return Claim(f"[misprint: {tag}]", found, wanted, tag)
+
+
+def broken(says: str, found: Any, wanted: Any) -> Claim:
+    """The claim of that name with something spoilt, which has to fail."""
+    return Claim(says, found, wanted, BROKEN)

@@ -13,13 +13,14 @@ from .curves import (
     left_of_minus,
     minus_by_curve,
     plus_by_curve,
+    rank_of_legendre,
     right_of_plus,
     singular,
 )
 from .numbers import columns, slope
 from .rows import EVERYWHERE, Claim, checked, definition, printed, same
 from .sample import Sample, rank
-from .section_2_groupoids import combined, lie_brackets
+from .section_2_groupoids import arrow, combined, lie_brackets
 
 definition("2.2-1", "the structure maps")
 # the sequence ends with g_N [misprint: product-to-n]
@@ -29,22 +30,25 @@ definition("2.2-2", r"admissible sequences: $g_1\cdots g_N=g$", "product-to-n")
 @checked(
     "2.2-3",
     r"the sum of $\overleftarrow{X_k}(g_k)(L_d)-\overrightarrow{X_k}(g_{k+1})(L_d)$ is the"
-    r" variation of $L_d(g_1)+\dots+L_d(g_N)$ with $g_1\cdots g_N$ fixed",
+    r" variation of $L_d(g_1)+\dots+L_d(g_N)$ with $g_1\cdots g_N$ fixed; here $N=3$",
     EVERYWHERE,
-    free=("L_d",),
 )
 def variation(s: Sample) -> Iterator[Claim]:
-    g, h = (s.x, s.u), (s.y, s.v)
-    step = Rational(1, 3)
+    first, second = (s.x, s.u), (s.y, s.w)
+    third = (s.b(*second), s.v)
+    whole = s.times(s.times(first, second), third)
     for a in range(s.m):
-        split = s.times(s.inverse(s.near_unit(s.y, a, step)), h)
-        yield same("product", s.times(s.pushed_left(g, a, step), split), s.times(g, h))
-        wanted = plus_by_curve(s, g, a) - minus_by_curve(s, h, a)
+        b = (a + 1) % s.m  # another section at the second joint
 
-        def action(t: Any, a: int = a) -> Any:
-            return s.L_d(*s.pushed_left(g, a, t)) + s.L_d(*s.pushed_right(h, a, t))
+        def moved(t: Any, a: int = a, b: int = b) -> list[Any]:
+            """g₁c(t), c(t)⁻¹g₂k(t), k(t)⁻¹g₃."""
+            middle = s.pushed_left(s.pushed_right(second, a, t), b, t)
+            return [s.pushed_left(first, a, t), middle, s.pushed_right(third, b, t)]
 
-        yield same("variation", slope(action), wanted)
+        one, two, three = moved(Rational(1, 30))
+        yield same("product", arrow(s.times(s.times(one, two), three)), arrow(whole))
+        wanted = s.plus(*first)[a] - s.minus(*second)[a] + s.plus(*second)[b] - s.minus(*third)[b]
+        yield same("variation", slope(lambda t: sum(s.L_d(*g) for g in moved(t))), wanted)
 
 
 @checked(
@@ -93,14 +97,15 @@ definition("2.3-5", r"$X^{(1,0)}=(\overrightarrow{X},0)$, $X^{(0,1)}=(0,\overlef
 def d_of_theta(s: Sample) -> Iterator[Claim]:
     dL = [s.d_x(s.x, s.u).T, s.d_u(s.x, s.u).T]
     gradient = dL[0].row_join(dL[1])
-    theta_minus, theta_plus = -s.minus(s.x, s.u), s.plus(s.x, s.u)
-    yield same("on (1,0)", gradient * s.right(s.x, s.u), -theta_minus.T)
-    yield same("on (0,1)", gradient * s.left(s.x, s.u), theta_plus.T)
+    g = (s.x, s.u)
+    minus, plus = ([of(s, g, a) for a in range(s.m)] for of in (minus_by_curve, plus_by_curve))
+    yield same("dL_d on (1,0)", gradient * s.right(*g), minus)
+    yield same("dL_d on (0,1)", gradient * s.left(*g), plus)
     # dΘ(X, Y) = X(Θ(Y)) − Y(Θ(X)) − Θ([X, Y]) with [X^(1,0), Y^(0,1)] = 0
     yield same("dΘ⁺ = dΘ⁻ on (1,0), (0,1)", right_of_plus(s), left_of_minus(s))
 
 
-@checked("2.3-6", r"$\Omega$ vanishes on two $(1,0)$ and on two $(0,1)$", EVERYWHERE)
+@checked("2.3-6", r"$\Omega$ vanishes on two $(1,0)$ and on two $(0,1)$", EVERYWHERE, "X-at-beta")
 def omega_on_equals(s: Sample) -> Iterator[Claim]:
     # dΘ⁻ on (1,0): Θ⁻ = −F⁻ there and the bracket is −C; dΘ⁺ on (0,1): Θ⁺ = F⁺ and C at β(g)
     minus, plus = s.minus(s.x, s.u), s.plus(s.x, s.u)
@@ -153,9 +158,8 @@ def symplectic(s: Sample) -> Iterator[Claim]:
     assert dy.shape == (n, 2 * m)
 
 
-@checked("2.4-1", r"$\overleftarrow{X}(g)(L_d)-\overrightarrow{X}(\Psi(g))(L_d)=0$", EVERYWHERE)
-def evolution(s: Sample) -> Iterator[Claim]:
-    yield same("F⁺(g) = F⁻(h)", s.plus(s.x, s.u), s.minus(s.y, s.v))
+# the two properties are what an evolution operator is; that there is one: Theorems 4.9 and 4.10
+definition("2.4-1", r"$\overleftarrow{X}(g)(L_d)-\overrightarrow{X}(\Psi(g))(L_d)=0$")
 
 
 @checked("2.5-1", r"$F^-L_d(h)(v)=-v(L_d\circ r_h\circ i)$", EVERYWHERE)
@@ -175,6 +179,7 @@ def legendre_plus(s: Sample) -> Iterator[Claim]:
     r"$F^-L_d=\overrightarrow{X_\gamma}(L_d)X^\gamma$,"
     r" $F^+L_d=\overleftarrow{Y_\mu}(L_d)Y^\mu$",
     EVERYWHERE,
+    "V-without-name",
     free=("L_d",),
 )
 def legendre_components(s: Sample) -> Iterator[Claim]:
@@ -195,15 +200,7 @@ def legendre_components(s: Sample) -> Iterator[Claim]:
     EVERYWHERE,
 )
 def equivalent_conditions(s: Sample) -> Iterator[Claim]:
-    for wanted in (s.m, s.m - 1):
-        at = s if wanted == s.m else singular(s)
-        ranks = [rank(W_by_formula(at, (s.x, s.u)))]
-        for base, momentum in ((lambda x, u: x, at.minus), (s.b, at.plus)):
-            whole = columns(
-                s.n + s.m,
-                lambda k, b=base, f=momentum: s.along(
-                    lambda x, u: b(x, u).col_join(f(x, u)), Matrix.eye(s.n + s.m)[:, k]
-                ),
-            )
-            ranks.append(rank(whole) - s.n)
-        yield same(f"rank {wanted}", ranks, [wanted] * 3)
+    arrow_, found = (s.x, s.u), []
+    for at in (s, singular(s)):
+        found += [rank(W_by_formula(at, arrow_)), *(rank_of_legendre(at, sign) for sign in "-+")]
+    yield same("one rank at a regular and at a singular point", found, 3 * [s.m] + 3 * [s.m - 1])

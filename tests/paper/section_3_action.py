@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import mpmath
+from mpmath.libmp import to_rational
 from sympy import Matrix, Rational, eye, zeros
 
-from discmech.integrators import LocalGroupoid
+from discmech.integrators import cayley, lie_group, pair, product, so
 from discmech.integrators.groupoids.action import UserAction
 
 from .curves import minus_by_curve, plus_by_curve
-from .numbers import columns, slope
-from .rows import ACTIONS, SYMBOLIC, Claim, checked, printed, same
+from .numbers import DIGITS, columns, slope
+from .rows import ACTIONS, SYMBOLIC, Claim, broken, checked, printed, same
 from .sample import Sample
 from .section_2_groupoids import arrow
 from .section_3_group import adjoint
@@ -37,6 +39,7 @@ def structure(s: Sample) -> Iterator[Claim]:
     r"$\overleftarrow{C_\eta}=(0,\overleftarrow\eta)$,"
     r" $\overrightarrow{C_\eta}=(-\eta_M,\overrightarrow\eta)$",
     ACTIONS,
+    "values-in-g",
 )
 def fields_of_constant_sections(s: Sample) -> Iterator[Claim]:
     g, h = s.tau(s.h * s.u), (s.x, s.u)
@@ -45,7 +48,6 @@ def fields_of_constant_sections(s: Sample) -> Iterator[Claim]:
         eta = s.g.algebra.hat(s.h * s.e(a))
         left = slope(lambda t, a=a: arrow(s.pushed_left(h, a, t)))
         right = -slope(lambda t, a=a: arrow(s.pushed_right(h, a, t)))
-        yield same("0", left[: s.n, :], zeros(s.n, 1))
         yield same("−η_M", right[: s.n, :], -s.h * generator(s, s.x, a))
         for field, wanted in ((left, g * eta), (right, eta * g)):
             du = field[s.n :, :]
@@ -58,6 +60,7 @@ def fields_of_constant_sections(s: Sample) -> Iterator[Claim]:
     r"$\overleftarrow{C_\eta}(x_k,g_k)(L_d)-\overrightarrow{C_\eta}(x_kg_k,g_{k+1})(L_d)=0$",
     ACTIONS,
     "L-for-L_d",
+    "g-without-tilde",
     free=("τ",),  # only the L of the printed form reads it
 )
 def equations(s: Sample) -> Iterator[Claim]:
@@ -80,17 +83,35 @@ def equations(s: Sample) -> Iterator[Claim]:
 
 @checked(
     "3.7-4",
-    r"$\Phi_{\xi_M}(t,x)=x\exp(t\xi)$, the flow of $\xi_M$; the step stands before $(e_\gamma)_M$",
+    r"$\Phi_{\xi_M}(t,x)=x\exp(t\xi)$ is the flow of $\xi_M$; the step stands before"
+    r" $(e_\gamma)_M$",
     ACTIONS,
     "flow-step",
+    spoilt=True,
 )
-def fundamental_fields(s: Sample) -> Iterator[Claim]:
+def flow_of_the_action(s: Sample) -> Iterator[Claim]:
+    # of ξ = e_γ after a finite time, where exp is not τ [misprint: flow-step]
+    time = Rational(2, 7)
     for a in range(s.m):
-        moved = -slope(lambda t, a=a: s.b(*s.near_unit(s.x, a, t)))
-        from_flow = slope(lambda t, a=a: act(s, s.x, s.tau(t * s.e(a))))
-        with_step = slope(lambda t, a=a: act(s, s.x, s.tau(t * s.h * s.e(a))))
-        yield same("−h(e_γ)_M", moved, -s.h * from_flow)  # [misprint: flow-step]
-        yield printed("flow-step", moved, -s.h * with_step)
+        xi = s.g.algebra.hat(s.e(a))
+
+        def flow(t: Any, xi: Any = xi) -> Any:
+            return act(s, s.x, exponential_of(t * xi))
+
+        def by_retraction(t: Any, a: int = a) -> Any:
+            return act(s, s.x, s.tau(t * s.e(a)))
+
+        there = flow(time)
+        found = slope(lambda t, flow=flow: flow(time + t))
+        wanted = s.x, generator(s, there, a)
+        yield same("Φ(0, x) = x, dΦ/dt = ξ_M(Φ)", [flow(0 * time), found], wanted)
+        moved = slope(lambda t, a=a, there=there: s.b(*s.near_unit(there, a, t)))
+        yield same("hξ_M is ∂b/∂u", s.h * found, moved)
+        with_step = slope(lambda t, flow=flow: flow(s.h * (time + t)))
+        yield printed("flow-step", with_step, generator(s, flow(s.h * time), a))
+        if s.g.tau is cayley:
+            found = slope(lambda t, way=by_retraction: way(time + t))
+            yield broken("Φ by τ in place of exp", found, generator(s, by_retraction(time), a))
 
 
 @checked(
@@ -132,25 +153,21 @@ def equations_in_velocities(s: Sample) -> Iterator[Claim]:
     SYMBOLIC,
 )
 def product_of_both() -> Iterator[Claim]:
-    from tests.objects import compose
-
-    def point(z: Any) -> tuple[Any, Any]:
-        return z[:1, :], z[1:, :]
-
-    G = LocalGroupoid(
-        1,
-        4,
-        target=lambda x, u, h: [x[0] + h * u[0]],
-        product=lambda x, u, v, h: [u[0] + v[0], *compose(u[1:, :], v[1:, :], h)],
-        name="pair × so(3)",
-    )
-    s = G.symbols
-    x, u, h = s["x"], s["u"], s["h"]
+    G = product(pair(1), lie_group(so(3)))
+    x, u, h = (G.symbols[letter] for letter in "xuh")
     yield same("ρ", G.rho(x, h), Matrix([[h, 0, 0, 0]]))
-    w = h * Rational(1, 2) * point(u)[1]
+    w = h * Rational(1, 2) * u[1:, :]
     for sign, found in ((1, G.L(x, u, h)), (-1, G.R(x, u, h))):
         block = eye(3) + sign * cross_matrix(w) + w * w.T
         yield same("blocks", found, Matrix.diag(1, block))
+
+
+def exponential_of(matrix: Any) -> Any:
+    """exp of a matrix of rationals, to 240 digits."""
+    with mpmath.workdps(DIGITS):
+        rows = [[mpmath.mpf(int(e.p)) / int(e.q) for e in row] for row in matrix.tolist()]
+        found = mpmath.expm(mpmath.matrix(rows), method="taylor")
+    return Matrix(*matrix.shape, [Rational(*map(int, to_rational(e._mpf_))) for e in found])
 
 
 def cross_matrix(w: Any) -> Any:

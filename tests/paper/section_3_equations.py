@@ -57,19 +57,17 @@ def local_legendre(s: Sample) -> Iterator[Claim]:
 
 @checked(
     "3.5-5",
-    r"$TF^-_{L_d}$ has the rows $(I_n,0)$ and $(\ast,-(FL_d)^T)$",
+    r"$TF^-_{L_d}$ has the rows $(I_n,0)$, by the coordinates, and $(\ast,-(FL_d)^T)$",
     EVERYWHERE,
     "FL-transposed",
+    "h-for-h0",
 )
 def differential(s: Sample) -> Iterator[Claim]:
-    def local(x: Any, u: Any) -> Any:
-        return x.col_join(s.minus(x, u))
-
-    whole = columns(s.n + s.m, lambda k: s.along(local, eye(s.n + s.m)[:, k]))
+    ways = zeros(s.n, s.m).col_join(eye(s.m))
+    block = columns(s.m, lambda k: s.along(s.minus, ways[:, k]))
     FL = FL_by_curves(s, s.x, s.u)
-    yield same("upper rows", whole[: s.n, :], eye(s.n).row_join(zeros(s.n, s.m)))
-    yield same("lower right block", whole[s.n :, s.n :], -FL.T)
-    yield printed("FL-transposed", whole[s.n :, s.n :], -FL)
+    yield same("lower right block", block, -FL.T)
+    yield printed("FL-transposed", block, -FL)
 
 
 @checked(
@@ -132,9 +130,10 @@ def slope_of_the_residual(s: Sample) -> Iterator[Claim]:
 
 
 @checked(
-    "3.5-proposition",
+    "3.5-Proposition 3.2",
     r"near a solution with regular $FL_d$ there is one $v$ to each $(x,u)$, and one $g$ to $h$",
     EVERYWHERE,
+    "alpha-as-index",
 )
 def evolution_exists(s: Sample) -> Iterator[Claim]:
     near = Rational(1, 10**25)

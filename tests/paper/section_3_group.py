@@ -40,17 +40,20 @@ def trivialised_tangent(s: Sample) -> Iterator[Claim]:
 @checked(
     "3.6.2-3",
     r"$\overleftarrow{e_\gamma}(\eta)=d\tau^{-1}_{h\eta}(Ad_{\tau(h\eta)}e_\gamma)$,"
-    r" $\overrightarrow{e_\gamma}(\eta)=d\tau^{-1}_{h\eta}(e_\gamma)$",
+    r" $\overrightarrow{e_\gamma}(\eta)=d\tau^{-1}_{h\eta}(e_\gamma)$ for"
+    r" $e_\gamma=\partial_{u^\gamma}$, $h$ times the basis",
     MATRIX,
+    "fields-step",
 )
 def fields(s: Sample) -> Iterator[Claim]:
-    # e_γ is ∂/∂u^γ at the identity, h times the basis element of the algebra
+    # e_γ is ∂/∂u^γ at the identity, h times the basis element [misprint: fields-step]
     g, R, Ad = s.tau(s.h * s.u), s.R(s.x, s.u), adjoint(s, s.u)
     L = R * Ad
     yield same("left", s.L(s.x, s.u), L)
     for a in range(s.m):
         moved = slope(lambda t, a=a: s.tau(s.h * (s.u + t * L[:, a])))
         yield same("τ(hη) e_γ", moved, g * hat(s, s.h * s.e(a)))
+        yield printed("fields-step", moved, g * hat(s, s.e(a)))
         moved = slope(lambda t, a=a: s.tau(s.h * (s.u + t * R[:, a])))
         yield same("e_γ τ(hη)", moved, hat(s, s.h * s.e(a)) * g)
 
@@ -59,6 +62,7 @@ def fields(s: Sample) -> Iterator[Claim]:
     "3.6.2-4",
     r"$\overleftarrow{e_\gamma}(\eta_k)(l)-\overrightarrow{e_\gamma}(\eta_{k+1})(l)=0$",
     MATRIX,
+    "l-for-L_d",
 )
 def euler_poincare(s: Sample) -> Iterator[Claim]:
     if not s.n:
@@ -106,7 +110,8 @@ def cayley(s: Sample) -> Iterator[Claim]:
         eta = hat(s, s.e(a))
         dcay = minus.inv() * eta * plus.inv()
         yield same("Tcay(η) = dcay(η) cay", tangent(s, s.e(a)), dcay * cay)
-        yield same("dcay⁻¹", minus * dcay * plus, eta)
+        moved = tangent(s, s.e(a)) * s.tau(-s.h * s.u)
+        yield same("dcay⁻¹ of Tcay(η) cay⁻¹", minus * moved * plus, eta)
         yield same("R", coordinates(s, minus * eta * plus), s.R(s.x, s.u)[:, a])
 
 
@@ -115,6 +120,7 @@ def cayley(s: Sample) -> Iterator[Claim]:
     r"$\overleftarrow{e_\gamma}=(e+\frac{h\eta}2)e_\gamma(e-\frac{h\eta}2)$,"
     r" $\overrightarrow{e_\gamma}=(e-\frac{h\eta}2)e_\gamma(e+\frac{h\eta}2)$",
     CAYLEY,
+    "so3-for-g",
 )
 def cayley_fields(s: Sample) -> Iterator[Claim]:
     minus, plus = half_steps(s, s.u)
@@ -130,6 +136,7 @@ def cayley_fields(s: Sample) -> Iterator[Claim]:
     r"the equations with these, and multiplied out:"
     r" $e_\gamma\mp\frac h2[e_\gamma,\eta]-\frac{h^2}4\eta e_\gamma\eta$",
     CAYLEY,
+    "Lie-Poincare",
 )
 def cayley_equations(s: Sample) -> Iterator[Claim]:
     if not s.n:

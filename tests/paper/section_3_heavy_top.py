@@ -86,7 +86,7 @@ def fields() -> Iterator[Claim]:
         yield printed("heavy-top-field", base, h * (Gamma.T * basis).T)
 
 
-definition("3.7-9", r"$\eta$, the matrix of $\Omega$ in the basis of $so(3)$")
+definition("3.7-9", r"$\eta$, the matrix of $\Omega$ in the basis of $so(3)$", "basis-on-SO3")
 
 
 @checked(
@@ -94,6 +94,7 @@ definition("3.7-9", r"$\eta$, the matrix of $\Omega$ in the basis of $so(3)$")
     r"the equations with $+h \Gamma_{k+1}e_\gamma\cdot\partial L_c/\partial\Gamma$,"
     r" $\Gamma_{k+1}=\Gamma_k cay(h\eta_k)$",
     SYMBOLIC,
+    "l-for-L_d",
 )
 def equations() -> Iterator[Claim]:
     a, b, one = h / 2 * eta(now), h / 2 * eta(then), eye(3)
@@ -121,6 +122,9 @@ def check_component(index: int) -> Iterator[Claim]:
     found = bench_equations()[index]
     yield same("mended", found, component(index, 2, -1))
     yield printed("heavy-top-torque", found, component(index, 2, 1))
+    # the printed torque is what the printed field [misprint: heavy-top-field] leads to
+    force = (Gamma_next.T * E[index] * (-mgd * e))[0]
+    yield same("its consequence", found - 2 * h * force, component(index, 2, 1))
 
 
 @checked(

@@ -7,9 +7,41 @@ from collections.abc import Iterator
 from sympy import Matrix, eye, zeros
 
 from .numbers import columns, mixed_slope, slope
-from .rows import EVERYWHERE, Claim, checked, definition, same
+from .rows import CAYLEY, EVERYWHERE, MATRIX, Claim, checked, definition, same
 from .sample import Sample
 from .section_2_groupoids import arrow
+
+
+@checked(
+    "3.1-Proposition 3.1",
+    r"$W$ of all $g$ with positive $g+g^\ast$ in a matrix group, $M\times W$ in its actions, is a"
+    r" symmetric neighborhood: $\epsilon(x)$ is in $W$;"
+    r" $g^{-1}+g^{-\ast}=g^{-1}(g+g^\ast)g^{-\ast}$; and $g^{-1}(e+gk)=k+g^{-1}$, whose right side"
+    r" has a positive real part: no eigenvalue of $gk$ is $-1$, nor negative, so that the charts of"
+    r" both retractions hold it",
+    MATRIX,
+)
+def symmetric_neighbourhood(s: Sample) -> Iterator[Claim]:
+    g, k = s.tau(s.h * s.u), s.tau(s.h * s.v)
+    back, both = s.tau(s.h * s.iota(s.x, s.u)), s.tau(s.h * s.p(s.x, s.u, s.v))
+    e = eye(g.rows)
+    yield same("ε(x)", s.tau(s.o) + s.tau(s.o).H, 2 * e)
+    yield same("g⁻¹ with g", back + back.H, back * (g + g.H) * back.H)
+    yield same("k + g⁻¹", back * (e + both), k + back)
+
+
+@checked(
+    "3.1-Cayley",
+    r"there $W$ is $\Vert\xi\Vert_2=\Vert hu\Vert_2$ below 2, on $SO(3)$ less than a quarter turn:"
+    r" $(e-\frac\xi2)^\ast(g+g^\ast)(e-\frac\xi2)=2(e-\frac14\xi^\ast\xi)$",
+    CAYLEY,
+)
+def neighbourhood_in_the_chart(s: Sample) -> Iterator[Claim]:
+    g, xi = s.tau(s.h * s.u), s.g.algebra.hat(s.h * s.u)
+    e = eye(g.rows)
+    near = e - xi / 2
+    yield same("g + g*", near.H * (g + g.H) * near, 2 * e - xi.H * xi / 2)
+
 
 definition("3.2-1", r"$(x,u)\cdot(y,v)=(x,p(x,u,v))$")
 
@@ -159,9 +191,7 @@ def right_translation(s: Sample) -> Iterator[Claim]:
 def left_fields(s: Sample) -> Iterator[Claim]:
     g = (s.x, s.u)
     by_l_g = columns(s.m, lambda a: slope(lambda t: arrow(s.pushed_left(g, a, t))))
-    p_v = columns(s.m, lambda a: slope(lambda t: s.p(s.x, s.u, t * s.e(a))))
-    yield same("T l_g e_γ", by_l_g, zeros(s.n, s.m).col_join(p_v))
-    yield same("L ∂/∂u", by_l_g, zeros(s.n, s.m).col_join(s.L(*g)))
+    yield same("T l_g e_γ = L ∂/∂u", by_l_g, zeros(s.n, s.m).col_join(s.L(*g)))
 
 
 @checked(
@@ -198,7 +228,7 @@ def right_fields(s: Sample) -> Iterator[Claim]:
     p_u = columns(s.m, lambda a: slope(lambda t: s.p(s.x, t * s.e(a), s.u)))
     found = columns(s.m, translated)
     inner = -p_x * rho + p_u if s.n else p_u
-    yield same("second line", found, (-rho).col_join(inner))
+    yield same("second line", (-rho).col_join(inner), s.right(s.x, s.u))
     yield same("∂p/∂x (x, 0, u) = 0", p_x, zeros(*p_x.shape))
     yield same("third line", found, s.right(s.x, s.u))
     g = (s.x, s.u)
@@ -211,6 +241,7 @@ def right_fields(s: Sample) -> Iterator[Claim]:
     r"anchor $\rho(y^\gamma e_\gamma)=\rho^i_\gamma y^\gamma\partial_{x^i}$ and bracket"
     r" $C^\nu_{\gamma\mu}e_\nu$: the anchor is a morphism",
     EVERYWHERE,
+    "E-for-AG",
 )
 def algebroid(s: Sample) -> Iterator[Claim]:
     rho, C = s.rho(s.x), s.C(s.x)

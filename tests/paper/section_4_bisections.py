@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from sympy import Matrix, Rational, zeros
+from sympy import Matrix, Rational, symbols, zeros
 
 from .bisections import Translations
 from .numbers import columns, slope
-from .rows import EVERYWHERE, Claim, checked, definition, same
+from .rows import EVERYWHERE, SYMBOLIC, Claim, broken, checked, definition, same
 from .sample import Sample
 from .section_2_groupoids import arrow
 from .section_3_equations import newton
@@ -19,6 +19,7 @@ from .section_3_equations import newton
     "4.1-1",
     r"$(\beta\circ\Sigma_\alpha)^{-1}=\alpha\circ\Sigma_\beta$, and the other way round",
     EVERYWHERE,
+    "alpha-without-bar",
 )
 def sections(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
@@ -35,21 +36,38 @@ def sections(s: Sample) -> Iterator[Claim]:
     yield same("Σ_α and Σ_β have one image", arrow((z, w)), arrow(to.sigma_beta(y)))
 
 
+@checked(
+    "4.1-Lemma 4.5",
+    r"$A\oplus C=B\oplus C=V$: with bases $c,a$ of $A$ and $c,b$ of $B$, completed by $d$ to one of"
+    r" $V$, $C=span(a+b,d)$ has $\det[c,a,a+b,d]=\det[c,a,b,d]=-\det[c,b,a+b,d]$;"
+    r" checked where $c,a,b,d$ are one vector each, $4=1+1+1+1$",
+    SYMBOLIC,
+    spoilt=True,
+)
+def common_complement() -> Iterator[Claim]:
+    c, a, b, d = (Matrix(4, 1, symbols(f"{letter}_0:4")) for letter in "cabd")
+    whole = Matrix.hstack(c, a, b, d).det()
+    yield same("A ⊕ C", Matrix.hstack(c, a, a + b, d).det(), whole)
+    yield same("B ⊕ C", -Matrix.hstack(c, b, a + b, d).det(), whole)
+    yield broken("A ⊕ C", Matrix.hstack(c, a, a, d).det(), whole)  # a alone is no complement
+
+
 definition("4.1-2", r"$L_\Sigma(g)=hg$ with $h=\Sigma_\beta(\alpha(g))$")
 definition("4.1-3", r"$R_\Sigma(g)=gh$ with $h=\Sigma_\alpha(\beta(g))$")
 
 
 @checked(
     "4.1-text",
-    r"$L_\Sigma$ keeps $\beta$-fibres, $R_\Sigma$ keeps $\alpha$-fibres; $L_\Sigma\circ l_g"
-    r"=l_{\Sigma\cdot g}$, $R_\Sigma\circ r_g=r_{g\cdot\Sigma}$",
+    r"$L_\Sigma$ keeps $\beta$-fibres, $R_\Sigma$ by the coordinates $\alpha$-fibres;"
+    r" $L_\Sigma\circ l_g=l_{\Sigma\cdot g}$, $R_\Sigma\circ r_g=r_{g\cdot\Sigma}$",
     EVERYWHERE,
+    "preserves-alpha",
+    "R-for-r",
 )
 def fibres(s: Sample) -> Iterator[Claim]:
     to = Translations(s)
     g, k = to.g_W, to.h_W
     yield same("β(Σ·g) = β(g)", s.b(*to.left(g)), s.b(*g))
-    yield same("α(g·Σ) = α(g)", to.right(g)[0], g[0])
     product = s.times(g, k)
     yield same("Σ·(gk) = (Σ·g)k", arrow(to.left(product)), arrow(s.times(to.left(g), k)))
     yield same("(gk)·Σ = g(k·Σ)", arrow(to.right(product)), arrow(s.times(g, to.right(k))))
@@ -86,9 +104,10 @@ def right_fields_are_carried(s: Sample) -> Iterator[Claim]:
 
 
 @checked(
-    "4.1-existence",
-    r"a bisection passes through every arrow: here through $g$ and through $h$",
+    "4.1-Proposition 4.6",
+    r"a local bisection passes through every arrow: here through $g$ and through $h$",
     EVERYWHERE,
+    "W-lower-beta",
 )
 def through_every_arrow(s: Sample) -> Iterator[Claim]:
     to = Translations(s)

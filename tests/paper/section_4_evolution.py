@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from sympy import Matrix, Rational, zeros
+from sympy import Integer, Matrix, Rational, symbols, zeros
+
+from discmech.integrators import pair
 
 from .bisections import Arrow, Translations
-from .curves import minus_by_curve, plus_by_curve
+from .curves import W_by_formula, minus_by_curve, plus_by_curve, rank_of_legendre, singular
 from .numbers import columns, mixed_slope, slope
-from .rows import EVERYWHERE, MATRIX, Claim, checked, definition, printed, same
-from .sample import Sample
+from .rows import EVERYWHERE, MATRIX, SYMBOLIC, Claim, checked, definition, printed, same
+from .sample import Sample, rank
 from .section_2_groupoids import arrow
 from .section_3_equations import newton
 
@@ -30,11 +32,20 @@ definition("4.2-2", r"$x_0=\beta(g_0)=\alpha(h_0)$")
 
 @checked(
     "4.2-3",
-    r"the equations are $\overleftarrow{e_\gamma}(g)(L_d)-\overrightarrow{e_\gamma}(h)(L_d)=0$",
+    r"the equations are $\overleftarrow{e_\gamma}(g)(L_d)-\overrightarrow{e_\gamma}(h)(L_d)=0$: of"
+    r" a section $f^\gamma e_\gamma$ both sides have the factors $f^\gamma(\beta(g))$",
     EVERYWHERE,
 )
 def equations(s: Sample) -> Iterator[Claim]:
-    yield same("at a solution", s.plus(s.x, s.u) - s.minus(s.y, s.v), s.o)
+    f = Matrix(s.m, 1, [1 + a + sum(y**2 for y in s.y) for a in range(s.m)])  # at β(g) = α(h)
+    g, h = (s.x, s.u), (s.b(s.x, s.u), s.w)
+
+    def action(t: Any) -> Any:
+        """L_d along g·c(t) and c(t)⁻¹·h of the curve with velocity f^γ e_γ."""
+        moved = s.times(s.inverse((h[0], t * f)), h)
+        return s.L_d(g[0], s.p(*g, t * f)) + s.L_d(*moved)
+
+    yield same("f^γ e_γ", slope(action), f.dot(s.plus(*g) - s.minus(*h)))
 
 
 @checked(
@@ -120,18 +131,28 @@ def matrix_FL(s: Sample) -> Iterator[Claim]:
 
 @checked(
     "4.2-9",
-    r"$R_{\Upsilon_0}$ keeps $\alpha^{-1}(x_0)$: $\alpha(h\cdot\Upsilon_0)=\alpha(h)=x_0$",
+    r"$R_{\Upsilon_0}$ maps $\alpha^{-1}(x_0)$ to itself, by the coordinates, and onto: $h'$ is"
+    r" $R_{\Upsilon_0}(h)$ for $h=h'[(\Upsilon_0)_\alpha(x)]^{-1}$ with"
+    r" $(\beta\circ(\Upsilon_0)_\alpha)(x)=\beta(h')$",
     EVERYWHERE,
-    free=("b", "p"),
+    "local-diffeomorphism",
 )
-def keeps_the_fibre(s: Sample) -> Iterator[Claim]:
-    yield same("α(R_Υ(h))", Translations(s).right((s.y, s.w))[0], s.y)
+def onto_the_fibre(s: Sample) -> Iterator[Claim]:
+    to = Translations(s)
+    near = Rational(1, 10**25) * Matrix(s.m, 1, [2 - a for a in range(s.m)])
+    wanted = s.y, s.v + near
+    end = s.b(*wanted)
+    x = newton(lambda x: s.b(*to.upsilon_alpha(x)) - end, s.y) if s.n else s.y
+    h = s.times(wanted, s.inverse(to.upsilon_alpha(x)))
+    yield same("R_Υ(h) = h′", arrow(to.right(h)), arrow(wanted))
+    yield same("β(h) = x", s.b(*h), x)
 
 
 definition(
     "4.2-10",
     r"$w^\gamma(h_0)=T_{\epsilon(x_0)}R_{\Upsilon_0}(\partial_{u^\gamma})$,"
     r" a basis of $\ker T_{h_0}\alpha$",
+    "upper-w",
 )
 
 
@@ -197,6 +218,7 @@ def composable_barred(s: Sample) -> Iterator[Claim]:
     r" \partial_{\bar u^\gamma}(L_d\circ L_{\Sigma_0})-L^\gamma_\mu \partial_{\bar u^\gamma}"
     r"(L_d\circ R_{\Upsilon_0})$ in barred coordinates",
     EVERYWHERE,
+    "x0-u0-v0",
     free=("L_d",),
 )
 def barred_equations(s: Sample) -> Iterator[Claim]:
@@ -217,6 +239,7 @@ def barred_equations(s: Sample) -> Iterator[Claim]:
     r"(L_d\circ L_{\Sigma_0})$",
     EVERYWHERE,
     "implicit2",
+    "FL-without-d",
     free=("L", "L_d"),
     dear=True,
 )
@@ -235,6 +258,84 @@ def matrix_barred_FL(s: Sample) -> Iterator[Claim]:
     yield same("∂/∂v̄^γ e←_μ(L_d∘L_Σ)", _FL_by_formula(s, to.of_left_barred, y, v, R), wanted)
     wrong = _FL_by_formula(s, to.of_right_barred, y, v, s.L(y, v))
     yield printed("implicit2", wrong, wanted)
+
+
+@checked(
+    "4.2-Theorem 4.9",
+    r"equivalent: $FL_d(x_0,0)$ regular; $\Omega$ non-degenerate at $h_0$; $F^-$ a local"
+    r" diffeomorphism there. All three have one rank, also where it is $m-1$",
+    EVERYWHERE,
+    free=("L",),  # regular, and a factor of Ω
+    dear=True,
+)
+def regular_at_h(s: Sample) -> Iterator[Claim]:
+    found, h = [], (s.y, s.v)
+    for at in (s, singular(s, h)):
+        to = Translations(at)
+        FL = _FL_by_formula(at, to.of_right, s.y, s.o, at.R(s.y, s.o))
+        found += [rank(FL), rank(W_by_formula(at, h)), rank_of_legendre(at, "-", h)]
+    yield same("ranks", found, 3 * [s.m] + 3 * [s.m - 1])
+
+
+@checked(
+    "4.2-Theorem 4.10",
+    r"equivalent: $FL_d(x_0,0)$ and $\overline{FL}(x_0,0)$ regular; $\Omega$ non-degenerate at"
+    r" $g_0$ and $h_0$; $F^+$ and $F^-$ local diffeomorphisms there. At $g_0$ the matrix is"
+    r" $\overline{FL}$ of $L_d\circ L_{\Sigma_0}$",
+    EVERYWHERE,
+    "implicit2",
+    dear=True,
+)
+def regular_at_both(s: Sample) -> Iterator[Claim]:
+    found, g = [], (s.x, s.u)
+    for at in (s, singular(s, g)):
+        to = Translations(at)
+        bar = _FL_by_formula(at, to.of_left_barred, s.y, s.o, at.R(s.y, s.o))
+        found += [rank(bar), rank(W_by_formula(at, g))]
+        found += [rank_of_legendre(at, sign, g) for sign in "+-"]
+    yield same("ranks", found, 4 * [s.m] + 4 * [s.m - 1])
+    wrong = _FL_by_formula(at, to.of_right_barred, s.y, s.o, at.L(s.y, s.o))
+    yield printed("implicit2", rank(wrong), s.m - 1)
+
+
+@checked(
+    "4.2-counterexample",
+    r"to Theorem 4.10 with (40) as printed: $M\times M$, $h=1$, $L_d=\frac12a^2b$ on arrows"
+    r" $(a,b)$, $g_0=(0,1)$, $h_0=(1,0)$ is a solution where both printed matrices are regular,"
+    r" but $\Omega$ is degenerate at $g_0$ and $\Psi(a,b)=(b,-\frac{a^2}{2b})$ no diffeomorphism",
+    SYMBOLIC,
+    "implicit2",
+)
+def counterexample() -> Iterator[Claim]:
+    a, b, x, u = symbols("a b x u")
+    G, one = pair(1), Integer(1)
+    S = a**2 * b / 2
+
+    def on(first: Any, second: Any) -> Any:
+        return S.subs({a: first, b: second}, simultaneous=True)
+
+    def at(expression: Any, first: Any, second: Any) -> Any:
+        return expression.subs({a: first, b: second}, simultaneous=True)
+
+    evolved = -(a**2) / (2 * b)
+    later = S.diff(a).subs({a: b, b: evolved}, simultaneous=True)
+    yield same("Ψ solves D₂S + D₁S = 0", S.diff(b), -later)
+    yield same("Ψ(g₀) = h₀", [one, at(evolved, 0, 1)], [1, 0])
+    yield same("∂Ψ/∂a = 0 at g₀", at(evolved.diff(a), 0, 1), 0)
+    # Σ₀ and Υ₀ are the translations of the base by 1 and by −1; (x̄, ū) = (x, u)∘i
+    base, fibre = G.target(Matrix([x]), Matrix([u]), 1)[0], G.inversion(Matrix([x]), Matrix([u]), 1)
+    of_right, of_left = on(x, x + u - 1), on(x - 1, x + u)
+    barred_right, barred_left = (
+        f.subs({x: base, u: fibre[0]}, simultaneous=True) for f in (of_right, of_left)
+    )
+
+    def matrix(f: Any) -> Any:
+        """ρ ∂²f/∂x∂u − ∂²f/∂u∂u with L = R = 1 at (x₀, 0)."""
+        return (f.diff(x, u) - f.diff(u, 2)).subs({x: 1, u: 0})
+
+    yield same("FL at h₀, and Ω there", [matrix(of_right), at(S.diff(a, b), 1, 0)], [1, 1])
+    yield same("mended (40), and Ω at g₀", [matrix(barred_left), at(S.diff(a, b), 0, 1)], [0, 0])
+    yield printed("implicit2", matrix(barred_right), at(S.diff(a, b), 0, 1))
 
 
 definition("4.2-17", r"$\Xi$: to each $h$ the $g$ with $(g,h)$ a solution")

@@ -1,5 +1,6 @@
 """PAPER.md says what the table says, and the table has every displayed formula."""
 
+import hashlib
 import os
 import re
 from collections import Counter
@@ -7,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from .misprints import FORMULA
 from .page import page
 from .rows import DEFINITION
+from .statements import DIGEST, STATEMENTS
 from .table import DISPLAYS, MISPRINTS, ROWS, SECTIONS, displays_of
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -31,7 +34,7 @@ def test_no_display_is_without_a_row():
     assert {d.place for d in DISPLAYS} <= set(places)
     assert not [place for place, count in places.items() if count > 1]
     text = [row.place for row in ROWS if row.place not in {d.place for d in DISPLAYS}]
-    assert all(re.fullmatch(r"[234](\.\d)+-[a-z]+", place) for place in text)
+    assert all(re.fullmatch(r"[234](\.\d)+-[A-Za-z]+( \d\.\d+)?", place) for place in text)
 
 
 def test_the_displays_are_all_there():
@@ -46,8 +49,9 @@ def test_the_displays_are_all_there():
 @pytest.mark.skipif("DISCMECH_PAPER" not in os.environ, reason="DISCMECH_PAPER is not set")
 def test_the_displays_are_those_of_the_source():
     """With DISCMECH_PAPER the path of the paper's TeX source."""
-    source = Path(os.environ["DISCMECH_PAPER"]).read_text(encoding="latin-1")
-    assert displays_of(source) == DISPLAYS
+    source = Path(os.environ["DISCMECH_PAPER"])
+    assert displays_of(source.read_text(encoding="latin-1")) == DISPLAYS
+    assert hashlib.sha256(source.read_bytes()).hexdigest() == DIGEST
 
 
 def test_a_display_that_is_added_or_changed_would_be_noticed():
@@ -71,13 +75,24 @@ def test_definitions_are_few_and_check_nothing():
     assert sum(row.how == DEFINITION for row in ROWS) < len(ROWS) / 4
 
 
+def test_every_statement_has_rows_tests_and_a_module():
+    places = {row.place: row for row in ROWS}
+    for statement in STATEMENTS:
+        assert statement.rows and all(places[p].how != DEFINITION for p in statement.rows)
+        assert all((ROOT / path).is_file() for path in (*statement.tests, *statement.modules))
+    named = {place.partition("-")[2] for place in places if re.search(r" \d\.\d+$", place)}
+    assert named <= {statement.name for statement in STATEMENTS}
+
+
 def test_every_misprint_has_its_row_and_every_tag_its_misprint():
     used = {tag for row in ROWS for tag in row.misprints}
-    assert used == TAGS
+    assert used == {m.tag for m in MISPRINTS if not m.where}
     marked = set[str]()
     for path in (*ROOT.glob("integrators/**/*.py"), *ROOT.glob("tests/**/*.py")):
         marked |= set(re.findall(r"\[misprint: ([\w-]+)\]", path.read_text(encoding="utf-8")))
-    assert marked - {"tag"} == TAGS  # "tag" is in the words that explain the marks
+    formulas = {m.tag for m in MISPRINTS if m.kind == FORMULA}
+    assert formulas <= marked - {"tag"} <= TAGS  # "tag" is in the words that explain the marks
+    assert all(m.then for m in MISPRINTS if m.kind == FORMULA)
     notation = (ROOT / "NOTATION.md").read_text(encoding="utf-8")
     assert set(re.findall(r"\[misprint: ([\w-]+)\]", notation)) <= TAGS | {"tag"}
 
@@ -94,4 +109,4 @@ def test_github_shows_the_mathematics():
             assert not re.search(r"\\[^a-zA-Z]|[|*<>]", formula), formula
             assert formula.count("{") == formula.count("}")
         assert "\\" not in re.sub(r"\$[^$]*\$", "", line)
-        assert line.count("|") in (5, 6)
+        assert line.count("|") in (5, 6, 7)

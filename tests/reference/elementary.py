@@ -10,7 +10,7 @@ FUNCTIONS = [
     X ** sympy.pi, X**X, 2**X, sympy.exp(-X), sympy.log(X), sympy.sin(X), sympy.cos(2 * X),
     sympy.tan(X), sympy.sec(X), sympy.sinh(X), sympy.cosh(X), sympy.tanh(X), sympy.atan(X),
     sympy.asin(X / 2), sympy.acos(X / 2), sympy.asinh(X), sympy.acosh(1 + X), sympy.atanh(X / 2),
-    sympy.Abs(-X), 1 / (1 + X**2), (2 - X) * (1 + X) / (3 + X), 3 * (X + 1) - sympy.sqrt(2) * X,
+    sympy.Abs(-X), 1 / (1 + X**2), (2 - X) * (1 + X) / (3 + X), 3 * X - sympy.sqrt(2) * (X + 1),
 ]  # fmt: skip
 
 

@@ -1,60 +1,15 @@
-"""What is asked and answered: names, times, errors, memory, and what the package may import."""
+"""What is asked and answered: names, times, errors and memory."""
 
-import subprocess
-import sys
+import inspect
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 
 import pytest
+from sympy import sin
 
-import discmech.reference as reference
 from discmech.integrators import Scene, pair, scenes
-from discmech.reference import ReferenceFailure, solution, solutions
-from tests.imports import DYNAMIC, imported, module_of, under, within
-
-PACKAGE = Path(reference.__file__).parent
-SCENE_DATA = {"discmech.integrators.scene", "discmech.integrators.scenes"}
-
-
-def offences(source, module="discmech.reference.solution", is_package=False):
-    """Imports that break the rule: scene data only, nothing else of ours."""
-    names = imported(source, module, is_package)
-    foreign = [n for n in names if not within(n, "discmech.reference", *SCENE_DATA)]
-    return [n for n in foreign if within(n, "discmech", "tests", *DYNAMIC)]
-
-
-@pytest.mark.parametrize("path", under("reference"), ids=lambda p: p.name)
-def test_references_share_no_formula(path):
-    source = path.read_text(encoding="utf-8")
-    assert offences(source, module_of(path), path.name == "__init__.py") == []
-
-
-def test_the_import_rule_catches_offenders():
-    allowed = "from discmech.integrators.scene import Scene\nfrom integrators import scenes"
-    assert offences(allowed) == []
-    for line in (
-        "import discmech.integrators",
-        "from discmech.integrators import cayley",
-        "from ..integrators import cayley",
-        "from discmech.integrators.retractions import cayley",
-        "import discmech.studies.order",
-        "from importlib import import_module as m\nimport importlib\nimportlib.import_module('x')",
-        "__import__('discmech.integrators')",
-    ):
-        assert offences(line), line
-
-
-def test_import_is_light():
-    code = (
-        "import sys, reference; "
-        "print([m for m in ('sympy', 'mpmath', 'numpy', 'gmpy2', 'flint', 'integrators') "
-        "if m in sys.modules])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=PACKAGE.parent, capture_output=True, text=True, check=True
-    )
-    assert done.stdout.strip() == "[]"
+from discmech.reference import MotionEnds, ReferenceFailure, follow, solution, solutions
+from discmech.reference.problem import Problem
 
 
 def test_times_are_exact():
@@ -91,6 +46,18 @@ def test_solutions_are_kept_by_content():
     assert solution(scene, 1) is solution("heavy-top", 1)
     other = scene.with_values(parameters={"weight": "1.0000000001"})
     assert solution(other, 1).x != solution(scene, 1).x
+
+
+@pytest.mark.parametrize("more", [
+    {"force": lambda x, v, p: [-v[0]]},
+    {"nonholonomic": lambda x, p: [[1]], "v0": [0]},
+    {"lagrangian": lambda x, v, p, t: v[0] ** 2 / 2 - (1 + t) * x[0] ** 2 / 2},
+], ids=["force", "constraint", "time"])  # fmt: skip
+def test_closed_forms_are_of_lagrangians_alone(more):
+    free = scenes.get("harmonic")
+    assert Problem.of(free).has_attitude is False
+    assert Problem.of(free).form() is not None
+    assert Problem.of(replace(free, name="more", **more)).form() is None
 
 
 def test_evidence_names_what_was_done():
@@ -144,6 +111,7 @@ def test_a_second_method_that_disagrees_lowers_the_certain_digits(monkeypatch):
     "scene, t, digits, message",
     [
         ("pendulm", 1, 50, "there is no scene 'pendulm': did you mean pendulum"),
+        ("pendulums", 1, 50, "pendulum or spring-pendulum or double-pendulum?"),  # and no more
         ("zzz", 1, 50, "there are harmonic"),
         ("pendulum", float("nan"), 50, "t=nan is not finite"),
         ("pendulum", float("inf"), 50, "t=inf is not finite"),
@@ -168,11 +136,46 @@ def test_attitude_where_there_is_none():
         solution("kepler", 1, attitude=True)
 
 
+def test_contact_has_no_reference():
+    with pytest.raises(ReferenceFailure, match="bouncing-ball has contact"):
+        solution("bouncing-ball", 1)
+
+
+def test_one_time_and_several_are_asked_alike():
+    """The same is meant where nothing is said."""
+    one, several = (inspect.signature(f).parameters for f in (solution, solutions))
+    for name in ("digits", "attitude", "proof"):
+        assert one[name].default == several[name].default
+    assert one["proof"].default is True and one["attitude"].default is False
+
+
 def test_collision_is_named_with_its_time():
     """Kepler's problem from rest at distance 2a = 2/5: the centre is hit at pi sqrt(a^3)."""
     falling = scenes.get("kepler").with_values(v0=[0, 0])
     with pytest.raises(ReferenceFailure, match=r"stops at t = 0\.2809\d*: .*collision"):
         solution(falling, 1, digits=20)
+
+
+@pytest.mark.parametrize("potential", [
+    lambda x: sin(x[0]) / x[0],  # 0/0, with a limit
+    lambda x: 1 / x[0],
+])  # fmt: skip
+def test_no_series_at_the_start_is_no_end_of_the_motion(potential):
+    """It would excuse every failure of a method later on."""
+    scene = Scene("start", pair(1), lambda x, v, p: v[0] ** 2 / 2 - potential(x), x0=[0], v0=[1],
+                  duration=1, step="1/10")  # fmt: skip
+    with pytest.raises(ReferenceFailure, match="no series at t = 0") as failure:
+        follow(scene, 1)
+    assert not isinstance(failure.value, MotionEnds)
+
+
+def test_a_motion_is_followed_to_its_end_and_no_further_than_so_many_steps():
+    fall = scenes.get("kepler").with_values(v0=[0, 0])
+    follow(fall, "1/4")
+    with pytest.raises(MotionEnds, match=r"stops at t = 0\.2809"):
+        follow(fall, 80)
+    with pytest.raises(ReferenceFailure, match="more than 10 steps"):
+        follow("kepler", 100, max_steps=10)
 
 
 def on_a_line(lagrangian, x0=0, v0=0):

@@ -7,6 +7,7 @@ import sympy
 
 from discmech.integrators import scenes
 from discmech.reference import ReferenceFailure, solution
+from discmech.reference.elimination import explicit_rates
 from discmech.reference.equations import equations_of
 
 ALL = ("harmonic", "pendulum", "kepler", "rigid-body", "heavy-top", "lagrange-top")
@@ -108,6 +109,55 @@ def test_mass_matrix_that_moves():
     with mpmath.workdps(60):
         before = energy(*(mpmath.mpf(int(s.p)) / int(s.q) for s in equations.start))
         assert abs(energy(*[*found.x, *found.v][:n]) - before) < mpmath.mpf(10) ** -40
+
+
+A, B, C = sympy.symbols("a b c", real=True)
+MASS = sympy.Matrix([[A, 2, B, 1], [2, B, 5, C], [B, 5, A + C, 0], [1, C, 0, 0]])
+FORCE = sympy.Matrix([A * B, 3, C, -A])
+
+
+@pytest.mark.parametrize("velocities", [4, 3])
+@pytest.mark.parametrize("start", [(0, 1, 0), (1, 9, -2), (9, 1, 2), (1, -3, 9), (5, 5, 5)])
+def test_the_eliminated_rates_solve_the_system(start, velocities):
+    """At the start, whatever the order of the pivots, and elsewhere; also numbers alone."""
+    at = dict(zip((A, B, C), map(sympy.Integer, start), strict=True))
+    assignments, rates = explicit_rates("s", MASS, FORCE, at, velocities)
+    for point in (at, {A: sympy.Rational(7, 3), B: sympy.Rational(-2, 5), C: sympy.Rational(11)}):
+        values = dict(point)
+        for symbol, expression in assignments:
+            values[symbol] = expression.xreplace(values)
+        found = sympy.Matrix(rates).xreplace(values)
+        assert MASS.xreplace(point) * found == FORCE.xreplace(point)
+    plain = explicit_rates("s", MASS.xreplace(at), FORCE, at, velocities)
+    assert plain[0] == [] and sympy.expand(MASS.xreplace(at) * sympy.Matrix(plain[1])) == FORCE
+
+
+@pytest.mark.parametrize("constant", [True, False])
+def test_what_is_singular_is_named(constant):
+    """The mass of the velocities, or the rows of the constraints below."""
+    at = {A: sympy.S.One, B: sympy.S.One}
+
+    def rates(entries, velocities):
+        mass = sympy.Matrix(entries).xreplace(at if constant else {})
+        return explicit_rates("s", mass, sympy.ones(mass.rows, 1), at, velocities)[1]
+
+    assert len(rates([[A, 0, 1], [0, B, 1], [1, 1, 0]], 2)) == 3
+    assert len(rates([[A - 1 + sympy.Rational(1, 10**9), 0], [0, B]], 2)) == 2
+    with pytest.raises(ReferenceFailure, match=r"mass matrix .* of scene s is singular"):
+        rates([[A, B, 0], [A, B, 0], [0, 0, 1]], 2)
+    with pytest.raises(ReferenceFailure, match="constraints of scene s are dependent"):
+        rates([[A, 0, 0], [0, B, 0], [0, 0, 0]], 2)
+
+
+def test_a_pivot_is_the_largest_of_the_velocities_alone():
+    """A constraint's row is larger at the start, and may pass through zero later."""
+    mass = sympy.Matrix([[A, B, 9], [B, A + 7, 1], [9, 1, 0]])
+    at = {A: sympy.S.One, B: sympy.Integer(3)}
+    assignments, _ = explicit_rates("s", mass, sympy.ones(3, 1), at, 2)
+    held = dict(assignments)
+    below = [expression.as_numer_denom()[1] for _, expression in assignments]
+    pivots = {held.get(symbol, symbol) for symbol in below if symbol != 1}
+    assert B in pivots and A not in pivots and 9 not in pivots
 
 
 def test_a_float_in_the_lagrangian_is_exact():

@@ -4,13 +4,12 @@ from fractions import Fraction
 from types import SimpleNamespace
 
 import gmpy2
-import mpmath
 import pytest
 import sympy
-from flint import arb, arb_mat, arb_poly, ctx
+from flint import arb, arb_mat, arb_poly
 
 from discmech.reference import enclosure, majorants, propagation, remainders
-from discmech.reference.balls import BallRates, enclosed, exact, working
+from discmech.reference.balls import BallRates, working
 from discmech.reference.enclosure import enclose
 from discmech.reference.failures import Unproven
 from discmech.reference.majorants import Majorant, abs_exact, majorant, upward
@@ -50,6 +49,12 @@ def test_the_least_value_on_parts(monkeypatch):
     assert 0.85 < least() <= 0.875
     monkeypatch.setattr(majorants, "around_zero", lambda size: arb(0))
     assert least() > 0.875
+
+
+@pytest.mark.parametrize("first", [1, -1])
+def test_the_least_value_by_norms_is_of_either_sign(first):
+    with upward():
+        assert majorant([gmpy2.mpfr(first)], [gmpy2.mpfr(1), gmpy2.mpfr("0.25")]).least() == 0.75
 
 
 def test_norms_are_rounded_up(monkeypatch):
@@ -126,6 +131,20 @@ def test_the_tube_holds_the_path(monkeypatch):
         assert not box_holds_the_path()
 
 
+def test_constants_are_as_near_as_the_bounds_take_them_to_be():
+    program, settings = compile_series(one_equation(sympy.sqrt(2) * X)), TaylorSettings(18)
+    with working(settings.precision + 32):
+        enclosure._check_constants(program, settings)
+
+    def off(digits):
+        return [c * (1 + gmpy2.mpfr(4) / 2**settings.precision)
+                for c in program.constants_at(digits)]  # fmt: skip
+
+    wrong = SimpleNamespace(constants=program.constants, constants_at=off)
+    with pytest.raises(Unproven, match="known well enough"), working(settings.precision + 32):
+        enclosure._check_constants(wrong, settings)
+
+
 def test_a_bound_wider_than_the_tube_is_no_proof(monkeypatch):
     """Six digits leave the tube of 1e-9; over a tube of any width they would be proven."""
     equations, t = one_equation(X**2), Fraction(1, 4)
@@ -133,48 +152,3 @@ def test_a_bound_wider_than_the_tube_is_no_proof(monkeypatch):
     assert enclose(equations, program, [t], settings).held == {0}
     monkeypatch.setattr(enclosure, "ROOM", 1e-3)
     assert enclose(equations, program, [t], settings).held == {0, t}
-
-
-def test_constants_are_what_they_stand_for():
-    """A square root that is wrong in its last digits is not taken for sqrt(2)."""
-    equations = one_equation(sympy.sqrt(2) * X)
-    program, settings = compile_series(equations), TaylorSettings(20)
-    assert enclose(equations, program, [Fraction(1)], settings).held == {0, 1}
-    near = SimpleNamespace(**{**vars(program), "nodes": program.nodes})
-    near.constants_at = lambda digits: [c * (1 + gmpy2.mpfr(10) ** -26) for c in
-                                        program.constants_at(digits)]  # fmt: skip
-    with pytest.raises(Unproven, match="not known well enough"):
-        enclose(equations, near, [Fraction(1)], settings)
-
-
-def test_the_precision_of_others_is_left_alone():
-    before = ctx.prec
-    enclose(one_equation(X), compile_series(one_equation(X)), [Fraction(1)], TaylorSettings(20))
-    assert ctx.prec == before
-
-
-@pytest.mark.parametrize("number", ["0", "-1.5", "2.5e-40", "-3e200"])
-def test_numbers_enter_exactly(number):
-    """mpf, mpfr and arb numbers are the same binary fraction, sign and all."""
-    for value in (mpmath.mpf(number), gmpy2.mpfr(number)):
-        found = exact(value)
-        numerator, denominator = map(int, gmpy2.mpq(gmpy2.mpfr(number)).as_integer_ratio())
-        with working(2000):
-            assert found.is_exact() and found * denominator == numerator
-    for nothing in (mpmath.inf, mpmath.nan, gmpy2.mpfr("-inf"), gmpy2.mpfr("nan")):
-        assert not exact(nothing).is_finite()
-
-
-CONSTANTS = ("sqrt(2)", "-pi**2/3", "exp(1/3)", "2**Rational(1, 3)", "E + EulerGamma",
-             "log(3)*sin(1)", "gamma(Rational(1, 3))", "1/sqrt(7)")  # fmt: skip
-
-
-@pytest.mark.parametrize("text", CONSTANTS)
-def test_constants_are_enclosed(text):
-    number = sympy.sympify(text)
-    with working(120):
-        found = enclosed(number)
-        assert found.overlaps(arb(str(number.evalf(50)) + " +/- 1e-45")) and found.rad() < 1e-30
-    for unknown in (sympy.Function("mid")(1), sympy.besselj(0, 1), sympy.I):
-        with pytest.raises(Unproven, match="cannot be enclosed"):
-            enclosed(unknown)

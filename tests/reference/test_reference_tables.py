@@ -8,11 +8,13 @@ import shutil
 from dataclasses import replace
 from fractions import Fraction
 
+import mpmath
 import pytest
 import sympy
 
 from discmech.integrators import scenes
 from discmech.reference import ReferenceFailure, cache, certify, frozen, solution, store
+from discmech.reference.failures import Uncertain
 from discmech.reference.problem import Problem
 from discmech.reference.solution import forget
 
@@ -90,6 +92,19 @@ def test_a_wrong_digit_does_not_fit_the_checksum(copies):
     spoil(copies / "kepler.json", wrong_digit)
     with pytest.raises(ReferenceFailure, match=r"kepler.json does not fit its checksum.*--rebuild"):
         solution("kepler", 5)
+
+
+def test_a_table_may_be_off_by_two_roundings(monkeypatch):
+    def first(rows):
+        return rows[:1]
+
+    (row,) = first(store.read(frozen.file_of("harmonic")).rows)
+    assert row.certain_digits % 2 == 0
+    monkeypatch.setattr(frozen, "agreement", lambda *_: row.certain_digits - 1)
+    assert frozen.check("harmonic", first) == row.certain_digits - 1
+    monkeypatch.setattr(frozen, "agreement", lambda *_: row.certain_digits - 2)
+    with pytest.raises(ReferenceFailure, match=f"only {row.certain_digits - 2} of its"):
+        frozen.check("harmonic", first)
 
 
 def test_a_wrong_digit_with_a_right_checksum_is_found(copies):
@@ -226,3 +241,42 @@ def test_what_was_computed_is_kept_until_the_scene_changes(own_references, monke
     forget()
     assert solution(scene, "0.3", digits=31).x == found.x
     assert cache.kept("henon-heiles", Problem.of(scene).key).rows
+
+
+def test_a_table_is_checked_whole_and_must_be_there(copies):
+    """Also its attitude, and only what is in it."""
+    name = "rigid-body"
+    table = store.read(frozen.file_of(name))
+
+    def first(rows):
+        return rows[:1]
+
+    assert frozen.check(name, first) >= 49
+    (row,) = first(table.rows)
+    turned = row.attitude.copy()
+    turned[1, 2] += mpmath.mpf(10) ** -40
+    for wrong in ({"attitude": turned}, {"v": [row.v[0] + mpmath.mpf(10) ** -40, *row.v[1:]]},
+                  {"mu": [*row.mu[:2], -row.mu[2]]}):  # fmt: skip
+        store.write(frozen.file_of(name), replace(table, rows=(replace(row, **wrong),)))
+        with pytest.raises(ReferenceFailure, match=f"{name}.json is wrong at t = {row.t}: only"):
+            frozen.check(name)
+    store.write(frozen.file_of(name), replace(table, rows=(replace(row, attitude=None),)))
+    assert frozen.check(name) >= 49
+    frozen.file_of(name).unlink()
+    with pytest.raises(ReferenceFailure, match=r"no frozen table of rigid-body.*--rebuild rigid"):
+        frozen.check(name)
+    assert frozen.fitting("another", "key") is None
+
+
+def test_a_table_that_is_not_certain_is_not_written(copies, monkeypatch):
+    before = frozen.file_of("harmonic").read_text(encoding="utf-8")
+    right = Problem.solve
+
+    def poorer(self, times, *given, **more):
+        found = right(self, times, *given, **more)
+        return found | {times[-1]: replace(found[times[-1]], certain_digits=frozen.DIGITS - 1)}
+
+    monkeypatch.setattr(Problem, "solve", poorer)
+    with pytest.raises(Uncertain, match=r"harmonic at t = 10 has only 49 certain .*\(Taylor"):
+        frozen.build("harmonic")
+    assert frozen.file_of("harmonic").read_text(encoding="utf-8") == before

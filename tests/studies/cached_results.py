@@ -16,7 +16,7 @@ from discmech.integrators.rules import Discretisation
 from discmech.studies import NAMES, get
 from discmech.studies.core import lookup
 from discmech.studies.core.case import Case, Progress
-from discmech.studies.core.running import run_case
+from discmech.studies.core.one_case import run_case
 from tests.objects import EXPENSIVE, TURN
 
 BUILT_IN = [
@@ -43,6 +43,7 @@ SMALL = {
     "savings": ("pendulum", 50),
     "contact": ("bouncing-ball", 40),
     "optimality": ("oscillator", 16),
+    "lattices": ("fput", 2000),
 }
 
 

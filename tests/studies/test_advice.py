@@ -61,6 +61,20 @@ def test_a_dominated_method_is_never_taken_whatever_the_order():
     )
 
 
+@pytest.mark.parametrize("second, said", [
+    (SLOW, "fast is best at all 2 aims."),
+    (NEAR, "fast is best, or cannot be told from the best, at all 2 aims; nothing else comes near "
+           "at 1."),
+    ({**SLOW, "rule": "faster", "measured": {**SLOW["measured"], "cost": {"1e-04": 1e-5},
+                                             "spread": {"1e-04": [1e-5, 1e-5]}}},
+     "No method is best, or as good as the best, at all 2 aims."),
+])  # fmt: skip
+def test_one_method_may_be_best_at_every_aim(second, said):
+    elsewhere = [{**case, "scene": "harmonic"} for case in (FAST, second)]
+    assert advising.overall(advice([FAST, SLOW, *elsewhere], ())) == [said]
+    assert advising.overall(advice([FAST, SLOW], ())) == []
+
+
 def test_wide_quartiles_tell_nothing_apart():
     assert only([FAST, raced("shaky", 3e-3, 1e-3, 9e-3)])["take"] == ["fast", "shaky"]
 
@@ -146,6 +160,7 @@ def left(L, G, x, u, h):
     return h * L(x, u)
 
 
+@pytest.mark.slow
 def test_a_race_with_one_method_twice():
     """Its rows are those of one run; and a rule of order 1 is never taken for an accuracy."""
     choice = Choice(

@@ -31,7 +31,7 @@ def test_list_as_json(ask, tmp_path):
     code, out, _ = ask("list", "--json", "-")
     found = strict(out)
     assert code == 0 and list(found) == [
-        "scenes", "rules", "groupoids", "studies", "one_step_maps",
+        "scenes", "rules", "groupoids", "studies", "one_step_maps", "lattices",
     ]  # fmt: skip
     assert found["scenes"] == list(scenes.every_name()) and found["studies"] == list(NAMES)
     assert found["rules"][:3] == ["rectangle", "midpoint", "trapezoidal"]

@@ -71,6 +71,7 @@ def test_bad_input_is_one_sentence_on_standard_error(ask, line, message):
     ("line", "message"),
     [("ordr", "choose from 'list', 'run'"), ("", "required: COMMAND"),
      ("run", "required: scene"), ("list --jsn x", "unrecognized arguments: --jsn"),
+     ("run pendulum --t 5", "unrecognized arguments: --t 5"),
      ("order --steps", "expected one argument")],
 )  # fmt: skip
 def test_a_line_that_is_no_command_shows_the_usage(ask, line, message):

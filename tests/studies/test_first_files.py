@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 from sympy import Matrix
 
-from discmech.integrators import Scheme, scenes
+from discmech.integrators import Scene, Scheme, pair, rules, scenes
 from discmech.integrators.numbers import first_violation
 from discmech.integrators.rules import midpoint
 from discmech.studies.command.entry import main
-from discmech.studies.command.equations import plain_text, written
+from discmech.studies.command.equations import letters_of, plain_text, written
 from discmech.studies.command.explain import explanation
 
 
@@ -84,10 +85,31 @@ def test_explain_says_what_acts_and_what_holds(capsys):
                         ("pendulum", "runge-kutta-4")):  # fmt: skip
         assert main(["explain", scene, rule]) == 0
         shown[scene] = capsys.readouterr().out
-    assert "f = −friction·u + drive·cos(frequency·x₂)" in shown["duffing"]
+    assert "f = −friction·u + drive·cos(frequency·t)" in shown["duffing"]
     assert "0 = −length²/2 + x₁²/2 + x₂²/2" in shown["cartesian-pendulum"]
     assert "μ₁ + h·x₁·λ/2 = mass·u₁" in shown["cartesian-pendulum"]
     assert "the map is explicit" in shown["pendulum"] and "solve" not in shown["pendulum"]
+
+
+def test_a_rule_with_stages_is_explained_in_letters_that_are_said():
+    """As the sum that its author wrote, in x, u and s, without what kernels name by themselves."""
+    lines = explanation(Scheme(scenes.get("pendulum"), rules.get("lobatto-3")))
+    shown = " ".join(" ".join(lines).split())
+    assert "s is the internal stage, 1 unknown: ∂L_d/∂s = 0" in shown
+    assert "+ 2·h·l(b(x, −h·s/4 + h·u/2), u)/3" in shown
+    said = shown.partition("Discrete Lagrangian")[2].partition("Method")[0]
+    assert not re.search(r"[a-z]\d", said), "a letter of the kernels"
+    out = written(Scheme(scenes.get("duffing"), midpoint))
+    assert {"t", "t′", "t_z"} <= set(out.letters.values()) and "x_2" not in out.letters.values()
+
+
+def test_a_parameter_has_its_own_name_unless_the_page_has_it():
+    scene = Scene(
+        name="swing", groupoid=pair(1), parameters={"g": 1, "h": 2}, x0=[1], v0=[0],
+        lagrangian=lambda x, v, p: v[0] ** 2 / 2 - p.g * p.h * x[0] ** 2 / 2,
+    )  # fmt: skip
+    names = letters_of(Scheme(scene, midpoint)).values()
+    assert {"g", "p.h"} <= set(names) and not {"p.g"} & set(names)
 
 
 LONGER = ("gauss-2", "imex", "triple-jump:midpoint")

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from discmech.studies.core.fitting import asymptotic_window, fit_line
+from discmech.studies.core.fitting import BATCHES, asymptotic_window, batch_line, fit_line
 
 STEPS = [0.1 / 2**k for k in range(12)]
 EPS = 2.0**-53
@@ -112,3 +112,47 @@ def test_intervals_cover_the_truth_as_often_as_they_say(points):
 def test_a_line_through_exact_points():
     line = fit_line([0, 1, 2], [1, 3, 5])
     assert line.slope == pytest.approx(2) and line.residual < 4 * EPS
+
+
+def test_what_round_off_is_known_to_do_is_left_out_and_excused():
+    errors = [h**2 + (k > 7) * 1e-6 for k, h in enumerate(STEPS)]
+    assert window(errors) is None  # they leave the line far above the floor
+    known = [(k > 7) * 1e-6 for k in range(len(STEPS))]
+    found = asymptotic_window(STEPS, errors, 1e-13, 0.012, known)
+    assert (found.first, found.last) == (0, 7)
+    below = [2 * e for e in errors]  # nothing is known to the method
+    assert asymptotic_window(STEPS, errors, 1e-13, 0.012, below) is None
+
+
+def test_a_line_through_parts_takes_the_most_that_do_not_follow_one_another():
+    """As many as leave |r₁| ≤ 2/√parts beside the line; of a short series each value."""
+    seen = set()
+    for seed in range(8):
+        chance = np.random.default_rng(seed)
+        for tied in (0.0, 0.9, 0.97):
+            times, values = np.arange(640) / 64, chance.normal(size=640)
+            for i in range(1, 640):
+                values[i] += tied * values[i - 1]
+            for count in BATCHES:
+                x, y = (part.reshape(count, -1).mean(axis=1) for part in (times, values))
+                line = fit_line(x, y)
+                beside = y - y.mean() - line.slope * (x - x.mean())
+                if abs(beside[1:] @ beside[:-1]) <= 2 / math.sqrt(count) * (beside @ beside):
+                    break
+            seen.add(count)
+            assert batch_line(times, values).interval == pytest.approx(line.interval, rel=1e-9)
+    assert {64, 32} <= seen
+
+
+def test_a_line_through_parts_of_short_and_of_straight_series():
+    times = np.arange(64) / 8
+    wave = np.sin(5 * times)
+    assert batch_line(times[:31], wave[:31]) == fit_line(times[:31], wave[:31])
+    means = [part.reshape(8, 4).mean(axis=1) for part in (times[:32], wave[:32])]
+    assert batch_line(times[:32], wave[:32]) == fit_line(*means)
+    highest = wave.reshape(16, 4).max(axis=1)
+    found = batch_line(times, wave, 0.99, np.max)
+    middles = times.reshape(16, 4).mean(axis=1)
+    eight = fit_line(times.reshape(8, 8).mean(axis=1), wave.reshape(8, 8).max(axis=1), 0.99)
+    assert found in (fit_line(middles, highest, 0.99), eight)
+    assert batch_line(times, 3 * times).slope == pytest.approx(3)

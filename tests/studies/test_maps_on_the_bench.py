@@ -60,14 +60,25 @@ def test_rules_that_no_one_asks_for_do_not_join_in():
         get("runge-kuta-4")
 
 
+ENERGY_OR_STRUCTURE = [
+    "average-vector-field", "discrete-gradient", "implicit-midpoint", "runge-kutta-4",
+]  # fmt: skip
+
+
+@pytest.mark.slow
 def test_energy_and_structure_are_different_things():
     """The average vector field keeps energy and fails Ω, the midpoint on pair(n) the reverse."""
-    names = ["average-vector-field", "discrete-gradient", "implicit-midpoint", "runge-kutta-4"]
+    names = ENERGY_OR_STRUCTURE
     energy = check("energy", ["pendulum"], names, steps=4000)
     bands = {c["rule"]: c["measured"]["band"] for c in energy["cases"]}
     assert max(bands[n] for n in names[:2]) < 1e-13 < 1e-8 < bands["implicit-midpoint"]
     assert {c["rule"]: c["verdict"] for c in energy["cases"]}["runge-kutta-4"] == "fail"
-    found = verdicts("symplecticity", "pendulum", names, digits=[50], steps=8)
+
+
+@pytest.mark.parametrize("digits", [50, pytest.param(16, marks=pytest.mark.slow)])
+def test_structure_is_told_from_energy_at_both_precisions(digits):
+    names = ENERGY_OR_STRUCTURE
+    found = verdicts("symplecticity", "pendulum", names, digits=[digits], steps=8)
     assert found == dict(zip(names, ("fail", "fail", "pass", "fail"), strict=True))
 
 

@@ -99,6 +99,7 @@ def test_it_is_in_the_list_and_in_help(discmech):
     assert "--power P" in run("distance", "--help")
 
 
+@pytest.mark.slow
 def test_it_is_measured_and_is_in_the_report(discmech):
     run, tree = discmech
     asked = ("--rule", "midpoint", "--digits", "16", "--steps", "10")

@@ -71,6 +71,7 @@ def test_where_there_is_nothing_to_assert_the_test_is_skipped_with_the_sentence(
     done.stdout.fnmatch_lines(["*gauss-2 has none: take a rule without stages*"])
 
 
+@pytest.mark.slow
 def test_a_failure_prints_the_table_and_attaches_the_picture(pytester):
     done = ask(pytester, """
         from my_rule import two_thirds

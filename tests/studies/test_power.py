@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+from dataclasses import replace
 
 import pytest
 import sympy
@@ -12,7 +13,7 @@ from discmech.integrators.compiler.kernel_text import driver_text
 from discmech.integrators.numbers import first_violation
 from discmech.studies.command.entry import main
 from discmech.studies.core.store import Store
-from discmech.studies.power import measuring
+from discmech.studies.power import measuring, results
 from discmech.studies.power.catalogue import SOLVER, STAGED, everything
 from discmech.studies.power.equivalents import proof
 from discmech.studies.power.faults import NoPlace
@@ -64,11 +65,23 @@ def test_a_fault_is_caught_by_the_study_that_is_there_for_it(words, study, monke
     assert not found["equivalent"]
 
 
+@pytest.mark.parametrize("unit", [150, pytest.param(-150, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("words", [
+    "pendulum midpoint: equation.gain_at_points, sign #0",
+    pytest.param("heavy-top midpoint: equation.gain_at_points, sign #0", marks=pytest.mark.slow),
+])  # fmt: skip
+def test_a_fault_is_caught_in_any_unit_of_action(words, unit):
+    found = of_fault(index(words), unit)
+    assert found["caught"], found["found"]
+
+
 def test_an_equivalent_is_proved_and_nothing_else_is():
     assert "Newton's matrix" in proof(
         CATALOGUE[index("pendulum midpoint: equation.slope_at_points, times h #0")]
     )
     assert "-1 times" in proof(CATALOGUE[index("rigid-body midpoint: form.omega, [omega-sign]")])
+    bracket = index("heavy-top midpoint: form.poisson_tensor, the bracket's sign")
+    assert "-1 times" in proof(CATALOGUE[bracket])
     assert "−s" in proof(CATALOGUE[index("pendulum lobatto-3: path, sign #0")])
     for words in (
         "pendulum gauss-2: path, sign #0",
@@ -124,12 +137,21 @@ def test_the_sound_scheme_is_left_alone():
     assert sound_scheme(fault).at_points.minus == before
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [
+    0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3))
+])  # fmt: skip
 def test_a_valid_rule_is_let_through(seed):
     found = of_rule(seed)
     assert not found["caught"], found["found"]
 
 
+def test_of_several_next_arrows_the_runs_own_is_taken(monkeypatch):
+    """At its largest stable step Newton does not find one from the arrow before."""
+    monkeypatch.setattr(measuring, "STUDIES", [("symplecticity", 16, 24)])
+    assert not of_rule(915000014)["caught"]
+
+
+@pytest.mark.slow
 def test_the_command(tmp_path, capsys):
     file = tmp_path / "power.json"
     words = ["power", "--only", "rigid-body midpoint: form.omega, [", "--jobs", "1"]
@@ -143,6 +165,9 @@ def test_the_command(tmp_path, capsys):
     assert "-1 times" in equivalent["reason"]
     assert "-1 times" in capsys.readouterr().out
     assert main(["power", "--only", "no such fault"]) == 2
+    for word in ("--seed", "--unit"):
+        assert main(["power", word, "-999"]) == 2
+        assert f"{word} is '-999': give a whole number" in capsys.readouterr().err
 
 
 def made(name, caught=(), equivalent="", site="rule"):
@@ -162,6 +187,10 @@ def test_a_survivor_fails_and_so_does_a_false_alarm():
     survivor = result([caught, made("kepler midpoint")], [valid], "discmech power")
     assert survivor["verdict"] == "fail" and survivor["survivors"] == ["kepler midpoint"]
     assert "order 50 pass, energy 16 pass" in survivor["cases"][1]["reason"]
+    again = result([caught], [valid], "", "", ["--unit", "-150", "--seed", "3"])["cases"]
+    assert [case["command"].partition("--only ")[2] for case in again] == [
+        "'pendulum midpoint' --unit -150 --seed 3", "'kepler random-1' --unit -150 --seed 3",
+    ]  # fmt: skip
     alarm = result([caught], [made("kepler random-1", ["energy 16"])], "discmech power")
     assert alarm["verdict"] == "fail" and alarm["cases"][1]["reason"] == "energy 16: energy 16!"
 
@@ -197,6 +226,27 @@ def test_the_sample_has_faults_of_every_site_and_rules_of_every_kind():
     some = sampled(range(RULES), lambda seed: kinds[seed])
     assert {kinds[seed] for seed in some} == set(KINDS) and len(some) == 3 * len(KINDS)
     assert some == sampled(range(RULES), lambda seed: kinds[seed])
+    assert some != sampled(range(RULES), lambda seed: kinds[seed], 1)
+
+
+def test_another_seed_has_other_places_and_other_rules(monkeypatch):
+    x = sympy.Matrix(sympy.symbols("x_:9"))
+    h = sympy.Symbol("h")
+    signed = [f for f in CATALOGUE if f.operator == "sign"]
+    places = {seed: [replace(f, seed=seed).changed(x, h) for f in signed] for seed in (0, 1)}
+    assert len({tuple(p) for p in places[0]}) > 1 and places[0] != places[1]
+    asked = []
+    monkeypatch.setattr(results, "measure", lambda *given: (asked.append(given), ([], []))[1])
+    for seed in (0, 1, 20261123):
+        found = results.power(lambda *_: None, 1, thorough=True, only="valid rule", seed=seed)
+        assert ("--seed" in found["command"]) == (seed > 0)
+    assert [list(given[1]) for given in asked] == [
+        list(range(200 * seed, 200 * seed + 200)) for seed in (0, 1, 20261123)
+    ]
+    assert not any(given[0] for given in asked)
+    names = {f.name for f in everything(0, 7)}
+    assert not names & {f.name for f in CATALOGUE if not f.words}
+    assert {f.name for f in CATALOGUE if f.words} < names
 
 
 def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):

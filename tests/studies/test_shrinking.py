@@ -10,7 +10,7 @@ from discmech.integrators.rules import midpoint
 from discmech.studies import get
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Case, Verdict
-from discmech.studies.core.running import run_case
+from discmech.studies.core.one_case import run_case
 from discmech.studies.core.shrinking import size, smallest
 
 LOPSIDED = """
@@ -82,6 +82,20 @@ def test_what_fails_the_midpoint_rule_too_says_nothing_of_this_one(monkeypatch):
     case = Case("momentum", scene, other, 16)
     assert made_small(study, case) is None
     assert run_case(study, Case("momentum", scene, midpoint, 16))["verdict"] == "pass"
+
+
+def test_a_smaller_case_fails_for_the_same_cause(monkeypatch):
+    """heavy-top fails by the rule; what fails on smaller scenes is something else."""
+    study = judged(monkeypatch, lambda case: case.rule is other)
+    alike = ("heavy-top", "lagrange-top")
+
+    def diagnose(case, measurement):
+        cause = "factor" if case.scene.name in alike else "round-off"
+        return {"cause": cause, "sentence": "so it is."}
+
+    monkeypatch.setattr(study.measuring, "diagnose", diagnose)
+    found = made_small(study, Case("momentum", scenes.get("heavy-top"), other, 16))
+    assert found["scene"] in alike and "Cause: factor" in found["reason"]
 
 
 def test_what_passes_is_left_as_it_is(monkeypatch, capsys):

@@ -220,6 +220,7 @@ OTHER_TEXT = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_text_that_has_a_part_in_it_changes_it_and_no_other(checkout):
     tree, forget = checkout
     before = key()
@@ -302,8 +303,8 @@ def test_figures_are_drawn_once_of_the_same_numbers(monkeypatch):
     monkeypatch.setattr(figures, "render", lambda *a: drawn.append(1) or render(*a))
 
     def page(result):
-        library = {}
-        return figures.plates([result], {}, library, _drawn_once(Store())), library
+        definitions = {}
+        return figures.plates([result], {}, definitions, _drawn_once(Store())), definitions
 
     (result,) = [r for r in results((16,)) if r["study"] == "energy"]
     del result["cases"][2:]
@@ -322,12 +323,12 @@ def test_figures_drawn_side_by_side_are_those_of_one_process(monkeypatch):
     few = [r | {"cases": r["cases"][:2]} for r in results((16,))[1:3]]
     monkeypatch.setattr(report, "WORTH_DRAWING_TOGETHER", 1)
     monkeypatch.setattr(report, "worker_pool", partial(_counted, pools := [], report.worker_pool))
-    libraries = [{}, {}]
+    collected = [{}, {}]
     pages = [
-        figures.plates(few, {}, library, report._drawn_once(Store(fresh=True), jobs))
-        for library, jobs in zip(libraries, (1, 2), strict=True)
+        figures.plates(few, {}, definitions, report._drawn_once(Store(fresh=True), jobs))
+        for definitions, jobs in zip(collected, (1, 2), strict=True)
     ]
-    assert pages[0] == pages[1] and libraries[0] == libraries[1] and pools == [2]
+    assert pages[0] == pages[1] and collected[0] == collected[1] and pools == [2]
 
 
 def _counted(pools, make, workers):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 
+import numpy as np
 import pytest
 
 from discmech.integrators import BadInput, StepFailure, scenes
@@ -13,7 +14,8 @@ from discmech.reference import ReferenceFailure
 from discmech.studies import check, get
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice
-from discmech.studies.core.running import run_case, run_study
+from discmech.studies.core.one_case import run_case
+from discmech.studies.core.running import run_study
 from tests.studies.cached_results import case
 
 RESULT = {"measured": {"drift": {"J": 0.0}}, "rows": [], "steps": 10}
@@ -149,9 +151,13 @@ def test_progress_goes_from_nothing_to_all(monkeypatch):
     ("ask", "message"),
     [
         (lambda: get("ordr"), "there is no study"),
+        (lambda: get(np.zeros(3)), "there is no study"),
         (lambda: check("order", ["pendulm"]), "did you mean pendulum"),
         (lambda: check("order", ["pendulum"], ["midpont"]), "did you mean midpoint"),
         (lambda: check("order", ["pendulum"], ["midpoint"], [5]), "16"),
+        (lambda: check("order", []), "scenes is an empty list: leave it out for all"),
+        (lambda: check("order", ["pendulum"], []), "rules is an empty list: leave it out"),
+        (lambda: check("order", np.array(1.0)), r"array\(1\.\) is no scene: give one"),
     ],
 )
 def test_wrong_names_in_python_have_a_message(ask, message):

@@ -277,7 +277,7 @@ def test_what_check_returns_is_what_the_design_says(study):
     assert bool(peers) is (study == "work-precision")
     rule = "own" if study == "charts" else "midpoint"  # its L_d is given
     assert (case["scene"], case["rule"], case["digits"]) == (scene, rule, 16)
-    assert case["retraction"] == lookup.scene(scene).groupoid.retraction
+    assert case["retraction"] == lookup.scene_given(scene).groupoid.retraction
     assert set(case) >= {"verdict", "reason", "expected", "measured", "rows", "seconds"}
     json.dumps(plain(found), allow_nan=False)
 

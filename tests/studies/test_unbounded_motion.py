@@ -1,12 +1,14 @@
-"""Motions without bound end a long study as inconclusive; methods that blow up fail."""
+"""Motions without bound or with an end leave a study inconclusive; methods that blow up fail."""
 
 from __future__ import annotations
 
 import pytest
 
-from discmech.integrators import Scene, pair, rules
+from discmech.integrators import BadInput, Scene, discretisation, pair, rules, scenes
 from discmech.integrators.scene import Conserved
-from tests.studies.cached_results import measured
+from discmech.studies import get
+from discmech.studies.core.one_case import run_case
+from tests.studies.cached_results import case, measured
 
 #: a geodesic of the hyperbolic plane: it runs to the boundary x₂ = 0, where μ grows without end
 GEODESIC = Scene(
@@ -36,3 +38,47 @@ def test_a_bounded_motion_that_a_method_blows_up_is_its_failure(rule):
     scene = SPRING.with_values(step="5") if rule != "explicit-euler" else SPRING
     found = measured("energy", scene, rules.get(rule), 16, 10_000)
     assert found["verdict"] == "fail"
+
+
+#: a rest at some height: it falls into the centre at t = 0.281
+FALL = scenes.get("kepler").with_values(name="fall", v0=[0, 0])
+SHORT = FALL.with_values(name="short", duration="1/4")
+#: down a hill of x⁴, at the bottom at t = 0.753
+STEEP = Scene("steep", pair(1), lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 4,
+              x0=[1], v0=[1], step="0.01", duration=5)  # fmt: skip
+
+
+@pytest.mark.parametrize(("scene", "study", "rule"), [
+    (FALL, "energy", "trapezoidal"),  # which jumps over the centre, with a band of all the energy
+    # beyond its duration, which ends before the fall does
+    (SHORT, "energy", "trapezoidal"), (SHORT, "symplecticity", "midpoint"),
+    (FALL, "momentum", "midpoint"), (STEEP, "symplecticity", "midpoint"),
+])  # fmt: skip
+def test_a_motion_that_ends_is_no_failure_of_a_method(scene, study, rule):
+    found = measured(study, scene, rule, 16, 2000)
+    assert found["verdict"] == "inconclusive" and "singular there" in found["reason"]
+
+
+def test_a_motion_that_leaves_every_bound_is_no_failure_of_a_step_either():
+    found = measured("symplecticity", STEEP, "trapezoidal", 16, 200)
+    assert found["verdict"] == "inconclusive" and "leaves every bound" in found["reason"]
+
+
+def test_a_method_that_stops_long_before_the_motion_does_is_to_blame():
+    late = FALL.with_values(name="late", x0=[1, 0], step="1/4", duration=2)
+
+    @discretisation()
+    def singular(L, G, x, u, h):
+        return h * L(x, u) + h / (x[0] - 1)
+
+    found = measured("momentum", late, singular, 16, 100)
+    assert found["verdict"] == "fail"
+
+
+def test_bad_input_to_the_reference_leaves_the_failure_of_the_step(monkeypatch):
+    def refused(*arguments, **named):
+        raise BadInput("no exact number")
+
+    monkeypatch.setattr("discmech.reference.solution", refused)
+    found = run_case(get("momentum"), case("momentum", FALL, rules.get("midpoint"), 16, 2000))
+    assert found["verdict"] == "fail" and "did not converge" in found["reason"]

@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from discmech.integrators import BadInput, scenes
+from discmech.studies import get
 from discmech.studies.user import verify as verifying
 from discmech.studies.user.verify import RULES, SCENES, Request, studies, verify
 from tests.studies.test_userfile import RULE, SCENE
@@ -87,6 +88,26 @@ def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, ask):
         "discmech order both.py:my-pendulum --rule both.py:two-thirds --digits 50"
     )
     assert found["command"].startswith("discmech verify both.py --scene")
+
+
+def test_what_is_left_out_is_named_with_the_reason(folder):
+    request = Request(files=("both.py",), scenes=("both.py:my-pendulum", "kepler"))
+    places = (("order", "kepler"), ("order", "my-pendulum"), ("momentum", "kepler"))
+    cases = [{"study": study, "scene": scene} for study, scene in places]
+    asked = [get("order"), get("momentum")]
+    why, unasked = verifying._left_out(request, request.choice(), asked, cases)
+    assert "momentum on my-pendulum: it needs a scene that declares" in why and "order" not in why
+    assert "work-precision" in unasked and "--study" in unasked and "lattices" not in unasked
+
+
+def test_a_scene_that_one_study_alone_judges_is_left_out_by_no_other_s_needs(folder):
+    request = Request(files=("both.py",), scenes=("kepler", "bouncing-ball"))
+    asked = [get("symplecticity"), get("contact")]
+    cases = [{"study": "symplecticity", "scene": "kepler"},
+             {"study": "contact", "scene": "bouncing-ball"}]  # fmt: skip
+    apart, why, _ = verifying._left_out(request, request.choice(), asked, cases)
+    assert apart.startswith("bouncing-ball has contact") and "symplecticity" not in why
+    assert "contact on kepler: it needs" in why
 
 
 def test_a_wrong_rule_fails_with_one_sentence_that_names_the_cause(folder, ask):

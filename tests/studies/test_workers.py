@@ -10,6 +10,10 @@ import time
 
 import pytest
 
+from discmech.studies.command import entry, main
+from discmech.studies.core.threads import SETTINGS
+from discmech.studies.core.workers import worker_pool
+
 SCRIPT = """
 import os, signal, sys, time
 from pathlib import Path
@@ -46,8 +50,34 @@ def lives(number):
         return False
 
 
+def test_these_tests_have_one_thread_of_linear_algebra_each():
+    assert {*SETTINGS} & {*os.environ}
+
+
+@pytest.mark.parametrize(("asked", "found"), [({}, "1"), ({"OMP_NUM_THREADS": "3"}, None)])
+def test_processes_have_one_thread_of_linear_algebra_each(monkeypatch, asked, found):
+    """Threads of processes that run side by side would wait for each other."""
+    for name in SETTINGS:
+        monkeypatch.delenv(name, raising=False)
+    for name, value in asked.items():
+        monkeypatch.setenv(name, value)
+    with worker_pool(1) as pool:
+        assert pool.submit(os.getenv, "OPENBLAS_NUM_THREADS").result() == found
+    seen = []
+    with monkeypatch.context() as patch:
+        patch.setattr(entry, "main", lambda _: seen.append(os.getenv("OPENBLAS_NUM_THREADS")) or 0)
+        assert main([]) == 0
+    assert seen == [found] and not {*SETTINGS} - {*asked} & {*os.environ}
+
+
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="asks /proc what has ended")
-@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "ending",
+    [
+        *(pytest.param(s, marks=pytest.mark.slow) for s in (signal.SIGINT, signal.SIGTERM)),
+        signal.SIGKILL,
+    ],
+)
 def test_workers_end_with_the_first_process(ending, tmp_path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT, encoding="utf-8")

@@ -1,7 +1,7 @@
 """Other people's integrators on the same equations of motion, each as its documentation advises.
 
-scipy is always there; heyoka and diffrax come with `pip install discmech[peers]`. Nothing but the
-comparison studies imports them.
+scipy is always there; heyoka, diffrax and rebound come with `pip install discmech[peers]`. Nothing
+but the comparison studies imports them.
 """
 
 from __future__ import annotations
@@ -26,10 +26,13 @@ PEERS = {
     "diffrax": ("diffraxes", "diffrax"),
     "diffrax-tsit5": ("diffraxes", "diffrax"),
     "diffrax-symplectic": ("diffraxes", "diffrax"),
+    "WHFast": ("rebounds", "rebound"),
+    "IAS15": ("rebounds", "rebound"),
 }
 #: those that take the equations of motion as expressions
 SYMBOLIC = ("heyoka", "diffrax", "diffrax-tsit5", "diffrax-symplectic")
 SPLIT = ("diffrax-symplectic",)  # those that need ẋ = f(μ), μ̇ = g(x)
+BODIES = ("WHFast", "IAS15")  # those that know bodies that attract each other, and nothing else
 NONE = "none"
 
 
@@ -61,6 +64,7 @@ def on(scene: Scene, names: Sequence[str]) -> list[str]:
         name for name in names
         if not (name in SYMBOLIC and scene.lagrangian is not None and not _is_closed(scene))
         and (name not in SPLIT or _splits(scene))
+        and (name not in BODIES or _is_of_bodies(scene))
     ]  # fmt: skip
 
 
@@ -68,6 +72,13 @@ def on(scene: Scene, names: Sequence[str]) -> list[str]:
 def _is_closed(scene: Scene) -> bool:
     """Whether ξ(x, μ) has a short closed form."""
     return closed_velocity(SceneSymbols(scene)) is not None
+
+
+def _is_of_bodies(scene: Scene) -> bool:
+    """Whether the scene is bodies that attract each other, as rebound knows them."""
+    from .rebounds import bodies
+
+    return bodies(scene) is not None
 
 
 @lru_cache(maxsize=64)

@@ -1,13 +1,19 @@
 """Several solutions of one step (Moser–Veselov): the branch is kept, in whichever translate."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
+import sympy
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from discmech.integrators import BadInput, StepFailure, rectangle, scenes
+from discmech.integrators import BadInput, Scene, StepFailure, rectangle, scenes
+from discmech.integrators.algebras import se
 from discmech.integrators.bisections.translates import GroupChart
 from discmech.integrators.flows import first_u
+from discmech.integrators.groupoids import lie_group
+from discmech.integrators.scene import on_group
 from tests.objects import scheme_of
 
 
@@ -80,3 +86,59 @@ def test_each_step_is_the_same_in_every_translate_that_holds_it(moser_veselov):
             assert np.max(abs(edge.element(found, J) - after)) < 1e-12
             solved += 1
     assert solved > 16
+
+
+def test_a_number_of_the_branch_without_a_value_at_some_half_turn_does_without_it():
+    """log(1 + tr g), as in Bobenko and Suris's tops, is −∞ at all three half turns of the cover."""
+
+    def logarithm(x, g, h, p):
+        return -2 * sympy.log(1 + g.trace()) / h
+
+    body = scenes.get("moser-veselov").with_values(discrete_lagrangian=on_group(logarithm))
+    flow = scheme_of(body, rectangle).flow("1/10", on_edge="bisect")
+    assert flow.edge.scale == pytest.approx(20 * np.log(4))
+    run = flow.trajectory(20)
+    assert np.allclose(np.linalg.norm(run.mu, axis=1), np.linalg.norm(run.mu[0]), rtol=1e-14)
+
+
+@pytest.mark.parametrize("size", [1e10, 1e17])  # g has a few right digits, or is none at all
+def test_a_solution_at_the_edge_of_its_chart_is_none(moser_veselov, monkeypatch, size):
+    flow = moser_veselov.flow("1/10", on_edge="bisect")
+    mu = flow.trajectory(0).mu[0]
+    assert flow.solutions([], mu)
+    sound = type(flow.edge.machine).solve
+
+    def at_the_edge(machine, x, mu, c, u):
+        found = sound(machine, x, mu, c, u)
+        return found and (size * np.array([2, -1, -1]), found[1])
+
+    monkeypatch.setattr(type(flow.edge.machine), "solve", at_the_edge)
+    assert flow.solutions([], mu) == []
+
+
+def planar_body(unit):
+    """A planar body whose turns have two solutions, in other units of length."""
+
+    def smooth(x, v, p):
+        return (v[0] ** 2 + (v[1] ** 2 + v[2] ** 2) / unit**2) / 2
+
+    def kinetic(x, g, h, p):
+        return ((2 - g[0, 0] - g[1, 1]) + g[:2, 2].dot(g[:2, 2]) / unit**2) / (2 * h)
+
+    return Scene(
+        "planar-body", lie_group(se(2)), smooth,
+        discrete_lagrangian=on_group(kinetic), v0=["7/10", unit / 2, -unit / 3],
+        duration=1, step=1,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("unit", [Fraction(10) ** n for n in (0, -9, 9)])
+def test_the_solutions_on_the_plane_are_as_many_in_any_unit_of_length(unit):
+    flow = scheme_of(planar_body(unit), rectangle).flow(1, on_edge="bisect")
+    found = flow.solutions([], flow.trajectory(0).mu[0])
+    assert len(found) == 2
+    for one in found:  # sin ϑ = 7/10 and a translation by |(1/2, 1/3)| units
+        assert one.element[1, 0] == pytest.approx(0.7)
+        moved = np.linalg.norm(one.element[:2, 2]) / float(unit)
+        assert moved == pytest.approx(13**0.5 / 6)
+    assert not flow.edge.chart.alike(found[0].element, found[1].element, 1e-8)

@@ -13,12 +13,15 @@ from discmech import (
     StepFailure,
     lie_group,
     midpoint,
+    pair,
     so,
 )
 from discmech.integrators import scenes
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
 from tests.integrators.contact.motions import SPRING, ball, scheme
+
+PLANE = {"groupoid": pair(2), "x0": [0, 1], "v0": [1, 0], "friction": 1, "parameters": {"g": 1}}
 
 
 @pytest.mark.parametrize(
@@ -33,6 +36,8 @@ from tests.integrators.contact.motions import SPRING, ball, scheme
         ({"friction": -1}, "friction is negative"),
         ({"friction": "0.5"}, "no plane of contact"),
         ({"friction": [0, 1]}, "one for each gap, 1"),
+        ({**PLANE, "contact": lambda x, p: [(x[1], [x[0], x[0] + x[1]])]}, "along its plane"),
+        ({**PLANE, "contact": lambda x, p: [(x[1], [p.g])]}, "along its plane"),
         ({"contact": lambda x, p: []}, "must give a list of gaps"),
         ({"contact": lambda x, p: x[0]}, "must give a list of gaps"),
         ({"contact": lambda x, p: {x[0]: 0}}, "must give a list of gaps"),
@@ -78,7 +83,7 @@ def test_a_gap_that_no_motion_on_the_groupoid_changes():
 def test_a_column_of_gaps_is_a_list():
     columns = ball(contact=lambda x, p: sympy.Matrix([x[0], x[0] + 1])).trajectory(3)
     assert columns.gaps.shape == (4, 2)
-    slipping = ball(contact=lambda x, p: [(x[0], sympy.Matrix([x[0]]))], friction="0.5")
+    slipping = ball(**PLANE, contact=lambda x, p: [(x[1], sympy.Matrix([x[0]]))])
     assert slipping.trajectory(3).impulses.shape == (4, 1, 2)
 
 

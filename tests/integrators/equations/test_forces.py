@@ -1,7 +1,5 @@
 """Forces: virtual work of the integral principle, exact derivatives, orders, no cost."""
 
-from functools import cache
-
 import mpmath
 import numpy as np
 import pytest
@@ -9,42 +7,24 @@ import sympy
 
 from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
 from discmech.integrators.compiler import kernel_text
-from discmech.integrators.flows import form_change_defects, restricted_form_defect
 from discmech.reference import solution
-from discmech.studies import check
+from tests.integrators.equations.forced_scenes import FORCED, forced, rubbed, with_force
 from tests.objects import GROUPOIDS, arrows, scheme, with_wrong_force
 
 DIGITS = 50
-
-
-def rubbed(x, v, p):
-    """Friction of the axes that couples them, on any groupoid."""
-    return [-v[i] / (4 + i) - v[i] * v[i - 1] / 7 for i in range(len(v))]
-
-
-def with_force(name, force=rubbed):
-    return scenes.get(name).with_values(name=f"forced-{name}", force=force)
-
-
-#: a scene of each kind of groupoid: pairs, a group, an action, pairs with a group
-FORCED = ("spring-pendulum", "rigid-body", "heavy-top", "rotor-body")
 #: one a kind of groupoid; the slow tests have all
 SOME = [pytest.param(n, marks=pytest.mark.slow if n in FORCED[::2] else ()) for n in FORCED]
+
 #: (scene, rule): every kind of groupoid meets every plain rule, two a rule with stages
 MET = [
     *((name, rule) for name in FORCED for rule in ("rectangle", "midpoint", "trapezoidal")),
     ("spring-pendulum", "gauss-2"), ("heavy-top", "gauss-2"),
 ]  # fmt: skip
 
+SLOW = pytest.mark.slow
 
-@cache
-def forced(name, rule):
-    return Scheme(with_force(name), rules.get(rule))
-
-
-DEAR = pytest.mark.slow
 FRACTIONS = [
-    pytest.param(name, theta, marks=[DEAR] if "expon" in name and 0 < theta < 1 else [])
+    pytest.param(name, theta, marks=[SLOW] if "expon" in name and 0 < theta < 1 else [])
     for name in GROUPOIDS
     for theta in (0, sympy.Rational(1, 3), 1)
 ]
@@ -262,84 +242,6 @@ def test_a_force_needs_a_lagrangian_and_a_rule_that_sums_its_values():
     square = rules.Discretisation("squared", lambda L, G, x, u, h: h * L(x, u) ** 2)
     with pytest.raises(BadInput, match="no weighted sum of values of L"):
         Scheme(pendulum(force=rubbed), square)
-
-
-@pytest.mark.parametrize("rule", ["rectangle", "midpoint", "trapezoidal"])
-@pytest.mark.parametrize("name", ["pendulum", "henon-heiles"])
-def test_the_form_changes_by_the_differential_of_the_forces_one_form(name, rule):
-    """With f = −γv the discrete force is −γ(y − x)·((1 − θ)dx + θdy): its differential is
-    γ dx∧dy, whatever θ, and that is what a step adds to dμ∧dx (at 50 digits). With it det M, the
-    contraction of phase volume, is below 1."""
-    gamma = sympy.Rational(1, 5)
-    rubbed_scene = with_force(name, lambda x, v, p: [-gamma * e for e in v])
-    made = Scheme(rubbed_scene, rules.get(rule)).flow("0.1", DIGITS)
-    n, run = len(rubbed_scene.x0), made.trajectory(2)
-    with made.numbers.working():
-        here = made.context.maps_at(*made.context.vectors(run.x[1], run.u[1]))
-        M = made.geometry.dual_step(here, made.context.h)
-        M = np.asarray(getattr(M, "value", M))
-        one, zero = made.numbers.identity(n), made.numbers.zeros(n, n)
-        J = np.block([[zero, -one], [one, zero]])  # dμ∧dx
-        start, end = np.hstack([one, zero]), M[:n]
-        added = made.numbers.number(gamma) * (start.T @ end - end.T @ start)
-        change = M.T @ J @ M - J
-        assert abs(change - added).max() < 1e-45
-        assert abs(change + added).max() > 1e-3  # another sign is seen
-        assert 1 - 2 * n * 0.02 < float(made.numbers.det(M)) < 1
-
-
-#: cheap ones of each kind of groupoid, one with the time; with stages, and with substeps by turns
-CHANGED = [
-    ("spring-pendulum", "rectangle"), ("heavy-top", "rectangle"),
-    ("rigid-body", "triple-jump:rectangle"), ("duffing", "gauss-2"),
-    *(pytest.param(*e, marks=DEAR) for e in [
-        ("spring-pendulum", "lobatto-3"), ("rigid-body", "trapezoidal"),
-        ("driven-heavy-top", "rectangle"),
-        ("heavy-top", "midpoint"), ("heavy-top", "gauss-2"), ("rigid-body", "lobatto-3"),
-        ("rotor-body", "trapezoidal"), ("wong", "rectangle"), ("kirchhoff", "trapezoidal"),
-        ("driven-heavy-top", "gauss-2"), ("heavy-top", "kahan-li-6:rectangle")]),
-]  # fmt: skip
-
-
-def changed(one):
-    """What `form_change_defects` says after a step of 0.1, in double precision's run."""
-    made = one.flow("0.1")
-    run = made.trajectory(2)
-    return form_change_defects(made, run.base[1], run.mu[1], run.u[1])
-
-
-@pytest.mark.sampled
-@pytest.mark.parametrize(("name", "rule"), CHANGED)
-def test_the_form_changes_by_the_work_on_every_groupoid(name, rule):
-    """And with a wrong discrete force otherwise: flipped, doubled at one end, left out."""
-    own = scenes.get(name)
-    one = forced(name, rule) if own.force is None else Scheme(own, rules.get(rule))
-    form, volume, grown = changed(one)
-    assert form < 1e-25 and volume < 1e-25
-    assert 0.5 < grown < 1
-    if ":" in rule or len(one.s.stages):
-        return
-    for ends in ((-1, -1), (2, 0), (0, 0)) if name == "spring-pendulum" else ((2, 0),):
-        assert changed(with_wrong_force(one, *ends))[0] > 1e-4
-
-
-@pytest.mark.parametrize("rule", ["trapezoidal", pytest.param("rectangle", marks=DEAR)])
-def test_under_a_constraint_the_form_that_is_left_changes_by_the_work(rule):
-    made = forced("cartesian-pendulum", rule).flow("0.1")
-    run = made.trajectory(2)
-    at = run.base[1], run.mu[1], run.u[1]
-    assert restricted_form_defect(made, *at, forced=True) < 1e-25
-    assert restricted_form_defect(made, *at) > 1e-4
-
-
-def test_phase_volume_shrinks_at_the_rate_of_the_friction():
-    """θ̈ = −sin θ − γθ̇ with a kinetic energy θ̇²/2 shrinks areas by e^{−γt}: to O(h²) a step does."""
-    rubbed_one = with_force("pendulum", lambda x, v, p: [-v[0] / 5])
-    (case,) = check("symplecticity", [rubbed_one], [rules.get("midpoint")], [16])["cases"]
-    assert case["verdict"] == "pass" and case["measured"]["volume"] < 1e-25
-    own = [r["contraction"] for r in case["rows"] if r["step"] == float(rubbed_one.step)]
-    assert case["measured"]["contraction"] == pytest.approx(0.2, rel=0.02)
-    assert case["measured"]["contraction"] == pytest.approx(sum(own) / len(own))
 
 
 def test_a_force_that_is_no_real_number_at_the_start_is_named():

@@ -139,6 +139,7 @@ def files_of(folder):
     return {p: p.stat().st_mtime_ns for p in folder.rglob("*") if p.is_file()}
 
 
+@pytest.mark.slow
 def test_a_second_process_neither_derives_nor_compiles(tmp_path):
     cache = tmp_path / "kernels"
     first = in_a_new_process(cache)

@@ -2,6 +2,7 @@
 
 import re
 
+import mpmath
 import pytest
 
 from discmech.integrators import BadInput, Scheme, rules
@@ -37,6 +38,26 @@ def test_another_half_of_the_tolerance_costs_what_the_order_says():
 def test_with_more_digits_the_step_is_chosen_as_well():
     flow = Scheme(SCENES["pendulum"], rules.get("gauss-8")).flow(tolerance="1e-22", digits=30)
     assert flow.choice.error < 1e-22 and flow.choice.steps < 128
+
+
+def test_a_step_whose_stages_do_not_contract_is_not_chosen(monkeypatch):
+    """Eight steps keep a loose tolerance, all of them by Newton, and take five times as long; nor
+    is anything compiled for them."""
+    monkeypatch.setattr("discmech.integrators.flows.flow.compile", None)
+    flow = Scheme(SCENES["heavy-top"], rules.get("gauss-4")).flow(tolerance="1e-2")
+    run = flow.trajectory(flow.choice.steps)
+    assert run.solver == "fixed point" and flow.choice.error < 1e-2
+
+
+@pytest.mark.parametrize(("asked", "digits"), [("stages", 31), ("by_newton", 32), ("machine", 33)])
+def test_who_asks_for_the_solver_first_does_not_change_its_digits(asked, digits):
+    """Its tables are made at the flow's precision; nothing else was made at this one before."""
+    scheme, ends = Scheme(SCENES["pendulum"], rules.get("gauss-2")), []
+    for flow, first in ((scheme.flow("1/10", digits), asked), (scheme.flow("1/10", 40), "step")):
+        getattr(flow, first)
+        ends.append(flow.trajectory(2, 2).x[-1, 0])
+    with mpmath.workdps(40):
+        assert abs(ends[0] - ends[1]) < 1e-29
 
 
 @pytest.mark.parametrize(("rule", "tolerance"), [("trapezoidal", 1e-13), ("gauss-4", 1e-17)])

@@ -246,3 +246,74 @@ def test_the_least_of_a_products_parts_counts():
     parts = first.position([], u, 1), second.position([], v, 1)
     assert at.margin == pytest.approx(min(p.margin for p in parts))
     assert at.distance == pytest.approx(min(p.distance for p in parts))
+
+
+def numbers(column):
+    return [complex(sympy.N(e, 30)).real for e in column]
+
+
+def at_the_border(g, x, u):
+    """cu where 𝒲 ends, to a hundredth, from within; u itself where it has no end."""
+    low, high = 0.0, 1.0
+    while g.position(x, [high * e for e in u], 1).symmetric and high < 1e3:
+        low, high = high, 2 * high
+    while high < 1e3 and high - low > 1e-2 * high:
+        middle = (low + high) / 2
+        within = g.position(x, [middle * e for e in u], 1).symmetric
+        low, high = (middle, high) if within else (low, middle)
+    return [min(low, 1.0 if high > 1e3 else low) * e for e in u]
+
+
+SYMMETRIC = [name for name, g in GROUPOIDS.items() if not isinstance(g, LocalGroupoid)]
+
+
+@pytest.mark.parametrize("name", [
+    pytest.param(n, marks=() if n in ("pair(2)", "group(so(3))", "action(se(2))") else
+                 pytest.mark.slow) for n in (*SYMMETRIC, *LARGE)
+])  # fmt: skip
+def test_the_symmetric_neighbourhood_is_one(name):
+    """Proposition 3.1, at the border of 𝒲, where it is hardest: it holds the identities of its
+    arrows' ends and their inverses, and the products of its arrows lie in the chart."""
+    g = {**GROUPOIDS, **LARGE}[name]
+    generator = np.random.default_rng(7)
+    x = generator.uniform(-0.4, 0.4, g.dim_x).tolist()
+    u = at_the_border(g, x, generator.normal(size=g.dim_u).tolist())
+    column = sympy.Matrix
+    y = numbers(g.target(column(len(x), 1, x), column(u), 1))
+    inverse = numbers(g.inversion(column(len(x), 1, x), column(u), 1))
+    assert g.position(x, u, 1).symmetric and g.position(y, inverse, 1).symmetric  # i(𝒲) = 𝒲
+    for end in (x, y):
+        assert g.position(end, [0] * g.dim_u, 1).symmetric
+    for other in ([0.999 * e for e in u], generator.normal(size=g.dim_u).tolist()):
+        v = at_the_border(g, y, other)
+        both = g.product(*(column(len(e), 1, e) for e in (x, u, v)), 1)
+        both = numbers(both)
+        assert g.position(x, both, 1).inside
+        if hasattr(g, "algebra"):
+            left, right, found = (
+                np.array(g.element(column(e), 1).evalf().tolist(), dtype=complex)
+                for e in (u, v, both)
+            )
+            assert np.allclose(left @ right, found, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("retraction", (cayley, exponential), ids=("cayley", "exponential"))
+def test_on_so3_it_is_less_than_a_quarter_turn(retraction):
+    """And cannot be more: two quarter turns are a half turn, where both charts end."""
+    group = lie_group(so(3), retraction)
+    edge = 2.0 if retraction is cayley else math.pi / 2
+    axis = np.array([2.0, -1.0, 2.0]) / 3
+    assert group.position([], (0.999999 * edge * axis).tolist(), 1).symmetric
+    assert not group.position([], (1.000001 * edge * axis).tolist(), 1).symmetric
+    quarter = np.array(group.element(sympy.Matrix(edge * axis), 1).evalf().tolist(), dtype=float)
+    assert np.trace(quarter) == pytest.approx(1)  # 1 + 2 cos θ
+    assert np.linalg.det(np.eye(3) + quarter @ quarter) == pytest.approx(0, abs=1e-12)
+    beyond = sympy.Matrix((1.1 * edge * axis).tolist())
+    twice = np.array(numbers(group.product(sympy.zeros(0, 1), beyond, beyond, 1)))
+    assert twice @ axis < 0  # it came in again on the other side: p is no longer continuous
+
+
+def test_whether_a_chart_by_hand_has_one_is_not_known():
+    assert affine_group().position([], [0.1, 0.1], 1).symmetric is None
+    both = product(lie_group(so(3)), affine_group())
+    assert both.position([], [0.1] * 5, 1).symmetric is None

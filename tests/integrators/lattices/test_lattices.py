@@ -4,26 +4,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sympy import Rational
+from sympy import Integer
 
 from discmech import (
     Lattice,
-    Scene,
     Scheme,
-    action,
     discretisation,
     lie_group,
     midpoint,
     pair,
-    product,
     rectangle,
     so,
     trapezoidal,
 )  # fmt: skip
-from discmech.integrators.errors import BadInput, StepFailure
+from discmech.integrators.errors import BadInput, CannotMeasure, StepFailure
+from discmech.integrators.lattices import systems, velocities
 from discmech.integrators.rules import MAPS, compose, gauss
+from tests.integrators.lattices.as_scenes import ROUND_OFF, assert_same, slow
 
-ROUND_OFF = 2.0**-44  # of a hundred steps at numbers of order one
 N = 5
 MASS = np.linspace(1, 2, N)
 STIFF = np.linspace(1, 3, N - 1)
@@ -45,50 +43,12 @@ def fput(name="fput", **changes):
     return Lattice(name, pair(1), **{**given, **changes})
 
 
-def as_scene(lattice, bonds):
-    """The same system as an ordinary scene, on the product of all sites."""
-    groupoid = lattice.groupoid
-    for _ in range(lattice.sites - 1):
-        groupoid = product(groupoid, lattice.groupoid)
-    n, m, k = lattice.groupoid.dim_x, lattice.groupoid.dim_u, lattice.matrix_size
-
-    def at(values, shared, key):
-        return type("P", (), {**vars(shared), **{k: Rational(float(v[key])) for k, v in values}})
-
-    def lagrangian(x, v, p):
-        xs = [x[i * n : i * n + n, :] for i in range(lattice.sites)]
-        xs = [e.reshape(k, k) for e in xs] if k else xs
-        own = lattice.split_parameters["site"].items()
-        of_bond = lattice.split_parameters["bond"].items()
-        return sum(
-            lattice.on_site(xs[i], v[i * m : i * m + m, :], at(own, p, i))
-            for i in range(lattice.sites)
-        ) + sum(lattice.on_bond(xs[i], xs[j], at(of_bond, p, k)) for k, (i, j) in enumerate(bonds))
-
-    x0, v0 = (list(a.ravel()) for a in lattice.start)
-    shared = lattice.split_parameters["shared"]
-    return Scene(f"{lattice.name}-scene", groupoid, lagrangian, shared, x0, v0)
-
-
-def assert_same(lattice, bonds, rule, steps=60, every=20):
-    run = Scheme(lattice, rule).flow("1/20").trajectory(steps, every)
-    wanted = Scheme(as_scene(lattice, bonds), rule).flow("1/20").trajectory(steps, every)
-    assert np.array_equal(run.t, wanted.t)
-    for word in ("x", "u", "mu"):
-        got = getattr(run, word).reshape(len(run.t), -1)
-        assert abs(got - getattr(wanted, word)).max() < ROUND_OFF, word
-
-
 CHAIN = [(i, i + 1) for i in range(N - 1)]
 
 
 @discretisation()
 def two_thirds(L, G, x, u, h):
     return h * L(G.target(x, u, h / 3), u) / 2 + h * L(G.target(x, u, 2 * h / 3), u) / 2
-
-
-def slow(*values):
-    return pytest.param(*values, marks=pytest.mark.slow)
 
 
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint, slow(rectangle), slow(two_thirds),
@@ -98,6 +58,46 @@ def slow(*values):
                          ids=lambda r: r.name)  # fmt: skip
 def test_a_chain_runs_as_its_scene(rule):
     assert_same(fput(), CHAIN, rule)
+
+
+@pytest.mark.parametrize(
+    ("bonds", "rule"), [("chain", midpoint), slow("chain", trapezoidal), slow("chain", gauss(2)),
+                        slow("chain", rectangle), slow(SCATTERED, midpoint)],
+    ids=lambda e: getattr(e, "name", str(e)),
+)  # fmt: skip
+def test_bonds_that_move_run_as_their_scene(bonds, rule):
+    """Each has kinetic energy of the mean velocity of its ends, as in the box scheme."""
+
+    def bond(x, y, v, w, p):
+        return (v[0] + w[0]) ** 2 / 3 + v[0] * w[0] * x[0] / 9 - (y[0] - x[0]) ** 4 / 4
+
+    moving = fput(on_bond=bond, bonds=bonds)
+    assert_same(moving, CHAIN if bonds == "chain" else bonds, rule)
+
+
+def test_momenta_that_do_not_tell_velocities_are_named():
+    """Between free ends the means of neighbours' velocities leave out those that alternate."""
+    loose = fput(
+        on_site=None, on_bond=lambda x, y, v, w, p: (v[0] + w[0]) ** 2 - (x[0] - y[0]) ** 2
+    )
+    flow = Scheme(loose, midpoint).flow("1/20")
+    run = flow.trajectory(4)
+    assert np.isfinite(run.x).all()  # steps are to be had: potentials make FL regular
+    with pytest.raises(CannotMeasure, match="its momenta do not tell its velocities"):
+        velocities(flow, run.x, run.mu, run.u)
+    # whatever the bonds weigh, and where no pivot comes out as 0
+    uneven = fput(
+        sites=6, parameters={}, on_site=None, bonds="ring", x0=np.zeros((6, 1)), v0=np.ones((6, 1)),
+        on_bond=lambda x, y, v, w, p: (
+            (v[0] + w[0]) ** 2 * (1 + x[0] ** 2 / 3 + y[0] ** 2 / 7) - (x[0] - y[0]) ** 2
+        ),
+    )  # fmt: skip
+    flow, random = Scheme(uneven, midpoint).flow("1/20"), np.random.default_rng(5)
+    for unit in (1.0, 1e-9, 1e9):
+        x, mu = random.normal(size=(2, 6, 1, 6, 1))
+        for one, other in zip(x, mu, strict=True):
+            with pytest.raises(CannotMeasure, match="its momenta do not tell its velocities"):
+                velocities(flow, one, unit * other, 0 * other)
 
 
 @pytest.mark.parametrize("rule", [midpoint, slow(trapezoidal), slow(gauss(2))],
@@ -112,40 +112,19 @@ def test_rings_and_lists_run_as_their_scenes(rule, bonds):
         assert_same(lattice, SCATTERED, rule)
 
 
-INERTIA = (1, 2, 3)
-TOPS = np.array([[0.6, 0, 0.8], [0, 1, 0], [0, 0.6, -0.8]])
-V0 = np.array([[0.5, 0.3, -0.2], [-0.4, 0.1, 0.7], [0.2, -0.6, 0.3]])
-
-
-def turning(v):
-    return sum(a * e**2 for a, e in zip(INERTIA, v, strict=True)) / 2
-
-
-SITES = {
-    "action": lambda: Lattice(
-        "tops", action(so(3)), 3, {"k": 2}, lambda x, v, p: turning(v) - x[2],
-        lambda x, y, p: p.k * x.dot(y), x0=TOPS, v0=V0,
-    ),
-    "product": lambda: Lattice(
-        "carried-tops", product(pair(1), action(so(3))), 3, {"k": 2},
-        lambda x, v, p: v[0] ** 2 / 2 + turning(v[1:]) - x[3],
-        lambda x, y, p: p.k * x[1:, :].dot(y[1:, :]) - (x[0] - y[0]) ** 2 / 2,
-        x0=np.c_[[0.0, 1, 2], TOPS], v0=np.c_[[1.0, 0, 0], V0],
-    ),
-    "group": lambda: Lattice(
-        "bodies", lie_group(so(3)), 3, {"k": 2}, lambda A, v, p: turning(v),
-        lambda A, B, p: p.k * (A.T * B).trace(), v0=V0,
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("site", "rule"),
-    [slow(site, rule) for site in SITES for rule in (rectangle, trapezoidal, midpoint)],
-    ids=lambda e: getattr(e, "name", e),
-)
-def test_bodies_run_as_their_scene(site, rule):
-    assert_same(SITES[site](), [(0, 1), (1, 2)], rule)
+@pytest.mark.parametrize("stiffness", [1000, slow(10_000)])
+def test_a_list_of_stiff_bonds_solves_each_step_as_the_chain(stiffness):
+    """Also the one in which the fixed point gives way to the factorisation."""
+    bend = np.sin(np.arange(40) * 2 * np.pi / 40)[:, None]
+    chain = Lattice(
+        "stiff", pair(1), 40, {"k": stiffness}, lambda x, v, p: v[0] ** 2 / 2,
+        lambda x, y, p: -p.k * ((y[0] - x[0]) ** 2 / 2 + (y[0] - x[0]) ** 4 / 40),
+        x0=bend, v0=0 * bend,
+    )  # fmt: skip
+    one, other = (Scheme(lattice, midpoint).flow("1/20").trajectory(1)
+                  for lattice in (chain, replace(chain, bonds=chain.pairs)))  # fmt: skip
+    assert abs(one.x - other.x).max() < ROUND_OFF
+    assert abs(one.mu - other.mu).max() < ROUND_OFF * abs(one.mu).max()
 
 
 def test_sites_are_solved_by_themselves_where_bonds_are_asked_for_at_ends_only():
@@ -164,6 +143,25 @@ def test_fixed_ends_stay(rule):
     assert abs(other.x - run.x).max() < ROUND_OFF
 
 
+@pytest.mark.parametrize("length", [N, N - 1, 3])
+def test_lists_are_shared_and_arrays_have_an_entry_each(length):
+    given = list(range(1, length + 1))
+    arm = fput(parameters={"arm": given}).split_parameters
+    assert (arm["shared"], arm["site"], arm["bond"]) == ({"arm": tuple(given)}, {}, {})
+    if length == 3:
+        with pytest.raises(BadInput, match=r"arm is an array of 3; .* what all share is a list"):
+            fput(parameters={"arm": np.array(given)})
+    else:
+        (where,) = (w for w, a in fput(parameters={"arm": np.array(given)})
+                    .split_parameters.items() if a)  # fmt: skip
+        assert where == {N: "site", N - 1: "bond"}[length]
+
+
+def test_a_mask_says_which_sites_are_fixed():
+    mask = np.arange(N) % 2 == 0
+    assert np.array_equal(fput(fixed=mask).free, ~mask)
+
+
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda r: r.name)
 def test_rows_do_not_change_the_run(rule):
     flow = Scheme(fput(), rule).flow("1/20")
@@ -171,6 +169,33 @@ def test_rows_do_not_change_the_run(rule):
     assert np.array_equal(all_rows.x[::12], few.x)
     assert np.array_equal(all_rows.mu[::12], few.mu)
     assert np.array_equal(all_rows.u[::12], few.u)
+
+
+def test_blocks_hold_the_rows_of_a_run():
+    flow = Scheme(systems.rotors(5), midpoint).flow("1/20")
+    run, blocks = flow.trajectory(11, 2), list(flow.blocks(11, 2, size=4))
+    assert [len(block.t) for block in blocks] == [4, 2]
+    for word in ("t", "x", "u", "mu"):
+        parts = [getattr(block, word) for block in blocks]
+        assert np.array_equal(np.concatenate(parts), getattr(run, word)), word
+    with pytest.raises(BadInput, match="size"):
+        next(flow.blocks(3, size=0))
+
+
+def test_a_block_that_fails_has_its_rows():
+    edge = Lattice("edge", pair(1), 3, {}, lambda x, v, p: v[0] ** 2 / 2,
+                   lambda x, y, p: -((x[0] - y[0]) ** 6), x0=[[1.0], [-1.0], [1.0]],
+                   v0=np.zeros((3, 1)))  # fmt: skip
+    flow = Scheme(edge, trapezoidal).flow(1)
+    with np.errstate(all="ignore"):
+        with pytest.raises(StepFailure) as told:
+            list(flow.blocks(40, size=3))
+        with pytest.raises(StepFailure) as whole:
+            flow.trajectory(40)
+    rows, wanted = told.value.trajectory, whole.value.trajectory
+    first = len(wanted.t) - len(rows.t)
+    assert first % 3 == 0 and np.array_equal(rows.x, wanted.x[first:])
+    assert np.array_equal(rows.t, wanted.t[first:])
 
 
 @pytest.mark.parametrize("rule", [trapezoidal, midpoint], ids=lambda r: r.name)
@@ -201,9 +226,19 @@ def test_self_adjoint_rules_run_back(rule):
         ({"on_bond": None}, "on_bond is None"),
         ({"fixed": [N]}, "fixed names the site 5"),
         ({"bonds": "ring", "fixed_ends": True}, "only a chain has ends"),
+        ({"fixed": [True, False]}, "fixed holds True or False; give numbers of sites, or one of"),
+        ({"fixed": [3, True]}, "fixed holds True or False"),
+        ({"x0": np.full((N, 1), 1 + 1j)}, "x0 holds complex numbers; give real ones"),
+        ({"parameters": {"lambda": 1}}, "'lambda' is a word of Python's"),
         ({"site": lie_group(so(3)), "on_site": 1}, "on_site is 1"),
+        ({"on_site": None}, "on_site is None"),
+        ({"symmetries": {"turn": 1}}, "give a dictionary of functions ξ"),
+        (
+            {"on_bond": lambda x, y, v, w, p: v[0] * w[0], "constraint": lambda x, y, p: [x[0]]},
+            "with velocities and a constraint are not taken together",
+        ),
     ],
-    ids=str,
+    ids=lambda given: given if isinstance(given, str) else ", ".join(given),
 )
 def test_bad_input_is_told_in_a_sentence(changes, said):
     with pytest.raises(BadInput, match=said) as told:
@@ -225,6 +260,12 @@ def test_what_a_lattice_cannot_do_is_told():
     without = fput(on_site=lambda x, v, p: -(x[0] ** 2) * p.mass)
     with pytest.raises(BadInput, match="kinetic"):
         Scheme(without, midpoint)
+
+    for on_bond in (lambda x, y, p: float("nan"), lambda x, y, p: x[0] / Integer(0)):
+        with pytest.raises(BadInput, match="on_bond of fput: its value is not finite and real"):
+            Scheme(fput(on_bond=on_bond), midpoint)
+    with pytest.raises(BadInput, match="fput: on_site is not finite and real"):
+        Scheme(fput(on_site=lambda x, v, p: v[0] ** 2 + float("inf")), midpoint)
 
     @discretisation()
     def squared(L, G, x, u, h):

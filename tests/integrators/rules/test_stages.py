@@ -195,10 +195,11 @@ def test_a_stale_stage_is_caught(scene):
     run = f.trajectory(1)
     step = run.x[0], run.mu[0], run.x[1], run.mu[1]
     assert f.step_defect(*step, u0=run.u[0]) < 1e-60
-    geometry = f.context.exactly.geometry
+    other = f.scheme.flow(SCENES[scene].step, DIGITS)  # maps of the last points are kept
+    geometry = other.context.exactly.geometry
     right = geometry.stages
     geometry.stages = lambda x, u: right(x, u) * (1 + f.numbers.number("1e-20"))
-    assert f.step_defect(*step, u0=run.u[0]) > 1e-35
+    assert other.step_defect(*step, u0=run.u[0]) > 1e-35
 
 
 def test_derivatives_are_schur_complements():

@@ -11,7 +11,7 @@ from discmech.integrators.compiler import interpreted, kernel_text
 from discmech.integrators.flows import Flow, Start
 from discmech.studies import get
 from discmech.studies.core.case import Case
-from discmech.studies.core.running import run_case
+from discmech.studies.core.one_case import run_case
 from discmech.studies.power.catalogue import SOLVER
 
 

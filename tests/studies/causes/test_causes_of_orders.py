@@ -28,7 +28,8 @@ from discmech.studies.causes.diagnosis import _residuals as residuals
 from discmech.studies.causes.diagnosis import _start_gap as start_gap
 from discmech.studies.causes.exact_path import truncation
 from discmech.studies.core.case import Case
-from discmech.studies.core.running import run_case
+from discmech.studies.core.one_case import run_case
+from discmech.studies.order.measuring import judge
 from tests.studies.causes.faults import Broken, cause, loose, wrong_start
 
 
@@ -190,17 +191,76 @@ def test_a_rule_that_is_not_consistent_is_not_advised_to_declare_its_order(formu
     assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found, abs=0.05)
 
 
+@pytest.mark.parametrize("scene", ["pendulum", "duffing"])  # of a force and the time too
 @pytest.mark.parametrize(("formula", "factor", "rest"), [
     (lambda L, G, x, u, h: 2 * h * L(G.target(x, u, h / 2), u) / 3, "2/3", ""),
     (lambda L, G, x, u, h: h * (2 * L(x, u) + 3 * L(G.target(x, u, h), u)) / 4, "5/4",
-     "of order 0.99, not 2"),
+     "not 2"),
 ])  # fmt: skip
-def test_a_factor_is_named(formula, factor, rest):
-    found = cause(order("pendulum", discretisation(order=2, name="scaled")(formula)))
+def test_a_factor_is_named(scene, formula, factor, rest):
+    found = cause(order(scene, discretisation(order=2, name="scaled")(formula)))
     assert found["cause"] == "factor" and f"L_d is {factor} times a consistent" in found["sentence"]
     assert rest in found["sentence"] and ("Without" in found["sentence"]) is bool(rest)
 
 
+@pytest.mark.parametrize("digits", [16, 50])
+def test_a_float_that_a_fraction_was_meant_by_is_named(digits):
+    """The runs in double precision have the order; one small step has not."""
+
+    @discretisation(order=2)
+    def thirds(L, G, x, u, h):
+        ends = L(x, u) + L(G.target(x, u, h), u)
+        return h * (1 / 6 * ends + 2 / 3 * L(G.target(x, u, h / 2), u))
+
+    found = cause(replace(order("harmonic", thirds), digits=digits))
+    assert found["cause"] == "float" and "write sympy.Rational(1, " in found["sentence"]
+
+
+@pytest.mark.slow
+def test_who_gives_velocities_of_the_chart_is_not_told_to():
+    """The derivative of a curve of the stages has the wrong sign in s."""
+
+    @discretisation(order=4, stages=1)
+    def turned(L, G, x, u, h, s):
+        total = 0
+        for theta, weight in ((0, 1), (sympy.Rational(1, 2), 4), (1, 1)):
+            w = theta * u + theta * (1 - theta) * s[0]
+            dw = u - (1 - 2 * theta) * s[0]
+            total += h * weight * L(G.target(x, w, h), G.velocity(x, w, dw, h)) / 6
+        return total
+
+    found = cause(order("rigid-body", turned))
+    assert "its derivative dw" in found["sentence"] and "give L the" not in found["sentence"]
+
+
+def test_an_order_of_nothing_has_no_sign():
+    """Errors that stay had an order of "-0.000"."""
+    measured = {"rows": [], "certain": 50, "measured": {"order": -1e-7}}
+    told = judge(order("kepler", midpoint), measured)
+    assert told.reason.startswith("order 0.000 is below")
+
+
+@pytest.mark.slow
+def test_a_scene_of_two_minds_is_told_as_such():
+    """Its discrete Lagrangian on the group is that of another body than its Lagrangian."""
+    body = scenes.get("moser-veselov").with_values(
+        name="two-minds", lagrangian=lambda x, v, p: (2 * v.dot(v) + v[0] ** 2) / 2
+    )
+    found = cause(order(body, discretisations.own, steps=8))
+    assert found["cause"] == "scene" and "none of its lagrangian" in found["sentence"]
+
+
+def test_a_factor_of_a_discrete_lagrangian_of_the_scene_is_told_as_one():
+    """Its points are those of the scene's Lagrangian: it is no other."""
+    body = scenes.get("moser-veselov")
+    own = body.discrete_lagrangian
+    longer = replace(own, formula=lambda x, g, h, p: 5 * own.formula(x, g, h, p) / 4)
+    body = body.with_values(name="longer", discrete_lagrangian=longer)
+    found = cause(order(body, discretisations.own, steps=8))
+    assert found["cause"] == "factor" and "5/4" in found["sentence"]
+
+
+@pytest.mark.slow
 def test_a_velocity_of_coordinates_is_told_on_a_group():
     """Simpson's rule on a parabola with dw/dθ for a velocity: of order 4 on pairs alone."""
 

@@ -77,9 +77,9 @@ def test_a_discrete_lagrangian_that_is_not_invariant_is_told_by_the_ends_of_an_a
     assert found["evidence"]["gap"] > 1e-8
 
 
-def told_of(scene):
-    """What is said of a momentum that drifts with the midpoint rule."""
-    (case,) = check("momentum", [scene], [midpoint], [30], 40)["cases"]
+def told_of(scene, rule=midpoint):
+    """What is said of a momentum that drifts."""
+    (case,) = check("momentum", [scene], [rule], [30], 40)["cases"]
     return case["diagnosis"]
 
 
@@ -90,6 +90,23 @@ def test_a_quantity_that_the_motion_does_not_keep_is_the_scenes_mistake():
     )
     found = told_of(pulled)
     assert found["cause"] == "scene" and found["evidence"]["motion"] > 1e-6
+
+
+ODD = {
+    "rigid-body": Conserved("odd", lambda x, mu, p: x.T * mu, attitude=True),
+    "damped-pendulum": Conserved("odd", lambda x, mu, p: x[0]),  # on which no force does work
+}
+
+
+@pytest.mark.parametrize(("name", "rule"), [
+    ("rigid-body", "midpoint"), ("rigid-body", "implicit-midpoint"),
+    pytest.param("rigid-body", "triple-jump:midpoint", marks=pytest.mark.slow),
+    ("damped-pendulum", "midpoint"),
+])  # fmt: skip
+def test_it_is_so_of_an_attitude_under_a_force_and_of_every_method(name, rule):
+    scene = scenes.get(name).with_values(name="odd", symmetries=[ODD[name]])
+    found = told_of(scene, rule)
+    assert found["cause"] == "scene" and "odd" in found["sentence"]
 
 
 def bent_plane(x, v, p):

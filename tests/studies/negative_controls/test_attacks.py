@@ -1,21 +1,15 @@
-"""The table of docs/verdicts.md: every command has the verdict that stands there."""
+"""The table of docs/verdicts.md: every command has the verdict that stands there, in every unit."""
 
 from __future__ import annotations
 
-import json
-import re
-import shlex
+import runpy
 
 import pytest
 
-from discmech.studies.command import main
 from tests.imports import ROOT
 
-ROWS = re.findall(
-    r"^\| (.+?) \| `discmech (.+?)` \| .+? \| (pass|fail)",
-    (ROOT / "docs/verdicts.md").read_text(encoding="utf-8"),
-    flags=re.M,
-)
+RERUN = runpy.run_path(str(ROOT / "docs/attacks/rerun.py"))
+ROWS = RERUN["rows"]()
 
 
 def test_the_table_is_read():
@@ -23,10 +17,9 @@ def test_the_table_is_read():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("command", "verdict"), [row[1:] for row in ROWS])
-def test_an_attack_has_the_verdict_of_the_table(command, verdict, monkeypatch, tmp_path):
+@pytest.mark.parametrize("unit", ["", "large", "small"])
+@pytest.mark.parametrize(("words", "verdict"), [row[1:] for row in ROWS])
+def test_an_attack_has_the_verdict_of_the_table(words, verdict, unit, monkeypatch):
     monkeypatch.chdir(ROOT / "docs/attacks")
-    found = tmp_path / "found.json"
-    main([*shlex.split(command), "--jobs", "1", "--json", str(found)])
-    cases = json.loads(found.read_text(encoding="utf-8"))["cases"]
-    assert [case["verdict"] for case in cases] == [verdict]
+    asked = RERUN["in_unit"](words, unit) if unit else words
+    assert RERUN["verdict_of"](asked) == verdict

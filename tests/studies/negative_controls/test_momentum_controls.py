@@ -8,10 +8,15 @@ import sympy
 from discmech.integrators import BadInput, Scene, Scheme, discretisation, pair, scenes
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.integrators.scene import Conserved
-from discmech.studies import check
+from discmech.studies import check, get
+from discmech.studies.causes.round_off import lost_one_way
+from discmech.studies.core.one_case import run_case
 from discmech.studies.momentum import measuring as momentum
 from discmech.studies.momentum import work
 from discmech.studies.momentum.view import VIEW
+from discmech.studies.power.catalogue import everything
+from discmech.studies.power.faults import scene_of
+from discmech.studies.power.sites import FaultyCase
 from tests.objects import PLAIN, with_wrong_force
 from tests.studies.cached_results import measured
 
@@ -238,7 +243,9 @@ def test_a_quantity_may_depend_on_the_step(part, verdict, digits):
     assert found["verdict"] == verdict
 
 
-@pytest.mark.parametrize("power", [90, -90])
+@pytest.mark.parametrize("power", [
+    90, -90, *(pytest.param(k, marks=pytest.mark.slow) for k in (10, -10))
+])  # fmt: skip
 def test_units_of_action_change_no_verdict(power):
     scale = sympy.Integer(10) ** power
     kepler = scenes.get("kepler")
@@ -247,3 +254,16 @@ def test_units_of_action_change_no_verdict(power):
     moved = Conserved("moved", lambda x, mu, p: angular(x, mu) + scale * x[0] / 10**12)
     broken = told.with_values(symmetries=[moved])
     assert measured("momentum", broken, midpoint, 16, 200)["verdict"] == "fail"
+
+
+def test_what_a_loose_solver_loses_is_no_excuse():
+    """It ends at the root of round-off: with 34 digits its drift would be below double precision's
+    limit, so a run with more digits would excuse it. F± by themselves do not."""
+    name = "rigid-body midpoint: solver, Newton stops at the root of round-off"
+    (fault,) = (f for f in everything() if f.name == name)
+    scene = scene_of(fault.scene)
+    by_digits = {digits: FaultyCase("momentum", scene, midpoint, digits, 1000, fault=fault)
+                 for digits in (16, 34)}  # fmt: skip
+    found = {k: run_case(get("momentum"), of, causes=False) for k, of in by_digits.items()}
+    assert found[16]["verdict"] == "fail" and lost_one_way(by_digits[16], 1000) == 0
+    assert found[34]["measured"]["drift"]["|μ|²"] < found[16]["expected"]["limit"]

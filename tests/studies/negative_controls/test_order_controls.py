@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 import sympy
 
-from discmech.integrators import Scene, discretisation, pair, scenes
+from discmech.integrators import Scene, discretisation, mean_multipliers, pair, scenes
 from discmech.integrators.rules import midpoint, rectangle, trapezoidal
 from tests.studies.cached_results import measured, result
 
@@ -64,7 +66,7 @@ def test_a_rule_that_is_of_first_order_in_the_end_does_not_pass():
 LATE = "errors that leave the line far above round-off are taken for round-off"
 
 
-@pytest.mark.parametrize("size", ["1/100000", "1/1000000"])
+@pytest.mark.parametrize("size", ["1/100000", pytest.param("1/1000000", marks=pytest.mark.slow)])
 def test_a_first_order_error_that_shows_late_is_no_round_off(size):
     found = result("order", "pendulum", inconsistent(sympy.Rational(size)))
     assert found["verdict"] != "pass"
@@ -114,7 +116,9 @@ def test_every_point_that_is_left_out_has_a_reason(monkeypatch):
     assert all(row["used"] or row["why_not"] for row in free_motion(monkeypatch)["rows"])
 
 
-@pytest.mark.parametrize("name", ["damped-pendulum", "driven-heavy-top"])
+@pytest.mark.parametrize(
+    "name", ["damped-pendulum", pytest.param("driven-heavy-top", marks=pytest.mark.slow)]
+)
 def test_a_flipped_force_does_not_converge(name, monkeypatch):
     scene = scenes.get(name)
     force = (
@@ -172,7 +176,9 @@ def test_whole_periods_hide_nothing():
     assert found["verdict"] == "fail" and "one step is of order 1.00" in found["reason"]
 
 
-@pytest.mark.parametrize("power", [150, -150])
+@pytest.mark.parametrize("power", [
+    150, -150, *(pytest.param(k, marks=pytest.mark.slow) for k in (10, -10))
+])  # fmt: skip
 def test_units_of_action_change_no_order(power):
     scale = sympy.Integer(10) ** power
     pendulum = scenes.get("pendulum")
@@ -193,3 +199,42 @@ def test_errors_beside_a_huge_momentum_are_not_called_exact(monkeypatch):
     found = measured("order", scene, midpoint, 16, 50)
     assert found["verdict"] == "inconclusive" and "exact" not in found["reason"]
     assert "one step is of order 2.00" in found["reason"]
+
+
+def test_multipliers_of_a_lower_order_fail_though_the_motion_converges(monkeypatch):
+    """Those that leave a row, without those that arrive there, are of first order."""
+    assert measured("order", "suslov", midpoint, 50)["verdict"] == "pass"
+    at = "discmech.studies.order.multipliers.mean_multipliers"
+    monkeypatch.setattr(at, lambda flow, run: run.multipliers)
+    found = measured("order", "suslov", midpoint, 50)
+    assert (
+        found["verdict"] == "fail"
+        and "the multipliers of the constraints are of" in found["reason"]
+    )
+
+
+def test_multipliers_on_no_line_are_no_pass(monkeypatch):
+    """Those that do not sink fail; those that sink beside every line are not told."""
+    at = "discmech.studies.order.multipliers.mean_multipliers"
+    monkeypatch.setattr("discmech.studies.order.measuring.MOST_RUNGS", {True: 16, False: 4})
+    for sinking, verdict in ((0, "fail"), (2, "inconclusive")):
+
+        def uneven(flow, run, sinking=sinking):
+            rough = math.sin(1 / flow.step) * (128 * flow.step) ** sinking
+            return mean_multipliers(flow, run) * (1 + sympy.Rational(3, 10) * rough)
+
+        monkeypatch.setattr(at, uneven)
+        found = measured("order", "suslov", midpoint, 50)
+        assert found["verdict"] == verdict and found["measured"]["multipliers"] is None
+        assert "multipliers of the constraints" in found["reason"]
+
+
+def test_a_step_back_that_fails_takes_nothing_from_the_motion(monkeypatch):
+    def failing(flow, run):
+        raise flow.context.failure("no step back", {})
+
+    monkeypatch.setattr("discmech.studies.order.multipliers.mean_multipliers", failing)
+    monkeypatch.setattr("discmech.studies.order.measuring.MOST_RUNGS", {True: 16, False: 4})
+    found = measured("order", "suslov", midpoint, 50)
+    assert found["verdict"] == "inconclusive" and found["measured"]["order"] is not None
+    assert all(row["multipliers"] is None for row in found["rows"])

@@ -14,6 +14,7 @@ from discmech.studies.report import summary
 from discmech.studies.work_precision import contest, peers
 from discmech.studies.work_precision.accuracy import UNIT, Yardstick
 from discmech.studies.work_precision.contestants import NoEnd
+from discmech.studies.work_precision.peers import rebounds
 from tests.studies.work_precision.races import SCIPY, race_on
 
 OTHERS = ("harmonic", "charged-particle", "lagrange-top", "fpu")
@@ -38,7 +39,7 @@ def test_a_peer_that_comes_to_no_end_is_given_up():
     peer = peers.peer("Radau", problem, equations)
     climb = contest.climb(peer, yardstick, "error", 1.0)
     assert len(climb.rows) == contest.GIVEN_UP < len(list(peer.ladder())) and not climb.runs
-    assert climb.cut == "rtol 1e-06, since 4 settings came to no end"
+    assert climb.cut == "rtol 1e-06, since 4 settings failed"
     assert {row["cause"] for row in climb.rows} == {"Radau came to no end within the budget"}
     told = {"periods": None, "floor": {}, "rows": climb.rows, "kind": "peer"}
     for kind in ("peer", "rule"):
@@ -67,9 +68,10 @@ def test_an_absent_peer_is_one_sentence(monkeypatch):
     monkeypatch.setattr(peers, "find_spec", lambda name: None if name == "heyoka" else object())
     present, absent = peers.chosen([])
     assert "heyoka" not in present and "DOP853" in present
-    assert peers.on(scenes.get("kepler"), present) == present
+    plain = [p for p in present if p not in peers.BODIES]
+    assert peers.on(scenes.get("kepler"), present) == plain
     for name in ("rigid-body", "charged-particle", "double-pendulum"):
-        assert peers.on(scenes.get(name), present) == [p for p in present if p not in peers.SPLIT]
+        assert peers.on(scenes.get(name), present) == [p for p in plain if p not in peers.SPLIT]
     assert absent == ["heyoka did not take part: it is not installed "
                       "(pip install 'discmech[peers]')."]  # fmt: skip
     with pytest.raises(BadInput, match="heyoka is not installed"):
@@ -86,6 +88,39 @@ def test_an_extra_peer_solves_the_same_equations(name):
     yardstick = Yardstick(problem, equations)
     run = peers.peer(name, problem, equations).prepare(1e-9)
     assert yardstick.errors(run.states())["error"] < 1e-7
+
+
+@pytest.mark.parametrize(("name", "setting"), [("IAS15", 1e-6), ("WHFast", 6144)])
+@pytest.mark.parametrize("checkpoints", [0, 16])
+def test_rebound_solves_the_same_equations(name, setting, checkpoints):
+    """What is looked at is the run that is timed, and the map of Wisdom and Holman has order 2."""
+    pytest.importorskip("rebound")
+    problem, equations = race_on(scenes.get("outer-solar-system"), checkpoints=checkpoints)
+    yardstick, peer = Yardstick(problem, equations), peers.peer(name, problem, equations)
+    run = peer.prepare(setting)
+    states = run.states()
+    errors = yardstick.errors(states)
+    assert np.array_equal(states.path[-1], peer.state(run()))
+    assert states.path.shape == (states.steps + 1, 36) and errors["energy-max"] < 1e-13
+    assert states.checkpoints.shape == (checkpoints, 36)
+    assert errors.get("error-max", 0) < 1e-11 and errors["momentum-max"] < 1e-13
+    if name == "WHFast":
+        looser = yardstick.errors(peer.prepare(setting // 4).states())["energy-max"]
+        assert looser / errors["energy-max"] == pytest.approx(16, rel=0.1)
+
+
+def test_bodies_that_attract_each_other_are_known_by_their_lagrangian():
+    """A force that is not Newton's, or masses of other velocities, are no bodies of rebound."""
+    outer = scenes.get("outer-solar-system")
+    found = rebounds.bodies(outer)
+    assert (len(found.masses), found.dim) == (6, 3) and found.G == 0.000295912208286
+
+    def other(x, v, p):
+        return outer.lagrangian(x, v, p) + x[0] ** 2
+
+    assert rebounds.bodies(outer.with_values(lagrangian=other)) is None
+    assert not peers.on(outer.with_values(lagrangian=other), peers.BODIES)
+    assert not any(rebounds.bodies(scenes.get(n)) for n in ("kepler", "fpu", "heavy-top"))
 
 
 @pytest.mark.parametrize("name", ["heyoka", "diffrax", "diffrax-tsit5"])

@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from discmech.integrators import discretisation, scenes
+from discmech.integrators import BadInput, discretisation, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import BUILT_IN
 from discmech.studies import get
 from discmech.studies.core.case import scheme_of
+from discmech.studies.report import tables
 from discmech.studies.work_precision import contest, peers, racing
 from discmech.studies.work_precision.accuracy import METRICS, UNIT, Yardstick
-from discmech.studies.work_precision.contestants import RuleContestant
+from discmech.studies.work_precision.contestants import (
+    TOLERANCES,
+    NoEnd,
+    RuleContestant,
+    ToleranceContestant,
+)
+from discmech.studies.work_precision.enough import FEWEST, PATIENT
 from discmech.studies.work_precision.measuring import HIGH_ORDER
 from discmech.studies.work_precision.peers.equations import equations_of
 from tests.studies.work_precision.races import SCIPY, choice, race, race_on
@@ -51,8 +60,7 @@ def test_rows_hold_every_metric_and_every_count(pendulum):
 def test_errors_sink_with_the_order_of_the_rule(pendulum):
     for name, order in (("rectangle", 1), ("midpoint", 2), ("trapezoidal", 2), (HIGH_ORDER[0], 4)):
         rows = pendulum[name]["rows"]
-        good = [(r["step"], r["error"]) for r in rows if 1e-10 < (r["error"] or 0) < 1e-4]
-        (h0, e0), (h1, e1) = good[0], good[-1]
+        (h0, e0), (h1, e1) = [(r["step"], r["error"]) for r in rows if r["error"] > 1e-10][-2:]
         assert math.log(e1 / e0) / math.log(h1 / h0) == pytest.approx(order, abs=0.1)
 
 
@@ -91,6 +99,52 @@ def test_a_rule_of_one_s_own_joins_by_being_named():
     assert {case["verdict"] for case in found.values()} == {"pass"}
 
 
+def test_a_rule_with_stages_runs_by_tolerance_too():
+    """Its rows are tolerances, like a peer's: the errors keep them, and the pilot stands apart."""
+    rules = tuple(map(discretisations.get, ("midpoint", "gauss-4")))
+    found = race("pendulum", rules=rules, peers=("none",))
+    assert set(found) == {"midpoint", "gauss-4", "gauss-4, tolerance"}
+    case = found["gauss-4, tolerance"]
+    assert (case["verdict"], case["kind"]) == ("pass", "rule")
+    done = [row for row in case["rows"] if row["error"] is not None]
+    assert len(done) > 2 and [row["tolerance"] for row in done] == TOLERANCES[: len(done)]
+    for row in done:
+        assert row["steps"] * row["step"] == pytest.approx(10) and row["pilot"] > row["seconds"]
+        assert row["promised"] <= row["tolerance"] and row["error-max"] < 3 * row["tolerance"]
+    assert "of the tolerance" in dict(tables.columns("work-precision"))["Best"](case)
+
+
+def test_over_many_periods_the_step_is_that_for_the_scene_s_duration():
+    problem, _ = race_on(scenes.get("kepler"), times=100, checkpoints=0)
+    chosen = ToleranceContestant(RuleContestant(problem, discretisations.get("gauss-4")))
+    states = chosen.prepare(1e-8).states()
+    flow = scheme_of(problem.scene, discretisations.get("gauss-4")).flow(tolerance=1e-8)
+    assert states.steps == 100 * flow.choice.steps and len(states.path) == states.steps + 1
+    hurried = replace(problem, patience=0.5)
+    chosen.spent = 0.5 * PATIENT + 0.1
+    chosen.fixed.problem = hurried
+    with pytest.raises(NoEnd, match=r"gauss-4, tolerance came to no end .*: choosing steps"):
+        chosen.prepare(1e-9)
+
+
+def test_tolerances_with_one_step_are_one_run():
+    """That its error does not sink from one to the next says nothing of the method."""
+    rows = [
+        {"energy-max": 1e-5, "steps": 64 * k, "promised": 1e-9, "cause": ""}
+        for k in (1, 1, 1, 1, 2)
+    ]
+    told = {"rows": rows, "floor": {"energy-max": UNIT}, "periods": 9, "measured": {"cut": ""}}
+    assert get("work-precision").judge(None, told).verdict == "inconclusive"
+    fixed = [{**row, "steps": k} for k, row in enumerate(rows)]
+    assert get("work-precision").judge(None, told | {"rows": fixed}).verdict == "fail"
+
+
+def test_methods_are_compared_once_each():
+    rules = (discretisations.get("gauss-4"),)
+    asked = replace(choice("pendulum", rules=rules), own=(("peer", ("none",)), ("also_periods", 9)))
+    assert {case.label for case in get("work-precision").cases(asked)} == {"gauss-4"}
+
+
 def test_the_floor_is_what_rounding_the_start_makes():
     """On the harmonic oscillator from (1, 0) half a unit stays half a unit."""
     floors = Yardstick(*race_on(scenes.get("harmonic"))).floors
@@ -113,6 +167,17 @@ def test_rules_of_high_order_begin_at_their_loose_end():
         contestant = RuleContestant(problem, discretisations.get(name))
         first = contestant.prepare(next(contestant.ladder())).states()
         assert yardstick.errors(first)["error"] > 1e-4, name
+
+
+def test_rules_with_stages_begin_where_these_contract(monkeypatch):
+    """Nothing is compiled for Newton's method, unless the number of steps was asked for."""
+    monkeypatch.setattr("discmech.integrators.flows.flow.compile", None)
+    problem, _ = race_on(scenes.get("rigid-body"))
+    contestant = RuleContestant(problem, discretisations.get("gauss-3"))
+    first = next(contestant.ladder())
+    assert contestant.prepare(first).flow.trajectory(first).solver == "fixed point"
+    with pytest.raises(TypeError, match="not callable"):
+        RuleContestant(problem, discretisations.get("gauss-3"), first=4)
 
 
 def test_a_setting_that_fails_is_told_and_the_next_is_tried():
@@ -139,7 +204,7 @@ def test_checkpoints_lie_on_steps():
 def test_a_long_race_is_about_invariants():
     found = race("kepler", rules=(BUILT_IN["midpoint"],), peers=("LSODA",), periods=20)
     for case in found.values():
-        assert case["verdict"] == "pass" and case["periods"] == 20
+        assert (case["verdict"], case["periods"]) == ("pass", 20)
         assert case["measured"]["y"] == "energy-max"
         assert case["command"].endswith("--periods 20")
         assert all(row["error"] is None for row in case["rows"])
@@ -149,11 +214,42 @@ def test_a_long_race_is_about_invariants():
 def test_what_the_budget_cut_is_said():
     scene = scenes.get("pendulum")
     found = contest.hold_race(
-        scene, [BUILT_IN["midpoint"]], ["Radau"], axes=("seconds", "error"), budget=0.02,
+        scene, [BUILT_IN["midpoint"]], ["Radau"], axes=("seconds", "error"), budget=0.01,
         periods=None, first=None, progress=lambda *_: None,
     )  # fmt: skip
     for result in found.values():
         assert result["measured"]["cut"], result["measured"]
+
+
+def test_a_rule_has_the_runs_that_its_verdict_needs_and_no_more(monkeypatch):
+    """Each run takes a second by a made clock, and the budget is that of one."""
+    clock = itertools.count()
+    monkeypatch.setattr(contest, "time", SimpleNamespace(process_time=lambda: next(clock)))
+    problem, equations = race_on(scenes.get("pendulum"))
+    yardstick = Yardstick(problem, equations)
+    done = {
+        one.name: len(contest.climb(one, yardstick, "error", 1.0 * racing.LEAST).runs)
+        for one in (RuleContestant(problem, BUILT_IN["midpoint"]),
+                    peers.peer("DOP853", problem, equations))
+    }  # fmt: skip
+    assert done == {"midpoint": FEWEST, "DOP853": 1}
+    rule = RuleContestant(problem, BUILT_IN["midpoint"])
+    slow = contest.climb(rule, yardstick, "error", 1.0 * racing.LEAST / PATIENT)
+    assert len(slow.runs) == 1 and "about" in slow.cut  # and not without end
+
+
+def test_a_rule_that_fails_from_some_step_on_is_not_asked_without_end(monkeypatch):
+    problem, equations = race_on(scenes.get("pendulum"))
+    rule, prepared = RuleContestant(problem, BUILT_IN["midpoint"]), RuleContestant.prepare
+
+    def failing(self, setting):
+        if setting > 4 * self.first:
+            raise BadInput("no more")
+        return prepared(self, setting)
+
+    monkeypatch.setattr(RuleContestant, "prepare", failing)
+    found = contest.climb(rule, Yardstick(problem, equations), "error", 10.0)
+    assert len(found.runs) == 3 and len(found.rows) == 3 + contest.GIVEN_UP
 
 
 def test_a_run_that_fails_is_a_row_with_its_cause():

@@ -1,0 +1,99 @@
+"""Starts of a scene with contact: outside the obstacle, with room to move and planes to slip in."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..equations import SceneSymbols
+from ..errors import BadInput
+from ..numbers import arithmetic
+from ..numbers.types import Vector
+from ..scene import Scene
+from .gaps import TOUCHING, Gaps, Place
+
+DEEPEST = 100  # corrections of the search for a place outside the obstacle
+
+
+def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
+    """Raise `BadInput` unless a start is outside the obstacle, and the closed gaps leave room.
+
+    x0: another start than the scene's, in exact numbers or of any arithmetic, without its time.
+    """
+    numbers = arithmetic(16)
+    with numbers.working():
+        gaps = Gaps(s, scene, numbers)
+        x = np.array([float(e) for e in s.with_time(scene.x0 if x0 is None else x0)])
+        try:
+            place = gaps.at_start(x)
+        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+            raise BadInput(
+                f"{scene.name}: a gap has no real value at x0; begin elsewhere."
+            ) from None
+        inside = place.phi < -TOUCHING * numbers.eps * place.size
+        if inside.any():
+            raise BadInput(f"{scene.name}: {_depth(gaps, x, place)}.")
+        for i in np.flatnonzero(place.closed):
+            if not abs(place.normal[i]).max() > 0:
+                why = "has no slope there, so no force keeps it open; write it with a slope (a "
+                why += "distance has one)."
+                if abs(gaps._place(x, gaps.p)[2][i]).max() > 0:
+                    why = f"no motion on {s.groupoid.name} changes it there; leave it out."
+                raise BadInput(f"{scene.name}: gap {i} is closed at x0 and {why}")
+        for k, own in enumerate(gaps.coordinates):
+            if not own or gaps.friction[k] == 0 or len(place.normal[k]) == 1:
+                continue  # with one velocity any slip is a multiple of the rate of the gap
+            xi = np.array([float(e) for e in scene.v0])
+            rows = np.vstack([place.normal[k][None], place.slip[k]])
+            if not _independent(gaps.flexibility(x, xi, rows, rows)):
+                raise BadInput(
+                    f"{scene.name}: at x0 the coordinates of gap {k} do not move apart from each "
+                    "other and from the gap; give those of the touching point along its plane."
+                )
+        closed = place.normal[place.closed]
+        if _opposed(closed):
+            listed = ", ".join(map(str, np.flatnonzero(place.closed)))
+            raise BadInput(
+                f"{scene.name}: the gaps {listed} contradict each other: closed at x0, they leave "
+                "no direction to move in that opens them all; a constraint is holonomic=."
+            )
+
+
+def _depth(gaps: Gaps, x: Vector, place: Place) -> str:
+    """How deep a start is inside the obstacle, and a place outside if there is one nearby."""
+    i = int(np.argmin(place.phi))
+    told = f"x0 is inside the obstacle: gap {i} is {place.phi[i]:.3g}"
+    at = x.copy()
+    for _ in range(DEEPEST):
+        phi, _, slope, *_ = gaps._place(at, gaps.p)
+        if (phi >= 0).all():
+            return f"{told}; begin outside, such as at x0={[float(e) for e in at[: gaps.n]]}"
+        low = phi < 0
+        at[: gaps.n] -= np.linalg.pinv(slope[low]) @ (phi[low] * 1.125)
+        if not np.isfinite(at).all():
+            break
+    return f"{told}, and the gaps contradict each other: no place near x0 has all of them open"
+
+
+def _independent(flexibility: np.ndarray) -> bool:
+    """Whether rows R with this R M⁻¹Rᵀ are independent, to half the digits, in any units.
+
+    A row of zeros is a sum of the others. Of an M that is not positive this says nothing.
+    """
+    own = flexibility.diagonal()
+    if not (own > 0).all():
+        return bool((own < 0).any())
+    scaled = flexibility / np.sqrt(np.outer(own, own))
+    return bool(np.linalg.eigvalsh(scaled)[0] > np.finfo(float).eps ** 0.5)
+
+
+def _opposed(rows: np.ndarray) -> bool:
+    """Whether a sum of the rows with weights ≥ 0, not all 0, vanishes: no direction opens all."""
+    if len(rows) < 2:
+        return False
+    from scipy.optimize import nnls  # few starts have two gaps closed
+
+    unit = rows / np.linalg.norm(rows, axis=1)[:, None]
+    table = np.vstack([unit.T, np.ones(len(unit))])
+    return bool(nnls(table, np.eye(len(table))[-1])[1] < 1e-9)

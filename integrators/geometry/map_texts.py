@@ -1,0 +1,80 @@
+"""Texts of a scheme's maps and their derivatives, as functions of numbers at a point."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..equations import DiscreteEquations, discrete_force
+from ..numbers import inlined, jacobian, numeric_text, sympy
+from ..numbers.types import Letters
+
+
+def _local_text(equations: DiscreteEquations) -> str:
+    s, at, total = equations.s, equations.at_points, equations.at_points.total
+    maps = [at.target, at.minus, at.plus]
+    target, minus, plus = map(list, maps)
+    parts = [target, equations.rho, equations.L_at_translate, equations.R, minus, plus]
+    parts += [total(part, letters) for part in maps for letters in (s.x, s.u)]
+    if len(s.stages):
+        parts += [total(part, s.stages) for part in maps[1:]]
+        parts += [total(at.stage_equations, letters) for letters in (s.x, s.u, s.stages)]
+    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
+
+
+def _stages_text(equations: DiscreteEquations) -> str:
+    s, stages = equations.s, equations.at_points.stage_equations
+    parts = [list(stages), equations.at_points.total(stages, s.stages)]
+    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
+
+
+def _values_text(equations: DiscreteEquations) -> str:
+    s, at = equations.s, equations.at_points
+    vectors = {"x": s.x, "u": s.u, "s": s.stages}
+    return text_of(equations, vectors, [list(m) for m in (at.target, at.minus, at.plus)])
+
+
+def _stage_values_text(equations: DiscreteEquations) -> str:
+    s, stages = equations.s, equations.at_points.stage_equations
+    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, [list(stages)])
+
+
+def _force_text(equations: DiscreteEquations) -> str:
+    s, force = equations.s, sympy.Matrix.vstack(*discrete_force(equations.of))
+    letters = (s.x, s.u, *([s.stages] if len(s.stages) else []))
+    parts = [list(force), *(jacobian(force, part) for part in letters)]
+    return text_of(equations, {"x": s.x, "u": s.u, "s": s.stages}, parts)
+
+
+def _branch_text(equations: DiscreteEquations) -> str:
+    assert equations.element is not None
+    return text_of(equations, {"x": equations.s.x, "u": equations.s.u}, [equations.element.branch])
+
+
+def _natural_text(equations: DiscreteEquations) -> str:
+    s, groupoid = equations.s, equations.groupoid
+    structure = [(c / s.h).tolist() for c in groupoid.structure_functions(s.x, s.h)]
+    return text_of(equations, {"x": s.x}, [groupoid.rho(s.x, s.h) / s.h, structure])
+
+
+def _one_step_text(equations: Any) -> str:
+    """Of a one-step map: rows, ∂rows/∂w, ∂rows/∂z, Z − z and its derivatives by w and by z."""
+    e, total = equations, equations.total
+    parts = [list(e.rows), e.slope, total(e.rows, e.z), list(e.increment)]
+    parts += [total(e.increment, letters) for letters in (e.w, e.z)]
+    return text_of(equations, {"x": e.s.x, "mu": e.s.mu, "w": e.w}, parts)
+
+
+#: what of a scheme is written as a function of numbers, by name
+TEXTS = {"local": _local_text, "stages": _stages_text, "branch": _branch_text,
+          "natural": _natural_text, "one_step": _one_step_text, "values": _values_text,
+          "stage values": _stage_values_text, "force": _force_text}  # fmt: skip
+
+
+def text_of(equations: DiscreteEquations, vectors: dict[str, Letters], results: list[Any]) -> str:
+    """Text of the results as a function of vectors and q (`numeric_text`)."""
+    flat = [e for result in results for e in np.array(result, dtype=object).flat]
+    before = inlined(equations.definitions(flat))
+    definitions = [(list(d.letters), list(d.values)) for d in before]
+    return numeric_text({**vectors, "q": equations.s.q}, results, definitions)

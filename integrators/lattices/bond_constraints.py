@@ -1,0 +1,182 @@
+"""Holonomic constraints on bonds: what they add to a step, and to the momenta that a row shows.
+
+A bond (i, j) has k rows φ(x_i, x_j) = 0. Its multipliers are unknowns of site j behind u_j, its
+rows equations of site j: so a constrained chain is as block-tridiagonal as any, and elimination
+in the order (u_j, λ_j) meets the masses first and then A M⁻¹ Aᵀ of the links so far, which are
+regular. Letters that are 0 or 1 hold the u of fixed sites, and multipliers that no bond has, at 0.
+
+    F⁻(x, u)/h = μ + Σ A(x)ᵀλ,    φ(b(x, u)) = 0,    μ ← μ + (F⁺ − F⁻)/h + Σ A(x)ᵀλ
+
+is a step (`ConstrainedEquations`) without the impulses Aᵀν at its end, along which the next λ acts
+too: they change no x. What a row shows is projected, ∂l/∂ξ(x, v) = μ + Σ A(x)ᵀν with A(x) v = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..compiler import System
+from ..equations import (
+    ConstrainedEquations,
+    DiscreteEquations,
+    SceneSymbols,
+    constraint,
+    constraint_matrix,
+    momentum,
+    step_system,
+    vector,
+)
+from ..errors import BadInput
+from ..numbers import Double, LazyModule, jacobian, numeric, sympy
+from ..numbers.types import Column, Letter, SymbolicMatrix
+from .lattice import Lattice
+
+sparse: Any = LazyModule("scipy.sparse")
+linalg: Any = LazyModule("scipy.sparse.linalg")
+
+#: round-offs of the largest entry to which a start is known: 4 of a scene's (`constrained_start`),
+#: and the 16 of x that Newton's method leaves in a row of a run (`lattice_text.UNSEEN`)
+UNITS = 20
+EPS = 2.0**-53
+#: a row of A follows from others if its distance from them, squared, is less, its length being 1:
+#: far below 1/N, as it is of N links between two fixed ends, and far above round-off
+DEPENDENT = 2.0**-40
+
+
+class BondConstraints:
+    """The rows and multipliers of a lattice's bonds, from the symbols of one site and of one bond.
+
+    bond: the discrete equations of a bond without them; count: rows a bond, k. Raises
+    `CannotMeasure` for a rule with stages, or one that asks for L beside the straight step.
+    """
+
+    def __init__(self, site: DiscreteEquations, bond: DiscreteEquations) -> None:
+        self.site, self.s = site, bond.s
+        self.of_step = ConstrainedEquations(bond.s, bond.rule, bond)
+        self.matrix = constraint_matrix(bond.s, bond.s.x)
+        self.count, self.m = self.matrix.rows, len(site.u)
+        #: whether a site moves, and whether a bond's constraint is asked for
+        self.own = _letters("fr0", "bo0")
+        self.bond_own = _letters("fr0", "fr1", "bo0")
+
+    def step(self) -> tuple[System, System]:
+        """A step's equations of a site and of a bond, by ends."""
+        s, of = self.s, self.of_step
+        rows = of.rows[: 2 * self.m + self.count, :].xreplace(dict.fromkeys(s.mu, 0))
+        unknowns = s.u.col_join(of.multipliers)
+        slope = of.total(rows, unknowns)
+        gain = of.increment[len(s.x) :, :].xreplace(dict.fromkeys(of.w[len(unknowns) :], 0))
+        bond = replace(step_system(of.discrete),
+                       definitions=tuple(of.definitions(rows, slope, gain)))  # fmt: skip
+        return (self._of_site(step_system(self.site)),
+                self._of_bond(bond, rows, slope, gain, unknowns))  # fmt: skip
+
+    def projection(self) -> tuple[System, System]:
+        """The equations of v and ν of a site and of a bond, against μ; nothing moves."""
+        s, own, of = self.s, self.site.s, self.of_step
+        site, bond = (
+            replace(step_system(e), increment=0 * e.x, gain=0 * e.u, definitions=())
+            for e in (self.site, of.discrete)
+        )
+        rows = momentum(own)
+        site = self._of_site(replace(site, rows=rows, slope=jacobian(rows, own.u)))
+        unknowns = s.u.col_join(of.multipliers)
+        rows = (-self.matrix.T * of.multipliers).col_join(self.matrix * s.u)
+        return site, self._of_bond(bond, rows, jacobian(rows, unknowns), 0 * s.u, unknowns)
+
+    def _of_site(self, system: System) -> System:
+        """A site's system with multipliers behind u, which its own equations do not hold."""
+        m, (free, bound) = self.m, self.own
+        more = vector("la", self.count)
+        slope = sympy.diag(system.slope * free + sympy.eye(m) * (1 - free),
+                           sympy.eye(self.count) * (1 - bound))  # fmt: skip
+        u = sympy.Matrix(system.u)
+        return replace(
+            system, w=(*system.u, *more), more=self.count, slope=slope, gain=system.gain * free,
+            rows=(system.rows * free + u * (1 - free)).col_join(more * (1 - bound)),
+        )  # fmt: skip
+
+    def _of_bond(
+        self, system: System, rows: Column, slope: SymbolicMatrix, gain: Column, unknowns: Column
+    ) -> System:
+        """A bond's system from rows of (u_i, u_j, λ): i has places of multipliers too, unused."""
+        m, k = self.m, self.count
+        free_i, free_j, bound = self.bond_own
+        kept = sympy.diag(*[free_i] * m, *[free_j] * m, *[bound] * k)
+        at = [*range(m), *range(m + k, 2 * (m + k))]  # of (u_i, u_j, λ) among both ends' unknowns
+        placed = sympy.zeros(2 * (m + k), len(at))
+        for column, row in enumerate(at):
+            placed[row, column] = 1
+        letters = [*unknowns[:m], *vector("nu", k), *unknowns[m:]]
+        return replace(
+            system, w=tuple(letters), rows=placed * kept * rows, more=k,
+            slope=placed * kept * slope * placed.T, gain=kept[: 2 * m, : 2 * m] * gain,
+        )  # fmt: skip
+
+
+def _letters(*names: str) -> tuple[Letter, ...]:
+    """Letters that no parameter has (`symbols._TAKEN`)."""
+    return tuple(sympy.Symbol(name, real=True) for name in names)
+
+
+def check_constraints(
+    lattice: Lattice, s: SceneSymbols, values: dict[Letter, Any], x: np.ndarray, v: np.ndarray
+) -> None:
+    """Raise `BadInput` unless x (N, n) and v (N, m) meet independent constraints on the bonds.
+
+    values: of the parameters at the bonds, numbers or (B,). A row f may be off by UNITS round-offs
+    of its size, Σ |∂f/∂zᵢ| max |z| and its absolute terms, z being x and v of both ends.
+    """
+    pairs, free, N, m = lattice.pairs, lattice.free, lattice.sites, v.shape[1]
+    matrix = constraint_matrix(s, s.x)
+    k, n = matrix.rows, len(s.x)
+    rows = constraint(s, s.x).col_join(matrix * s.u)
+    slope = jacobian(rows, s.x.col_join(s.u))
+    terms = sympy.Matrix([sum(map(abs, sympy.Add.make_args(e))) for e in rows])
+    given = {"x": s.x, "u": s.u, "h": s.h, "p": list(values)}
+    f = numeric(given, [rows, slope, terms, matrix], Double(), columns=True)
+    base, velocity = (a[pairs].reshape(len(pairs), -1).T for a in (x, v))
+    found = f(list(base), list(velocity), 1.0, list(values.values()))
+    off, by, size, A = (np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(pairs)))
+                        for e in found)  # fmt: skip
+    size = size[:, 0] + abs(by[:, :n]).sum(axis=1) * abs(base).max(axis=0)
+    size = size + abs(by[:, n:]).sum(axis=1) * abs(velocity).max(axis=0)
+    active = free[pairs].any(axis=1)
+    for row, bond in zip(*np.nonzero(~(abs(off[:, 0]) <= UNITS * EPS * size)), strict=True):
+        what, start = ("φ", "x0") if row < k else ("A v", "v0")
+        raise BadInput(
+            f"{lattice.name}: {what} of the constraint of bond {bond}, between the sites "
+            f"{pairs[bond][0]} and {pairs[bond][1]}, is {off[row, 0, bond]:.3g} at the start, and "
+            f"must be 0; change {start}."
+        )
+    A = np.moveaxis(A, 2, 0) * np.repeat(free[pairs], m, axis=1)[:, None]  # (B, k, 2m)
+    length = np.sqrt((A**2).sum(axis=2, keepdims=True))
+    for bond in np.flatnonzero(active & (length == 0).any(axis=(1, 2))):
+        raise BadInput(f"{lattice.name}: a row of the constraint of bond {bond} restricts no "
+                       "velocity at x0; leave it out, or begin elsewhere.")  # fmt: skip
+    dependent = _dependent((A / np.where(length == 0, 1, length))[active], pairs[active], N)
+    if dependent is not None:
+        bond = np.flatnonzero(active)[dependent]
+        raise BadInput(f"{lattice.name}: the constraints are redundant: at x0 a row of bond {bond} "
+                       "follows from other rows; leave one out.")  # fmt: skip
+
+
+def _dependent(A: np.ndarray, pairs: np.ndarray, N: int) -> int | None:
+    """A bond with a row that follows from others, of rows A (B, k, 2m) of length 1; or None."""
+    B, k, m = *A.shape[:2], A.shape[2] // 2
+    rows = np.broadcast_to(np.arange(B * k).reshape(B, k, 1), A.shape)
+    columns = (m * pairs[:, :, None] + np.arange(m)).reshape(B, 1, 2 * m)
+    places = rows.ravel(), np.broadcast_to(columns, A.shape).ravel()
+    of_rows = sparse.csr_matrix((A.ravel(), places), shape=(B * k, N * m))
+    # what keeps a pivot from being 0, which is no number to compare
+    left = (of_rows @ of_rows.T + DEPENDENT / 2**10 * sparse.identity(B * k)).tocsc()
+    factors = linalg.splu(left, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0,
+                          options={"SymmetricMode": True})  # fmt: skip
+    pivots = abs(factors.U.diagonal())
+    least = int(np.argmin(pivots))
+    if pivots[least] > DEPENDENT:
+        return None
+    return int(np.flatnonzero(factors.perm_c == least)[0]) // k

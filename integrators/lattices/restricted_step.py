@@ -1,0 +1,213 @@
+"""The derivative of a step with constraints on bonds, on the vectors that they leave.
+
+A vector (b, δμ), δx = ρ̂ b, at a state that meets the constraints is left by them where A b = 0 and
+d(A ξ) = 0. There the step keeps
+
+    ω((b, δ), (b′, δ′)) = b·δ′ − b′·δ + μ_θ Ĉ^θ_{γν} b^γ b′^ν
+
+(Marsden, West 2001, 3.5.3; of scenes `geometry.restricted_form`). Random pairs of such vectors are
+taken through the step: two sparse solutions each, one of its equations in (u, λ), one of those of
+(v, ν) that project the momentum at its end, and b′ of the arrow by h δu + R b = L b′.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..equations import SceneSymbols, constraint, constraint_matrix, mass_matrix, momentum, vector
+from ..errors import CannotMeasure
+from ..numbers import Double, LazyModule, jacobian, numeric
+from .dual_step import Bracket, Covector, DualStep, derivatives_of_step, placed
+from .lattice_run import LatticeRun
+
+sparse: Any = LazyModule("scipy.sparse")
+linalg: Any = LazyModule("scipy.sparse.linalg")
+NUMBERS = Double()
+
+
+class RestrictedStep:
+    """A step of a flow with constraints from (x, μ), x (N, n) and μ (N, m), a row of a run.
+
+    Raises `CannotMeasure` for compositions, `StepFailure` if the step is not found.
+    """
+
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
+        if flow.scheme.substeps:
+            raise CannotMeasure(f"{flow.lattice.name}: {flow.scheme.rule.name} has several "
+                                "substeps; ask its base rule.")  # fmt: skip
+        self.flow, self.h, self.before = flow, float(flow.step), (x, mu)
+        (self.N, self.m), self.pairs = mu.shape, flow.lattice.pairs
+        self.free = flow.lattice.free[:, None]
+        run = LatticeRun(flow, x.copy(), mu.copy())
+        run.checked(run.show())
+        w = run.past[0].copy()
+        start = Linearised(flow.scheme, x, *run.projected)
+        run.checked(run.advance(1))
+        run.checked(run.show())
+        self.after = run.x, run.mu
+        self.start, self.end = start, Linearised(flow.scheme, run.x, *run.projected)
+        u, multipliers = w[:, : self.m], w[self.pairs[:, 1], self.m :]
+        self._along, _, _ = derivatives_of_step(flow, x, u, self.h)
+        #: ∂(A(x)ᵀλ)/∂x, of the λ that leaves the start
+        self._turned = start.turned(multipliers)
+        self.L, self.R = _arrow_maps(flow, x, u, self.h)
+        p, left = self._along, start.A.T
+        moved = self.end.slope @ p["dw"]
+        self._solve = start.with_rows(p["Ew"], -self.h * left, moved)
+
+    def tangent(self, random: np.random.Generator) -> Covector:
+        """A random vector (b, δμ) that the constraints leave, (N, m) each."""
+        b, force = (random.normal(size=(self.N, self.m)) * self.free for _ in range(2))
+        none = np.zeros(self.start.A.shape[0])
+        one = sparse.identity(b.size)
+        b = self.start.with_rows(one, self.start.A.T, self.start.A)(b.ravel(), none)[: b.size]
+        return b.reshape(self.N, self.m), self.start.momentum_change(self.start.rho @ b, force)
+
+    def applied(self, vector: Covector) -> Covector:
+        """The vector (b′, δμ′) at the end of the step."""
+        b, dmu = vector[0].ravel(), vector[1].ravel()
+        p, h, start, end = self._along, self.h, self.start, self.end
+        dx = start.rho @ b
+        missing = h * dmu - p["Ex"] @ dx + h * self._turned @ dx
+        found = self._solve(missing, -end.slope @ (dx + p["dx"] @ dx))
+        du, dlambda = found[: b.size], found[b.size :]
+        after = dx + p["dx"] @ dx + p["dw"] @ du
+        pushed = dmu + (p["gx"] @ dx + p["gw"] @ du) / h + start.A.T @ dlambda + self._turned @ dx
+        pushed = pushed + end.turned(end.impulses) @ after - end.moved @ after
+        arrow = h * du.reshape(-1, self.m) + np.einsum("abi,ib->ia", self.R, vector[0])
+        target = np.linalg.solve(np.moveaxis(self.L, 2, 0), arrow[:, :, None])[:, :, 0]
+        return target * self.free, end.momentum_change(after, pushed)
+
+    def pairing(
+        self, random: np.random.Generator, brackets: list[Bracket]
+    ) -> list[tuple[float, float]]:
+        """ω of two random vectors before, and of what they become, each with its absolute terms."""
+        before = [self.tangent(random) for _ in range(2)]
+        after = [self.applied(vector) for vector in before]
+        return [
+            bracket.form(*ends) for bracket, ends in zip(brackets, (before, after), strict=True)
+        ]
+
+
+def step_derivative(flow: Any, x: np.ndarray, mu: np.ndarray) -> DualStep | RestrictedStep:
+    """The step from (x, μ) with its derivative, of whichever kind the lattice has."""
+    return (RestrictedStep if flow.scheme.constrained else DualStep)(flow, x, mu)
+
+
+class Linearised:
+    """Constraints and momenta, linearised at x (N, n) with velocities (N, m), impulses (B, k).
+
+    A (Bk, Nm) of A b = 0, slope φ′ and turning ∂(Aξ)/∂x (Bk, Nn), moved ∂p/∂x (Nm, Nn) and mass
+    ∂p/∂ξ (Nm, Nm) of p = ∂l/∂ξ, rho (Nn, Nm). Columns of fixed sites are 0.
+    """
+
+    def __init__(
+        self, scheme: Any, x: np.ndarray, v: np.ndarray, impulses: np.ndarray | None = None
+    ) -> None:
+        lattice, (self.N, self.m) = scheme.lattice, v.shape
+        self.scheme, self.x, self.n = scheme, x, x.shape[1]
+        self.pairs, free, k = lattice.pairs, lattice.free, scheme.equations.constraints.count
+        self.impulses = np.zeros((len(self.pairs), k)) if impulses is None else impulses
+        self.held = np.repeat(~free, self.m)
+        #: rows of bonds between two fixed sites restrict nothing
+        self.idle = np.repeat(~free[self.pairs].any(axis=1), k)
+        own = _of_site(scheme.equations.site.s)
+        sizes = {"g": self.m, "x": self.n}
+        found = _columns(own, (x, v), scheme.site_columns, self.N)
+        sites = np.arange(self.N)[:, None]
+        self.mass, self.moved, self.rho = (
+            placed(e, sites, sizes, name, [], self.N)
+            for name, e in zip(("gg", "gx", "xg"), found, strict=True)
+        )
+        self._moving = {k: sparse.diags(np.repeat(free, size).astype(float))
+                        for k, size in (("g", self.m), ("x", self.n))}  # fmt: skip
+        self.rho = self._moving["x"] @ self.rho @ self._moving["g"]
+        A, slope, turning = self._of_bonds((v[self.pairs], None))[:3]
+        self.A = self._rows(A, self.m) @ self._moving["g"]
+        self.slope, self.turning = (self._rows(e, self.n) @ self._moving["x"]
+                                    for e in (slope, turning))  # fmt: skip
+
+    def _of_bonds(self, given: tuple[np.ndarray | None, np.ndarray | None]) -> list[np.ndarray]:
+        scheme, B = self.scheme, len(self.pairs)
+        v, impulses = given
+        v = np.zeros((B, 2 * self.m)) if v is None else v.reshape(B, -1)
+        impulses = np.zeros_like(self.impulses) if impulses is None else impulses
+        functions = _of_bond(scheme.equations.bond_symbols)
+        values = (self.x[self.pairs].reshape(B, -1), v, impulses)
+        return _columns(functions, values, scheme.bond_columns, B)
+
+    def _rows(self, blocks: np.ndarray, size: int) -> Any:
+        """Blocks (k, 2·size, B) of bonds as a matrix (Bk, N·size)."""
+        k, _, B = blocks.shape
+        rows = np.broadcast_to(np.arange(B * k).reshape(B, k, 1), (B, k, 2 * size))
+        columns = (size * self.pairs[:, :, None] + np.arange(size)).reshape(B, 1, 2 * size)
+        places = rows.ravel(), np.broadcast_to(columns, rows.shape).ravel()
+        values = np.moveaxis(blocks, 2, 0).ravel()
+        return sparse.csr_matrix((values, places), shape=(B * k, self.N * size))
+
+    def turned(self, multipliers: np.ndarray) -> Any:
+        """∂(Aᵀλ)/∂x, (Nm, Nn), of the multipliers of the bonds (B, k)."""
+        blocks = self._of_bonds((None, multipliers))[3]
+        found = placed(blocks, self.pairs, {"g": self.m, "x": self.n}, "gx", [], self.N)
+        return self._moving["g"] @ found @ self._moving["x"]
+
+    def with_rows(self, own: Any, left: Any, rows: Any) -> Any:
+        """What solves own a + left l = r, rows a = s for (a, l); a = 0 at fixed sites."""
+        free = self._moving["g"]
+        own = free @ own @ free + sparse.diags(self.held.astype(float))
+        idle = sparse.diags(self.idle.astype(float))
+        factors = linalg.splu(sparse.bmat([[own, left], [rows, idle]], format="csc"))
+
+        def solve(r: np.ndarray, s: np.ndarray) -> np.ndarray:
+            right = np.concatenate([np.where(self.held, 0, r), np.where(self.idle, 0, s)])
+            return np.asarray(factors.solve(right))
+
+        return solve
+
+    def momentum_change(self, dx: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """δμ (N, m) of states that move by dx and are pushed, and stay where d(Aξ) = 0."""
+        solve = self.with_rows(self.mass, -self.A.T, self.A)
+        dv = solve(force.ravel(), -self.turning @ dx)[: self.N * self.m]
+        found = self._moving["g"] @ (self.moved @ dx) + self.mass @ dv
+        return np.asarray(found).reshape(self.N, self.m)
+
+
+def _columns(functions: Any, values: Any, parameters: Any, count: int) -> list[np.ndarray]:
+    """Each function's blocks, (rows, columns, count)."""
+    letters, f = functions
+    found = f(*(list(e.T) for e in values), 1.0, [parameters[e] for e in letters])
+    return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], count)) for e in found]
+
+
+@lru_cache(maxsize=32)
+def _of_site(s: SceneSymbols) -> tuple[Any, Any]:
+    """∂p/∂ξ, ∂p/∂x and ρ̂ of (x, ξ)."""
+    parts = [mass_matrix(s), jacobian(momentum(s), s.x), s.groupoid.rho(s.x, s.h) / s.h]
+    given = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
+    return s.parameter_list, numeric(given, parts, NUMBERS, columns=True)
+
+
+@lru_cache(maxsize=32)
+def _of_bond(s: SceneSymbols) -> tuple[Any, Any]:
+    """A, φ′, ∂(Aξ)/∂x and ∂(Aᵀλ)/∂x of (x, ξ, λ)."""
+    A = constraint_matrix(s, s.x)
+    multipliers = vector("la", A.rows)
+    parts = [A, jacobian(constraint(s, s.x), s.x), jacobian(A * s.u, s.x),
+             jacobian(A.T * multipliers, s.x)]  # fmt: skip
+    given = {"x": s.x, "u": s.u, "la": multipliers, "h": s.h, "p": s.parameter_list}
+    return s.parameter_list, numeric(given, parts, NUMBERS, columns=True)
+
+
+def _arrow_maps(flow: Any, x: np.ndarray, u: np.ndarray, h: float) -> list[np.ndarray]:
+    """L and R of each site's arrow, (m, m, N)."""
+    found = _of_arrow(flow.scheme.equations.site.s)(list(x.T), list(u.T), h)
+    return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(x))) for e in found]
+
+
+@lru_cache(maxsize=32)
+def _of_arrow(s: SceneSymbols) -> Any:
+    g, (x, u, h) = s.groupoid, (s.x, s.u, s.h)
+    return numeric({"x": x, "u": u, "h": h}, [g.L(x, u, h), g.R(x, u, h)], NUMBERS, columns=True)

@@ -1,0 +1,89 @@
+"""ξ(x, μ) of all sites of a lattice: site by site, or together where bonds hold velocities."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..equations import SceneSymbols, legendre_inverse, mass_matrix
+from ..errors import CannotMeasure
+from ..numbers import Double, LazyModule, numeric
+from .dual_step import placed
+
+sparse: Any = LazyModule("scipy.sparse")
+linalg: Any = LazyModule("scipy.sparse.linalg")
+NUMBERS = Double()
+MOST = 20  # corrections; one is enough where the mass matrix does not depend on velocities
+LAST = 2.0**-30  # the next one would be the square of it
+
+
+def velocities(flow: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """ξ of rows x (r, N, n) and μ (r, N, m), (r, N, m), 0 at fixed sites; near: ξ nearby.
+
+    Raises `CannotMeasure` where bonds hold velocities and the mass matrix of all is singular.
+    """
+    scheme, (r, N, m) = flow.scheme, mu.shape
+    if not flow.lattice.bonds_move:
+        s = scheme.equations.site.s
+        values = [scheme.site_columns[e] for e in s.parameter_list]
+        p = [np.tile(e, r) if np.ndim(e) else e for e in values]
+        places, momenta, start = (a.reshape(r * N, -1) for a in (x, mu, near))
+        found = legendre_inverse(s, NUMBERS)(places, momenta, p, start)
+        return found.reshape(r, N, m) * flow.lattice.free[:, None]
+    return np.stack([_together(flow, *row) for row in zip(x, mu, near, strict=True)])
+
+
+def _together(flow: Any, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """ξ (N, m) of one row, by Newton's method with the mass matrix of all sites."""
+    scheme, lattice, (N, m) = flow.scheme, flow.lattice, mu.shape
+    pairs, free = lattice.pairs, lattice.free
+    terms = ((scheme.equations.site.s, scheme.site_columns, np.arange(N)[:, None]),
+             (scheme.equations.bond_symbols, scheme.bond_columns, pairs))  # fmt: skip
+    moving, held = (sparse.diags(np.repeat(e, m).astype(float)) for e in (free, ~free))
+    v = v * free[:, None]
+    largest = abs(v).max()
+    for _ in range(MOST):
+        mass = held
+        for s, columns, ends in terms:
+            at = (list(a[ends].reshape(len(ends), -1).T) for a in (x, v))
+            blocks = _mass(s)(*at, [columns[e] for e in s.parameter_list])
+            blocks = np.broadcast_to(blocks.reshape(*blocks.shape[:2], -1),
+                                     (*blocks.shape[:2], len(ends)))  # fmt: skip
+            mass = mass + moving @ placed(blocks, ends, {"g": m}, "gg", [], N) @ moving
+        missing = (mu - flow.momenta(x, v)) * free[:, None]
+        change = _solved(mass, missing.ravel(), lattice.name).reshape(N, m)
+        v = v + change
+        largest = max(largest, abs(v).max())  # not that of v, which may be 0
+        if not abs(change).max() > LAST * largest:
+            return v
+    raise CannotMeasure(f"{lattice.name}: Newton's method for ξ(x, μ) of all sites has not ended "
+                        f"after {MOST} corrections.")  # fmt: skip
+
+
+def _solved(mass: Any, right: np.ndarray, name: str) -> np.ndarray:
+    """mass⁻¹ right, its rows and columns in units in which the largest entry of each is near 1.
+
+    Raises `CannotMeasure` where a pivot is no more than rounding makes of 0.
+    """
+    most = abs(mass).max(axis=1).toarray().ravel()
+    units = 1 / np.sqrt(np.where(most > 0, most, 1))
+    scaled = sparse.diags(units) @ mass @ sparse.diags(units)
+    try:
+        solver = linalg.splu(scaled.tocsc())
+        pivots = abs(solver.U.diagonal())
+        if pivots.min() > len(right) * 2.0**-52 * pivots.max():
+            return np.asarray(units * solver.solve(units * right))
+    except RuntimeError:  # that is what it says of a pivot of 0
+        pass
+    raise CannotMeasure(
+        f"{name}: its momenta do not tell its velocities, since the mass matrix of all sites "
+        "together is singular; hold some sites, or give each a mass."
+    )
+
+
+@lru_cache(maxsize=32)
+def _mass(s: SceneSymbols) -> Any:
+    letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
+    return numeric(letters, [mass_matrix(s)], NUMBERS, columns=True)

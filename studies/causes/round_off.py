@@ -1,0 +1,97 @@
+"""What round-off did to a run: to where it ends, and to what it keeps. Two questions, two answers.
+
+Where a run ends depends on how the motion amplifies each rounding, which only the same run with
+more digits tells (`measure_round_off`, for errors on a ladder of steps). It excuses whatever double
+precision does, a solver that ends too early included.
+
+What is kept, a momentum or an energy, is kept to a walk of roundings by a sound method, and a loose
+solver has to fail by it: with more digits that solver would be as good as sound, so the same run
+cannot excuse a drift. There the maps F± alone are asked, at given points, without a solver
+(`lost_one_way`): what they lose, alike at each step, no solver can bring back.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from discmech.integrators.errors import CannotMeasure, StepFailure
+
+from ..core.case import Case
+from .diagnosis import evaluation_noise
+
+#: round-offs that F± of plain rules are off by: built-in ones are at 2 to 5 on every scene
+ORDINARY = 8
+#: what double precision is compared with to see its round-off
+MORE_DIGITS = 34
+#: steps of the longest run that is made so; the coarsest is made however long it is
+MOST_STEPS = 20_000
+
+
+def gap(got: Any, wanted: Any) -> tuple[Any, Any]:
+    """(‖got − wanted‖₂, ‖wanted‖₂) in mpmath."""
+    import mpmath
+
+    exact = [mpmath.mpf(w) for w in wanted]
+    off = [mpmath.mpf(g) - w for g, w in zip(got, exact, strict=True)]
+    nothing = mpmath.mpf(0)
+    return (mpmath.norm(off, 2), mpmath.norm(exact, 2)) if exact else (nothing, nothing)
+
+
+def measure_round_off(
+    case: Case, rows: list[dict[str, Any]], duration: Fraction, exact: Any
+) -> None:
+    """Add `round_off` to rows: how far double precision moved a run's end, relative as errors are.
+
+    The same run with `MORE_DIGITS` tells, whatever the rule is: one that takes differences of
+    nearly equal numbers, such as (s − x)/h of a stage that is a position, has errors that grow as
+    steps get shorter, and so has a motion that amplifies them; neither is another method for that.
+    Runs of N > `MOST_STEPS` have the largest that was seen times (N/N₀)², N₀ the most steps of a
+    measured run: N steps, with round-off over h in each. Rows whose runs stop are left without.
+    """
+    import mpmath
+
+    known: list[tuple[int, float]] = []
+    for row in rows:
+        steps = row["steps"]
+        if row["error"] is None:
+            continue
+        if known and steps > MOST_STEPS:
+            most = max(steps for steps, _ in known)
+            row["round_off"] = max(found for _, found in known) * (steps / most) ** 2
+            continue
+        try:
+            ends = []
+            for digits in (case.digits, MORE_DIGITS):
+                run = case.scheme.flow(duration / steps, digits).trajectory(steps, every=steps)
+                ends.append([*run.x[-1], *run.mu[-1]])
+        except StepFailure:
+            continue
+        with mpmath.workdps(MORE_DIGITS + 15):
+            off, _ = gap(*ends)
+            _, size = gap(ends[0], [*exact.x, *exact.mu])
+            row["round_off"] = float(off / size)
+        known.append((steps, row["round_off"]))
+
+
+def lost_one_way(case: Case, steps: int) -> float:
+    """What N steps add up to, relative to ‖μ‖, if F⁻ and F⁺ are off all one way; 0 of plain rules.
+
+    A rule that takes differences of nearly equal numbers, such as (s − x)/h of a stage that is a
+    position, is off by more than its roundings, and these are alike from step to step: no walk
+    bounds what they add up to. What `ORDINARY` round-offs a step add up to is for the walk.
+    """
+    try:
+        flow = case.scheme.flow(case.scene.step, case.digits)
+        noise = evaluation_noise(flow)
+    except (CannotMeasure, StepFailure):
+        return 0.0
+    return 2 * steps * max(0.0, noise - ORDINARY * float(flow.numbers.eps))
+
+
+def why_unknown(name: str, drift: float, lost: float) -> str:
+    """The reason of an inconclusive verdict where `lost` may explain a drift."""
+    return (
+        f"{name} drifts by {drift:.2g}, and this rule's F± are so far from what more digits say "
+        f"that round-off may add up to {lost:.1g}: look for differences of nearly equal numbers."
+    )

@@ -1,0 +1,39 @@
+"""`check`: one study of scenes and rules, as objects or by name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from discmech import studies
+from discmech.integrators.errors import arguments_checked
+
+from . import lookup
+from .case import Choice
+from .options import digits_in, listed, whole
+from .running import run_study
+
+if TYPE_CHECKING:
+    from discmech.integrators import Discretisation, Scene
+
+
+@arguments_checked
+def check(
+    study: str,
+    scenes: Sequence[Scene | str] = (),
+    rules: Sequence[Discretisation | str] = (),
+    digits: Sequence[int] = (),
+    steps: int | None = None,
+) -> dict[str, Any]:
+    """Run one study; scenes and rules are objects or names, all of them if none is given.
+
+    Returns the result as the command line writes it: {"study", "verdict", "cases": [...]}. Raises
+    `BadInput` for unknown names and for scenes that the study does not apply to.
+    """
+    chosen = Choice(
+        scenes=tuple(map(lookup.scene_given, listed("scenes", scenes))),
+        rules=tuple(map(lookup.rule_given, listed("rules", rules))),
+        digits=tuple(digits_in(str(d)) for d in listed("digits", digits)),
+        steps=None if steps is None else whole("steps")(str(steps)),
+    )
+    return run_study(studies.get(study), chosen)

@@ -1,0 +1,46 @@
+"""The same scene in another unit of action: no verdict may change with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import wraps
+from typing import Any
+
+import sympy
+
+from discmech.integrators.scene import Conserved, Scene
+
+
+def in_unit_of_action(scene: Scene, power: int) -> Scene:
+    """The scene with its Lagrangian and its force times 10^power, and the same quantities.
+
+    Momenta are as many times larger; at 10^±150 products of two of them are no doubles.
+    """
+    scale = sympy.Integer(10) ** power
+
+    def times(function: Callable[..., Any] | None) -> Any:
+        if function is None:
+            return None
+
+        @wraps(function)  # with or without the time
+        def scaled(*at: Any) -> Any:
+            value = function(*at)
+            return [scale * e for e in value] if isinstance(value, (list, tuple)) else scale * value
+
+        return scaled
+
+    def of_momentum(quantity: Conserved) -> Conserved:
+        @wraps(quantity.formula)
+        def formula(x: Any, mu: Any, *rest: Any) -> Any:
+            return quantity.formula(x, mu / scale, *rest)
+
+        return replace(quantity, formula=formula)
+
+    return scene.with_values(
+        name=f"{scene.name}-in-{power}",
+        lagrangian=times(scene.lagrangian),
+        force=times(scene.force),
+        symmetries=[*map(of_momentum, scene.symmetries)],
+        fast=None,
+    )

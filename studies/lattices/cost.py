@@ -1,0 +1,126 @@
+"""What a step costs against the number of sites, beside plain C where there is a compiler."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+import time
+import tracemalloc
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme
+from discmech.integrators.lattices import Lattice, LatticeRun
+
+from ..core.fitting import fit_line
+
+SIZES = (100, 1_000, 10_000, 100_000)
+MILLION = 1_000_000  # sites, that are asked for too where time is no matter
+LARGE = 1_000  # sites, from which memory is fitted: below, what does not grow shows
+LONG = 0.01  # seconds of a timed run
+ROUNDS = 5
+C_FILE = Path(__file__).with_name("lattice.c")
+#: the rules that the C file has, by their names there
+IN_C = {"trapezoidal": "stoermer_verlet", "midpoint": "midpoint"}
+C_STEP = 0.125
+
+
+def costs(
+    make: Callable[[int], Lattice], rule: Any, thorough: bool = False
+) -> list[dict[str, Any]]:
+    """Rows {kind, sites, nanoseconds, bytes, c}: of a site and step, and of a site beside the rows.
+
+    The least processor time of some runs in turn, in nanoseconds; c: that of C, of the chain "fput"
+    by the two rules of the file, else None. thorough: a million sites too.
+    """
+    rows: list[dict[str, Any]] = []
+    for size in (*SIZES, MILLION) if thorough else SIZES:
+        lattice = make(size)
+        N = lattice.sites
+        known_in_c = lattice.name == "fput" and rule.name in IN_C
+        flow: Any = Scheme(lattice, rule).flow(C_STEP if known_in_c else lattice.step)
+        flow.kernels  # noqa: B018 - compiled before the clock runs
+        run = LatticeRun(flow, *_start(flow))
+        steps = 2
+        while (first := _seconds(run, steps)) < LONG / 4:
+            steps *= 2
+        steps = max(1, int(steps * LONG / first))
+        ours, theirs = [], []
+        for _ in range(ROUNDS):
+            ours.append(_seconds(run, steps) / steps)
+            if known_in_c and c_library() is not None:
+                theirs.append(c_run(c_library(), rule.name, lattice, steps) / steps)
+        rows.append({"kind": "cost", "sites": N, "nanoseconds": min(ours) / N * 1e9,
+                     "bytes": _bytes(flow) / N,
+                     "c": min(theirs) / N * 1e9 if theirs else None})  # fmt: skip
+    return rows
+
+
+def slopes(rows: list[dict[str, Any]]) -> dict[str, float]:
+    """{"time", "memory"}: powers of N with which a step's time and a run's memory grow."""
+    found = {}
+    for name, key, least in (("time", "nanoseconds", 0), ("memory", "bytes", LARGE // 2)):
+        sizes = [(r["sites"], r[key] * r["sites"]) for r in rows if r["sites"] >= least]
+        logs = np.log(np.array(sizes))
+        found[name] = fit_line(*logs.T).slope
+    return found
+
+
+def _start(flow: Any) -> tuple[np.ndarray, np.ndarray]:
+    start = flow.trajectory(0)
+    return start.x[0], start.mu[0]
+
+
+def _seconds(run: LatticeRun, steps: int) -> float:
+    begun = time.process_time()
+    run.checked(run.advance(steps))
+    return time.process_time() - begun
+
+
+def _bytes(flow: Any) -> int:
+    """The most that a run holds at once, beside its rows."""
+    x, mu = _start(flow)
+    tracemalloc.start()
+    try:
+        LatticeRun(flow, x, mu).advance(2)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+@cache
+def c_library() -> Any:
+    """The C file as a library; None where there is no compiler."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "lattice.so"
+        flags = ["-O3", "-march=native", "-ffast-math", "-shared", "-fPIC"]
+        made = subprocess.run([compiler, *flags, "-o", library, C_FILE], capture_output=True)
+        return None if made.returncode else ctypes.CDLL(str(library))
+
+
+def c_run(library: Any, rule: str, lattice: Lattice, steps: int) -> float:
+    """Seconds of C for so many steps of the chain "fput" from its start."""
+    x, p = (e[:, 0] for e in lattice.start)
+    return c_states(library, rule, x, p, steps)[0]
+
+
+def c_states(
+    library: Any, rule: str, x: np.ndarray, p: np.ndarray, steps: int
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """(seconds, x, p) after so many steps of size C_STEP from x and p, (N,) each."""
+    x, p, sites = x.copy(), p.copy(), len(x)
+    arrays = [x, p, *([p.copy(), np.zeros(2 * sites)] if rule == "midpoint" else [])]
+    numbers = map(ctypes.c_double, (C_STEP, 0.25, 0.1))
+    pointers = [ctypes.c_void_p(a.ctypes.data) for a in arrays]
+    begun = time.process_time()
+    getattr(library, IN_C[rule])(ctypes.c_long(sites), ctypes.c_long(steps), *numbers, *pointers)
+    return time.process_time() - begun, x, p

@@ -1,0 +1,117 @@
+"""Steps that the study has to catch: one loses momentum, one has no multisymplectic law."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.lattices.dual_step import Covector, DualStep
+from discmech.integrators.numbers import Double, jacobian, numeric
+
+from . import DAMPED, FLIPPED, RUNGE_KUTTA
+
+#: the lattice that each control is run on, its rule and step: Runge–Kutta's method breaks the law
+#: by h⁵, so that its step is long
+CONTROLS = {DAMPED: ("rotors", "midpoint", "1/20"), FLIPPED: ("bodies", "trapezoidal", "1/20"),
+            RUNGE_KUTTA: ("breather", "midpoint", "1/8")}  # fmt: skip
+KEPT = 1 - 1e-6  # of the momenta, in a damped step
+
+
+class DampedStep(DualStep):
+    """μ′ is a little less than it should be."""
+
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
+        super().__init__(flow, x, mu)
+        self.after = self.after[0], KEPT * self.after[1]
+
+    def applied(self, variation: Covector) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As of a `DualStep`."""
+        dx, dmu, dw = super().applied(variation)
+        return dx, KEPT * dmu, dw
+
+    def transposed(self, alpha: Covector) -> Covector:
+        """As of a `DualStep`."""
+        return super().transposed((alpha[0], KEPT * alpha[1]))
+
+
+class RungeKuttaStep:
+    """The classical method of order 4 on a lattice on pairs whose masses do not depend on x.
+
+    What goes through a bond is weighted as the stages are: h Σ b_j δX_j ∧ δF_j.
+    """
+
+    def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
+        self.h, self.lattice = float(flow.step), flow.lattice
+        scheme, numbers = flow.scheme, Double()
+        self.mass = flow.momenta(x, np.ones_like(mu))
+        site, bond = scheme.equations.site.s, scheme.equations.bond_symbols
+        self.maps = []
+        for s, values in ((site, scheme.site_columns), (bond, scheme.bond_columns)):
+            force = jacobian([s.lagrangian], s.x).T
+            letters = {"x": s.x, "p": list(values)}
+            f = numeric(letters, [force, jacobian(list(force), s.x)], numbers, columns=True)
+            self.maps.append((f, list(values.values())))
+        self.stages: list[tuple[np.ndarray, np.ndarray]] = []
+        rates: list[Any] = []
+        for share in (0, 1 / 2, 1 / 2, 1):
+            dx, dmu = rates[-1] if rates else (0 * x, 0 * mu)
+            X, P = x + share * self.h * dx, mu + share * self.h * dmu
+            (own, slope), (tie, slopes) = self._forces(X)
+            self.stages.append((slope, slopes))
+            rates.append((P / self.mass * self._free, (own + self._at_sites(tie)) * self._free))
+        self.after = x + self._mean([r[0] for r in rates]), mu + self._mean([r[1] for r in rates])
+
+    @property
+    def _free(self) -> np.ndarray:
+        return np.asarray(self.lattice.free[:, None])
+
+    def _mean(self, rates: list[np.ndarray]) -> np.ndarray:
+        a, b, c, d = rates
+        return self.h / 6 * (a + 2 * b + 2 * c + d)
+
+    def _forces(self, x: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Forces and their slopes of sites, (N, 1) and (N, 1, 1), and of bonds, (B, 2), …"""
+        places = (x, x[self.lattice.pairs].reshape(-1, 2))
+        found = []
+        for (f, p), at in zip(self.maps, places, strict=True):
+            n = at.shape[1]
+            force, slope = f(list(at.T), p)
+            force = np.broadcast_to(force.reshape(n, -1), (n, len(at))).T
+            slope = np.broadcast_to(slope.reshape(n, n, -1), (n, n, len(at)))
+            found.append((force, np.moveaxis(slope, 2, 0)))
+        return found
+
+    def _at_sites(self, ties: np.ndarray) -> np.ndarray:
+        found = np.zeros((self.lattice.sites, 1))
+        for end in (0, 1):
+            np.add.at(found[:, 0], self.lattice.pairs[:, end], ties[:, end])
+        return found
+
+    def _varied(self, variation: Covector) -> tuple[list[Any], list[Any], list[Any]]:
+        """Rates of a variation, its places and what bonds do to it, at each stage."""
+        dx, dmu = variation
+        rates: list[Any] = []
+        places, ties = [], []
+        for share, (slope, slopes) in zip((0, 1 / 2, 1 / 2, 1), self.stages, strict=True):
+            before = rates[-1] if rates else (0 * dx, 0 * dmu)
+            X, P = dx + share * self.h * before[0], dmu + share * self.h * before[1]
+            tie = np.einsum("bij,bj->bi", slopes, X[self.lattice.pairs][:, :, 0])
+            force = slope[:, :, 0] * X + self._at_sites(tie)
+            places.append(X)
+            ties.append(tie)
+            rates.append((P / self.mass * self._free, force * self._free))
+        return rates, places, ties
+
+    def applied(self, variation: Covector) -> tuple[np.ndarray, np.ndarray, None]:
+        """As of a `DualStep`."""
+        rates, _, _ = self._varied(variation)
+        dx, dmu = (self._mean([r[k] for r in rates]) for k in (0, 1))
+        return variation[0] + dx, variation[1] + dmu, None
+
+    def fluxes(self, one: Covector, other: Covector) -> np.ndarray:
+        """As of a `DualStep`."""
+        (_, X, F), (_, Y, G) = self._varied(one), self._varied(other)
+        pairs = self.lattice.pairs
+        return self._mean([x[pairs][:, :, 0] * g - y[pairs][:, :, 0] * f
+                           for x, f, y, g in zip(X, F, Y, G, strict=True)])  # fmt: skip

@@ -1,0 +1,247 @@
+"""Energy and momenta of a lattice's rows: sums over sites and bonds, and what round-off does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.equations import (
+    absolute_terms,
+    constraint_matrix,
+    energy,
+    energy_terms,
+    natural_structure,
+    vector,
+)
+from discmech.integrators.equations import momentum as momentum_of
+from discmech.integrators.errors import BadInput
+from discmech.integrators.lattices import velocities
+from discmech.integrators.numbers import (
+    Double,
+    errors_of,
+    jacobian,
+    numeric,
+    numeric_text,
+    rounded,
+    sympy,
+    values_of,
+    with_running_errors,
+)
+
+from ..core.runs import of_states
+
+NUMBERS = Double()
+Part = Callable[[Any, Any, Any], list[Any]]  # of x, μ and the parameters of a site
+SAMPLE = 128  # bonds whose forces are asked for their round-off
+
+
+def energies(scheme: Any, run: Any) -> tuple[np.ndarray, float]:
+    """H of each row, (r,), and the largest sum of its absolute terms: of sites and of whole bonds.
+
+    A bond's energy is of differences, whose parts by themselves are as large as the places are.
+    """
+    s, (r, N, m) = scheme.equations.site.s, run.mu.shape
+    x, mu = (e.reshape(r * N, -1) for e in (run.x, run.mu))
+    p = _values(s.parameter_list, scheme.site_columns, r)
+    xi = velocities(scheme.flow(1), run.x, run.mu, run.u)
+    own = [energy(s)], [energy_terms(s)]
+    if scheme.lattice.bonds_move:  # μ is not the site's alone
+        value = s.u.dot(momentum_of(s)) - s.lagrangian
+        own = [value], [absolute_terms(value)]
+    f = of_states(s, *own, NUMBERS)
+    total = _summed(f(list(x.T), list(xi.reshape(r * N, m).T), list(mu.T), p), r, N)
+    s, pairs = scheme.equations.bond_symbols, scheme.lattice.pairs
+    ends, moving = (e[:, pairs].reshape(r * len(pairs), -1) for e in (run.x, xi))
+    p = _values(s.parameter_list, scheme.bond_columns, r)
+    at_rest = -s.lagrangian.xreplace(dict.fromkeys(s.u, 0))
+    value = s.u.dot(momentum_of(s)) - s.lagrangian
+    values = [[value], [abs(at_rest) + abs(value - at_rest)]]
+    g = numeric({"x": s.x, "u": s.u, "p": s.parameter_list}, values, NUMBERS, columns=True)
+    total = total + _summed(g(list(ends.T), list(moving.T), p), r, len(pairs))
+    return total[0, 0], float(total[1].max())
+
+
+def momentum(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """(2, k, r): a quantity in rows x (r, N, n), μ (r, N, m), and the sum of its absolute terms."""
+    s, entries = scheme.equations.site.s, entries_of(scheme, part)
+    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+    f = numeric(letters, [entries, list(map(absolute_terms, entries))], NUMBERS, columns=True)
+    rows = (list(e.reshape(-1, e.shape[2]).T) for e in (x, mu))
+    p = _values(s.parameter_list, scheme.site_columns, len(x))
+    return _summed(f(*rows, p), len(x), x.shape[1])
+
+
+def change(
+    scheme: Any, part: Part, at: tuple[np.ndarray, np.ndarray], rates: tuple[np.ndarray, np.ndarray]
+) -> float:
+    """|dJ/dt| of a quantity where (x, μ) changes at these rates, over the sum of its terms."""
+    slopes = _slopes(scheme, part, *at)
+    terms = [e * rate.T for e, rate in zip(slopes, rates, strict=True)]
+    whole = sum(e.sum(axis=(1, 2)) for e in terms)
+    size = sum(abs(e).sum(axis=(1, 2)) for e in terms)
+    return float(abs(np.asarray(whole)).max() / (np.max(size) or 1.0))
+
+
+def _slopes(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> list[np.ndarray]:
+    """∂J/∂x and ∂J/∂μ at each site, (k, n, N) and (k, m, N)."""
+    s, entries = scheme.equations.site.s, entries_of(scheme, part)
+    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+    slopes = [jacobian(entries, list(e)) for e in (s.x, s.mu)]
+    p = _values(s.parameter_list, scheme.site_columns, 1)
+    found = numeric(letters, slopes, NUMBERS, columns=True)(list(x.T), list(mu.T), p)
+    return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(x))) for e in found]
+
+
+def value_round_off(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> float:
+    """Running errors of a site's terms of a quantity, x and μ being exact, over their sizes."""
+    s, entries = scheme.equations.site.s, entries_of(scheme, part)
+    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+    f = with_running_errors(numeric_text(letters, [entries, list(map(absolute_terms, entries))]),
+                            NUMBERS)  # fmt: skip
+    p, error, size = _values(s.parameter_list, scheme.site_columns, 1), 0.0, 0.0
+    for k in np.unique(np.linspace(0, len(x) - 1, SAMPLE).astype(int)):
+        given = rounded(np.array([e[k] if np.ndim(e) else e for e in p]))
+        value, terms = f(rounded(x[k], 0), rounded(mu[k], 0), given)
+        error += float(errors_of(value.ravel()).astype(float).max())
+        size += float(values_of(terms.ravel()).astype(float).max())
+    return error / (size or 1.0)
+
+
+def step_round_off(
+    scheme: Any,
+    part: Part,
+    x: np.ndarray,
+    mu: np.ndarray,
+    h: float,
+    multipliers: np.ndarray | None = None,
+) -> float:
+    """What the roundings of a step do to a quantity in rows of x and μ, in ε: standard deviation.
+
+    x and μ of a site are rounded by as many sums as they have terms, one of the site and one of
+    each bond; forces, which both ends of a bond have to opposite signs but for their roundings, as
+    `force_errors` says, those of constraints by the `multipliers` of the rows too. All are
+    independent: variances add.
+    """
+    degrees = np.bincount(scheme.lattice.pairs.ravel(), minlength=scheme.lattice.sites)
+    worst = 0.0
+    for k, (x_row, mu_row) in enumerate(zip(x, mu, strict=True)):
+        of_x, of_mu = _slopes(scheme, part, x_row, mu_row)
+        sums = (2 + degrees)[:, None]
+        of_forces = force_errors(scheme, x_row, None if multipliers is None else multipliers[k])
+        of_sums = sums * mu_row**2 + h**2 * of_forces
+        found = np.einsum("kai,ia->k", of_x**2, 2 * x_row**2)
+        found = found + np.einsum("kai,ia->k", of_mu**2, of_sums)
+        worst = max(worst, math.sqrt(found.max() / 3))  # ε/√3 in the mean square
+    return worst
+
+
+def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = None) -> np.ndarray:
+    """Squares of what roundings do to the forces of its bonds on each site, (N, m), in ε².
+
+    Roundings of what both ends of a bond have in common change no momentum. So of a force f it is
+    κ|f|, κ² being Σ e²/Σ f² of SAMPLE bonds, e the running error of f from there on (`_apart`): of
+    the largest forces, for a wave may be on a few bonds alone, and of bonds from end to end.
+    Twice, for kernels add and multiply in another order.
+    """
+    s, pairs, lattice = scheme.equations.bond_symbols, scheme.lattice.pairs, scheme.lattice
+    force = natural_structure(s, s.x)[0].T * jacobian([s.lagrangian], s.x).T
+    force = force.xreplace(dict.fromkeys(s.u, 0))  # of what holds no velocity
+    kinds = [({"x": s.x}, list(force), [x[pairs].reshape(len(pairs), -1)])]
+    if multipliers is not None and multipliers.shape[1]:
+        A = constraint_matrix(s, s.x)
+        letters = {"x": s.x, "la": vector("la", A.rows)}
+        kinds.append((letters, list(A.T * letters["la"]), [*kinds[0][2], multipliers]))
+    squares = np.zeros((lattice.sites, lattice.groupoid.dim_u))
+    even = np.linspace(0, len(pairs) - 1, SAMPLE // 2).astype(int)
+    p = _values(s.parameter_list, scheme.bond_columns, 1)
+    for letters, values, rows in kinds:
+        given = {**letters, "h": s.h, "p": s.parameter_list}
+        common, own = _apart(values)
+        f = numeric(given, [values, [e for _, e in common] or [s.h]], NUMBERS, columns=True)
+        found, shared = (
+            np.broadcast_to(e.reshape(len(e), -1), (len(e), len(pairs)))
+            for e in f(*(list(row.T) for row in rows), 1.0, p)
+        )
+        text = numeric_text({**given, "c": [c for c, _ in common] or [sympy.Dummy()]}, [own])
+        with_errors, of_errors = with_running_errors(text, NUMBERS), 0.0
+        largest = np.argsort((found**2).sum(axis=0))[-SAMPLE // 2 :]
+        some = np.union1d(even, largest)
+        for k in some:
+            at = [rounded(np.asarray(row[k]), 0) for row in (*rows, shared.T)]
+            digits = rounded(np.array([e[k] if np.ndim(e) else e for e in p]), 0)
+            errors = errors_of(with_errors(*at[:-1], 1.0, digits, at[-1]).ravel())
+            of_errors += float((errors.astype(float) ** 2).sum())
+        size = float((found[:, some] ** 2).sum())
+        share = 4 * of_errors / size if size else 0.0
+        for end, half in enumerate(np.split(share * found**2, 2)):
+            np.add.at(squares, pairs[:, end], half.T)
+    return squares
+
+
+def _apart(values: list[Any]) -> tuple[list[tuple[Any, Any]], list[Any]]:
+    """[(letter, expression)] of what both halves of `values` hold, and these in such letters."""
+    found, reduced = sympy.cse(values, sympy.numbered_symbols("common", real=True), order="none")
+    holds: dict[Any, set[Any]] = {}  # of a letter, itself and all letters that it is made of
+    whole: dict[Any, Any] = {}
+    for letter, value in found:
+        whole[letter] = value.xreplace(whole)
+        holds[letter] = {letter}.union(*(holds.get(e, set()) for e in value.free_symbols))
+    half = len(values) // 2
+    one, other = (set().union(*(holds.get(e, set()) for v in part for e in v.free_symbols))
+                  for part in (reduced[:half], reduced[half:]))  # fmt: skip
+    own: dict[Any, Any] = {}
+    for letter, value in found:
+        if letter not in one & other:
+            own[letter] = value.xreplace(own)
+    common = [(letter, value) for letter, value in whole.items() if letter in one & other]
+    return common, [value.xreplace(own) for value in reduced]
+
+
+def sum_round_off(sites: int) -> int:
+    """Roundings that a term goes through in numpy's sum over the sites.
+
+    It adds up to 128 terms in eight rows, so one goes through 15 and then 3 additions, and halves
+    by halves from there on.
+    """
+    return 18 + math.ceil(math.log2(max(sites, 128) / 128))
+
+
+def entries_of(scheme: Any, part: Part) -> list[Any]:
+    """The expressions of a part in the letters of a site."""
+    s, k = scheme.equations.site.s, scheme.lattice.matrix_size
+    return list(part(s.x.reshape(k, k) if k else s.x, s.mu, s.parameters))
+
+
+def of_symmetries(lattice: Any) -> dict[str, Part]:
+    """name → the part of a site, μ·ξ(x), of the momenta that a lattice's symmetries keep."""
+
+    def part(xi: Callable[..., Any], name: str) -> Part:
+        def product(x: Any, mu: Any, p: Any) -> list[Any]:
+            along = list(xi(x, p))
+            if len(along) != len(mu):
+                raise BadInput(f"{lattice.name}: the symmetry {name} gives {len(along)} entries; "
+                               f"give {len(mu)}, a natural velocity.")  # fmt: skip
+            return [sum(m * e for m, e in zip(mu, along, strict=True))]
+
+        return product
+
+    return {name: part(xi, name) for name, xi in lattice.symmetries.items()}
+
+
+def _values(letters: Any, columns: dict[Any, Any], rows: int) -> list[Any]:
+    """Parameters of sites or bonds, repeated for every row."""
+    return [np.tile(columns[e], rows) if np.ndim(columns[e]) else columns[e] for e in letters]
+
+
+def _summed(found: Any, rows: int, count: int) -> np.ndarray:
+    """(2, k, r): values and terms (k, r·count), summed over sites or bonds."""
+    sums = []
+    for part in found:
+        part = np.asarray(part)
+        part = part.reshape(len(part), -1)
+        whole = np.broadcast_to(part, (len(part), rows * count))
+        sums.append(whole.reshape(len(part), rows, count).sum(axis=2))
+    return np.array(sums)

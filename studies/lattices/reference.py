@@ -1,0 +1,96 @@
+"""Where a lattice's own equations of motion lead, by a method that knows no rule.
+
+ẋ = ρ̂ ξ,   μ̇ = −Ĉ ξ μ + ρ̂ᵀ ∂(l_i + Σ L_ij)/∂x_i + Σ Aᵀλ,   μ = ∂l/∂ξ
+
+of all sites, λ being what keeps d(A ξ)/dt = 0 of constraints on bonds, by the Runge–Kutta pair of
+order 8(5, 3) of Dormand and Prince. A rule that does not approximate these equations converges to
+something else.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.equations import natural_structure, rates
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.lattices import Linearised, velocities
+from discmech.integrators.numbers import Double, LazyModule, jacobian, numeric
+
+integrate: Any = LazyModule("scipy.integrate")
+NUMBERS = Double()
+#: of a step, relatively: the power of two above 100 units of round-off, the least that scipy takes
+TOLERANCE = 2.0**-45
+LOOSER = 8  # another error is seen beside the first, and both are in proportion to the tolerance
+MOST = 20_000  # evaluations of the vector field by both runs; known lattices take some hundreds
+
+
+def solution(scheme: Any, duration: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """(x, μ) of a lattice after that time, (N, n) and (N, m), and how well it is known.
+
+    Errors are in proportion to the tolerance, so that a run with LOOSER times it tells them: of x
+    or of μ, over its largest entry; twice that, for round-off and the next power of the step, which
+    is 2⁻⁶. The way back to the start would tell nothing: its errors undo those of the way there.
+    Raises `CannotMeasure` where the equations cannot be followed.
+    """
+    lattice = scheme.lattice
+    x, v = lattice.start
+    mu = np.where(lattice.free[:, None], scheme.flow(lattice.step).momenta(x, v), 0)
+    field = _field(scheme, x.shape, v)
+    size = float(max(np.max(abs(x)), np.max(abs(mu))))
+    start, ends = np.concatenate([x.ravel(), mu.ravel()]), []
+    for tolerance in (TOLERANCE, LOOSER * TOLERANCE):
+        with np.errstate(all="ignore"):  # an end that is no number is told below
+            solver = integrate.DOP853(field, 0, start, duration, rtol=tolerance,
+                                      atol=tolerance * size)  # fmt: skip
+            said = None
+            while solver.status == "running":  # `solve_ivp` would keep every step
+                said = solver.step()
+        if not (solver.status == "finished" and np.isfinite(solver.y).all()):
+            raise CannotMeasure(f"{lattice.name}: no solution up to t = {duration:g}: {said}")
+        ends.append(np.split(solver.y, [x.size]))
+    apart = max(float(max(abs(a - b), default=0) / (max(abs(a), default=0) or 1))
+                for a, b in zip(*ends, strict=True))  # fmt: skip
+    known = max(2 * apart / (LOOSER - 1), TOLERANCE)
+    return ends[0][0].reshape(x.shape), ends[0][1].reshape(mu.shape), known
+
+
+def rates_at(scheme: Any, x: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(ẋ, μ̇) of all sites at x (N, n) and μ (N, m), by the equations of motion."""
+    found = _field(scheme, x.shape, scheme.lattice.start[1])(0, np.r_[x.ravel(), mu.ravel()])
+    return found[: x.size].reshape(x.shape), found[x.size :].reshape(mu.shape)
+
+
+def _field(scheme: Any, shape: tuple[int, int], near: np.ndarray) -> Any:
+    """The vector field on all x and then all μ, as scipy calls it."""
+    s, bond, lattice = scheme.equations.site.s, scheme.equations.bond_symbols, scheme.lattice
+    pairs, free, (N, n), m = lattice.pairs, lattice.free[:, None], shape, near.shape[1]
+    letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    own = numeric(letters, [list(rates(s))], NUMBERS, columns=True)
+    force = natural_structure(bond, bond.x)[0].T * jacobian([bond.lagrangian], bond.x).T
+    letters = {"x": bond.x, "u": bond.u, "p": bond.parameter_list}
+    tie = numeric(letters, [list(force)], NUMBERS, columns=True)
+    of_sites = [scheme.site_columns[e] for e in s.parameter_list]
+    of_bonds = [scheme.bond_columns[e] for e in bond.parameter_list]
+    flow, asked = scheme.flow(lattice.step), itertools.count()
+
+    def field(_: float, state: np.ndarray) -> np.ndarray:
+        if next(asked) >= MOST or not np.isfinite(state).all():
+            raise CannotMeasure(f"{lattice.name}: its equations of motion are not followed.")
+        x, mu = state[: N * n].reshape(N, n), state[N * n :].reshape(N, m)
+        xi = velocities(flow, x[None], mu[None], near[None])[0]
+        rate = np.broadcast_to(own(list(x.T), list(xi.T), list(mu.T), of_sites), (n + m, N)).T
+        of_mu = rate[:, n:].copy()
+        ends = (a[pairs].reshape(len(pairs), -1) for a in (x, xi))
+        forces = tie(*(list(a.T) for a in ends), of_bonds)
+        forces = np.broadcast_to(forces.reshape(2 * m, -1), (2 * m, len(pairs))).T
+        for end in (0, 1):
+            np.add.at(of_mu, pairs[:, end], forces[:, end * m : (end + 1) * m])
+        of_x, of_mu = rate[:, :n] * free, of_mu * free
+        if scheme.constrained:
+            of_mu = Linearised(scheme, x, xi).momentum_change(of_x.ravel(), of_mu)
+        return np.concatenate([of_x.ravel(), of_mu.ravel()])
+
+    return field

@@ -1,0 +1,150 @@
+"""Whether the step that runs is that of the equations: sums of the maps of sites and of bonds.
+
+F⁻(x, u) = hμ at the u of a run, and where it goes x′ = b(x, u) and hμ′ = F⁺(x, u), each a sum
+over a site and its bonds, in `running_error` numbers. The kernels add up other forces (kicks, and
+the gain F⁺ − F⁻), in another order: what runs is measured, and not only what it was made of.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.lattices import LatticeRun
+from discmech.integrators.lattices.segments import segments_of
+from discmech.integrators.numbers import (
+    Double,
+    errors_of,
+    inlined,
+    numeric_text,
+    rounded,
+    values_of,
+    with_running_errors,
+)
+
+from .joints import Joints, Sums
+
+MOST_SITES = 1_000  # a site takes a tenth of a millisecond
+NAMES = ("minus", "plus", "stages", "target")
+
+
+def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
+    """{"residual"}, the largest gap of a step from (x, μ), and with constraints on bonds also
+    {"constraint", "hidden"}, φ and A ξ where it ends: each over its bound, ε where it is one.
+
+    Of a large lattice some sites are asked, with all their bonds (`_asked`).
+
+    The bounds are of first order: every operation rounds, as do the terms of a sum, and unknowns
+    are off by a round-off of the largest of a site, u also of x/h, which is where the solver ends.
+    Velocities, multipliers and impulses, being of different units, have each a largest of its own.
+    Raises `CannotMeasure` for compositions, `StepFailure` without a step.
+    """
+    scheme, h, m = flow.scheme, float(flow.step), mu.shape[1]
+    if scheme.substeps:
+        raise CannotMeasure(f"{flow.lattice.name}: a step of several substeps is not compared with "
+                            "the maps of its rule.")  # fmt: skip
+    run = LatticeRun(flow, x.copy(), mu.copy())
+    run.checked(run.show())
+    # with constraints a row shows μ projected, and the run goes on with what it was before
+    momenta = "nu" if scheme.constrained else "mu"
+    before, w = getattr(run, momenta).copy(), run.past[int(scheme.local)].copy()
+    run.checked(run.advance(1))
+    run.checked(run.show())
+    after = getattr(run, momenta)
+    asked, moving = _asked(flow.lattice), w[:, :m] if scheme.constrained else w
+    size = _largest(moving) + _largest(x) / abs(h)
+    sums = _summed(flow, x, moving, h, size, asked)
+    minus, bound = sums["minus"]
+    moved = sums["target"][1] + abs(x) + abs(run.x)
+    found, gaps = {}, [(sums["target"][0] - run.x, moved), sums["stages"]]
+    if scheme.constrained:
+        joints, (v, impulses) = Joints(scheme, asked), run.projected
+        multipliers = w[flow.lattice.pairs[:, 1], m:]
+        pull, of_pull = joints.forces((x, 0 * x), multipliers, _largest(multipliers))
+        minus, bound = minus - h * pull, bound + abs(h) * of_pull
+        push, of_push = joints.forces((run.x, moved), impulses, _largest(impulses))
+        gaps.append((run.mu - after - push, of_push + abs(run.mu) + abs(after)))
+        held = joints.missed((run.x, moved), v, _largest(v))
+        found = dict(zip(("constraint", "hidden"), held, strict=True))
+    # μ′ is μ and what a step gains, so what is off in F⁻ is off in F⁺ too
+    bound = bound + abs(h * before)
+    gaps += [(minus - h * before, bound),
+             (sums["plus"][0] - h * after, sums["plus"][1] + bound + abs(h * after))]  # fmt: skip
+    worst = [0.0]
+    for gap, allowed in gaps:
+        gap, allowed = abs(gap)[asked], allowed[asked]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            worst.append(np.max(np.where(gap == 0, 0, gap / allowed), initial=0))
+    return {"residual": float(np.max(worst)), **found}
+
+
+def _largest(rows: np.ndarray) -> float:
+    """The largest sum of a row's absolute numbers."""
+    return float(np.max(abs(rows).sum(axis=1)))
+
+
+def _asked(lattice: Any) -> np.ndarray:
+    """Which sites that move are asked, (N,): all, or of many those where runs of bonds begin and
+    end, which kernels treat by themselves, and others at random, MOST_SITES of each kind."""
+    asked = lattice.free.copy()
+    if lattice.sites <= MOST_SITES:
+        return asked
+    random = np.random.default_rng(0)
+    segments = segments_of(lattice.pairs)[1]
+    ends = np.unique(np.concatenate([segments[:, :2], segments[:, :2] + segments[:, 2:3] - 1]))
+    some = [random.choice(sites, min(MOST_SITES, len(sites)), replace=False)
+            for sites in (ends, np.flatnonzero(asked))]  # fmt: skip
+    chosen = np.zeros_like(asked)
+    chosen[np.concatenate(some)] = True
+    return asked & chosen
+
+
+def _summed(
+    flow: Any, x: np.ndarray, w: np.ndarray, h: float, size: float, asked: np.ndarray
+) -> dict[str, Sums]:
+    """Of each of NAMES the sums over sites and bonds, and those of errors and absolute terms.
+
+    size: round-offs of w; asked: the sites that are.
+    """
+    lattice, scheme, m = flow.lattice, flow.scheme, flow.lattice.groupoid.dim_u
+    pairs = lattice.pairs
+    # a bond's letters: u of both ends, then each stage of both
+    both = w[pairs].reshape(len(pairs), 2, -1, m).swapaxes(1, 2).reshape(len(pairs), -1)
+    ends = x[pairs].reshape(len(pairs), -1)
+    widths = {"minus": m, "plus": m, "stages": w.shape[1] - m, "target": x.shape[1]}
+    sums = {name: (np.zeros((len(x), k)), np.zeros((len(x), k))) for name, k in widths.items()}
+    at = ((scheme.equations.site, x, w, scheme.site_columns, np.arange(len(x))[:, None]),
+          (scheme.equations.bond, ends, both, scheme.bond_columns, pairs))  # fmt: skip
+    for equations, places, unknowns, values, sites in at:
+        known, f = _maps(equations)
+        columns = {equations.s.h: h, **values}
+        q = np.stack([np.broadcast_to(columns.get(e, of), len(places)) for e, of in known.items()])
+        for k in np.flatnonzero(asked[sites].any(axis=1)):
+            place, unknown, given, at_ends = places[k], unknowns[k], q[:, k], sites[k]
+            found = f(rounded(place, 0), rounded(unknown, size), rounded(given))
+            for name, part in zip(NAMES, found, strict=True):
+                if name == "target" and sites is pairs:
+                    continue  # x of both ends moves by itself
+                value, error = (e(part).astype(float) for e in (values_of, errors_of))
+                block = np.array([value, error + abs(value)])
+                if name == "stages":
+                    block = block.reshape(2, -1, len(at_ends), m).swapaxes(1, 2)
+                for total, rows in zip(sums[name], block, strict=True):
+                    total[at_ends] += rows.reshape(len(at_ends), -1)
+    return sums
+
+
+@lru_cache(maxsize=32)
+def _maps(equations: Any) -> tuple[dict[Any, Any], Any]:
+    """{letter of q: its digits, if a number of the rule}, and F⁻, F⁺, ∂L_d/∂s, b with errors."""
+    maps, s = equations.at_points, equations.s
+    made = [maps.minus, maps.plus, maps.stage_equations, maps.target]
+    definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made))]
+    digits = {c: float(of(20)) for c, of in s.constants.items()}
+    known = {**dict.fromkeys((s.h, *s.parameter_list)), **digits}
+    given = {"x": s.x, "w": equations.w, "q": list(known)}
+    text = numeric_text(given, [list(e) for e in made], definitions)
+    return known, with_running_errors(text, Double())

@@ -1,0 +1,129 @@
+"""The asymptotic window of errors on a ladder of steps, and what errors beside a line say."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+from ..core.case import Case
+from ..core.fitting import BENT, asymptotic_window, bent_below
+
+TOLERANCE = {True: 0.05, False: 0.01}  # in double precision or not
+STRAIGHT = {True: 0.012, False: 0.005}  # how far logarithms of errors may be beside their line
+NOWHERE = 1e-2  # relative error at the finest step of a run that does not converge
+AWAY = 0.1  # of a local order that is not the expected one
+NEAR = 0.05  # of an order that may still come to the expected one at smaller steps
+
+
+def floor(case: Case, certain: int) -> float:
+    """A run of N steps collects a few √N units of round-off; nothing below is the method's."""
+    least = 32 * 2.0**-53 if case.digits == 16 else 10.0 ** (3 - case.digits)
+    return max(least, 10.0 ** (2 - certain))
+
+
+def decided(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
+    """Whether smaller steps would change nothing."""
+    order = fit(case, rows, certain)["measured"]["order"]
+    if order is None:
+        return bool(departure(case, rows, certain))
+    return not approaches(case, rows, order)
+
+
+def approaches(case: Case, rows: list[dict[str, Any]], order: float) -> bool:
+    """Whether the slope misses the expected order by little, and the local orders run towards it.
+
+    A line through the first steps of a method of order p, straight as it looks, may have a slope
+    that is off by the next term of the error.
+    """
+    expected = case.scheme.order
+    if expected is None or not TOLERANCE[case.digits == 16] < abs(order - expected) <= NEAR:
+        return False
+    used = [r for r in rows if r["used"]]
+    missed = [abs(math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"]) - expected)
+              for a, b in itertools.pairwise(used)]  # fmt: skip
+    return missed[-1] < 0.75 * missed[0] and missed == sorted(missed, reverse=True)
+
+
+def departure(case: Case, rows: list[dict[str, Any]], certain: int) -> str:
+    """Why errors on no straight line cannot be those of the expected order; empty if they can.
+
+    Local orders of a method of order p come nearer to p at ever smaller steps. Three that miss it
+    and go away, or agree with each other, belong to another; so do errors that all the steps did
+    not bring down.
+    """
+    order = case.scheme.order
+    bent = BENT * floor(case, certain)
+    clear = [r for r in rows if r["error"] is not None
+             and r["error"] > bent and not is_bent(case, r)]  # fmt: skip
+    if order is None or len(clear) < 4:
+        return ""
+    if stuck := not_converging(clear, order, "error"):
+        return f"the runs {stuck}"
+    local = [math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"])
+             for a, b in itertools.pairwise(clear[-4:])]  # fmt: skip
+    missed = [abs(p - order) for p in local]
+    one_side = len({p > order for p in local}) == 1  # round-off goes to both
+    away = one_side and missed[0] <= missed[1] <= missed[2]
+    settled = max(local) - min(local) < min(missed) / 4
+    if min(missed) > AWAY and (away or settled):
+        return (
+            f"the local order {'goes away from' if away else 'settles beside'} the expected "
+            f"{order}: {', '.join(f'{p:.2f}' for p in local)} at the finest steps."
+        )
+    return ""
+
+
+def is_bent(case: Case, row: dict[str, Any]) -> bool:
+    """Whether round-off, where it was measured, moves log₂ of the error by more than a line may."""
+    return bool(row["error"] <= bent_below(row.get("round_off", 0.0), STRAIGHT[case.digits == 16]))
+
+
+def not_converging(rows: list[dict[str, Any]], order: float, key: str) -> str:
+    """How errors did not sink, of at least two rows; empty if they did, or are small."""
+    known = [r for r in rows if r[key] is not None]
+    if len(known) < 2 or known[-1][key] <= NOWHERE:
+        return ""
+    first, last = known[0], known[-1]
+    halvings = math.log2(first["step"] / last["step"])
+    if first[key] >= last[key] * 2 ** (order / 2 * halvings):
+        return ""
+    return (
+        f"do not converge: {halvings:.0f} halvings of the step leave an error of "
+        f"{last[key]:.2g}, where order {order} is expected."
+    )
+
+
+def fit(case: Case, rows: list[dict[str, Any]], certain: int) -> dict[str, Any]:
+    """Find the asymptotic window; say of every other point why it is left out."""
+    errors = [math.nan if r["error"] is None else r["error"] for r in rows]
+    least = floor(case, certain)
+    straight = STRAIGHT[case.digits == 16]
+    known = [r.get("round_off", 0.0) for r in rows]
+    window = asymptotic_window([r["step"] for r in rows], errors, least, straight, known)
+    for i, row in enumerate(rows):
+        row["used"], row["why_not"] = False, row["why_not"] if row["error"] is None else ""
+        if window is not None and window.first <= i <= window.last:
+            row["used"] = True
+        elif row["error"] is not None:
+            below = errors[i] <= least or (window is not None and i > window.last)
+            row["why_not"] = "round-off" if below else "pre-asymptotic"
+    if window is None:
+        return {"measured": {"order": None, "interval": None, "points": 0}, "certain": certain}
+    line = window.line
+    return {
+        "measured": {
+            "order": line.slope,
+            "interval": list(line.interval),
+            "points": window.last - window.first + 1,
+        },
+        "certain": certain,
+    }
+
+
+def slope(case: Case, rows: list[dict[str, Any]], key: str, certain: int) -> float | None:
+    """The slope of the errors of that name in their asymptotic window, if they have one."""
+    errors = [math.nan if (e := r.get(key)) is None else e for r in rows]
+    straight = STRAIGHT[case.digits == 16]
+    window = asymptotic_window([r["step"] for r in rows], errors, floor(case, certain), straight)
+    return None if window is None else window.line.slope

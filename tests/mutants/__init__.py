@@ -1,0 +1,1 @@
+"""Mutation of the bench's own judges and references: `make mutants`."""

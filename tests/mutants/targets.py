@@ -1,0 +1,107 @@
+"""What is mutated, and the fast tests that have to notice."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Target:
+    """A module, the tests that concern it, those that notice most first, and which of its functions
+    and constants, as a pattern of their names."""
+
+    module: str
+    tests: tuple[str, ...]
+    names: re.Pattern[str] = field(default=re.compile(""))
+
+
+JUDGED = ("tests/studies/judges",)
+
+
+def _study(name: str, *helpers: str, module: str = "measuring") -> Target:
+    """A study's `judge` and what it asks."""
+    found = "|".join(["_?judge.*", *helpers])
+    return Target(f"studies/{name}/{module}.py", JUDGED, re.compile(f"^({found})$"))
+
+
+JUDGES = (
+    _study("order"),
+    _study("order", "approaches", "departure", "not_converging", "is_bent", "floor",
+           "NOWHERE", "AWAY", "NEAR", "TOLERANCE", "STRAIGHT", module="window"),
+    _study("order", "NEAR", module="local"),
+    _study("energy", "certain_drift", "_stand", "_goes_on", "_allowed", "_steadiness",
+           "_edge_slopes", "WIDE", "SHARE", "STEADY", "ROUND_OFFS", "CERTAIN", "PARTS"),
+    _study("energy", "applies", "wanted", "TOLERANCE", module="balance"),
+    _study("momentum", "FARTHEST"),
+    _study("symplecticity", "_badness", "_broken", "_kinds", "demanded", "limits?", "ROUND_OFFS"),
+    _study("reversibility"),
+    _study("stability", "RESOLVED", "LOOSE"),
+    _study("stability", "RESOLVED", "RIGHT", module="exchange"),
+    _study("charts"),
+    _study("extremes", "WRONG", "TRUSTED"),
+    _study("optimality"),
+    _study("contact", "_broken", "SLACK", "FORM", "FALLS"),
+    _study("savings", "SAME"),
+    _study("work_precision"),
+    Target("studies/core/fitting.py", ("tests/studies/test_fitting.py", *JUDGED)),
+    Target("studies/stability/nonlinear_stability.py", ("tests/studies/test_stability.py",),
+           re.compile("^(resonant|limits|NOISE)$")),
+    Target("studies/causes/round_off.py",
+           ("tests/studies/judges/test_order_judge.py", "tests/studies/test_sound_methods.py")),
+)  # fmt: skip
+
+
+def _reference(module: str, *tests: str) -> Target:
+    files = tuple(
+        test if "/" in test else f"tests/reference/test_reference_{test}.py"
+        for test in (*tests, "package")
+    )
+    return Target(f"reference/{module}.py", files)
+
+
+REFERENCE = (
+    # what a proven digit rests on
+    _reference("balls", "ingredients", "remainders", "bounds"),
+    _reference("bounded", "ingredients", "propagation", "bounds"),
+    _reference("majorants", "ingredients", "remainders", "bounds"),
+    _reference("propagation", "ingredients", "propagation", "bounds"),
+    _reference("remainders", "ingredients", "remainders", "bounds"),
+    _reference("enclosure", "ingredients", "propagation", "bounds"),
+    # equations, series, and other ways to the same digits
+    _reference("algebroid", "equations", "algebroids", "answers"),
+    _reference("constrained_start", "constraints", "answers"),
+    _reference("elimination", "equations", "constraints"),
+    _reference("equations", "equations", "constraints", "answers", "bounds"),
+    _reference("extrapolation", "integrators", "closed_forms"),
+    _reference("frozen", "tables", "equations", "answers"),
+    _reference("multipliers", "constraints", "certainty"),
+    _reference("problem", "answers", "certainty", "equations", "algebroids"),
+    _reference("series", "equations", "answers", "integrators"),
+    _reference("states", "answers", "tables", "closed_forms"),
+    _reference("tape", "equations", "answers", "bounds"),
+    _reference("taylor", "integrators", "answers"),
+    # what is asked of a solution, and what is kept of it
+    _reference("agreement", "agreement", "constraints", "integrators", "closed_forms"),
+    _reference("cache", "store", "tables", "algebroids", "closed_forms"),
+    _reference("certify", "certainty", "closed_forms", "constraints", "tables"),
+    _reference("exact", "exact", "answers", "equations"),
+    _reference("failures", "answers"),
+    _reference("fingerprint", "tables", "algebroids", "answers"),
+    _reference("independence", "constraints", "tables", "closed_forms"),
+    _reference("invariants", "certainty", "constraints", "integrators", "closed_forms"),
+    _reference("progress", "store", "answers", "closed_forms"),
+    _reference("result", "agreement", "answers", "tables"),
+    _reference("solution", "tables", "answers", "algebroids"),
+    _reference("store", "store", "tables", "algebroids"),
+    # formulas
+    *(_reference(f"closed_forms/{name}", "closed_forms")
+      for name in ("form", "__init__", "charged_particle", "harmonic", "pendulum", "rigid_body",
+                   "rigid_body_so4", "sl2", "symmetric_top")),
+    *(_reference(f"closed_forms/{name}", "closed_forms", "answers", "integrators")
+      for name in ("elliptic", "kepler", "rotations")),
+    _reference("closed_forms/lattice_waves", "lattice_waves", "tests/laws/test_lattice_laws.py"),
+    _reference("moser_veselov", "tests/integrators/bisections/test_moser_veselov_reference.py"),
+)  # fmt: skip
+
+TARGETS = {"judges": JUDGES, "reference": REFERENCE}

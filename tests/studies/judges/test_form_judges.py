@@ -1,0 +1,74 @@
+"""The judge of forms, and of reversibility: at its limits and beside them."""
+
+import math
+
+import pytest
+
+from discmech.studies.symplecticity import measuring as symplecticity
+from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
+
+
+def form_of(of=None, **defects):
+    row = {"step": 0.5, "time": 2.0, "pullback": 0.0, "poisson": 0.0, "residual": 0.0} | defects
+    first = {k: (v if k in ("step", "time") else 0.0) for k, v in row.items()} | {"step": 0.25}
+    kinds = ("pullback", "poisson", "residual", *defects)
+    measured = {k: row[k] for k in kinds}
+    return judged("symplecticity", of or case(), measured=measured, rows=[first, row])
+
+
+@pytest.mark.parametrize(("digits", "form", "own"), [(16, 1e-13, 64 * 2.0**-53), (50, 1e-45, None)])
+def test_forms_are_kept_to_round_off(digits, form, own):
+    limits = symplecticity.limits(digits)
+    assert limits["poisson"] == limits["volume"] == close(form)
+    assert own is None or limits["residual"] == limits["constraint"] == own
+    for kind in ("pullback", "poisson", "residual"):
+        verdict, reason, expected = form_of(case(digits), **{kind: limits[kind]})
+        assert (verdict, reason) == ("pass", "")
+        assert expected == {"limit": limits["poisson"], "residual": limits["residual"]}
+        verdict, reason, _ = form_of(case(digits), **{kind: ABOVE * limits[kind]})
+        assert verdict == "fail" and f"the {kind} defect is" in reason
+        assert "at step 0.5, t = 2" in reason and f"at most {limits[kind]:.0e}" in reason
+    assert "poisson defect is nan" in form_of(case(digits), poisson=math.nan, pullback=1.0)[1]
+
+
+@pytest.mark.parametrize(("scene", "kinds", "said"), [
+    ({}, ("pullback", "poisson", "residual"), None),
+    ({"force": 1}, ("change", "volume", "residual"), "forced"),
+    ({"force": 1, "constrained": True}, ("change", "residual", "constraint"), "forced"),
+    ({"constrained": True}, ("pullback", "poisson", "residual", "constraint"), None),
+    ({"nonholonomic": 1, "constrained": True}, ("residual", "constraint"), "nonholonomic"),
+    ({"nonholonomic": 1, "force": 1}, ("residual",), "nonholonomic"),
+])  # fmt: skip
+def test_what_is_demanded_under_forces_and_constraints(scene, kinds, said):
+    of = case(scene=scene)
+    for kind in ("pullback", "poisson", "change", "volume", "residual", "constraint"):
+        verdict, _, expected = form_of(of, **{kind: 1.0})
+        assert (verdict == "fail") == (kind in kinds)
+        assert ("demanded" in expected) == bool(said)
+    if said:
+        assert expected["not_demanded"].startswith(said) and set(expected["demanded"]) == set(kinds)
+
+
+@pytest.mark.parametrize(("digits", "least"), [(16, 1e-10), (50, 1e-25)])
+def test_a_control_is_caught_a_thousandfold(digits, least):
+    of = case(digits, control="wrong")
+    told = judged(
+        "symplecticity", of, measured={"pullback": ABOVE * least, "poisson": None}, rows=[]
+    )
+    assert told[:2] == ("pass", "") and told[2]["at_least"] == pytest.approx(
+        least, rel=1e-12, abs=0
+    )
+    verdict, reason, _ = judged(
+        "symplecticity", of, measured={"pullback": 0.0, "poisson": BELOW * 0.99 * least}, rows=[]
+    )
+    assert verdict == "fail" and f"its defect is {0.99 * least:.2g}" in reason
+
+
+def test_a_step_back_is_the_inverse():
+    limit = 1e-13
+    for defect, verdict in ((limit, "pass"), (ABOVE * limit, "fail"), (math.nan, "fail")):
+        told = judged("reversibility", case(), measured={"defect": defect})
+        assert (told[0], told[2]) == (verdict, {"limit": limit})
+        assert bool(told[1]) == (verdict == "fail")
+    assert "misses the start by 0.5, where round-off would leave 1e-13" in judged(
+        "reversibility", case(), measured={"defect": 0.5})[1]  # fmt: skip

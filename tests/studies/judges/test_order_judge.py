@@ -1,0 +1,215 @@
+"""The judge of orders: at its limits and beside them."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+
+from discmech.integrators.rules import get as rule
+from discmech.studies.order import measuring as order
+from discmech.studies.order import window
+from tests.studies.judges.by_hand import ABOVE, case, close, judged
+
+
+def ladder(errors, used=(), ratio=2.0):
+    return [
+        {"step": ratio**-k, "error": error, "used": k in used, "why_not": "", "cause": None}
+        for k, error in enumerate(errors)
+    ]
+
+
+def order_of(found, of=None, rows=(), certain=14, **more):
+    return judged(
+        "order", of or case(), measured={"order": found}, rows=list(rows), certain=certain, **more
+    )
+
+
+@pytest.mark.parametrize(("digits", "tolerance"), [(16, 0.05), (50, 0.01)])
+def test_order_is_judged_from_both_sides(digits, tolerance):
+    for side in (-1, 1):
+        inside, outside = (2 + side * tolerance * f for f in (0.999, 1.001))
+        passed = order_of(inside, case(digits), ladder([]))
+        assert passed == ("pass", "", {"order": 2, "tolerance": tolerance})
+        verdict, reason, _ = order_of(outside + side * 0.2, case(digits), ladder([]))
+        assert verdict == "fail" and ("below" if side < 0 else "above") in reason
+        assert f"order {outside + side * 0.2:.3f}" in reason and str(tolerance) in reason
+
+
+def test_as_far_as_the_tolerance_is_near_enough():
+    assert order_of(0.05, case(order=0))[0] == "pass" and window.TOLERANCE[True] == 0.05
+    assert order_of(0.05 * ABOVE, case(order=0), ladder([]))[0] == "fail"
+
+
+def test_an_order_may_be_undeclared_or_lost_in_the_chart():
+    verdict, reason, expected = order_of(7.0, case(order=None))
+    assert (verdict, expected["order"]) == ("pass", None) and "declares no order" in reason
+    of = case()
+    of.rule.order = 4
+    assert order_of(2.0, of)[2] == {"order": 2, "tolerance": 0.05, "declared": 4}
+    of.rule.order = 2
+    assert "declared" not in order_of(2.0, of)[2]
+
+
+def test_an_order_that_still_comes_nearer_is_not_told():
+    """At 50 digits, where the tolerance is less than what may still be made up."""
+    near = ladder([4.0**-k * (1 + 2.0**-k) for k in range(7)], used=range(7))
+    for found in (2.011, 1.989, 2.0499, 1.9501):
+        verdict, reason, _ = order_of(found, case(50), near)
+        assert verdict == "inconclusive"
+        assert f"order {found:.3f} still comes nearer to the expected 2" in reason
+    assert order_of(2.051, case(50), near)[0] == order_of(1.949, case(50), near)[0] == "fail"
+    straight = ladder([4.1**-k for k in range(7)], used=range(7))
+    assert order_of(math.log2(4.1), case(50), straight)[0] == "fail"
+    # from 1/4 off to 3/16 off and no nearer, and to and fro
+    for local, verdict in (([2.25, 2.19], "fail"), ([2.25, 2.18], "inconclusive"),
+                           ([1.8, 1.9, 1.99], "inconclusive"), ([2.2, 2.01, 2.02], "fail"),
+                           ([1.8, 2.1], "inconclusive")):  # fmt: skip
+        for ratio in (2.0, 4.0):
+            rows = by_local_orders(*local, ratio=ratio)
+            rows += [rows[-1] | {"error": 1e-30, "used": False}]
+            assert order_of(2.03, case(50), rows)[0] == verdict
+
+
+def test_runs_without_an_order():
+    failed = [{"error": None, "why_not": "failed", "cause": f"cause {k}"} for k in range(3)]
+    assert order_of(None, rows=failed)[:2] == ("fail", "every run failed: cause 0.")
+    some = [*failed, *ladder([1e-3, 1e-4])]
+    verdict, reason, _ = order_of(None, rows=some)
+    assert verdict == "inconclusive" and "the reference has 14 certain digits), or" in reason
+    assert order_of(None, case(50), rows=some)[1].endswith("certain digits).")
+    floor = window.floor(case(), 14)
+    for factor, said in ((1.0, "exact on this scene"), (ABOVE, "fewer than four")):
+        verdict, reason, _ = order_of(None, rows=ladder([0.0, factor * floor]))
+        assert verdict == "inconclusive" and said in reason
+
+
+def by_local_orders(*local, first=1e-2, unknown=0, ratio=2.0):
+    errors = [first]
+    for p in local:
+        errors.append(errors[-1] / ratio**p)
+    rows = ladder(errors, used=range(len(errors)), ratio=ratio)
+    for _ in range(unknown):
+        rows.insert(1, {"step": 0.7, "error": None, "used": False, "why_not": "failed"})
+    return rows
+
+
+@pytest.mark.parametrize(("local", "said"), [
+    ((1.7, 1.02, 1.01, 1.015), "settles beside the expected 2: 1.02, 1.01, 1.01 at"),
+    ((2.9, 3.0, 2.98, 2.99), "settles beside the expected 2: 3.00, 2.98, 2.99 at"),
+    ((1.8, 1.6, 1.3), "goes away from the expected 2: 1.80, 1.60, 1.30 at"),
+    ((2.2, 2.4, 2.7), "goes away from"),
+    ((1.5, 1.5, 1.5), "goes away from"),
+    ((1.5, 1.4, 1.48), "settles beside"),  # within a quarter of what is missed
+    ((1.5, 1.7, 1.8), ""),  # comes nearer
+    ((1.8, 2.3, 1.6), ""),  # on both sides
+    ((1.6, 1.4, 1.5), ""),  # neither
+    ((1.91, 1.9, 1.89), ""),  # as near as that is near
+    ((1.89, 1.88, 1.87), "goes away from"),
+    ((1.0, 1.0), ""),  # three errors are too few
+])  # fmt: skip
+def test_errors_on_no_line_may_belong_to_another_order(local, said):
+    for unknown in (0, 2):
+        verdict, reason, _ = order_of(None, rows=by_local_orders(*local, unknown=unknown))
+        assert verdict == ("fail" if said else "inconclusive")
+        assert (said or "fewer than four") in reason
+    assert order_of(None, case(order=None), rows=by_local_orders(*local))[0] == "inconclusive"
+    coarser = order_of(None, rows=by_local_orders(*local, ratio=4.0))
+    assert (said or "fewer than four").partition(":")[0] in coarser[1]
+
+
+def test_errors_that_all_the_steps_did_not_bring_down():
+    stuck = by_local_orders(0, 0.1, 0, 0.1, first=0.1)
+    verdict, reason, _ = order_of(None, rows=stuck)
+    assert verdict == "fail"
+    assert reason.startswith("the runs do not converge: 4 halvings of the step leave an error of")
+    assert "of 0.087, where order 2 is expected" in reason
+    half = by_local_orders(1.5, 0.5, 1.0, first=1.0)  # 1 = 2/2 altogether
+    assert "do not converge" not in order_of(None, rows=half)[1]
+    assert "do not converge" in order_of(None, rows=by_local_orders(1.4, 0.5, 1.0, first=1.0))[1]
+    third = by_local_orders(1.7, 1.7, 1.7, first=10.0)
+    assert "do not converge" not in order_of(None, case(order=3), rows=third)[1]
+    just = ladder([1.5e-2, 1.35e-2, 1.2e-2, 1e-2])  # a hundredth is not beyond it
+    assert "do not converge" not in order_of(None, rows=just)[1]
+    assert "do not converge" in order_of(None, rows=ladder([r["error"] * ABOVE for r in just]))[1]
+    small = by_local_orders(1.4, 0.5, 1.0, first=7e-2)  # ends below a hundredth
+    assert "do not converge" not in order_of(None, rows=small)[1]
+    bent = window.BENT * window.floor(case(), 14)
+    low = by_local_orders(1.8, 1.6, 1.3, first=0.99 * bent * 2.0**4.7)
+    assert order_of(None, rows=low)[0] == "inconclusive"  # its last error is too near round-off
+
+
+def test_a_wrong_coefficient_of_a_composition_is_seen():
+    triple = rule("triple-jump:midpoint")
+    assert order_of(4.0, case(order=4, rule=triple))[0] == "pass"
+
+    class Off(type(triple)):
+        method = SimpleNamespace(name="triple", order=4, defect=lambda digits: 2 * 10.0**-13)
+
+    wrong = object.__new__(Off)
+    verdict, reason, _ = order_of(4.0, case(order=4, rule=wrong))
+    assert verdict == "fail" and "triple miss a condition of order 4 by 2e-13" in reason
+    Off.method.defect = lambda digits: 0.99 * 10.0 ** (3 - digits)
+    assert order_of(4.0, case(order=4, rule=wrong))[0] == "pass"
+    Off.method.defect = lambda digits: 1.01 * 10.0 ** (3 - digits)
+    assert order_of(4.0, case(50, order=4, rule=wrong))[0] == "fail"
+
+
+def test_one_step_denies_what_runs_do_not_see():
+    def local(found, component="x", step=1e-6):
+        return {"order": found, "component": component, "step": step}
+
+    beside = order.BESIDE
+    assert order_of(2.0, local=local(2 - 0.99 * beside))[0] == "pass"
+    verdict, reason, expected = order_of(2.0, local=local(1.0))
+    assert verdict == "fail" and expected["local_order"] == 1.0
+    assert "order 1.00 in x, below the expected 2" in reason and "O(h^2.00)" in reason
+    assert order_of(2.0, local=local(2 - 1.01 * beside))[0] == "fail"
+    assert order_of(2.0, local={"order": None})[2] == {"order": 2, "tolerance": 0.05}
+    assert "local_order" not in order_of(2.0, case(order=None), local=local(1.0))[2]
+    exact = ladder([0.0, 0.0])
+    assert "take another scene, or --digits 50" in order_of(None, rows=exact, local=local(2.0))[1]
+    assert "one step is of order 2.00 in x" in order_of(None, rows=exact, local=local(2.0))[1]
+    # runs that fail keep their own reason, and are told of a higher order only above
+    below = order_of(1.5, local=local(1.0))[1]
+    assert below.startswith("order 1.500 is below") and "higher than declared" not in below
+    above = order_of(3.0, local=local(2 + 1.01 * beside))
+    assert above[0] == "fail" and "higher than declared" in above[1]
+    assert "higher than declared" not in order_of(3.0, local=local(2 + 0.99 * beside))[1]
+    assert "higher than declared" not in order_of(1.5, local=local(3.0))[1]
+    assert "higher than declared" not in order_of(None, rows=ladder([1e-3]), local=local(3.0))[1]
+
+
+def test_multipliers_on_no_line():
+    """They fail where the finest is above a hundredth and fell more slowly than half the order."""
+
+    def told(*errors, found=None):
+        rows = [row | {"multipliers": e} for row, e in zip(ladder([1.0] * 4), errors, strict=True)]
+        measured = {"order": 2.0, "multipliers": found}
+        return judged("order", case(50), measured=measured, rows=rows, certain=50)
+
+    verdict, reason, expected = told(0.28, 0.22, 0.3, 0.036)  # fell by less than 2³
+    assert verdict == "fail" and expected["multipliers"] == 2
+    assert "do not converge, with errors of 0.28, 0.22, 0.3, 0.036" in reason
+    for errors in ((0.28, 0.22, 0.3, 0.034), (1e-2, 1.0, 1.0, 1e-2), (None, None, None, 0.1)):
+        verdict, reason, _ = told(*errors)
+        assert verdict == "inconclusive" and "fewer than four errors of the multipliers" in reason
+    tiny = window.floor(case(50), 50)
+    assert told(*[tiny] * 4)[0] == "pass" and told(*[tiny * ABOVE] * 4)[0] == "inconclusive"
+    assert told(*[1.0] * 4, found=1.991)[0] == "pass"
+    assert told(*[1.0] * 4, found=1.989)[0] == "fail"
+
+
+@pytest.mark.parametrize(("digits", "certain", "least"), [
+    (16, 20, 32 * 2.0**-53), (16, 10, 1e-8), (50, 60, 1e-47), (50, 40, 1e-38),
+])  # fmt: skip
+def test_nothing_below_round_off_or_the_reference_is_the_methods(digits, certain, least):
+    assert window.floor(case(digits), certain) == close(least)
+
+
+@pytest.mark.parametrize(("digits", "straight"), [(16, 0.012), (50, 0.005)])
+def test_an_error_is_bent_where_round_off_moves_it_off_a_line(digits, straight):
+    error = 1e-9 / (2**straight - 1)  # log₂ of (error + 1e-9) is `straight` higher
+    row = {"error": error, "round_off": 1e-9}
+    assert window.is_bent(case(digits), row)
+    assert not window.is_bent(case(digits), row | {"error": ABOVE * error})
+    assert not window.is_bent(case(digits), {"error": 1e-300})

@@ -1,0 +1,160 @@
+"""The judge of optimal control, contact, savings and races: at its limits and beside them."""
+
+import math
+
+import pytest
+
+from discmech.studies.contact import measuring as contact
+from discmech.studies.savings.measuring import SAME
+from discmech.studies.work_precision.measuring import STALLED
+from tests.studies.judges.by_hand import ABOVE, case, judged
+
+
+def optimal(orders, exact=(), expected=2):
+    return judged(
+        "optimality", case(order=expected), measured={"orders": orders, "exact": exact}, floor=1e-9
+    )
+
+
+def test_optimal_motions_have_the_order_of_the_rule():
+    right = {"states": 2.0, "controls": 2.05}
+    assert optimal(right) == ("pass", "", {"order": 2, "tolerance": 0.05})
+    verdict, reason, _ = optimal({"states": 2.0, "controls": 1.9})
+    assert verdict == "fail" and reason.startswith("the controls are of order 1.900, below the exp")
+    assert "above the expected 2 by more than 0.05" in optimal({"states": 2.1})[1]
+    assert optimal({"states": 0.05}, expected=0)[0] == "pass"  # the tolerance itself
+    assert optimal({"states": 1.9}, exact=("states",))[0] == "pass"
+    assert optimal({"states": 1.0}, expected=None)[0] == "pass"
+    assert "no order" in optimal({"states": None}, expected=None)[1]
+    verdict, reason, _ = optimal({"states": None, "controls": None, "costates": 2.0})
+    assert verdict == "inconclusive" and "states and controls" in reason and "1e-09" in reason
+    assert optimal({"states": None, "controls": 1.0})[0] == "fail"
+
+
+def bounce(**more):
+    mode = dict.fromkeys(contact.WORDS, 0.0) | {"rises": [0.0]}
+    found = {"late": 0.5, "order": 2.0, "time_error": 1e-9, "rests": False,
+             "form": {"free": 0.0, "across": None}}  # fmt: skip
+    found |= {mode_name: dict(mode) for mode_name in contact.MODES}
+    for name, value in more.items():
+        if name in found["stepped"]:
+            found["located"][name] = value
+        elif name in found["form"]:
+            found["form"][name] = value
+        else:
+            found[name] = value
+    return found
+
+
+def contact_of(of=None, **more):
+    return judged("contact", of or case(), measured=bounce(**more))
+
+
+@pytest.mark.parametrize("law", contact.WORDS)
+def test_each_law_of_contact_holds_to_round_off(law):
+    limit = contact.TURN if law == "slip" else contact.limit(16)
+    assert contact_of(**{law: limit})[:2] == ("pass", "")
+    for wrong in (ABOVE * limit, math.nan):
+        verdict, reason, _ = contact_of(**{law: wrong})
+        assert verdict == "fail" and reason.startswith(f"located, {contact.WORDS[law]}: {law} is")
+
+
+def test_what_is_expected_of_contact():
+    expected = {"limit": contact.limit(16), "slip": 0.125, "late": 1.0, "order": 1.6}
+    assert contact_of() == ("pass", "", expected)
+    assert contact_of(case(order=4), order=3.6)[2]["order"] == 3.6
+    assert contact_of(case(order=4), rests=True)[2]["order"] == 1.6
+    assert contact_of(case(order=1), rests=True, order=1.0)[2]["order"] == 0.6
+    assert "order" not in contact_of(case(order=None), order=0.1)[2]
+    assert contact_of(case(order=None), order=0.1)[0] == "pass"
+    verdict, reason, _ = contact_of(time_error=None)
+    assert verdict == "inconclusive" and "take a smaller step" in reason
+
+
+def test_energies_that_rise_fall_with_the_step():
+    limit = contact.limit(16)
+    assert contact_of(rises=[limit])[0] == "pass" and contact_of(rises=[ABOVE * limit])[0] == "fail"
+    assert "no number" in contact_of(rises=[math.nan])[1]
+    assert contact_of(rises=[3e-3, 2e-3])[0] == "pass"
+    verdict, reason, _ = contact_of(rises=[3e-3, 2.01e-3])
+    assert (
+        verdict == "fail" and "rises by 0.003 of its terms, with half the step by 0.002" in reason
+    )
+    for scene in ({"force": 1}, {"timed": True}):
+        assert contact_of(case(scene=scene), rises=[3e-3, 3e-3])[0] == "pass"
+
+
+@pytest.mark.parametrize(("late", "verdict"), [
+    (0.0, "pass"), (1.0, "pass"), (-1e-6, "pass"), (1 + 1e-6, "pass"), (None, "pass"),
+    (-1.1e-6, "fail"), (1 + 1.1e-6, "fail"), (math.nan, "fail"),
+])  # fmt: skip
+def test_a_stepped_impact_is_late_by_less_than_a_step(late, verdict):
+    told = contact_of(late=late)
+    assert told[0] == verdict and bool(told[1]) == (verdict == "fail")
+
+
+def test_located_impacts_have_an_order_and_keep_the_form():
+    assert contact_of(order=1.6)[0] == "pass" and contact_of(order=None)[0] == "pass"
+    told = contact_of(order=1.59)
+    assert told[0] == "fail" and "order 1.59, where 1.6 is the least" in told[1]
+    limit = contact.limit(16)
+    assert contact_of(free=limit)[0] == "pass" and contact_of(free=None)[0] == "pass"
+    assert "Poisson defect is 1" in contact_of(free=1.0)[1] and contact_of(free=ABOVE * limit)[1]
+    across = contact_of(across=[3e-3, 2.01e-3])
+    assert across[0] == "fail" and "is 0.003, with half the step 0.002:" in across[1]
+    for kept in ([3e-3, 2e-3], [1e-20, 1.0], [3e-3, None], [None, 1.0], []):
+        assert contact_of(across=kept)[0] == "pass"
+    assert contact_of(across=[1.1e-20, 1.0])[0] == "fail"
+
+
+def test_a_control_of_contact_breaks_a_law_a_thousandfold():
+    least = 1e3 * contact.limit(16)
+    of = case(control="wrong")
+    for law, value in (("pull", ABOVE * least), ("slip", ABOVE * 0.125), ("pull", math.nan)):
+        assert judged("contact", of, measured={law: value}) == ("pass", "", {"at_least": least})
+    for law, value in (("pull", least), ("pull", 0.0), ("slip", 0.125), ("slip", 0.1)):
+        told = judged("contact", of, measured={law: value})
+        assert told[0] == "fail" and "not caught" in told[1]
+
+
+def test_savings_change_no_digit():
+    def told(*differences):
+        rows = [{"difference": d, "variant": f"v{k}"} for k, d in enumerate(differences)]
+        return judged("savings", None, rows=rows)
+
+    assert told(0.0, SAME) == ("pass", "", {"limit": SAME})
+    for wrong in (ABOVE * SAME, math.nan):
+        assert told(0.0, wrong)[0] == "fail" and "saving 'v1'" in told(0.0, wrong)[1]
+
+
+def race(errors, metric="error", floor=None, periods=None, causes=()):
+    rows = [{metric: e, "cause": None} for e in errors]
+    rows += [{metric: None, "cause": cause} for cause in causes]
+    return judged(
+        "work-precision", None, rows=rows, floor=floor or {}, periods=periods,
+        measured={"cut": "the budget"},
+    )  # fmt: skip
+
+
+def test_a_method_in_a_race_comes_to_the_truth():
+    assert race([1.0, 1e-1, 1e-2, STALLED]) == ("pass", "", {"limit": STALLED})
+    verdict, reason, _ = race([1e-1, 1e-2, 1e-2, 1e-2])
+    assert verdict == "fail" and "at 0.01: it solves another problem" in reason
+    assert race([1e-2, 1e-2, 1e-2])[0] == "inconclusive"  # three runs speak against nothing
+    assert "(1, the best with an error of 0.01): --budget" in race([1e-2])[1]
+    assert race([30, 20, 1e-2])[0] == "inconclusive" and race([1.0, STALLED])[0] == "pass"
+    assert race([1.0, 1.0, 1e-2, 0.99])[0] == "pass"  # it still sinks
+    assert race([1.0, 1.0, 0.7, 0.9])[0] == "pass" and race([1.0, 1.0, 0.71, 0.9])[0] == "fail"
+    assert race([1.0, 0.5, 0.9, 0.9])[0] == "fail" and race([0.5, 1.0, 0.9, 0.9])[0] == "fail"
+    assert race([1.0, 1.0, 0.9, 0.9, 0.2])[0] == "pass"
+    # the limit is a thousand floors, of the metric in use
+    floor = {"error": 1e-3, "energy-max": 1e-6}
+    assert (
+        race([1.0] * 4, floor=floor)[2] == {"limit": 1.0}
+        and race([1.0] * 4, floor=floor)[0] == "pass"
+    )
+    told = race([1.0] * 4, metric="energy-max", floor=floor, periods=5)
+    assert told[0] == "fail" and told[2] == {"limit": pytest.approx(1e-3)}
+    verdict, reason, _ = race([], causes=(None, "first", "second", "last"))
+    assert (verdict, reason) == ("inconclusive", "no run came to its end: last.")
+    assert race([])[1] == "no run came to its end: the budget."

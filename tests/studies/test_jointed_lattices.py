@@ -1,0 +1,125 @@
+"""The study of lattices whose bonds have constraints: linkages, and faults that it has to see."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+
+from discmech import Scheme, trapezoidal
+from discmech.integrators.lattices import LatticeRun, RestrictedStep, poisson_defect, systems
+from discmech.integrators.rules import get
+from discmech.studies.core.case import Case, Choice
+from discmech.studies.core.one_case import run_case
+from discmech.studies.lattices import STUDY, measuring, reference, residual
+from discmech.studies.lattices.joints import Joints
+from discmech.studies.lattices.residual import step_defects
+from discmech.studies.symplecticity.measuring import ROUND_OFFS
+
+EPS = 2.0**-53
+RODS = Scheme(systems.get("rods"), trapezoidal)
+
+
+def a_row(scheme, steps=40):
+    """(flow, x, μ) of a row of a run."""
+    flow = scheme.flow("1/50")
+    run = flow.trajectory(steps, steps)
+    return flow, run.x[-1], run.mu[-1]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["rods", *(pytest.param(e, marks=pytest.mark.slow)
+               for e in ("links-spherical", "links-revolute"))],
+)  # fmt: skip
+def test_a_linkage_passes(name):
+    found = run_case(STUDY, Case("lattices", systems.get(name), trapezoidal, 16, 400))
+    measured = found["measured"]
+    assert found["verdict"] == "pass", found["reason"]
+    assert measured["held_against"] == "equations of motion" and abs(measured["order"] - 2) < 0.05
+    assert measured["poisson"] < 1e-15
+    assert max(measured[key] for key in ("residual", "constraint", "hidden")) < EPS
+    assert ("vertical angular momentum" in measured["drift"]) == (name != "links-revolute")
+
+
+def test_the_derivative_is_that_of_the_step():
+    flow, x, mu = a_row(RODS)
+    step, delta = RestrictedStep(flow, x, mu), 1e-5
+    b, dmu = step.tangent(np.random.default_rng(2))
+    ends = []
+    for sign in (delta, -delta):
+        run = LatticeRun(flow, x + sign * b, mu + sign * dmu)
+        run.advance(1)
+        run.checked(run.show())
+        ends.append((run.x.copy(), run.mu.copy()))
+    for found, one, other in zip(step.applied((b, dmu)), *ends, strict=True):
+        assert abs((one - other) / (2 * delta) - found).max() < 1e-7
+
+
+def test_a_wrong_derivative_is_seen():
+    """A control on pairs: the arrow is a millionth too long."""
+    step = RestrictedStep(*a_row(RODS))
+    assert poisson_defect(step, 2, 0) < 1e-15
+    step.h *= 1 + 1e-6
+    assert poisson_defect(step, 2, 0) > 1e-10
+
+
+@pytest.mark.slow
+def test_a_flipped_bracket_is_seen():
+    flow, x, mu = a_row(Scheme(systems.get("links-spherical"), trapezoidal))
+    assert flow.poisson_defect(x, mu, bracket_sign=-1) > 1e-4
+
+
+def test_a_solver_that_ends_early_is_seen(monkeypatch):
+    listed = replace(systems.get("rods"), bonds=systems.get("rods").pairs)
+    at = a_row(Scheme(listed, trapezoidal))
+    assert max(step_defects(*at).values()) < EPS
+    monkeypatch.setattr("discmech.integrators.lattices.sparse_steps.EPS", 1e-2)
+    # momenta are linear in (u, λ), so one correction solves for them
+    assert step_defects(*at)["constraint"] > 1e3 * ROUND_OFFS * EPS
+
+
+@pytest.mark.parametrize("power", [-12, 100])
+def test_what_is_off_by_a_millionth_is_seen_in_any_unit_of_action(monkeypatch, power):
+    rods, unit = systems.get("rods"), sympy.Integer(10) ** power
+    at = a_row(Scheme(replace(rods, on_site=lambda *at: unit * rods.on_site(*at)), trapezoidal))
+    assert max(step_defects(*at).values()) < ROUND_OFFS * EPS
+    summed, projected = residual._summed, LatticeRun.projected
+
+    def off(run):
+        v, impulses = projected.fget(run)
+        return v + 1e-6 * abs(v).max() * np.random.default_rng(1).normal(size=v.shape), impulses
+
+    with monkeypatch.context() as m:
+        m.setattr(residual, "_summed", lambda f, x, w, *rest: summed(f, x, w * (1 + 1e-6), *rest))
+        assert step_defects(*at)["residual"] > 1e3 * ROUND_OFFS * EPS
+    monkeypatch.setattr(LatticeRun, "projected", property(off))
+    assert step_defects(*at)["hidden"] > 1e3 * ROUND_OFFS * EPS
+
+
+def test_rods_of_another_length_and_other_velocities_are_seen():
+    _, x, _ = a_row(RODS)
+    v = np.random.default_rng(1).normal(size=x.shape)
+    stretched, across = Joints(RODS, RODS.lattice.free).missed((x * (1 + 1e-9), abs(x)), v, 1.0)
+    assert min(stretched, across) > 1e3 * ROUND_OFFS * EPS
+
+
+def test_what_errors_are_held_against_is_said(monkeypatch):
+    """Where the equations of motion are not followed, a method is held against itself."""
+    monkeypatch.setattr(reference, "MOST", 10)
+    found = run_case(STUDY, Case("lattices", systems.get("rotors"), trapezoidal, 16, 200))
+    assert found["measured"]["held_against"] == "its own runs"
+    assert "not followed" in found["measured"]["why_not"]
+    assert "(against its own runs)" in dict(STUDY.view.columns)["Order"](found)
+
+
+def test_rules_that_constraints_do_not_take_are_left_out_with_a_note():
+    mine = replace(systems.get("rods"), name="mine")
+    rules = [case.rule.name for case in measuring.cases(Choice(scenes=(mine,)))]
+    assert rules == ["trapezoidal", "midpoint"]
+    (said,) = STUDY.notes(Choice(scenes=(mine,)))
+    assert "mine has constraints" in said and "gauss-2 is left out" in said
+    assert not STUDY.notes(Choice(scenes=(mine,), rules=(get("gauss-2"),)))
+    assert not STUDY.notes(Choice(scenes=(systems.get("rods"),)))

@@ -1,0 +1,79 @@
+"""Lattices as they are asked for: by name, from a file, beside other studies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from discmech import BadInput, Lattice, pair
+from discmech.integrators import rules
+from discmech.studies import check, get
+from discmech.studies.command.entry import main
+from discmech.studies.core import lookup
+from discmech.studies.core.case import Case, Choice
+from discmech.studies.core.fingerprint import of_case
+
+STUDY = get("lattices")
+
+
+def test_other_studies_leave_lattices_alone(ask):
+    for study in ("order", "symplecticity", "contact", "optimality"):
+        with pytest.raises(BadInput, match="judged by `discmech lattices`"):
+            check(study, ["fput"], ["midpoint"], [16], 20)
+    found = check("energy", ["fput", "harmonic"], ["midpoint"], [16], 200)
+    assert [c["scene"] for c in found["cases"]] == ["harmonic"]
+    assert any("judged by `discmech lattices`" in note for note in found["notes"])
+    with pytest.raises(BadInput, match="it needs a lattice"):
+        check("lattices", ["harmonic"], ["midpoint"])
+    assert ask("lattices", "harmonic")[0] == 2
+    assert "not by one-step maps" in ask("lattices", "fput", "--rule", "runge-kutta-4")[2]
+    for words in (("explain", "fput", "midpoint"), ("run", "fput", "--steps", "3")):
+        code, _, err = ask(*words)
+        assert code == 2 and "fput is a lattice" in err
+    assert "fput" in ask("lattices", "fputt")[2]
+
+
+def test_controls_by_name():
+    (found,) = STUDY.cases(Choice(own=(("control", ("flipped bracket",)),)))
+    assert (found.scene.name, found.control) == ("bodies", "flipped bracket")
+    with pytest.raises(BadInput, match="bodies"):
+        STUDY.cases(Choice(scenes=(lookup.scene_given("fput"),),
+                           own=(("control", ("flipped bracket",)),)))  # fmt: skip
+
+
+MINE = """
+import numpy as np
+from discmech import Lattice, pair
+
+chain = Lattice("springs", pair(1), 12, {{"k": {k}}}, lambda x, v, p: v[0] ** 2 / 2,
+                lambda x, y, p: -p.k * (y[0] - x[0]) ** 2 / 2,
+                x0=np.sin(np.arange(12.0))[:, None], v0=np.zeros((12, 1)), fixed_ends=True,
+                step="1/20")
+"""
+
+
+def test_a_lattice_of_one_s_own_is_judged_by_its_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(MINE.format(k=1))
+    (tmp_path / "stiff.py").write_text(MINE.format(k="np.linspace(1, 2, 11)"))
+    words = ["mine.py:chain", "--rule", "midpoint", "--steps", "2000"]
+    assert main(["lattices", *words]) == 0
+    assert "springs" in capsys.readouterr().out
+    asked = [Case("lattices", lookup.scene_given(f"{name}.py:springs"), rules.get("midpoint"), 16)
+             for name in ("mine", "stiff")]  # fmt: skip
+    assert len({of_case(STUDY, c, timed=False) for c in asked}) == 2
+    assert asked[0].command == "discmech lattices mine.py:springs --rule midpoint --digits 16"
+    assert main(["verify", "mine.py"]) == 2
+    assert "judged by `discmech lattices`" in capsys.readouterr().err
+
+
+def test_arrays_of_a_lattice_are_in_its_fingerprint():
+    def chain(mass):
+        return Lattice("springs", pair(1), 3, {"m": mass}, lambda x, v, p: p.m * v[0] ** 2 / 2,
+                       lambda x, y, p: -((y[0] - x[0]) ** 2), x0=np.zeros((3, 1)),
+                       v0=np.ones((3, 1)))  # fmt: skip
+
+    masses = (np.ones(3), np.array([1, 1, 2.0]), 1, 2)
+    keys = {of_case(STUDY, Case("lattices", chain(m), rules.get("midpoint"), 16), timed=False)
+            for m in masses}  # fmt: skip
+    assert len(keys) == len(masses)

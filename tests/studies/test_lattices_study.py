@@ -1,0 +1,304 @@
+"""The study of lattices: what is right passes, faults are caught, and other studies leave it."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+
+from discmech import BadInput, Lattice, Scheme, discretisation, pair
+from discmech.integrators import rules
+from discmech.integrators.lattices import DualStep, LatticeRun, systems
+from discmech.integrators.lattices.lattice_equations import LatticeEquations
+from discmech.integrators.lattices.sparse_steps import RELAXED
+from discmech.studies import check, get
+from discmech.studies.core.case import Case
+from discmech.studies.core.fingerprint import of_case
+from discmech.studies.core.one_case import run_case
+from discmech.studies.lattices import following, measuring, quantities, residual
+from discmech.studies.lattices.faults import CONTROLS, RungeKuttaStep
+from discmech.studies.lattices.known import known_of
+from discmech.studies.lattices.quantities import energies
+from discmech.studies.lattices.reference import solution
+from discmech.studies.lattices.residual import step_defects
+from discmech.studies.symplecticity.measuring import ROUND_OFFS
+
+STUDY = get("lattices")
+
+
+def case(name, rule="trapezoidal", steps=None, control=None):
+    return Case("lattices", systems.get(name), rules.get(rule), 16, steps, control)
+
+
+@discretisation(order=2)
+def lopsided(L, G, x, u, h):
+    """The trapezoidal rule with a wrong weight."""
+    return h * (2 * L(x, u) + 3 * L(G.target(x, u, h), u)) / 5
+
+
+@pytest.mark.parametrize(
+    "control",
+    [pytest.param(c, marks=pytest.mark.slow if CONTROLS[c][0] == "bodies" else ())
+     for c in CONTROLS],
+)  # fmt: skip
+def test_faults_are_caught(control):
+    name, rule, _ = CONTROLS[control]
+    found = run_case(STUDY, case(name, rule, control=control))
+    assert found["verdict"] == "pass", found["reason"]
+    assert run_case(STUDY, case(name, rule, control=control))["control"]
+
+
+def test_a_field_has_its_orders_in_time_and_in_space():
+    found = run_case(STUDY, case("breather", "gauss-2", 400))
+    assert found["verdict"] == "pass", found["reason"]
+    measured = found["measured"]
+    assert abs(measured["order"] - 4) < 0.05 and abs(measured["space_order"] - 2) < 0.05
+    assert measured["patch"] < 1e-15 and measured["bond"] < 1e-14
+
+
+@pytest.mark.slow
+def test_every_lattice_passes():
+    found = check("lattices")
+    assert found["verdict"] == "pass", [c["reason"] for c in found["cases"]]
+    slopes = [c["measured"]["grows"] for c in found["cases"] if not c["control"]]
+    assert all(abs(s["memory"] - 1) < 0.1 for s in slopes if s)
+
+
+@pytest.mark.slow
+def test_the_beam_s_step_is_a_poisson_map():
+    found = run_case(STUDY, Case("lattices", systems.get("beam"), rules.get("trapezoidal"), 16, 400,
+                                 thorough=True))  # fmt: skip
+    assert found["verdict"] == "pass" and found["measured"]["poisson"] < 1e-15
+
+
+def in_round_offs(name, rule="trapezoidal"):
+    """The residual of a step after some, in ε."""
+    flow = Scheme(systems.get(name), rules.get(rule)).flow(systems.get(name).step)
+    run = flow.trajectory(40, 40)
+    return step_defects(flow, run.x[-1], run.mu[-1])["residual"] * 2**53
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [("breather", "trapezoidal"), ("membrane", "midpoint"), ("toda", "gauss-2"),
+     ("bodies", "trapezoidal"), *(pytest.param("bodies", r, marks=pytest.mark.slow)
+                                  for r in ("midpoint", "gauss-2")),
+     pytest.param("beam", "trapezoidal", marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_what_runs_are_the_maps_that_the_forms_are_measured_of(name, rule):
+    assert in_round_offs(name, rule) < 1
+
+
+@pytest.mark.parametrize("name", ["fput", "membrane"])
+def test_a_force_that_is_wrong_in_the_kernel_alone_is_caught(name, monkeypatch):
+    """One end of every bond has a millionth less force than what its derivatives are of."""
+    right = LatticeEquations._kicks
+
+    def wrong(self, what, *given):
+        kicks = right(self, what, *given)
+        parts = {}
+        for side in ("minus", "plus"):
+            force = getattr(kicks, side).copy()
+            force[0] *= 1 - sympy.Rational(1, 10**6)
+            parts[side] = force if what == "bond" else getattr(kicks, side)
+        return replace(kicks, **parts)
+
+    monkeypatch.setattr(LatticeEquations, "_kicks", wrong)
+    assert in_round_offs(name) > 1e3 * ROUND_OFFS
+
+
+def test_a_long_run_is_measured_as_its_rows_are(monkeypatch):
+    """Some rows at a time, so that memory does not grow with the steps."""
+    monkeypatch.setattr(following, "BLOCK", 3 * 32)
+    lattice, scheme = systems.get("rotors"), Scheme(systems.get("rotors"), rules.get("midpoint"))
+    flow, parts = scheme.flow(lattice.step), known_of(lattice).momenta
+    found, run = following.followed(scheme, flow, 40, parts), flow.trajectory(40)
+    H, size = energies(scheme, run)
+    assert np.array_equal(found.t, run.t) and np.array_equal(found.errors, (H - H[0]) / size)
+    (drift, most), total = found.momenta["total momentum"], run.mu.sum(axis=(1, 2))
+    assert drift == abs(total - total[0]).max() / abs(run.mu).sum(axis=(1, 2)).max() < most
+    for k, (x, mu) in zip((0, 20, 40), found.states, strict=True):
+        assert np.array_equal(x, run.x[k]) and np.array_equal(mu, run.mu[k])
+
+
+def test_of_many_sites_some_are_asked_and_the_ends():
+    asked = residual._asked(systems.fput(5000))
+    assert 1000 <= asked.sum() <= 1010
+    assert not asked[[0, -1]].any()  # they are fixed
+    assert asked[1] and asked[-2]
+    assert residual._asked(systems.fput(500)).sum() == 498
+
+
+def test_a_solver_that_ends_early_is_caught(monkeypatch):
+    right = LatticeRun._task
+
+    def early(self, task, j):
+        found = right(self, task, j)
+        if task == RELAXED:
+            self.past[0][:] *= 1 + 1e-8
+        return found
+
+    monkeypatch.setattr(LatticeRun, "_task", early)
+    assert in_round_offs("membrane", "midpoint") > 1e3 * ROUND_OFFS
+
+
+@discretisation(order=2)
+def slow(L, G, x, u, h):
+    """The midpoint rule of a Lagrangian whose velocities are a hundredth too small."""
+    return h * L(G.target(x, u, h / 2), u * sympy.Rational(99, 100))
+
+
+@pytest.mark.parametrize("lattice", [systems.rotors(6), pytest.param(
+    systems.bodies(4), marks=pytest.mark.slow)], ids=lambda e: e.name)  # fmt: skip
+def test_a_rule_that_converges_to_something_else_is_caught(lattice):
+    """Held against its own runs it is of order 2."""
+    found = run_case(STUDY, Case("lattices", lattice, slow, 16, 200))
+    assert found["verdict"] == "fail" and "below the expected 2" in found["reason"]
+    assert abs(found["measured"]["order"]) < 0.1
+
+
+def test_the_solution_is_as_near_to_the_closed_form_as_it_says():
+    lattice = systems.get("toda")
+    scheme, inner = Scheme(lattice, rules.get("trapezoidal")), slice(8, -8)  # without the ends
+    for t in (0.5, 1.0, 2.0, 4.0):
+        *found, known = solution(scheme, t)
+        wanted = known_of(lattice).exact(lattice, t)
+        off = [abs(a[:, 0] - b)[inner].max() / abs(b).max()
+               for a, b in zip(found, wanted, strict=True)]  # fmt: skip
+        assert max(off) < known < 10 * max(off)
+
+
+def test_a_rule_of_another_order_is_caught():
+    found = run_case(STUDY, Case("lattices", systems.get("rotors"), lopsided, 16, 2000))
+    assert found["verdict"] == "fail" and "below the expected 2" in found["reason"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("order", 2.2, "in time is 2.200, above"), ("space_order", 1.0, "in space is 1.000, below"),
+        ("residual", 1e-9, "not that of the equations"), ("poisson", 1e-9, "no Poisson map"),
+        ("bond", 1e-9, "does not lose"),
+        ("patch", np.nan, "neither stays nor leaves"), ("drift", 1e-9, "spin drifts by 1e-09"),
+        ("energy", 1e-3, "the energy drifts"),
+    ],
+)  # fmt: skip
+def test_a_number_that_is_wrong_is_a_fail(name, value, words):
+    asked = case("breather", steps=100)
+    energy = {"measured": {"band": 1e-6, "slope": 0.0, "slope_interval": [0.0, 0.0],
+                           "edge_slopes": [0.0, 0.0]}, "duration": 10.0}  # fmt: skip
+    good = {"measured": {"order": 2.0, "space_order": 2.0, "residual": 0.0, "poisson": 0.0,
+                         "bond": 0.0, "patch": 0.0},
+            "followed": {"momenta": {"spin": (0.0, 1e-14)}, "energy": energy,
+                         "slopes": [value, value]}}  # fmt: skip
+    assert measuring.judge(asked, good).verdict == "pass"
+    bad = deepcopy(good)
+    if name == "drift":
+        bad["followed"]["momenta"]["spin"] = (value, 1e-14)
+    elif name == "energy":
+        bad["followed"]["energy"]["measured"] |= {"slope": value, "slope_interval": [value, value],
+                                                  "edge_slopes": [value, value]}  # fmt: skip
+    else:
+        bad["measured"][name] = value
+    verdict = measuring.judge(asked, bad)
+    assert verdict.verdict == "fail" and words in verdict.reason
+
+
+@pytest.mark.slow
+def test_an_energy_that_comes_and_goes_slowly_is_no_fail():
+    """Within t = 640 the chain gives its energy to other modes for the first time."""
+    found = run_case(STUDY, case("fput", "midpoint", 100))
+    assert found["verdict"] == "inconclusive" and "changes with the length" in found["reason"]
+
+
+@pytest.mark.slow
+def test_an_energy_that_drifts_is_a_fail(monkeypatch):
+    right = measuring.energies
+
+    def drifting(scheme, run):
+        H, size = right(scheme, run)
+        return H + 1e-6 * size * run.t, size
+
+    monkeypatch.setattr(measuring, "energies", drifting)
+    found = run_case(STUDY, case("rotors", "midpoint", 2000))
+    assert found["verdict"] == "fail" and "the energy drifts" in found["reason"]
+
+
+def test_a_step_that_is_not_found_is_a_fail():
+    """At h = 2 a potential with V″ = −1 leaves no u in F⁻."""
+    flat = Lattice("flat", pair(1), 3, {}, lambda x, v, p: v[0] ** 2 / 2 + x[0] ** 2 / 2,
+                   lambda x, y, p: -((x[0] - y[0]) ** 4), x0=np.ones((3, 1)),
+                   v0=np.zeros((3, 1)), step=2)  # fmt: skip
+    found = run_case(STUDY, Case("lattices", flat, rules.get("midpoint"), 16, 10))
+    assert found["verdict"] == "fail" and "singular" in found["reason"]
+
+
+def turning(**symmetries):
+    """Bodies in the plane, on springs to their neighbours in a ring."""
+    angle = 2 * np.pi * np.arange(8) / 8
+    return Lattice(
+        "turning", pair(2), 8, {"mass": np.linspace(1, 2, 8)},
+        lambda x, v, p: p.mass * v.dot(v) / 2,
+        lambda x, y, p: -(((y - x).dot(y - x) - 1) ** 2) / 4, "ring",
+        x0=np.stack([np.cos(angle), np.sin(angle)], axis=1),
+        v0=np.stack([-np.sin(angle) / 3, np.cos(angle) / 4 + 0.1], axis=1), step="1/50",
+        symmetries=symmetries,
+    )  # fmt: skip
+
+
+def test_a_symmetry_of_one_s_own_gives_a_momentum_that_is_judged():
+    right = {"along": lambda x, p: [1, 0], "turn": lambda x, p: [-x[1], x[0]]}
+    found = run_case(STUDY, Case("lattices", turning(**right), rules.get("midpoint"), 16, 2000))
+    assert found["verdict"] == "pass", found["reason"]
+    assert set(found["measured"]["drift"]) == {"along", "turn"}
+    assert max(found["measured"]["rate"].values()) < 1e-13
+    wrong = turning(stretch=lambda x, p: [x[0] * p.mass, x[1]])
+    case = Case("lattices", wrong, rules.get("midpoint"), 16, 2000)
+    found = run_case(STUDY, case)
+    assert found["verdict"] == "fail" and "It is no symmetry of L" in found["reason"]
+    keys = {of_case(STUDY, c, timed=False) for c in (case, replace(case, scene=turning(**right)))}
+    assert len(keys) == 2
+    with pytest.raises(BadInput, match="the symmetry short gives 1 entries; give 2"):
+        energies_of = quantities.of_symmetries(turning(short=lambda x, p: [1]))
+        quantities.entries_of(case.scheme, energies_of["short"])
+
+
+def test_the_control_s_derivative_is_that_of_its_step():
+    """Else the law would be broken by a wrong derivative, and not by the method."""
+    flow = Scheme(systems.get("breather"), rules.get("midpoint")).flow("1/8")
+    start = flow.trajectory(4, 4)
+    x, mu = start.x[-1], start.mu[-1]
+    random, free = np.random.default_rng(3), flow.lattice.free[:, None]
+    way = [random.normal(size=x.shape) * free for _ in "xm"]
+    step, delta = RungeKuttaStep(flow, x, mu), 1e-5
+    ends = [RungeKuttaStep(flow, x + s * way[0], mu + s * way[1]).after for s in (delta, -delta)]
+    for k, found in enumerate(step.applied(tuple(way))[:2]):
+        assert abs((ends[0][k] - ends[1][k]) / (2 * delta) - found).max() < 1e-8
+    exact = DualStep(flow, x, mu).after  # midpoint is of order 2, so they agree to h³
+    assert 1e-9 < abs(exact[0] - step.after[0]).max() < 1e-2
+
+
+def ring(name, x0, step):
+    return Lattice(
+        name=name, site=pair(1), sites=16, bonds="ring", x0=x0, v0=np.zeros((16, 1)), step=step,
+        on_site=lambda x, v, p: v[0] ** 2 / 2, on_bond=lambda x, y, p: -((x[0] - y[0]) ** 2) / 2,
+    )  # fmt: skip
+
+
+def test_a_lattice_at_rest_is_neither_right_nor_wrong():
+    """And one of yours that is called as a built-in one is judged as yours: with Ω."""
+    (found,) = check("lattices", [ring("beam", np.zeros((16, 1)), "0.1")], ["trapezoidal"],
+                     steps=200)["cases"]  # fmt: skip
+    assert found["verdict"] == "inconclusive" and "above round-off" in found["reason"]
+    assert found["measured"]["poisson"] < 1e-13
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # numbers that overflow
+def test_a_leapfrog_beyond_its_limit_is_a_fail():
+    edge = ring("edge", (-1.0) ** np.arange(16)[:, None], "1.0001")
+    (found,) = check("lattices", [edge], ["trapezoidal"], steps=2000)["cases"]
+    assert found["verdict"] == "fail"

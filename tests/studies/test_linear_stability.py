@@ -1,0 +1,104 @@
+"""Intervals of stability: where the eigenvalues of a step leave the unit circle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from discmech.integrators import discretisation, imex, midpoint, trapezoidal
+from discmech.integrators import rules as discretisations
+from discmech.studies import get
+from discmech.studies.core import controls
+from discmech.studies.core.one_case import run_case
+from discmech.studies.stability.linear_stability import (
+    Oscillator,
+    Spectrum,
+    off_circle,
+    resonances,
+    spectra,
+    unstable_intervals,
+)
+from tests.studies.cached_results import case
+
+
+@pytest.mark.parametrize("rule", ["trapezoidal", "rectangle"])
+def test_stormer_verlet_is_stable_to_two(rule):
+    """tr M = 2 − z² (Hairer, Lubich, Wanner, I.5.2)."""
+    problem = Oscillator(discretisations.get(rule))
+    ((first, last),) = unstable_intervals(problem.matrix)
+    assert f"{first:.6f}" == "2.000000" and last == 1000
+    assert not problem.grows(0.999 * first) and problem.grows(1.001 * first)
+    found = resonances(problem.matrix)
+    assert found["1:3"] == pytest.approx(math.sqrt(3), abs=1e-12)
+    assert found["1:4"] == pytest.approx(math.sqrt(2), abs=1e-12)
+
+
+@pytest.mark.parametrize("rule", [midpoint, imex])
+def test_midpoint_has_no_end(rule):
+    """tr M = 2 (1 − z²/4)/(1 + z²/4)."""
+    problem = Oscillator(rule)
+    assert unstable_intervals(problem.matrix) == [] and not problem.grows(1000.0)
+    assert resonances(problem.matrix)["1:4"] == pytest.approx(2, abs=1e-12)
+
+
+def test_a_weighted_rule_has_the_end_that_its_weights_give():
+    """Of w at the middle and 1 − w at the ends: stable to z = 2/√(1 − w)."""
+
+    @discretisation()
+    def weighted(L, G, x, u, h):
+        ends = (L(x, u) + L(G.target(x, u, h), u)) / 2
+        return h * (3 * L(G.target(x, u, h / 2), u) + ends) / 4
+
+    ((first, _),) = unstable_intervals(Oscillator(weighted).matrix)
+    assert first == pytest.approx(4, abs=1e-9)
+
+
+def test_a_narrow_interval_between_grid_points_is_found():
+    """A rotation by z, stretched where z is within 0.001 of 3.1415: |tr M| > 2 only there."""
+
+    def step(z):
+        stretch = 2e-6 - (z - 3.1415) ** 2
+        trace = 2 * math.cos(math.pi * z / 3.1415) - max(stretch, 0.0) * 2
+        return np.array([[trace, -1.0], [1.0, 0.0]])
+
+    found = [pair for pair in unstable_intervals(step) if pair[0] < 4]
+    assert len(found) == 1 and 3.139 < found[0][0] < 3.1415 < found[0][1] < 3.144
+
+
+def test_the_krein_signature_changes_with_the_sense_of_rotation():
+    for angle, sign in ((0.3, 1), (-0.3, -1)):
+        turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+        assert Spectrum.of(1.0, turn).krein == sign
+    assert Spectrum.of(1.0, np.diag([2.0, 0.5])).krein == 0
+    assert {s.krein for s in spectra(Oscillator(trapezoidal).matrix) if s.z < 1.99} == {1}
+
+
+@pytest.mark.parametrize("name", [
+    "explicit Euler",
+    pytest.param("classical Runge-Kutta", marks=pytest.mark.slow),
+    pytest.param("Heun", marks=pytest.mark.slow),
+])  # fmt: skip
+def test_what_is_not_symplectic_leaves_the_circle(name):
+    problem = Oscillator(controls.RUNGE_KUTTA[name])
+    assert off_circle(spectra(problem.matrix), 1.0) is not None
+    found = run_case(get("stability"), case("stability", "harmonic", "midpoint", control=name))
+    assert found["verdict"] == "pass" and found["control"]
+
+
+def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
+    monkeypatch.setitem(controls.RUNGE_KUTTA, "explicit Euler", trapezoidal)
+    found = run_case(
+        get("stability"), case("stability", "harmonic", "midpoint", control="explicit Euler")
+    )
+    assert found["verdict"] == "fail" and "not caught" in found["reason"]
+
+
+def test_an_interval_that_runs_contradict_fails(monkeypatch):
+    monkeypatch.setattr(
+        "discmech.studies.stability.linear_stability.unstable_intervals",
+        lambda step: [(1.5, 1000.0)],
+    )
+    found = run_case(get("stability"), case("stability", "harmonic", "trapezoidal"))
+    assert found["verdict"] == "fail" and "contradict" in found["reason"]

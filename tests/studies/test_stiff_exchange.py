@@ -1,0 +1,69 @@
+"""The exchange of energy between stiff springs, and the invariant of their motion."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from discmech.integrators import imex, midpoint, scenes, trapezoidal
+from discmech.studies import get
+from discmech.studies.core.case import scheme_of
+from discmech.studies.stability import exchange
+from discmech.studies.stability.stiff import FAMILIES
+from tests.studies.cached_results import case
+
+
+def test_the_exchange_of_energy_comes_out_right_by_imex_and_wrong_by_midpoint():
+    certain = exchange.reference()[1]
+    assert certain < 1e-6
+    errors = {
+        rule.name: {row["z"]: row["error"] for row in
+                    exchange.exchange_errors(scheme_of(scenes.get("fpu"), rule))}
+        for rule in (imex, midpoint)
+    }  # fmt: skip
+    assert errors["imex"][5.0] < exchange.RIGHT < 0.5 < errors["midpoint"][5.0]
+    assert errors["imex"][0.1] < 0.01
+
+
+def test_the_reference_of_the_exchange_is_that_of_small_steps():
+    """Störmer–Verlet at hω = 1/100 and 1/200, extrapolated in h²."""
+    scheme = FAMILIES["fpu"].scheme(scheme_of(scenes.get("fpu"), trapezoidal), exchange.OMEGA)
+    a, b = (exchange.slow_energies(scheme, exchange.OMEGA, Fraction(1, k))[0] for k in (100, 200))
+    left = np.abs((4 * b - a) / 3 - exchange.reference()[0]).max()
+    assert left < np.abs(b - a).max() / 50 < 1e-6
+
+
+def test_stiffer_springs_hand_their_energy_on_rightly_by_imex_alone():
+    """hω = 5; by Störmer–Verlet nothing comes to an end there."""
+    errors = {
+        rule.name: exchange.exchange_errors(
+            scheme_of(scenes.get("fpu"), rule), Fraction(200), [exchange.COARSE]
+        )[0]
+        for rule in (imex, midpoint, trapezoidal)
+    }
+    assert errors["imex"]["error"] < 0.2 < 0.7 < errors["midpoint"]["error"]
+    assert errors["trapezoidal"]["error"] is None and errors["trapezoidal"]["cause"]
+
+
+@pytest.mark.parametrize(("error", "words"), [(0.2, "is wrong by 20 %"), (None, "not followed")])
+def test_an_exchange_that_is_wrong_where_it_is_resolved_fails(error, words):
+    told = {"kind": "map", "rows": [], "label": "ω", "measured": {"exchange": {"0.1": error}}}
+    verdict = get("stability").judge(case("stability", "fpu", "midpoint"), told)
+    assert verdict.verdict == "fail" and words in verdict.reason
+    told["measured"]["exchange"]["0.1"] = 0.09
+    assert get("stability").judge(case("stability", "fpu", "midpoint"), told).verdict == "pass"
+
+
+@pytest.mark.slow
+def test_the_adiabatic_invariant_over_a_hundred_thousand():
+    """The springs' energy changes by O(1/ω) (Hairer, Lubich, Wanner, XIII.6): where that holds, the
+    change times ω is one number but for the motion's chaos. At ω = 100 the run comes to its end,
+    with as large a change as chaos makes of the last bits: nothing is said of it."""
+    rows = {r["omega"]: r for r in exchange.adiabatic(scheme_of(scenes.get("fpu"), imex))}
+    assert rows[50.0]["change"] is None and "no longer finite" in rows[50.0]["cause"]
+    scaled = [w * row["change"] for w, row in rows.items() if w >= 200]
+    assert len(scaled) > 2 and max(scaled) < 2 * min(scaled)
+    # what the slow springs have, half of all the energy, does not go to the stiff ones
+    assert max(scaled) < 200 / 4 and rows[100.0]["change"] is not None

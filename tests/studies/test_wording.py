@@ -1,0 +1,162 @@
+"""What a report says: digits, headlines, the terminal's tables, formulas."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from typing import Any
+
+import pytest
+
+from discmech.studies.report import (
+    formulas,
+    mathml,
+    plot_drift,
+    tables,
+    typeset,
+    wording,
+)
+from discmech.studies.report.summary import headline, merged
+from tests.studies.fake_results import MATHML, spoiled
+
+
+def test_terminal_table_ends_with_the_failures() -> None:
+    from rich.console import Console
+
+    console = Console(width=150, file=io.StringIO())
+    with console.capture() as capture:
+        tables.print_result(console, spoiled()[0])
+    shown = capture.get()
+    assert shown.index("inconclusive") < shown.index("Newton stopped") > shown.rindex("2.00")
+
+
+def test_terminal_summary_has_a_line_a_study_and_the_cases_that_did_not_pass() -> None:
+    from rich.console import Console
+
+    from discmech.studies.report.summary import print_summary
+
+    console = Console(width=150, file=io.StringIO())
+    with console.capture() as capture:
+        print_summary(console, spoiled())
+    shown = capture.get()
+    cases = [case for study in merged(spoiled()) for case in study["cases"]]
+    bad = [case for case in cases if case["verdict"] != "pass"]
+    assert bad and shown.count("\n  discmech ") == len(bad)
+    assert all(case["command"] in shown and case["reason"] in shown for case in bad)
+    assert len(shown.splitlines()) < 8 + len(spoiled()) + 2 * len(bad)
+
+
+@pytest.mark.parametrize(
+    ("value", "interval", "text"),
+    [
+        (2.0004, [1.998, 2.002], "2.000 ± 0.003"),
+        (2.0, [2.0, 2.0], "2.000000 ± 0.000001"),
+        (1.98765, [1.90, 2.05], "1.988 ± 0.088"),
+        (2.00001234, [2.00001, 2.00002], "2.000012 ± 0.000008"),
+        (1.5, None, "1.500"),
+        (1.07e-11, [-2.28e-9, 2.30e-9], "(0.0 ± 2.3)×10⁻⁹"),
+        (-2.6808971e-18, [-2.6810207e-18, -2.6807736e-18], "(−2.6809 ± 0.0002)×10⁻¹⁸"),
+        (-9e-10, [-9.9e-10, -8.9e-10], "(−9.0 ± 0.9)×10⁻¹⁰"),
+        (0.0, [0.0, 0.0], "0"),
+        (None, [0, 1], "—"),
+        (math.nan, [0, 1], "—"),
+    ],
+)
+def test_orders_have_the_digits_they_deserve(value: Any, interval: Any, text: str) -> None:
+    assert wording.plus_minus(value, interval) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(3.14e-16, "3.1×10⁻¹⁶"), (1e-13, "10⁻¹³"), (0, "0"), ("2e-60", "2.0×10⁻⁶⁰"), (None, "—")],
+)
+def test_small_numbers(value: Any, text: str) -> None:
+    assert wording.scientific(value) == text
+
+
+def test_words_for_latex() -> None:
+    assert typeset.tex("≤ 3.1×10⁻¹⁶, |Γ|²") == r"$\le$ $3.1\times 10^{-16}$, $|\Gamma|^{2}$"
+    assert typeset.tex("50 % of a_b, 3×2") == r"50 \% of a\_b, 3$\times$2"
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "controls", "text"),
+    [
+        (["pass"], [], "The only case passes."),
+        (["fail", "pass"], ["pass"], "1 of 2 cases fails; the only control was caught."),
+        (["inconclusive"] * 2, [], "All 2 cases are inconclusive."),
+        (["fail"] * 2 + ["inconclusive"], [], "2 of 3 cases fail; 1 is inconclusive."),
+        ([], ["pass", "fail", "fail"], "1 of 3 controls was caught."),
+        ([], ["fail", "fail"], "None of 2 controls were caught."),
+    ],
+)
+def test_headline_is_english(verdicts: list[str], controls: list[str], text: str) -> None:
+    cases = [{"verdict": word} for word in verdicts]
+    cases += [{"verdict": word, "control": True} for word in controls]
+    assert headline([{"study": "order", "verdict": "pass", "cases": cases}])["text"] == text
+
+
+def test_only_the_quantity_that_drifts_is_said_to_fail() -> None:
+    case = {"rule": "midpoint", "verdict": "fail", "expected": {"limit": 1e-12}}
+    case["measured"] = {"drift": {"μ₃": 0.0, "|Γ|²": 2e-12}}
+    assert plot_drift.drifted(case, "|Γ|²") == "midpoint  2×10⁻¹²\n(fail)"
+    assert plot_drift.drifted(case, "μ₃") == "midpoint  0"
+    assert plot_drift.drifted(case | {"measured": {}}, "μ₃") == "midpoint\n(fail)"
+
+
+def test_only_presentation_mathml_reaches_the_page() -> None:
+    assert "<mo>(</mo><mi>μ</mi><mo>)</mo>" in mathml.display(MATHML)
+    assert mathml.display("<mi onclick='x()'>a</mi>") == '<math display="block"><mi>a</mi></math>'
+    assert "<script" not in mathml.display("<script>alert(1)</script>")
+    assert "<code>" in mathml.display("<mi>")
+
+
+def words(formula: str) -> str:
+    """A formula's letters, a times sign as a space."""
+    return re.sub("<[^>]*>", "", formula).replace("&#8290;", " ")
+
+
+def test_formulas_are_collected_and_stay_exact() -> None:
+    from sympy import Rational, cancel, symbols
+
+    h, a, b, u, w, x, z = symbols("h a b u w x z")
+    square = h**2 * u**2 + 16
+    body = a * u * (h**2 * u**2 / 4 + 1) + b * w * (h**2 * u * w / 4 - h * u / 2)
+    force = -8 * h * b * (u * z - w * x) / square + h**3 * u * b * x * z / (2 * square)
+    named: dict[Any, Any] = {}
+    terms = formulas.ascending(body + force, h, {x, z}, named)
+    assert cancel(sum(terms).xreplace(named) - body - force) == 0
+    assert [*named.values()] == [square]
+    assert cancel(sum(formulas.ascending(body + force, h, {x, z})) - body - force) == 0
+    letters = {u: "u_1", w: "u_2", next(iter(named)): "Δ(u)"}
+    shown = formulas.Typesetter(letters, h, [u, w, x, z]).equation([u], terms)
+    assert words(shown) == (
+        "u1=a u1−h b u1 u22+h2 u14 (a u12+b u22)+8 h bΔ(u) (u2 x−u1 z)+h3 b u1 x z2 Δ(u)"
+    )
+    apart = ((x - z) ** 2 + (u - w) ** 2) ** Rational(-3, 2)
+    terms = formulas.ascending(a * u + h * b * (x - z) * apart, h, {x, z})
+    assert terms[-1].has(apart) and cancel(sum(terms) - a * u - h * b * (x - z) * apart) == 0
+    minus = formulas.Typesetter({}, h, [u]).sum([-(a + b), -(a - b) / 2, u ** (a / 2)])
+    assert words(minus).startswith("−a−b") or words(minus).startswith("−(a+b)")
+
+
+def test_equations_of_a_scheme_are_typeset() -> None:
+    from discmech.integrators import Scheme, scenes
+    from discmech.integrators import rules as discretisations
+    from discmech.studies.command.equations import equations_of
+
+    for scene, lines in (("kepler", 2), ("rigid-body", 3)):
+        found = equations_of(Scheme(scenes.get(scene), discretisations.midpoint))
+        assert len(found["residual_mathml"]) == len(found["momentum_mathml"]) == lines
+        for key in ("residual_mathml", "momentum_mathml", "points_mathml"):
+            for formula in found[key]:
+                assert mathml.display(formula).startswith("<math")
+                assert not re.search("_|after|z0", words(formula))
+    held = equations_of(Scheme(scenes.get("suslov"), discretisations.midpoint))
+    assert words(held["constraints_mathml"][0]) == "u3=0"
+    assert words(held["constrained_momentum_mathml"][2]).startswith("μ3+h λ2=")
+    assert words(held["constrained_residual_mathml"][0]).endswith("=μ′1")
+    assert words(found["residual_mathml"][2]).startswith(
+        "inertia3 u3+h u1 u22 (inertia1−inertia2)+"
+    )
