@@ -45,13 +45,28 @@ def line_of(function: Any, error: BaseException | None = None) -> str:
     return f"{Path(code.co_filename).name}, line {line}"
 
 
+def nearest(name: Any, known: Iterable[str]) -> str:
+    """The known name that is most like it, whatever its capitals; empty if none is."""
+    small = {word.lower(): word for word in known}
+    return "".join(small[near] for near in get_close_matches(str(name).lower(), small, 1))
+
+
+def misplaced(name: str, kind: str, wanted: str) -> BadInput:
+    """The error for a scene where a rule is asked for, or a rule in a scene's place."""
+    such = {"rule": "midpoint", "scene": "pendulum"}[wanted]
+    return BadInput(
+        f"{name} is a {kind}, where a {wanted} is asked for: swap the two, or name a {wanted} "
+        f"such as {such}."
+    )
+
+
 def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
     """The error for an unknown name: with the nearest, or all if they fit into a sentence."""
     names = list(known)
     listed = ", ".join(names)
-    if near := get_close_matches(str(name), names, 1):
-        hint = f"did you mean {near[0]}?"
-    elif len(listed) <= 200:
+    if near := nearest(name, names):
+        hint = f"did you mean {near}?"
+    elif len(listed) <= 240:
         hint = f"there are {listed}."
     else:
         hint = f"there are {', '.join(names[:3])} and {len(names) - 3} more: say discmech list."

@@ -22,9 +22,9 @@ NAMES = tuple(study.name for study in every_study().values() if study.usual)
 def get(name: str) -> Study:
     """The study of that name; raises `BadInput` for an unknown one."""
     if not isinstance(name, str) or name not in NAMES:  # an array is compared entry by entry
-        from discmech.integrators import BadInput
+        from discmech.integrators.errors import unknown
 
-        raise BadInput(f'there is no study "{name}": there are {", ".join(NAMES)}.')
+        raise unknown("study", name, NAMES)
     return every_study()[name]
 
 

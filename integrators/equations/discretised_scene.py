@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-from ..errors import BadInput, CannotMeasure, brief_name
+from ..errors import BadInput, CannotMeasure, brief_name, misplaced
 from ..groupoids import check_axioms
 from ..rules import Composition, Discretisation, OneStepMap, check_rule, own
 from ..scene import Scene
@@ -34,6 +34,8 @@ class DiscretisedScene:
         rule: Discretisation,
         equations: DiscreteEquations | OneStepEquations | None = None,
     ) -> None:
+        if isinstance(scene, Discretisation):
+            raise misplaced(scene.name, "rule", "scene")
         if not isinstance(scene, Scene):
             raise BadInput(f"{brief_name(scene)} is no scene: give a Scene, or scenes.get(name).")
         check_rule(rule)

@@ -14,6 +14,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.errors import nearest, unknown
 from discmech.integrators.lattices import systems
 
 from .. import NAMES
@@ -68,6 +69,20 @@ class _Parser(argparse.ArgumentParser):
 
     def __init__(self, **given: Any) -> None:
         super().__init__(allow_abbrev=False, **given)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """All are known: a command says itself what it does not know, and what is like it."""
+        found, left = super().parse_known_args(args, namespace)
+        if left:
+            near = nearest(left[0].partition("=")[0], self._option_string_actions)
+            hint = f"; did you mean {near}?" if near else ""
+            self.error(f"unrecognized arguments: {' '.join(left)}{hint}")
+        return found, left
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            kind = str(action.metavar or action.dest).lower()
+            self.error(str(unknown(kind, value, action.choices)))
 
 
 def _parser() -> argparse.ArgumentParser:

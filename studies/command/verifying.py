@@ -42,7 +42,7 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--all", action="store_true", help="every scene, not only six")
     parser.add_argument(
-        "--study", action="append", default=[], metavar="NAME", dest="studies", choices=NAMES,
+        "--study", action="append", default=[], metavar="STUDY", dest="studies", choices=NAMES,
         help=f"only this study, of {', '.join(NAMES)}; may be repeated",
     )  # fmt: skip
     parser.add_argument(

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.errors import misplaced, nearest, unknown
+from discmech.integrators.lattices import systems
 from discmech.integrators.rules import METHODS, Composition, compose
 
 from .userfile import UserFile, load, loaded
@@ -147,6 +148,8 @@ def _given(thing: Any, kind: type[_Thing], named: Callable[[str], _Thing], noun:
         return thing
     if isinstance(thing, str):
         return named(thing)
+    if isinstance(thing, Scene | Discretisation):
+        raise misplaced(thing.name, "rule" if noun == "scene" else "scene", noun)
     if kind is Discretisation and callable(thing):
         discretisations.check_rule(thing)  # which says how a function becomes one
     raise BadInput(f"{thing!r} is no {noun}: give one, or its name.")
@@ -158,7 +161,7 @@ def _rules(word: str) -> tuple[Discretisation, ...]:
         return tuple(compose(rule, method) for rule in _rules(base))
     file, name = _in_file(word)
     if file is None:
-        return (discretisations.get(word),)
+        return (_called(word, "rule"),)
     return _of(file, file.rules, name, "rule")
 
 
@@ -167,17 +170,36 @@ def _scenes(word: str) -> tuple[Scene, ...]:
     if file is not None:
         steered = getattr(file.variables.get(name), "scene", None)  # of a Control(...)
         return (steered,) if isinstance(steered, Scene) else _of(file, file.scenes, name, "scene")
-    if word not in scenes.NAMES:
-        from discmech.integrators import control as room
+    return (_called(word, "scene"),)
 
-        if word in room.NAMES:
-            return (room.get(word).scene,)
-        from discmech.integrators.lattices import systems
 
-        if word in systems.NAMES:
-            lattice: Any = systems.get(word)
-            return (lattice,)
-    return (scenes.get(word),)
+def _called(word: str, kind: str) -> Any:
+    """The rule or scene of that name; raises `BadInput` for what has none, and says what it is."""
+    get: dict[str, Callable[[str], Any]] = {"rule": discretisations.get, "scene": _scene_called}
+    (other,) = {*get} - {kind}
+    try:
+        return get[kind](word)
+    except BadInput as error:
+        said = error
+    try:
+        said = misplaced(get[other](word).name, other, kind)
+    except BadInput:
+        if Path(word).exists():
+            said = BadInput(f"{word} is no Python file: name a .py file with rules or scenes.")
+    raise said
+
+
+def _scene_called(word: str) -> Any:
+    """The scene of that name, of a problem of control too, or the lattice."""
+    if word in scenes.every_name():
+        return scenes.get(word)
+    from discmech.integrators import control as room
+
+    if word in room.NAMES:
+        return room.get(word).scene
+    if word in systems.NAMES:
+        return systems.get(word)
+    raise unknown("scene", word, (*scenes.every_name(), *room.NAMES, *systems.NAMES))
 
 
 def _in_file(word: str) -> tuple[UserFile | None, str]:
@@ -185,24 +207,27 @@ def _in_file(word: str) -> tuple[UserFile | None, str]:
     path, found, name = word.partition(".py:")
     if found:
         return load(f"{path}.py"), name
-    path_like = Path(word).suffix or "/" in word
-    if not word.endswith(".py") and path_like and Path(word).exists():
-        raise BadInput(f"{word} is no Python file: name a .py file with rules or scenes.")
     return (load(word), "") if word.endswith(".py") else (None, word)
 
 
 def _of(file: UserFile, held: Mapping[str, _Held], name: str, kind: str) -> tuple[_Held, ...]:
+    variable = getattr(file.variables.get(name), "name", "")
+    names = (name, variable, name.replace("_", "-"))
+    others: dict[str, tuple[str, Mapping[str, Any]]]
+    others = {"rule": ("scene", file.scenes), "scene": ("rule", file.rules)}
+    other, theirs = others.get(kind, ("", {}))
+    swapped = [n for n in names if n in theirs]
+    if swapped and not {*names} & {*held}:
+        raise misplaced(swapped[0], other, kind)
     if not held:
         raise BadInput(f"{file.path} defines no {kind}.")
     if not name:
         return tuple(held.values())
-    variable = getattr(file.variables.get(name), "name", "")
-    names = (name, variable, name.replace("_", "-"))
     asked = next((n for n in names if n in held), name)
     if asked not in held:
-        near = get_close_matches(asked, held, 1)
+        near = nearest(asked, held)
         there = f"there {'is' if len(held) == 1 else 'are'} {', '.join(held)}."
-        hint = f"did you mean {near[0]}?" if near else there
+        hint = f"did you mean {near}?" if near else there
         raise BadInput(f'{file.path} has no {kind} "{name}": {hint}')
     return (held[asked],)
 

@@ -106,7 +106,9 @@ def control_option(what: str, names: Callable[[], Iterable[str]]) -> Option:
     def read(text: str) -> str:
         known = tuple(names())
         if text not in known:
-            refuse(f'there is no control "{text}": there are {", ".join(known)}.')
+            from discmech.integrators.errors import unknown
+
+            raise unknown("control", text, known)
         return text
 
     about = f"only this control ({what} that must be caught)"

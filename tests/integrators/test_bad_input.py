@@ -249,6 +249,7 @@ CASES = {
     "mu0 no list": (lambda: pendulum().trajectory(1, mu0=1.0), r"is 1\.0: give a list of 1 num"),
     "evolve no list": (lambda: pendulum().evolve(1, 2), "is 1: give a list of 1 numbers"),
     "scene as text": (lambda: Scheme("pendulum", midpoint), "'pendulum' is no scene: give a Sc"),
+    "scene and rule swapped": (lambda: Scheme(midpoint, plain()), "midpoint is a rule, where a s"),
     "retraction of a scheme": (lambda: Scheme(scenes.get("rigid-body"), midpoint, retraction="x"),
                                r"no retraction=; say scene=SCENE.with_retraction"),
     "ordr": (lambda: discretisation(ordr=2), r"there is no ordr=; say order="),

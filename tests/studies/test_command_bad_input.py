@@ -16,7 +16,12 @@ BAD = [
     ("energy pendulum --rule verlet", "there are rectangle, midpoint, trapezoidal"),
     ("run pendulum --retraction caylee", 'there is no retraction "caylee": did you mean cayley?'),
     ("order pendulum --retraction exp", 'there is no retraction "exp"'),
-    ("symplecticity --control Huen", 'there is no control "Huen": there are classical'),
+    ("run KEPLER", "did you mean kepler?"),
+    ("lattices brether", 'there is no scene "brether": did you mean breather?'),
+    ("explain midpoint kepler", "midpoint is a rule, where a scene is asked for: swap the two"),
+    ("order --rule triple-jump:kepler", "kepler is a scene, where a rule is asked for: swap"),
+    ("verify kepler", "or name a rule such as midpoint."),
+    ("symplecticity --control Huen", 'there is no control "Huen": did you mean Heun?'),
     ("run pendulum --step 0", "a step of 0 goes nowhere"),
     ("run pendulum --step nan", '--step is "nan", which is no number'),
     ("run pendulum --step inf", '--step is "inf", which is no number'),
@@ -39,7 +44,7 @@ BAD = [
     ("order pendulum --steps abc", "--steps is 'abc'"),
     ("order pendulum --digits 15", "--digits is 15"),
     ("momentum harmonic", "applies to none of the chosen scenes (harmonic)"),
-    ("work-precision pendulum --peer lsode", 'there is no peer "lsode": there are DOP853'),
+    ("work-precision pendulum --peer lsode", 'there is no peer "lsode": did you mean LSODA?'),
     ("work-precision pendulum --x hours", '--x is "hours": choose seconds, steps'),
     ("work-precision pendulum --y speed", '--y is "speed": choose error, error-x'),
     ("work-precision pendulum --periods -1", "--periods is '-1'"),
@@ -69,7 +74,11 @@ def test_bad_input_is_one_sentence_on_standard_error(ask, line, message):
 
 @pytest.mark.parametrize(
     ("line", "message"),
-    [("ordr", "choose from 'list', 'run'"), ("", "required: COMMAND"),
+    [("ordr", 'there is no command "ordr": did you mean order?'), ("", "required: COMMAND"),
+     ("foo", 'there is no command "foo": there are list, run, '),
+     ("new rul mine", 'there is no kind "rul": did you mean rule?'),
+     ("verify midpoint --study symplectic", "did you mean symplecticity?"),
+     ("run pendulum --setp=5", "unrecognized arguments: --setp=5; did you mean --step?"),
      ("run", "required: scene"), ("list --jsn x", "unrecognized arguments: --jsn"),
      ("run pendulum --t 5", "unrecognized arguments: --t 5"),
      ("order --steps", "expected one argument")],
@@ -113,11 +122,16 @@ def test_where_the_result_goes_is_looked_at_before_the_study_runs(ask, tmp_path,
     assert code == 2 and "file cannot be written" in err and err.count("\n") == 1
 
 
-def test_a_file_that_is_none_of_python_s_is_told(ask, tmp_path):
+def test_a_file_that_is_none_of_python_s_is_told(ask, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "notes.md").write_text("# my rule")
-    for path in (tmp_path, tmp_path / "notes.md"):
-        code, _, err = ask("verify", str(path))
-        assert code == 2 and f"{path} is no Python file" in err
+    (tmp_path / "mine").mkdir()
+    for path in (str(tmp_path), "notes.md", "mine", "."):
+        for words in (("verify", path), ("run", path), ("order", "--rule", path)):
+            code, _, err = ask(*words)
+            assert code == 2 and f"{path} is no Python file" in err
+    (tmp_path / "kepler").mkdir()  # what is called so comes first
+    assert ask("run", "kepler", "--steps", "1")[0] == 0
 
 
 @pytest.mark.parametrize(

@@ -185,6 +185,9 @@ def test_what_does_not_converge_is_missed(monkeypatch):
 @pytest.mark.parametrize(("words", "message"), [
     (("midpont", "kepler", 2), "did you mean midpoint"),
     (("midpoint", "keplr", 2), "did you mean kepler"),
+    (("kepler", "midpoint", 2), "midpoint is a rule, where a scene is asked for: swap the two"),
+    ((scenes.get("kepler"), lopsided, 2), "lopsided is a rule, where a scene is asked for"),
+    ((scenes.get("kepler"), "pendulum"), "kepler is a scene, where a rule is asked for"),
     (("midpoint", "kepler", "2"), "the order asked for is '2'"),
     ((discretisation(name="column")(lambda L, G, x, u, h: h * u), "kepler", 2), "is a matrix"),
 ])  # fmt: skip

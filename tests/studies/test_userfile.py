@@ -147,6 +147,7 @@ def test_a_wrong_file_is_said_with_its_line(file, text, message):
         (lambda: load("other.py"), "other.py cannot be read .*No such file"),
         (lambda: lookup.rule("mine.py:two_thrids"), 'no rule "two_thrids": did you mean two-t'),
         (lambda: lookup.scene("mine.py:a"), "mine.py defines no scene"),
+        (lambda: lookup.scene("mine.py:two_thirds"), "two-thirds is a rule, where a scene is"),
         (lambda: lookup.rule("two.py"), "several rules .*say two.py:a"),
         (lambda: lookup.rules(["two.py:a", "three.py:a"]), "two rules are called a"),
         (lambda: lookup.rule("midpont"), "did you mean midpoint"),

@@ -13,6 +13,7 @@ from typing import Any
 
 from discmech.integrators import BadInput
 from discmech.integrators.equations import SceneSymbols, closed_velocity
+from discmech.integrators.errors import unknown
 from discmech.integrators.scene import Scene
 
 from ..contestants import Contestant, Problem
@@ -47,7 +48,7 @@ def chosen(names: Sequence[str]) -> tuple[list[str], list[str]]:
         raise BadInput(f"--peer {NONE} leaves out all others: name no other beside it.")
     for name in names:
         if name not in PEERS:
-            raise BadInput(f'there is no peer "{name}": there are {", ".join(PEERS)}, {NONE}.')
+            raise unknown("peer", name, (*PEERS, NONE))
     present = [p for p in names or PEERS if find_spec(PEERS[p][1]) is not None]
     absent = [p for p in names or PEERS if p not in present]
     if names and absent:
