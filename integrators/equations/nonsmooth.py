@@ -9,7 +9,8 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from ..errors import BadInput, line_of
-from ..numbers import NotSmooth, sympy
+from ..numbers import NotComputed, NotSmooth, sympy
+from .checks import named
 from .discretised_scene import DiscretisedScene
 
 #: what a line that does it holds: one of the functions, or else a power, which a root may be
@@ -18,11 +19,14 @@ _WORDS = (r"\b(sqrt|Abs|abs|Max|Min|sign|Heaviside)\b", r"\*\*")
 
 @contextmanager
 def blamed(scheme: DiscretisedScene) -> Iterator[None]:
-    """Raise what says `NotSmooth` again, with the function of the user's that is to be mended."""
+    """Raise what cannot be computed again, with the function of the user's that is to be mended."""
     try:
         yield
     except NotSmooth:
         raise _blame(scheme) from None
+    except NotComputed as error:
+        which = named(scheme.scene.name, scheme.equations.rule)
+        raise BadInput(f"{which}: {error}") from None
 
 
 def _blame(scheme: DiscretisedScene) -> BadInput:

@@ -5,7 +5,15 @@ Importing this package loads neither sympy nor gmpy2.
 
 from __future__ import annotations
 
-from .arithmetic import MOST_DIGITS, Arithmetic, Double, Multiple, NotSmooth, arithmetic
+from .arithmetic import (
+    MOST_DIGITS,
+    Arithmetic,
+    Double,
+    Multiple,
+    NotComputed,
+    NotSmooth,
+    arithmetic,
+)
 from .coefficients import Coefficients, Parameters
 from .definitions import (
     Definition,
@@ -62,14 +70,14 @@ from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
     "MOST_DIGITS", "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function",
-    "InArithmetic", "LazyModule", "Letters", "Matrix", "Multiple", "NotSmooth", "Number", "Numbers",
-    "Parameters", "Together", "Tracked", "Vector", "arithmetic", "as_one_number", "code", "collect",
-    "entry", "errors_of", "evaluate", "evaluate_at", "evaluate_matrix", "exact", "exact_matrices",
-    "exact_nested", "exact_rational", "exact_vector", "first_violation", "flatten", "floats_exact",
-    "function_text", "inlined", "is_zero", "jacobian", "listed", "needed", "newton",
-    "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
-    "random_columns", "random_point", "refuse_long", "register", "registered_function", "replaced",
-    "rounded", "run_text", "shown", "sizes", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
-    "values_of", "vanishes", "whole_number", "with_running_errors", "with_tables", "working_digits",
-    "written_out",
+    "InArithmetic", "LazyModule", "Letters", "Matrix", "Multiple", "NotComputed", "NotSmooth",
+    "Number", "Numbers", "Parameters", "Together", "Tracked", "Vector", "arithmetic",
+    "as_one_number", "code", "collect", "entry", "errors_of", "evaluate", "evaluate_at",
+    "evaluate_matrix", "exact", "exact_matrices", "exact_nested", "exact_rational", "exact_vector",
+    "first_violation", "flatten", "floats_exact", "function_text", "inlined", "is_zero", "jacobian",
+    "listed", "needed", "newton", "null_direction", "number", "numeric", "numeric_function",
+    "numeric_text", "opaque", "parts_of", "random_columns", "random_point", "refuse_long",
+    "register", "registered_function", "replaced", "rounded", "run_text", "shown", "sizes", "solve",
+    "symbols_of", "sympy", "to_sympy", "tracked", "values_of", "vanishes", "whole_number",
+    "with_running_errors", "with_tables", "working_digits", "written_out",
 ]  # fmt: skip

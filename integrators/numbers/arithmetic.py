@@ -32,24 +32,28 @@ FUNCTIONS = {
 }  # fmt: skip
 
 
-class NotSmooth(BadInput):
+class NotComputed(BadInput):
+    """No arithmetic has the function of an expression."""
+
+
+class NotSmooth(NotComputed):
     """An expression is the derivative of one that has none everywhere."""
 
 
-def refused(e: Expression) -> BadInput:
+def refused(e: Expression) -> NotComputed:
     """The error for an expression that no arithmetic has, which it names by its function."""
     name = type(e).__name__
+    what = f"the function {name}" if e.is_Function else f"the expression {e} ({name})"
+    if name in ("Derivative", "Subs"):  # Subs: a derivative at another point
+        name = type((e if name == "Derivative" else e.args[0]).args[0]).__name__
+        what = f"the derivative of {name}"
     if name in ("sign", "Heaviside", "DiracDelta"):
         return NotSmooth(
             "the derivative of Abs (of Max, Min, a step) cannot be put into a kernel: write the "
             "Lagrangian, or the rule, without Abs and the like (the root of a square is one too)."
         )
-    what = f"the function {name}" if e.is_Function else f"the expression {e} ({name})"
-    if name in ("Derivative", "Subs"):  # Subs: a derivative at another point
-        function = (e if name == "Derivative" else e.args[0]).args[0]
-        what = f"the derivative of {type(function).__name__}"
     known = ", ".join(FUNCTIONS)
-    return BadInput(f"{what} cannot be put into a kernel; there are {known}, powers and roots.")
+    return NotComputed(f"{what} cannot be put into a kernel; there are {known}, powers and roots.")
 
 
 def _functions(library: Any, **others: str) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from . import reference as references
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .interrupts import Farewell, ended_soon
 from .options import add_choices, add_own, as_typed, choice_of, jobs
-from .output import EXIT, console, progress_shown, writable, writable_folder, write
+from .output import console, exit_code, progress_shown, writable, writable_folder, write
 
 PASS, FAIL, BAD_INPUT = 0, 1, 2
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
@@ -177,7 +177,7 @@ def _study(options: argparse.Namespace) -> int:
             print(note)
         if options.folder:
             print(f"page: {page}")
-    return FAIL if is_worse(result) else EXIT[result["verdict"]]
+    return FAIL if is_worse(result) else exit_code(result)
 
 
 def _report(options: argparse.Namespace) -> int:
@@ -189,7 +189,6 @@ def _report(options: argparse.Namespace) -> int:
         results, page = make_report(
             choice, Path(options.folder), show, jobs(options), Store(options.fresh)
         )
-    from ..core.case import worst
     from ..report.summary import print_summary
     from ..report.tables import print_result
 
@@ -198,4 +197,4 @@ def _report(options: argparse.Namespace) -> int:
         print_result(screen, result)
     print_summary(screen, results)
     screen.print(f"report: {page}", highlight=False, soft_wrap=True)
-    return EXIT[worst(r["verdict"] for r in results)]
+    return exit_code(*results)

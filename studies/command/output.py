@@ -5,17 +5,32 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput
 
-#: exit codes; bad input has 2
-EXIT = {"pass": 0, "fail": 1, "inconclusive": 3}
+EXIT = {"pass": 0, "fail": 1, "bad input": 2, "inconclusive": 3}
 DERIVED = 0.5  # share that deriving is, about, of a wait for what is derived and compiled
 LEAST = 0.02  # share of a wait that tells the pace of the rest
+
+
+def exit_code(*results: Mapping[str, Any]) -> int:
+    """That of the worst verdict.
+
+    Raises `BadInput` where nothing failed, and nothing could be measured of some rule.
+    """
+    from ..core.case import worst
+
+    said = worst(result["verdict"] for result in results)
+    used: dict[str, bool] = {}
+    for case in (case for result in results for case in result["cases"]):
+        used[case["rule"]] = used.get(case["rule"], False) or not case.get("unusable")
+    if said != "fail" and (bad := [rule for rule in used if not used[rule]]):
+        raise BadInput(f"nothing could be measured of {', '.join(bad)}: mend it as is said above.")
+    return EXIT[said]
 
 
 def write(file: str, text: str) -> None:

@@ -15,7 +15,7 @@ from .. import NAMES
 from ..core.options import digits_in, whole
 from ..core.store import Store
 from .options import RULE_HELP, add_fresh, add_jobs, jobs
-from .output import EXIT, console, progress_shown, writable, write
+from .output import console, exit_code, progress_shown, writable, write
 
 EPILOG = "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive."
 
@@ -74,10 +74,12 @@ def _answer(options: argparse.Namespace) -> int:
         every_scene=options.all,
     )
     quiet = options.json == "-"
+    reasons: set[str] = set()
 
     def told(study: str, case: dict[str, Any]) -> None:
         if not quiet:
-            print(verdicts.line(study, case), flush=True)
+            print(verdicts.line(study, case, reasons), flush=True)
+            reasons.add(case["reason"])
 
     ask: Callable[..., dict[str, Any]] = {"verify": verify, "compare": compare}[options.name]
     begun = time.perf_counter()
@@ -91,7 +93,7 @@ def _answer(options: argparse.Namespace) -> int:
             write(options.html, _page(request, result))
     if not quiet:
         _show(result, time.perf_counter() - begun)
-    return EXIT[result["verdict"]]
+    return exit_code(result)
 
 
 def _show(result: dict[str, Any], seconds: float) -> None:

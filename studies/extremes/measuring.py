@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -71,6 +72,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     assert isinstance(case, ExtremeCase)
     progress(f"{case.scene.name} {case.label}: {case.extreme.name}", 0.0)
     rows = [one_extreme(case.scheme, case.extreme, z, case.steps or STEPS) for z in (FINE, COARSE)]
+    if any(row["outcome"] == "refused" for row in rows):
+        with suppress(StepFailure):  # where it is refused off the edge too, it is bad input
+            case.scheme.flow(case.scene.step).trajectory(1)
     shown = ("outcome", "error", "estimate", "energy", "noticed", "message")
     measured = {
         name: {key: row[key] for key in shown}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.study import view_of
@@ -40,14 +40,20 @@ COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
 }
 
 
-def line(study: str, case: Case) -> str:
-    """✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ± 0.05); or why not."""
+def line(study: str, case: Case, told: Collection[str] = ()) -> str:
+    """✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ± 0.05).
+
+    Of what was not measured, why, unless it was told before. The cause and how to see it again are
+    told once, at the end (`troubles`).
+    """
     written = view_of(study).line
     figure = written(case) if written and case.get("measured") else got(study, case)
-    said = f"{MARKS[verdict(case)]} {study}: {case_name(case)}: {figure}"
+    reason = str(case.get("reason"))
+    if figure == NONE and verdict(case) != "pass" and reason not in told:
+        figure = reason
     expected = wanted(study, case)
-    said += "" if expected == NONE else f" (wanted {expected})"
-    return said if verdict(case) == "pass" else f"{said}: {case.get('reason')}"
+    said = "" if expected == NONE else f" (wanted {expected})"
+    return f"{MARKS[verdict(case)]} {study}: {case_name(case)}: {figure}{said}"
 
 
 def table(result: Result) -> Table:

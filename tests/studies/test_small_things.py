@@ -20,6 +20,11 @@ def rooted(L, G, x, u, h):
     return h * L(G.target(x, u, h / 2), u) + h**3 * size
 
 
+@discretisation(order=2)
+def signed(L, G, x, u, h):
+    return h * abs(L(x, u))
+
+
 named = discretisation(order=2, name="by-its-name")(
     lambda L, G, x, u, h: h * L(G.target(x, u, h / 2), u)
 )
@@ -39,8 +44,9 @@ def rough(tmp_path):
     ("words", "wanted"),
     [
         ("pendulum --rule {}:rooted", "rough.py, line 8: the rule rooted holds Abs"),
+        ("pendulum --rule {}:signed", "rough.py, line 14: the rule signed holds Abs"),
         ("pendulum --rule suzuki:{}:rooted", "rough.py, line 8: the rule rooted holds Abs"),
-        ("{}:bump --rule midpoint", "rough.py, line 16: the Lagrangian of bump holds Abs"),
+        ("{}:bump --rule midpoint", "rough.py, line 21: the Lagrangian of bump holds Abs"),
     ],
 )
 def test_a_root_that_has_no_derivative_is_named_with_its_line(words, wanted, rough, ask):

@@ -113,6 +113,7 @@ def test_a_scene_that_one_study_alone_judges_is_left_out_by_no_other_s_needs(fol
 def test_a_wrong_rule_fails_with_one_sentence_that_names_the_cause(folder, ask):
     code, out, _ = ask("verify", "wrong.py", "--scene", "kepler", *QUICK)
     assert code == 1 and "verify: fail" in out
+    assert out.count("Cause: ") == 1  # a line says that it failed, the paragraph at the end why
     told = out[out.index("verify: fail") :]
     assert told.count("✗ order: kepler, a-third, 50 digits: order 1.0") == 1
     assert "Cause: gauge" in told
@@ -155,10 +156,33 @@ def test_a_rule_that_some_scene_cannot_use_is_inconclusive_there(folder, ask):
     code, out, _ = ask(*words, "--study", "symplecticity", "--steps", "16")
     assert code == 3 and "✓ order: kepler" in out
     assert "? order: rigid-body, two-thirds, cayley, 50 digits: base.py, line 8: rigid-body" in out
-    # as each comes, and once for both under the table
-    assert out.count("base.py, line 8") == 3 and "and so 1 more of symplecticity" in out
+    # as the first comes, and once for both under the table
+    assert out.count("base.py, line 8") == 2 and "and so 1 more of symplecticity" in out
     code, out, err = ask(*words[:2], *words[4:])  # nothing else: bad input
     assert code == 2 and out.count("\n") <= 1 and "base.py, line 8" in err
+
+
+def test_a_bad_rule_beside_others_is_bad_input_unless_one_of_them_fails(folder, ask):
+    text = RULE + RULE.replace("two_thirds", "broken").replace("return h", "return h * nothing")
+    (folder / "several.py").write_text(text)
+    code, out, err = ask("verify", "several.py", "--scene", "kepler", *QUICK)
+    assert code == 2 and "✓ order: kepler, two-thirds" in out
+    assert "rule broken could not be evaluated" in out
+    assert err == "discmech: nothing could be measured of broken: mend it as is said above.\n"
+    (folder / "several.py").write_text(text.replace("order=2", "order=4", 1))
+    code, _, err = ask("verify", "several.py", "--scene", "kepler", *QUICK)
+    assert (code, err) == (1, "")
+
+
+def test_a_rule_without_machine_code_is_bad_input_to_verify_as_to_run(folder, ask):
+    """At the edges of a scene too: that it is refused there says nothing of the edge."""
+    text = RULE.replace("return h", "return sympy.I * h").replace("from", "import sympy\nfrom", 1)
+    (folder / "complex.py").write_text(text)
+    said = "kepler with two-thirds: the expression I"
+    for words in (("verify", "complex.py", "--scene", "kepler", "--digits", "16"),
+                  ("run", "kepler", "--rule", "complex.py")):  # fmt: skip
+        code, _, err = ask(*words)
+        assert code == 2 and "complex.py, line" in err and said in err
 
 
 def test_a_scene_that_no_study_can_use_is_bad_input_and_not_inconclusive(folder, ask):
