@@ -20,7 +20,8 @@ from .work import less_work
 
 NAME = "momentum"
 NEEDS = (
-    "it needs a scene that declares symmetries or Casimirs; and of a one-step map or composition, "
+    "it needs a scene that declares symmetries or Casimirs (a first integral is the motion's own, "
+    "and no rule is asked to keep it); and of a one-step map or composition, "
     "quantities on which no force does work, for they have no discrete work to hold them against."
 )
 DIGITS = (16, 50)
