@@ -50,11 +50,12 @@ from .identities import (
     vanishes,
 )
 from .lazy import LazyModule, sympy
-from .multi_output import InArithmetic, as_one_number, collect, entry, opaque, register, with_tables
+from .multi_output import InArithmetic, as_one_number, collect, entry, opaque
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
 from .precision import working_digits
 from .printing import code
+from .registered import register, with_tables
 from .running_error import (
     Tracked,
     errors_of,

@@ -1,13 +1,11 @@
 """Functions that return several numbers at once, inside symbolic expressions.
 
 `entry(f(z), k)` is number k of what f returns. Common subexpressions being taken out, generated
-text calls f once and reads its numbers by index. The text of f itself is registered under its name
-and put in front of the text that calls it; its host supplies the decorators `helper` and `aside`.
+text calls f once and reads its numbers by index.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -19,14 +17,7 @@ from .types import Expression, Letter
 #: what combines functions of a list of expressions before subexpressions are taken out
 Collector = Callable[[list[Expression]], list[Expression]]
 
-_TEXTS: dict[str, Callable[[], str]] = {}
 _COLLECTORS: list[Collector] = []
-
-
-def register(name: str, text: Callable[[], str]) -> str:
-    """Let generated text call the function of that name; `text()` defines it. Returns the name."""
-    _TEXTS[name] = text
-    return name
 
 
 def collect(collector: Collector) -> Collector:
@@ -40,20 +31,6 @@ def together(expressions: list[Expression]) -> list[Expression]:
     for collector in _COLLECTORS:
         expressions = collector(expressions)
     return expressions
-
-
-def with_tables(text: str) -> str:
-    """The text behind the definitions of all registered functions that it calls, each once."""
-    parts, seen = list[str](), set[str]()
-
-    def visit(calling: str) -> None:
-        for name in sorted(set(re.findall(r"\b(\w+)\(", calling)) & set(_TEXTS) - seen):
-            seen.add(name)
-            visit(_TEXTS[name]())  # what it calls stands in front
-        parts.append(calling)
-
-    visit(text)
-    return "\n\n".join(parts)
 
 
 def entry(table: Expression, index: int) -> Expression:
@@ -109,7 +86,7 @@ def _classes() -> tuple[Any, Any]:
             return value if value.is_Rational else None
 
         def _eval_is_real(self) -> Any:
-            return self.args[0].is_real
+            return not self.args[0].has(sympy.I) or None  # sympy knows no quotient for real
 
         def _eval_derivative(self, s: Letter) -> Expression:
             return self.args[0].diff(s)
@@ -128,13 +105,3 @@ def _classes() -> tuple[Any, Any]:
 def opaque(expression: Expression) -> bool:
     """Whether the expression holds functions of ours, whose factors are better left standing."""
     return bool(expression.atoms(InArithmetic))
-
-
-def registered_names() -> list[str]:
-    """The names of all functions that generated text may call."""
-    return list(_TEXTS)
-
-
-def is_table(function: Expression) -> bool:
-    """Whether generated text may call it by its name."""
-    return type(function).__name__ in _TEXTS

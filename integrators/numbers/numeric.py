@@ -15,7 +15,7 @@ import numpy as np
 
 from .arithmetic import Arithmetic
 from .lazy import sympy
-from .multi_output import with_tables
+from .registered import with_tables
 from .statements import body
 from .types import Assignment, Expression, Expressions, Letter, Letters, SymbolicMatrix
 
@@ -80,7 +80,7 @@ def numeric_function(text: str, numbers: Arithmetic, columns: bool = False) -> C
 
 @lru_cache(maxsize=256)
 def registered_function(name: str, numbers: Arithmetic) -> Callable[..., Any]:
-    """The function that is registered (`multi_output.register`) under a name, in an arithmetic."""
+    """The function that is registered (`registered.register`) under a name, in an arithmetic."""
     return run_text(with_tables(f"# {name}()"), numbers.namespace())[name]
 
 

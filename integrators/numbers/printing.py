@@ -6,15 +6,14 @@ other constants are coefficients computed once in the arithmetic at hand.
 
 from __future__ import annotations
 
-from .arithmetic import FUNCTIONS, refused
-from .exact import refuse_long
-from .lazy import sympy
-from .multi_output import is_table
+from collections.abc import Iterable, Mapping
+
+from .arithmetic import FUNCTIONS
+from .expression_graph import CALL, INVERSE, LEAF, POWER, PRODUCT, SUM, ExpressionGraph, Value
 from .types import Expression
 
 #: how tightly a text holds together: what does so less than is needed stands in parentheses
-_SUM, _PRODUCT, _FACTOR, _POWER, _ATOM = range(5)
-_CONSTANTS = {"pi": "PI", "E": "exp(R(1))", "I": "1j"}
+_TERMS, _FACTORS, _FACTOR, _RAISED, _ATOM = range(5)
 
 
 def code(expression: Expression) -> str:
@@ -23,77 +22,92 @@ def code(expression: Expression) -> str:
     Rationals are R(p)/q, R being the number type of the arithmetic. Raises `BadInput` for what no
     arithmetic has.
     """
-    return _text(expression, _SUM)
+    graph = ExpressionGraph()
+    return Texts(graph, {}).of(*graph.values([expression]))
 
 
-def _text(e: Expression, needed: int) -> str:
-    text, holds = _printed(e)
-    return text if holds >= needed else f"({text})"
+class Texts:
+    """The texts of a graph's values; names: of the nodes that have one."""
 
+    def __init__(self, graph: ExpressionGraph, names: Mapping[int, str]) -> None:
+        self.graph, self.names = graph, names
+        self._used: set[str] = set()  # the names and letters of the text that is written
 
-def _printed(e: Expression) -> tuple[str, int]:
-    """The text of an expression, and how tightly it holds together."""
-    if e.is_Symbol:
-        return str(e), _ATOM
-    if e.is_Rational:
-        refuse_long((int(e.p), int(e.q)), "what a step computes")
-    if e.is_Integer:
-        return str(e), _ATOM if e >= 0 else _SUM
-    if e.is_Rational:
-        return f"(R({e.p})/{e.q})", _ATOM
-    if e.is_Add:
-        return _sum(e), _SUM
-    if e.is_Mul:
-        return _product(e)
-    if e.is_Pow:
-        return _power(e.base, e.exp)
-    if e.is_Float:
-        return f"R('{e}')", _ATOM
-    if e.is_NumberSymbol or e is sympy.I:
-        return _CONSTANTS.get(str(e), f"constant('{e}')"), _ATOM
-    if hasattr(e, "written"):
-        return e.written(code), _ATOM
-    name = type(e).__name__
-    if name not in FUNCTIONS and not is_table(e):
-        raise refused(e)
-    return f"{FUNCTIONS.get(name, name)}({', '.join(map(code, e.args))})", _ATOM
+    def of(self, value: Value) -> str:
+        """The text of a value, by names where its parts have some."""
+        return self._text(value, _TERMS)
 
+    def with_letters(self, values: Iterable[Value]) -> tuple[list[str], set[str]]:
+        """(the texts of values, the names and letters in them)."""
+        self._used = set()
+        return list(map(self.of, values)), self._used
 
-def _sum(e: Expression) -> str:
-    signed = []
-    for term in e.as_ordered_terms():
-        text = _text(term, _PRODUCT if term.is_Add else _SUM)
-        signed += ["-", text[1:]] if text.startswith("-") else ["+", text]
-    return signed[0].strip("+") + " ".join(signed[1:])
+    def inside(self, node: int) -> tuple[list[str], set[str]]:
+        """What a node that has a name is, as `with_letters` has it."""
+        self._used = set()
+        return [self._written(node, 0)[0]], self._used
 
+    def _text(self, value: Value, needed: int) -> str:
+        node, minus = divmod(value, 2)
+        if node in self.names:
+            name = self.names[node]
+            self._used.add(name)
+            text, holds = (f"-{name}", _TERMS) if minus else (name, _ATOM)
+        else:
+            text, holds = self._written(node, minus)
+        return text if holds >= needed else f"({text})"
 
-def _product(e: Expression) -> tuple[str, int]:
-    """Factors over factors, the sign in front."""
-    coefficient, rest = e.as_coeff_Mul()
-    factors = rest.as_ordered_factors() if rest.is_Mul else [rest]
-    if abs(coefficient) != 1:
-        factors = [abs(coefficient), *factors]
-    below = [f for f in factors if f.is_Pow and f.exp.is_Rational and f.exp.is_negative]
-    above = [f for f in factors if f not in below]
-    minus = coefficient < 0
-    texts = [_text(f, _FACTOR if minus and len(above) == 1 else _PRODUCT) for f in above]
-    text = "*".join(texts) or "1"
-    if below:
-        texts = [
-            _text(f.base, _FACTOR) if f.exp == -1 else _power(f.base, -f.exp)[0] for f in below
-        ]
-        text += f"/{texts[0]}" if len(texts) == 1 else f"/({'*'.join(texts)})"
-    return (f"-{text}", _SUM) if minus else (text, _PRODUCT)
+    def _written(self, node: int, minus: int) -> tuple[str, int]:
+        """The text of a node or of its opposite, and how tightly it holds together."""
+        kind, parts = self.graph.kinds[node], self.graph.parts[node]
+        if kind == SUM and len(parts) > 1:
+            return self._sum([p ^ minus for p in parts]), _TERMS
+        if kind == SUM:
+            return self._text(parts[0] ^ minus, _TERMS), _TERMS
+        if kind == LEAF:
+            text, holds = self.graph.details[node], _ATOM
+            self._used.add(text)
+        elif kind == PRODUCT:
+            text, holds = self._product(parts), _FACTORS
+        elif kind == INVERSE:
+            text, holds = f"1/{self._text(parts[0], _FACTOR)}", _FACTOR
+        elif kind == POWER:
+            text, holds = (
+                "**".join([self._text(parts[0], _ATOM), self._text(parts[1], _ATOM)]),
+                _RAISED,
+            )
+        else:
+            assert kind == CALL
+            text, holds = self._call(self.graph.details[node], parts), _ATOM
+        return (f"-{text}", _TERMS) if minus else (text, holds)
 
+    def _sum(self, terms: list[Value]) -> str:
+        terms.sort(key=lambda term: term % 2)  # one that is positive first
+        text = self._text(terms[0], _FACTORS if terms[0] % 2 == 0 else _TERMS)
+        for term in terms[1:]:
+            text += f" {'-' if term % 2 else '+'} {self._text(term & ~1, _FACTORS)}"
+        return text
 
-def _power(base: Expression, exponent: Expression) -> tuple[str, int]:
-    text = _text(base, _ATOM)
-    if not exponent.is_Rational:
-        return f"{text}**{_text(exponent, _POWER)}", _POWER
-    whole, rest = divmod(abs(exponent), 1)
-    if whole <= 16 and rest in (0, sympy.S.Half):  # larger ones by the library's power
-        root = [f"sqrt({code(base)})"] if rest else []
-        product = f"({'*'.join([text] * int(whole) + root)})"
-    else:
-        product = f"({text}**{code(abs(exponent))})"
-    return (f"1/{product}", _FACTOR) if exponent < 0 else (product, _ATOM)
+    def _product(self, factors: list[Value]) -> str:
+        """Factors over factors."""
+        graph, below, above = self.graph, [], []
+        for f in factors:
+            node = f >> 1
+            if node not in self.names and graph.kinds[node] == INVERSE:
+                below.append(graph.parts[node][0])
+            else:
+                above.append(f)
+        text = "*".join(self._text(f, _FACTOR) for f in above) or "1"
+        if below:
+            texts = [self._text(f, _FACTOR) for f in below]
+            text += f"/{texts[0]}" if len(texts) == 1 else f"/({'*'.join(texts)})"
+        return text
+
+    def _call(self, e: Expression | str, parts: list[Value]) -> str:
+        if isinstance(e, str):
+            return f"{e}({self.of(parts[0])})"
+        if hasattr(e, "written"):
+            texts = dict(zip(e.args, map(self.of, parts), strict=True))
+            return str(e.written(texts.__getitem__))
+        name = type(e).__name__
+        return f"{FUNCTIONS.get(name, name)}({', '.join(map(self.of, parts))})"

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from .arithmetic import Arithmetic
-from .multi_output import registered_names
 from .numeric import run_text
+from .registered import registered_names
 from .types import Number, Vector
 
 #: derivative of a function at (argument, value), of the functions in generated text

@@ -5,13 +5,13 @@ from __future__ import annotations
 import heapq
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import count
 from typing import TypeAlias
 
-from .definitions import parts_of, symbols_of
-from .lazy import sympy
+from .expression_graph import LEAF, ExpressionGraph, Value
 from .multi_output import together
-from .printing import code
-from .types import Assignment, Expression, Expressions, Letter, Letters, Replacement
+from .printing import Texts
+from .types import Assignment, Expression, Expressions, Letter, Letters
 
 
 class Together(list[Expression], ABC):
@@ -22,29 +22,10 @@ class Together(list[Expression], ABC):
         """The statements that define `names` from the texts of the expressions."""
 
 
-MANY = 4000  # subexpressions from which their order is not worth its time
-
-
-def _shared(outputs: Expressions) -> tuple[list[tuple[Letter, Expression]], list[Expression]]:
-    """Common subexpressions taken out: ([(letter, value)], [each output])."""
-    letters, given = sympy.numbered_symbols("t", real=True), together(list(outputs))
-    # sorting all sums and products takes as long as all else where there are many
-    order = "canonical" if len(parts_of(given)) < MANY else "none"
-    shared, reduced = sympy.cse(given, symbols=letters, order=order, list=True)
-    opposite: Replacement = {}  # −t costs nothing, and a name for it lengthens the text
-    taken = []
-    for name, value in shared:
-        value = value.xreplace(opposite)
-        if (-value).is_Symbol:
-            opposite[name] = value
-        else:
-            taken.append((name, value))
-    return taken, [e.xreplace(opposite) for e in reduced]
-
-
 #: from the names of letters and the texts of their values to statements
 Writer: TypeAlias = Callable[[list[str], list[str]], list[str]]
-_Statement: TypeAlias = tuple[Letters, list[Expression], Writer]
+#: (names, texts of their values, the names and letters in these, how they are written)
+_Statement: TypeAlias = tuple[list[str], list[str], set[str], Writer]
 
 
 class Call(Together):
@@ -93,25 +74,50 @@ def body(
     """
     lines = [f"{s} = {vector}[{i}]" for vector, letters in arguments.items()
              for i, s in enumerate(letters)]  # fmt: skip
-    taken, reduced = _shared([*(v for _, values in before for v in values), *results])
-    rest = iter(reduced)
+    graph = ExpressionGraph()
+    roots = graph.values(together([*(v for _, values in before for v in values), *results]))
+    graph.share()
+    names = _named(graph, roots, {str(s) for letters, _ in before for s in letters})
+    texts, rest = Texts(graph, names), iter(roots)
     pending: list[_Statement] = []
     for letters, values in before:
-        made = [next(rest) for _ in values]
+        defined, made = list(map(str, letters)), [next(rest) for _ in values]
         if isinstance(values, Together):
-            pending.append((letters, made, values.lines))
+            pending.append((defined, *texts.with_letters(made), values.lines))
         else:
-            pending += [([s], [e], _assign) for s, e in zip(letters, made, strict=True)]
-    pending += [([s], [e], _assign) for s, e in taken]
-    for letters, values, write in _by_use(pending):
-        lines += write([str(s) for s in letters], [code(e) for e in values])
-    return [f"    {line}" for line in lines], (code(e) for e in rest)
+            pending += [([s], *texts.with_letters([value]), _assign)
+                        for s, value in zip(defined, made, strict=True)]  # fmt: skip
+    pending += [([name], *texts.inside(node), _assign) for node, name in names.items()]
+    for defined, given, _, write in _by_use(pending):
+        lines += write(defined, given)
+    return [f"    {line}" for line in lines], map(texts.of, rest)
+
+
+def _named(graph: ExpressionGraph, roots: list[Value], taken: set[str]) -> dict[int, str]:
+    """Names of what is used more than once, each behind what it is made of."""
+    uses = graph.uses(roots)
+    taken |= {graph.details[i] for i in uses if graph.kinds[i] == LEAF}
+    free = (name for i in count() if (name := f"t{i}") not in taken)
+    seen, names = set[int](), dict[int, str]()
+
+    def visit(node: int) -> None:
+        seen.add(node)
+        for part in graph.parts[node]:
+            if part >> 1 not in seen:
+                visit(part >> 1)
+        if uses[node] > 1 and graph.kinds[node] != LEAF:
+            names[node] = next(free)
+
+    for root in roots:
+        if root >> 1 not in seen:
+            visit(root >> 1)
+    return names
 
 
 def _by_use(pending: Sequence[_Statement]) -> Iterator[_Statement]:
     """The statements in an order in which each uses letters of earlier ones: the first that can."""
-    owner = {s: i for i, (letters, _, _) in enumerate(pending) for s in letters}
-    uses = [{owner[s] for s in symbols_of(values) & owner.keys()} for _, values, _ in pending]
+    owner = {name: i for i, (names, *_) in enumerate(pending) for name in names}
+    uses = [{owner[name] for name in used & owner.keys()} for _, _, used, _ in pending]
     users: dict[int, list[int]] = {}
     for i, used in enumerate(uses):
         for j in used:

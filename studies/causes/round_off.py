@@ -79,14 +79,15 @@ def lost_one_way(case: Case, steps: int) -> float:
 
     A rule that takes differences of nearly equal numbers, such as (s − x)/h of a stage that is a
     position, is off by more than its roundings, and these are alike from step to step: no walk
-    bounds what they add up to. What `ORDINARY` round-offs a step add up to is for the walk.
+    bounds what they add up to. Nor does any part of what they are off by walk then; but where it is
+    no more than `ORDINARY` round-offs, all of it does.
     """
     try:
         flow = case.scheme.flow(case.scene.step, case.digits)
         noise = evaluation_noise(flow)
     except (CannotMeasure, StepFailure):
         return 0.0
-    return 2 * steps * max(0.0, noise - ORDINARY * float(flow.numbers.eps))
+    return 2 * steps * noise if noise > ORDINARY * float(flow.numbers.eps) else 0.0
 
 
 def why_unknown(name: str, drift: float, lost: float) -> str:

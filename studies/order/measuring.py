@@ -72,7 +72,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     error = ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ at the same time T. Under constraints, with more than 16
     digits (in 16 a multiplier is known to round-off over h, for it is what impulses are a step's
     part of), also multipliers, the same of λ (`mean_multipliers`; None where its step back fails),
-    and its order in `measured`. With 16 digits, where runs depart from their order, also round_off.
+    and its order in `measured`. With 16 digits, where runs have no order, also round_off.
     """
     import mpmath
 
@@ -113,7 +113,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                 row["multipliers"] = multipliers.error(flow, run, forces)
         rows.append({**row, "used": False, "why_not": ""})
     found = {"rows": rows, **fit(case, rows, exact.certain_digits)}
-    if case.digits == 16 and found["measured"]["order"] is None and _departs(case, found):
+    if case.digits == 16 and found["measured"]["order"] is None:
         measure_round_off(case, rows, duration, exact)
         found |= fit(case, rows, exact.certain_digits)
     if forces:
@@ -135,10 +135,6 @@ def _local(case: Case) -> dict[str, Any] | None:
         return asdict(local_order(case.scheme))
     except (StepFailure, ReferenceFailure):
         return None
-
-
-def _departs(case: Case, found: dict[str, Any]) -> bool:
-    return bool(departure(case, found["rows"], found["certain"]))
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

@@ -196,7 +196,7 @@ def test_a_flipped_force_is_caught(name):
 
 
 def test_who_has_no_force_pays_for_none():
-    """The operations of kernels as they were before there were forces; no force, the same text."""
+    """Kernels have no operation more than before there were forces; no force, the same text."""
     counts = {
         ("pendulum", "trapezoidal"): 20, ("heavy-top", "trapezoidal"): 309,
         ("rigid-body", "midpoint"): 218, ("kepler", "gauss-2"): 330,
@@ -204,7 +204,7 @@ def test_who_has_no_force_pays_for_none():
     for (name, rule), wanted in counts.items():
         text = kernel_text(scheme(name, rule).flow("0.1").system)
         kernels = text.split("SINGLE, MIXED")[0]
-        assert sum(map(kernels.count, "+-*/")) == wanted
+        assert sum(map(kernels.count, "+-*/")) <= wanted
     zero = with_force("pendulum", lambda x, v, p: [0]).with_values(name="pendulum")
     texts = {kernel_text(Scheme(s, rules.get("trapezoidal")).flow("0.1").system)
              for s in (zero, scenes.get("pendulum"))}  # fmt: skip

@@ -1,0 +1,175 @@
+"""Expressions as one graph in which every value stands once, up to its sign.
+
+Common partial sums and products are taken out of it by numbers of nodes; sympy's own `cse` builds
+new expressions for each of them, which takes longer than all else that makes a kernel's text.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Hashable, Iterable
+from typing import Any
+
+from .arithmetic import FUNCTIONS, refused
+from .exact import refuse_long
+from .lazy import sympy
+from .registered import is_table
+from .types import Expression
+
+#: what a node is; `detail` of a leaf is its text, of a call the expression
+LEAF, SUM, PRODUCT, INVERSE, POWER, CALL = range(6)
+MOST = 16  # the largest power that is a product; larger ones by the library's power
+_CONSTANTS = {"pi": "PI", "E": "exp(R(1))", "I": "1j"}
+
+#: a value: twice the number of its node, plus one for the opposite
+Value = int
+
+
+class ExpressionGraph:
+    """The values of expressions: `kinds`, `parts` (values) and `details` by node."""
+
+    def __init__(self) -> None:
+        self.kinds: list[int] = []
+        self.parts: list[list[Value]] = []
+        self.details: list[Any] = []
+        self._nodes: dict[Hashable, int] = {}
+        self._known: dict[Expression, Value] = {}
+        self._unknown: list[Expression] = []
+
+    def values(self, expressions: Iterable[Expression]) -> list[Value]:
+        """The values of expressions, which are added with all their parts.
+
+        Raises `BadInput` for what no arithmetic has.
+        """
+        found = list(map(self._value, expressions))
+        if self._unknown:  # the shortest is what was written, others are its derivatives
+            raise refused(min(self._unknown, key=lambda e: len(str(e))))
+        return found
+
+    def _value(self, e: Expression) -> Value:
+        if e not in self._known:
+            self._known[e] = self._added(e)
+        return self._known[e]
+
+    def _added(self, e: Expression) -> Value:
+        if e.is_Symbol:
+            return self._node(LEAF, (), str(e))
+        if e.is_Rational:
+            refuse_long((int(e.p), int(e.q)), "what a step computes")
+            p = abs(e.p)
+            return self._node(LEAF, (), str(p) if e.q == 1 else f"(R({p})/{e.q})") + int(e.p < 0)
+        if e.is_Add:
+            return self._sum(map(self._value, e.args))
+        if e.is_Mul:
+            return self._product([self._value(a) for a in e.args if a is not sympy.S.NegativeOne],
+                                 e.args[0] is sympy.S.NegativeOne)  # fmt: skip
+        if e.is_Pow:
+            return self._power(e.base, e.exp)
+        if e.is_Float:
+            return self._node(LEAF, (), f"R('{abs(e)}')") + bool(e < 0)
+        if e.is_NumberSymbol or e is sympy.I:
+            return self._node(LEAF, (), _CONSTANTS.get(str(e), f"constant('{e}')"))
+        known = hasattr(e, "written") or type(e).__name__ in FUNCTIONS or is_table(e)
+        if not known or not all(isinstance(a, sympy.Expr) for a in e.args):  # a condition, say
+            self._unknown.append(e)
+            return self._node(LEAF, (), str(e))
+        return self._node(CALL, map(self._value, e.args), e, e.func)
+
+    def _node(
+        self, kind: int, parts: Iterable[Value], detail: Any = None, key: Any = None
+    ) -> Value:
+        parts = list(parts)
+        by = kind, key or detail, *(sorted(parts) if kind in (SUM, PRODUCT) else parts)
+        if by not in self._nodes:
+            self._nodes[by] = len(self.kinds)
+            self.kinds.append(kind)
+            self.parts.append(parts)
+            self.details.append(detail)
+        return 2 * self._nodes[by]
+
+    def _sum(self, terms: Iterable[Value]) -> Value:
+        """a − b and b − a are one node: the term that was met first is positive."""
+        terms = list(terms)
+        minus = min(terms) % 2
+        return self._node(SUM, (t ^ minus for t in terms)) + minus
+
+    def _product(self, factors: Iterable[Value], minus: int = 0) -> Value:
+        factors = list(factors)
+        minus = (minus + sum(f % 2 for f in factors)) % 2
+        if len(factors) == 1:
+            return factors[0] & ~1 | minus
+        return self._node(PRODUCT, (f & ~1 for f in factors)) + minus
+
+    def _power(self, base: Expression, exponent: Expression) -> Value:
+        b = self._value(base)
+        if not exponent.is_Rational:
+            return self._node(POWER, (b, self._value(exponent)))
+        whole, rest = divmod(abs(exponent), 1)
+        if whole > MOST or rest not in (0, sympy.S.Half):
+            size = self._node(POWER, (b, self._value(abs(exponent))))
+        else:
+            root = [self._node(CALL, [b], "sqrt")] if rest else []
+            power = [self._product([b] * int(whole))] if whole else []
+            size = self._product([*power, *root])
+        return size if exponent > 0 else self._node(INVERSE, [size & ~1]) + size % 2
+
+    # -- what several sums or several products have in common -----------------------------------
+
+    def share(self) -> None:
+        """Give partial sums and products that occur in several a node of their own."""
+        for kind, made in (SUM, self._sum), (PRODUCT, self._product):
+            nodes = [i for i, k in enumerate(self.kinds) if k == kind]
+            groups = {i: set(self.parts[i]) for i in sorted(nodes, key=lambda i: len(self.parts[i]))
+                      if len(set(self.parts[i])) == len(self.parts[i])}  # fmt: skip
+            for i, rest in _shared(groups, made):
+                kept = [p for p in self.parts[i] if p in rest]
+                self.parts[i] = [*sorted(rest.difference(kept)), *kept]
+
+    def uses(self, roots: Iterable[Value]) -> Counter[int]:
+        """How often each node is asked for by the roots and by nodes that they need."""
+        counts = Counter(r >> 1 for r in roots)
+        pending = list(counts)
+        while pending:
+            parts = [p >> 1 for p in self.parts[pending.pop()]]
+            pending += dict.fromkeys(p for p in parts if p not in counts)
+            counts.update(parts)
+        return counts
+
+
+def _shared(groups: dict[int, set[Value]], made: Any) -> list[tuple[int, set[Value]]]:
+    """[(node, its parts)] of those whose parts change; groups: in the order of their length.
+
+    The first of two groups looks for what it has in common with each later one, the least first.
+    """
+    owners: dict[Value, dict[int, None]] = {}
+    for i, group in groups.items():
+        for part in group:
+            owners.setdefault(part, {})[i] = None
+    changed: dict[int, None] = {}
+
+    def replaced(i: int, common: set[Value], by: Value) -> None:
+        for part in common:
+            owners[part].pop(i, None)
+        groups[i] = {*(groups[i] - common), by}
+        owners.setdefault(by, {})[i] = None
+        changed[i] = None
+
+    for i in groups:
+        for part in groups[i]:
+            del owners[part][i]  # what is left are later groups
+        met = Counter(j for part in sorted(groups[i]) for j in owners[part])
+        others = sorted((n, j) for j, n in met.items() if n > 1)
+        for _, j in others:
+            common = groups[i] & groups[j]
+            if len(common) < 2:
+                continue
+            if common == groups[i]:
+                by = 2 * i
+            else:
+                by = 2 * j if common == groups[j] else made(sorted(common))
+                groups[i] = {*(groups[i] - common), by}
+                changed[i] = None
+            for _, k in others:
+                if k != by >> 1 and common <= groups[k]:
+                    replaced(k, common, by)
+    return [(i, groups[i]) for i in changed]

@@ -1,0 +1,44 @@
+"""Functions that generated text may call, by their names.
+
+The text of one stands in front of the text that calls it; its host supplies the decorators `helper`
+and `aside`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from .types import Expression
+
+_TEXTS: dict[str, Callable[[], str]] = {}
+
+
+def register(name: str, text: Callable[[], str]) -> str:
+    """Let generated text call the function of that name; `text()` defines it. Returns the name."""
+    _TEXTS[name] = text
+    return name
+
+
+def with_tables(text: str) -> str:
+    """The text behind the definitions of all registered functions that it calls, each once."""
+    parts, seen = list[str](), set[str]()
+
+    def visit(calling: str) -> None:
+        for name in sorted(set(re.findall(r"\b(\w+)\(", calling)) & set(_TEXTS) - seen):
+            seen.add(name)
+            visit(_TEXTS[name]())  # what it calls stands in front
+        parts.append(calling)
+
+    visit(text)
+    return "\n\n".join(parts)
+
+
+def registered_names() -> list[str]:
+    """The names of all functions that generated text may call."""
+    return list(_TEXTS)
+
+
+def is_table(function: Expression) -> bool:
+    """Whether generated text may call it by its name."""
+    return type(function).__name__ in _TEXTS
