@@ -17,12 +17,13 @@ import numpy as np
 from discmech.integrators import BadInput, Scheme, retractions, scenes
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import arithmetic, sympy
+from discmech.integrators.rules import midpoint
 
 from ..core.case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation
+from .points import MEANT, mean_of_points
 
 NEAR = 0.25  # an order this close to another is that one
-MEANT = 1000  # denominators up to this one are looked for behind a float
 FLAT = "pendulum"  # on a pair groupoid, where the derivative of coordinates is the velocity
 ROWS = 16  # steps of a run that are looked at
 #: what checks a reference: it shares no formula with it, and its own error is seen
@@ -128,13 +129,25 @@ def _of_rule(
             f"{off} and does not sink as of a discretisation of order 1; mend either.",
             evidence,
         )
+    mend = "mend the rule, or declare that order."
+    if found.order_of_points > wanted - NEAR:
+        mend = "take it out, or declare that order."
+    mean = mean_of_points(scheme) if abs(found.order - 1) < NEAR else ""
+    if mean not in ("", "1/2"):
+        middle = truncation(scheme_of(scheme.scene, midpoint)).order
+        evidence |= {"mean_of_points": mean, "order_of_midpoint": middle}
+        if abs(middle - 2) < NEAR:
+            mend = (
+                f"the weighted mean of the points where it asks for L lies at {mean} of the step, "
+                "which makes order 1, and in the middle 2: move them, or declare order 1."
+            )
     if found.order_of_points > wanted - NEAR:
         return named(
             "gauge",
             f"L_d differs from one of order {wanted} by what the discrete Euler–Lagrange equations "
             "do not see, such as f(b(x, u)) − f(x): points would be of order "
             f"{_figure(found.order_of_points)}, but momenta are of order {found.order:.2f} "
-            f"({off}); take it out, or declare that order.",
+            f"({off}); {mend}",
             evidence,
         )
     if found.order < 1 - NEAR:
@@ -158,7 +171,7 @@ def _of_rule(
         "discrete Lagrangian",
         f"L_d differs from the exact discrete Lagrangian by O(h^{found.order + 1:.2f}), not "
         f"O(h^{wanted + 1}) ({off}): the method is of order {found.order:.2f} (Marsden, West, "
-        "theorem 2.3.1); mend the rule, or declare that order.",
+        f"theorem 2.3.1); {mend}",
         evidence,
     )
 

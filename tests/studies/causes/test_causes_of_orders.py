@@ -27,6 +27,7 @@ from discmech.studies import get
 from discmech.studies.causes.diagnosis import _residuals as residuals
 from discmech.studies.causes.diagnosis import _start_gap as start_gap
 from discmech.studies.causes.exact_path import truncation
+from discmech.studies.causes.points import mean_of_points
 from discmech.studies.core.case import Case
 from discmech.studies.core.one_case import run_case
 from discmech.studies.order.measuring import judge
@@ -82,6 +83,39 @@ def test_a_gauge_term_moves_the_momenta_alone(scene):
     assert found["cause"] == "gauge"
     assert found["evidence"]["order_of_legendre"] == pytest.approx(1, abs=0.05)
     assert found["evidence"]["order_of_points"] == pytest.approx(2, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("formula", "mean"),
+    [
+        (lambda L, G, x, u, h: h * L(G.target(x, u, h / 3), u), "1/3"),
+        (lambda L, G, x, u, h: h * (L(x, u) + 2 * L(x + h * u, u)) / 3, "2/3"),
+        (lambda L, G, x, u, h: h * L(G.target(x, u, 0.4 * h), u), "2/5"),
+        (lambda L, G, x, u, h: h * L(G.target(x, u, h / sympy.sqrt(3)), u), "0.5774"),
+        (lambda L, G, x, u, h: 0.3 * h * L(x, u) + 0.7 * h * L(G.target(x, u, h), u), "7/10"),
+        (midpoint.formula, "1/2"),
+        (lambda L, G, x, u, h: h * L(G.target(x, u, h / 3), u) / 2, ""),
+        (lambda L, G, x, u, h: h * L(G.target(x, u, h / 3), 2 * u), ""),
+        (spoiled.formula, ""),
+    ],
+)
+def test_the_mean_of_the_points_is_told_of_weighted_sums_on_the_straight_step(formula, mean):
+    assert mean_of_points(Scheme(scenes.get("kepler"), discretisation(name="r")(formula))) == mean
+
+
+@pytest.mark.parametrize(
+    ("scene", "named"),
+    [("kepler", "gauge"), ("double-pendulum", "discrete Lagrangian"), ("duffing", "discrete Lag")],
+)
+def test_points_off_the_middle_are_told_with_where_they_lie(scene, named):
+    @discretisation(order=2)
+    def third(L, G, x, u, h):
+        return h * L(G.target(x, u, h / 3), u)
+
+    found = cause(order(scene, third))
+    assert found["cause"].startswith(named)
+    assert "lies at 1/3 of the step, which makes order 1" in found["sentence"]
+    assert found["evidence"]["order_of_midpoint"] == pytest.approx(2, abs=0.05)
 
 
 @pytest.mark.slow

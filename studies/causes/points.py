@@ -1,0 +1,54 @@
+"""Where in the step a rule asks for L: only in the middle, in the mean, is it of order 2.
+
+With L_d = h Σ b_i L(b(x, u; θ_i h), u), Σ b_i = 1, and θ̄ = Σ b_i θ_i, the midpoint's velocity is u
+but for O(h²), so L_d = L_d^E + h² (θ̄ − 1/2) ∂l/∂x·ρ(x)u + O(h³).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from discmech.integrators import Scheme
+from discmech.integrators.equations import answers_of
+from discmech.integrators.numbers import sympy
+
+MEANT = 1000  # denominators up to this one are looked for behind a float
+
+
+def mean_of_points(scheme: Scheme) -> str:
+    """θ̄ of a rule of that form as 1/3 or 0.5774; empty of any other, and where there is no x."""
+    s, equations = scheme.s, scheme.equations
+    of = getattr(equations, "discrete", equations).of  # under constraints, of the equations without
+    if not of.weighted or not len(s.x):
+        return ""
+    whole = mean = sympy.Integer(0)
+    for weight, call in of.asked:
+        point, velocity = call.args[: len(s.x)], call.args[len(s.x) :]
+        fraction, share = _fraction(s, of.G, point), of.resolved(weight) / s.h
+        if fraction is None or tuple(velocity) != tuple(s.u) or not share.is_number:
+            return ""
+        whole, mean = whole + share, mean + share * fraction
+    return _meant(mean) if _meant(whole) == "1" else ""
+
+
+def _meant(number: Any) -> str:
+    """The fraction of a small denominator that it is but for a float's round-off; else decimals."""
+    given = Fraction(str(number.evalf(30)))
+    near = given.limit_denominator(MEANT)
+    return str(near) if abs(given - near) <= 2.0**-52 else f"{float(given):.4g}"
+
+
+def _fraction(s: Any, seen: Any, point: Sequence[Any]) -> Any:
+    """θ of a point b(x, u; θh), on pairs of x + θhu too; None of any other point."""
+    if tuple(point) == tuple(s.x):
+        return 0
+    rest = answers_of(point, seen.Target)
+    if rest is not None and tuple(rest[:-1]) == (*s.x, *s.u):
+        found = {rest[-1] / s.h}
+    elif s.groupoid.kind == "pair" and len(point) == len(s.u):
+        found = {((e - x) / (s.h * u)).expand() for e, x, u in zip(point, s.x, s.u, strict=True)}
+    else:
+        return None
+    return found.pop() if len(found) == 1 and all(e.is_number for e in found) else None
