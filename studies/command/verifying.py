@@ -17,13 +17,16 @@ from ..core.store import Store
 from .options import RULE_HELP, add_fresh, add_jobs, jobs
 from .output import console, exit_code, progress_shown, writable, write
 
-EPILOG = "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive."
+EPILOG = "A bar says what is left; after Ctrl-C the same command goes on where it stopped. "
+EPILOG += "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive."
 
 
 def add_to(commands: Any) -> None:
     """Declare the subcommands."""
     verify = commands.add_parser(
-        "verify", help="all verdicts on the rules and scenes of a file of yours", epilog=EPILOG
+        "verify",
+        help="all verdicts on the rules and scenes of a file of yours",
+        epilog=f"The first time a rule takes half a minute on two cores, on six scenes. {EPILOG}",
     )
     verify.add_argument(
         "rules", metavar="FILE.py", nargs=1, help="rules and scenes; or FILE.py:NAME, one of them"
