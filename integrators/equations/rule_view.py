@@ -154,13 +154,14 @@ def value_of_rule(rule: Discretisation, L: LagrangianForRule, G: GroupoidForRule
         return asked(L, G)
     plain = GroupoidForRule(s, written=True)
     wanted = asked(LagrangianForRule(s, written=True), plain)
+    value, same = sympy.Integer(0), False
     try:
         value = asked(L, G)
-        if first_violation([written(value) - wanted], [*s.u, *s.stages, s.h]) is None:
-            return value
+        same = first_violation([written(value) - wanted], [*s.u, *s.stages, s.h]) is None
     except BadInput:  # it asked for what an answer does not have, and an expression has
         G.gave_velocities = plain.gave_velocities
-    return wanted
+    s.scalars([value], f"rule {rule.name}", rule.formula)  # what is the rule's own, not L's or G's
+    return value if same else wanted
 
 
 def written(e: Expression) -> Expression:

@@ -204,8 +204,7 @@ class SceneSymbols:
     def scalar(self, value: Any, what: str, function: Any = None) -> Expression:
         """A sympy scalar of an expression or a 1×1 matrix, floats made exact.
 
-        Raises `BadInput` for anything else, and for what is not finite, naming the function that
-        gave it.
+        Raises `BadInput` for anything else, naming the function that gave it.
         """
         place = self._at(function, what)
         if getattr(value, "shape", ()) != ():
@@ -223,17 +222,15 @@ class SceneSymbols:
             raise BadInput(
                 f"{place} is {value!r}, not an expression in its arguments{forgot}"
             ) from None
-        if expression.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
-            raise BadInput(f"{place} is not finite and real: does it divide by zero?")
         found = (int(n) for r in expression.atoms(sympy.Rational) for n in (r.p, r.q))
         refuse_long(found, place)
         return floats_exact(expression)
 
     def scalars(self, values: Iterable[Any], what: str, function: Any) -> Column:
-        """A column of `scalar`s; raises `BadInput` for one that is not real, too."""
+        """A column of `scalar`s; raises `BadInput` for one that is not finite and real, too."""
         found = column(self.scalar(e, what, function) for e in values)
-        if found.has(sympy.I):
-            raise BadInput(f"{self._at(function, what)} is not finite and real.")
+        if found.has(sympy.nan, sympy.zoo, sympy.oo, -sympy.oo, sympy.I):
+            raise BadInput(f"{self._at(function, what)} is not finite and real: mend 1/0 or I.")
         return found
 
     @cached_property

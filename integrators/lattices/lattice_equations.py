@@ -51,7 +51,7 @@ class LatticeEquations:
         if refusal := rule.refusal(scene):
             raise CannotMeasure(refusal)
         s = SceneSymbols(scene, rule.stages)
-        s.scalars([s.lagrangian], "on_site", lattice.on_site)  # real
+        s.scalars([s.lagrangian], "on_site", lattice.on_site)  # finite and real
         # where bonds move, a site may hold no velocity: the mass matrix is of all together
         of = DiscreteLagrangian(s, rule) if lattice.bonds_move else None
         self.site = DiscreteEquations(s, rule, of)

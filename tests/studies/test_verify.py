@@ -176,9 +176,11 @@ def test_a_bad_rule_beside_others_is_bad_input_unless_one_of_them_fails(folder, 
 
 def test_a_rule_without_machine_code_is_bad_input_to_verify_as_to_run(folder, ask):
     """At the edges of a scene too: that it is refused there says nothing of the edge."""
-    text = RULE.replace("return h", "return sympy.I * h").replace("from", "import sympy\nfrom", 1)
+    text = RULE.replace("return h", "return sympy.gamma(x[0]) * h").replace(
+        "from", "import sympy\nfrom", 1
+    )
     (folder / "complex.py").write_text(text)
-    said = "kepler with two-thirds: the expression I"
+    said = "kepler with two-thirds: the function "
     for words in (("verify", "complex.py", "--scene", "kepler", "--digits", "16"),
                   ("run", "kepler", "--rule", "complex.py")):  # fmt: skip
         code, _, err = ask(*words)
