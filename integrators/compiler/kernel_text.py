@@ -20,9 +20,9 @@ from ..numbers import (
     Definition,
     Function,
     Parameters,
+    called_text,
     function_text,
     needed,
-    replaced,
     sympy,
     with_tables,
     written_out,
@@ -92,11 +92,10 @@ class KernelText:
     def __init__(self, system: System, suffix: str = "", omit: Iterable[str] = ()) -> None:
         self.system, self.suffix, self.omit = system, suffix, frozenset(omit)
         plain = "coefficients" in self.omit
-        self.coefficients = Parameters(system.q) if plain else Coefficients(system.q)
+        self.coefficients = (Parameters if plain else Coefficients)(system.q)
         self.h = system.q[0]
         self._functions: dict[Function, tuple[str, list[Letter], str]] = {}
         self._calls: dict[str, int] = {}
-        self._in_xi: Replacement = {}  # what expressions become where ξ stands for hu
 
     @cached_property
     def affine(self) -> bool:
@@ -124,11 +123,9 @@ class KernelText:
         system = self.system
         kernels = [self._edge()] if system.extents else []
         kernels += [self._solver(), self._update()]
-        values = [self.coefficients.hoist(a) for a, _ in self.carried]
-        kernels.append(self._function("carry", {"x": system.x, "c": self._c}, [values]))
-        numbered = dict(zip(system.q, _symbols("q", system.q), strict=True))
-        c = [e.xreplace(numbered) for e in self.coefficients.values]
-        prepare = function_text(f"prepare{self.suffix}", {"q": numbered.values()}, [c])
+        values = [a for a, _ in self.carried]
+        kernels.append(self._function("carry", {"x": system.x, "c": self.coefficients}, [values]))
+        prepare = self.coefficients.text(f"prepare{self.suffix}")
         shared = [
             f"@{'node' if self._calls[name] > 1 and operations(text) >= SHORTEST else 'kernel'}\n"
             f"{text}"
@@ -161,25 +158,20 @@ class KernelText:
         xi = zip(self.system.u, _symbols("xi", self.system.u), strict=True)
         return {u: letter for u, letter in xi if u in self.system.scaled}
 
-    def _hoist(self, e: Expression) -> Expression:
-        if self._xi:
-            (e,) = replaced([e], {u: xi / self.h for u, xi in self._xi.items()}, self._in_xi)
-        return self.coefficients.hoist(e)
-
     @property
     def _define_xi(self) -> list[Assignment]:
-        xi = self._xi
-        return [(list(xi.values()), [self.coefficients.hoist(self.h * u) for u in xi])]
+        plain = [sympy.Symbol(str(u)) for u in self._xi]  # which are not read as ξ/h
+        return [(list(self._xi.values()), [self.h * u for u in plain])]
 
     # -- the kernels ----------------------------------------------------------------------------
 
-    def _function(self, name: str, *parts: Any) -> str:
-        return f"@kernel\n{function_text(f'{name}{self.suffix}', *parts)}"
+    @cached_property
+    def _reading(self) -> Coefficients:
+        return self.coefficients.with_increments(self._xi)
 
-    @property
-    def _c(self) -> list[str]:
-        """The coefficients that have been asked for so far."""
-        return [f"c{i}" for i in range(len(self.coefficients.values))]
+    def _function(self, name: str, arguments: Any, results: Any, before: Any = ()) -> str:
+        text = function_text(f"{name}{self.suffix}", arguments, results, before, self._reading)
+        return f"@kernel\n{text}"
 
     @cached_property
     def _k(self) -> list[Letter]:
@@ -187,31 +179,27 @@ class KernelText:
 
     def _with_k(self, entries: Expressions) -> list[Expression]:
         at_x = {a: k for (a, _), k in zip(self.carried, self._k, strict=True)}
-        return [self._hoist(e.xreplace(at_x)) for e in entries]
+        return [e.xreplace(at_x) for e in entries]
 
     def _written(self, definitions: Iterable[Definition]) -> list[Assignment]:
         """(letters, values) of definitions, calls among them."""
         pairs: list[Assignment] = []
         for d in definitions:
             if d.function is None:
-                pairs.append((list(d.letters), [self._hoist(e) for e in d.values]))
+                pairs.append((list(d.letters), list(d.values)))
             else:
                 name, shared = self._called(d.function)
-                given = [*(self._hoist(e) for e in d.arguments), *shared]
-                pairs.append((list(d.letters), Call(name, given)))
+                pairs.append((list(d.letters), Call(name, [*d.arguments, *shared])))
         return pairs
 
     def _called(self, function: Function) -> tuple[str, list[Letter]]:
         """(name, letters of the caller's that it uses) of a function; its text is written once."""
         if function not in self._functions:
             name = f"{function.name}_{len(self._functions)}{self.suffix}"
-            columns = self._written(function.definitions)
-            results = [self._hoist(e) for e in function.results]
-            own = {*function.arguments, *(z for d in function.definitions for z in d.letters)}
-            values = [*results, *(e for _, column in columns for e in column)]
-            used = set().union(*(e.free_symbols for e in values))
-            shared = sorted(used - own, key=str)
-            text = function_text(name, {}, [results], columns, [*function.arguments, *shared])
+            before = self._written(function.definitions)
+            text, shared = called_text(
+                name, function.arguments, function.results, before, self._reading
+            )
             self._functions[function] = name, shared, text
         name, shared, _ = self._functions[function]
         self._calls[name] = self._calls.get(name, 0) + 1
@@ -220,16 +208,15 @@ class KernelText:
     def _edge(self) -> str:
         """`extents`, (sizes, rests) of a step, and `branch`."""
         system = self.system
-        kinds = [[self._hoist(e) for kind, e in system.extents if kind == wanted]
-                 for wanted in ("size", "rest")]  # fmt: skip
+        kinds = [[e for kind, e in system.extents if kind == wanted] for wanted in ("size", "rest")]
         wanted = {"extents": kinds}
         if system.branch is not None:
-            wanted["branch"] = [[self._hoist(system.branch)]]
+            wanted["branch"] = [[system.branch]]
         texts = []
         for name, results in wanted.items():
             uses = [e for column in results for e in column]
             before = [*self._define_xi, *self._written(needed(system.definitions, uses))]
-            arguments = {"x": system.x, "w": system.w, "c": self._c}
+            arguments = {"x": system.x, "w": system.w, "c": self.coefficients}
             texts.append(self._function(name, arguments, results, before))
         return "\n\n".join(texts)
 
@@ -254,7 +241,13 @@ class KernelText:
             dw = along
         names = self._with_k(dw)
         results: list[Expressions | Expression] = [names]
-        arguments = {"x": system.x, "w": system.w, "mu": system.mu, "k": self._k, "c": self._c}
+        arguments = {
+            "x": system.x,
+            "w": system.w,
+            "mu": system.mu,
+            "k": self._k,
+            "c": self.coefficients,
+        }
         if self.affine:
             del arguments["w"]
         else:
@@ -270,20 +263,20 @@ class KernelText:
         system = self.system
         d, new_k = _symbols("d_", system.x), _symbols("n", self.carried)
         at_end = [b for _, b in self.carried]
-        before = [*self._define_xi, (d, [self._hoist(e) for e in system.increment])]
+        before = [*self._define_xi, (d, list(system.increment))]
         uses = [*system.gain, *system.increment]
         inner = self._written(needed(system.definitions, uses, known=system.y))
         used = [*system.gain, *at_end, *(e for _, values in inner for e in values)]
         if any(set(system.y) & e.free_symbols for e in used):
             before.append((list(system.y), [x + e for x, e in zip(system.x, d, strict=True)]))
-        before += [*inner, (new_k, [self.coefficients.hoist(b) for b in at_end])]
+        before += [*inner, (new_k, at_end)]
         swap = dict(zip(at_end, new_k, strict=True))
         dmu = self._with_k([e.xreplace(swap) for e in system.gain])
         ex, emu = _symbols("ex_", system.x), _symbols("emu_", system.u)
         grown = [[a - e for a, e in zip(column, lost, strict=True)]
                  for column, lost in ((d, ex), (dmu, emu))]  # fmt: skip
         arguments = {"x": system.x, "w": system.w, "mu": system.mu, "k": self._k, "ex": ex,
-                     "emu": emu, "c": self._c}  # fmt: skip
+                     "emu": emu, "c": self.coefficients}  # fmt: skip
         return self._function("update", arguments, [*grown, new_k], before)
 
 

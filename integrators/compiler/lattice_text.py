@@ -117,10 +117,8 @@ class _Kernels:
         if system.bond is not None:
             bond = _TermText(system.bond, f"_of_bond{suffix}", system.bond_own, coefficients)
             parts.append(bond.coupled())
-        numbered = {s: sympy.Symbol(f"q{i}", real=True) for i, s in enumerate(system.q)}
-        c = [e.xreplace(numbered) for e in coefficients.values]
-        parts.append(function_text(f"prepare{suffix}", {"q": numbered.values()}, [c]))
-        self.text, self.width = "\n\n".join(parts), len(c)
+        parts.append(coefficients.text(f"prepare{suffix}"))
+        self.text, self.width = "\n\n".join(parts), len(coefficients.values)
         #: whether a bond's forces are cheap
         self.cheap = (
             bool(kicks)
@@ -151,10 +149,8 @@ def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
     texts = []
     whole = kick.plus - kick.minus  # where a step is one substep
     for word, column in (("minus", kick.minus), ("plus", kick.plus), ("whole", whole)):
-        values = [coefficients.hoist(e) for e in column]
-        c = [f"c{i}" for i in range(len(coefficients.values))]
-        given: dict[str, Any] = {"x": kick.x, "c": c, "own": kick.own}
-        text = function_text(f"{word}_{name}", given, [values])
+        given: dict[str, Any] = {"x": kick.x, "c": coefficients, "own": kick.own}
+        text = function_text(f"{word}_{name}", given, [column], (), coefficients)
         texts.append(f"@kernel\n{_with_names(text, kick.own)}")
     return "\n\n".join(texts)
 
@@ -181,9 +177,8 @@ class _TermText(KernelText):
         super().__init__(replace(system, extents=()), suffix, ("carried",))
         self.own, self.coefficients = own, coefficients
 
-    def _function(self, name: str, *parts: Any) -> str:
-        arguments, *rest = parts
-        text = super()._function(name, {**arguments, "own": self.own}, *rest)
+    def _function(self, name: str, arguments: Any, results: Any, before: Any = ()) -> str:
+        text = super()._function(name, {**arguments, "own": self.own}, results, before)
         return _with_names(_called_if_long(text), self.own)
 
     def _with_called(self, kernels: Sequence[str]) -> str:
@@ -200,9 +195,8 @@ class _TermText(KernelText):
         rows, slope = list(system.rows), list(system.slope)
         uses = [*rows, *slope]
         before = [*self._define_xi, *self._written(needed(system.definitions, uses))]
-        results = [[self._hoist(e) for e in part] for part in (rows, slope)]
-        given = {"x": system.x, "w": system.w, "c": self._c}
-        kernels = [self._function("equations", given, results, before)]
+        given = {"x": system.x, "w": system.w, "c": self.coefficients}
+        kernels = [self._function("equations", given, [rows, slope], before)]
         kernels.append(self._gain() if "bond" in self.suffix else self._update())
         return self._with_called(kernels)
 
@@ -213,8 +207,7 @@ class _TermText(KernelText):
         used: list[Expression] = [*system.gain, *(e for _, values in inner for e in values)]
         before = [*self._define_xi]
         if set(system.y) & symbols_of(used):
-            ends = [self._hoist(x + d) for x, d in zip(system.x, system.increment, strict=True)]
+            ends = [x + d for x, d in zip(system.x, system.increment, strict=True)]
             before.append((list(system.y), ends))
-        gain = [self._hoist(e) for e in system.gain]
-        given = {"x": system.x, "w": system.w, "c": self._c}
-        return self._function("gain", given, [gain], [*before, *inner])
+        given = {"x": system.x, "w": system.w, "c": self.coefficients}
+        return self._function("gain", given, [system.gain], [*before, *inner])

@@ -35,6 +35,8 @@ def stage_text(system: StageSystem) -> str:
     facts = [
         f"LAYOUT = {layout}",
         f"COUNT, PARTS = {system.count}, -(-{system.count} // WIDTH)",
+        # machine code holds their numbers, and is kept by the digest of this text
+        f"NODES = '{system.nodes.family}'",
         f"RULE = {kernels.record}",
         "SYSTEMS = RULE,",
         "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 4",
@@ -57,12 +59,6 @@ class StageText:
         self.coefficients = Coefficients(system.q)
         self.coefficients.symbol(system.q[0])
 
-    def _hoist(self, entries: Expressions) -> list[Expression]:
-        return [self.coefficients.hoist(e) for e in entries]
-
-    def _written(self, assignments: Any) -> list[Assignment]:
-        return [(list(letters), self._hoist(values)) for letters, values in assignments]
-
     def _function(
         self,
         name: str,
@@ -70,8 +66,8 @@ class StageText:
         results: Sequence[Expressions],
         before: list[Assignment],
     ) -> str:
-        c = [f"c{i}" for i in range(len(self.coefficients.values))]
-        return f"@kernel\n{function_text(name, {**arguments, 'c': c}, results, before)}"
+        given = {**arguments, "c": self.coefficients}
+        return f"@kernel\n{function_text(name, given, results, before, self.coefficients)}"
 
     @cached_property
     def turning(self) -> list[int]:
@@ -98,15 +94,13 @@ class StageText:
             for name, letters, values in (("moved", system.xi, system.moved),
                                           ("pulled", system.m, system.pulled)):  # fmt: skip
                 given = {"x": system.x, "w": system.w, "given": letters}
-                kernels.append(self._function(name, given, [self._hoist(values)], []))
+                kernels.append(self._function(name, given, [values], []))
         if system.extents:
-            kinds = [self._hoist([e for kind, e in system.extents if kind == wanted])
+            kinds = [[e for kind, e in system.extents if kind == wanted]
                      for wanted in ("size", "rest")]  # fmt: skip
             given = {"x": system.x, "w": system.w}
             kernels.append(self._function("extents", given, list(kinds), []))
-        numbered = {s: sympy.Symbol(f"q{i}", real=True) for i, s in enumerate(system.q)}
-        c = [e.xreplace(numbered) for e in self.coefficients.values]
-        kernels.append(function_text("prepare", {"q": numbered.values()}, [c]))
+        kernels.append(self.coefficients.text("prepare"))
         kernels.append("def carry(x, c):\n    return ()\n")
         return "\n\n".join(kernels)
 
@@ -129,24 +123,24 @@ class StageText:
     def _velocity(self) -> str:
         """ẇ, ξ and μ at (w, π)."""
         system = self.system
-        before = self._written(system.before)
+        before = list(system.before)
         order = list(range(len(system.w)))
         xi, steps = solve(system.mass, system.right, self.coefficients, order)
         for letters, values in steps:
             if isinstance(values, Equations):
                 raise NoShortForm("the mass matrix ties many velocities together")
-            before.append((letters, self._hoist(values)))
-        before.append((list(system.xi), self._hoist(xi)))
-        results = [self._hoist(system.rates[0]), list(system.xi), list(system.m)]
+            before.append((letters, values))
+        before.append((list(system.xi), list(xi)))
+        results = [system.rates[0], list(system.xi), list(system.m)]
         given = {"x": system.x, "w": system.w, "p": system.p}
         return self._function("velocity", given, results, _used(before, results))
 
     def _force(self) -> str:
         """π̇, and f where it is neither that nor 0, at (w, π) and a ξ."""
         system = self.system
-        before = self._written([*system.before, *system.after])
-        turned = self._hoist([system.turned[i] for i in self.turning])
-        results = [self._hoist(system.rates[1]), turned]
+        before = [*system.before, *system.after]
+        turned = [system.turned[i] for i in self.turning]
+        results = [system.rates[1], turned]
         given = {"x": system.x, "w": system.w, "p": system.p, "xi": system.xi}
         return self._function("force", given, results, _used(before, results))
 
@@ -180,8 +174,7 @@ class StageText:
         change, steps = solve(slope, right, self.coefficients, list(range(len(lost))))
         if any(isinstance(values, Equations) for _, values in steps):
             raise NoShortForm("R ties many directions together")
-        return self._function("shift", {**self._ends, "lost": lost}, [self._hoist(change)],
-                              self._written(steps))  # fmt: skip
+        return self._function("shift", {**self._ends, "lost": lost}, [change], steps)  # fmt: skip
 
     def _update(self) -> str:
         """What x and μ grow by, less what the sums before lost."""
@@ -189,7 +182,7 @@ class StageText:
         ex, emu = ([sympy.Symbol(f"{name}_{i}", real=True) for i in range(count)]
                    for name, count in (("ex", len(system.x)), ("emu", len(system.w))))  # fmt: skip
         gain = system.gain.xreplace(self._turns)
-        grown = [[a - e for a, e in zip(self._hoist(column), lost, strict=True)]
+        grown = [[a - e for a, e in zip(column, lost, strict=True)]
                  for column, lost in ((system.increment, ex), (gain, emu))]  # fmt: skip
         return self._function("update", {**self._ends, "ex": ex, "emu": emu}, grown, [])
 

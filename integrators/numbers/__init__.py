@@ -66,14 +66,15 @@ from .running_error import (
     values_of,
     with_running_errors,
 )
-from .statements import Call, Together, function_text
+from .statements import Call, Together, called_text, function_text
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
     "MOST_DIGITS", "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function",
     "InArithmetic", "LazyModule", "Letters", "Matrix", "Multiple", "NotComputed", "NotSmooth",
     "Number", "Numbers", "Parameters", "Together", "Tracked", "Vector", "arithmetic",
-    "as_one_number", "code", "collect", "entry", "errors_of", "evaluate", "evaluate_at",
+    "as_one_number", "called_text", "code", "collect", "entry", "errors_of", "evaluate",
+    "evaluate_at",
     "evaluate_matrix", "exact", "exact_matrices", "exact_nested", "exact_rational", "exact_vector",
     "first_violation", "flatten", "floats_exact", "function_text", "inlined", "is_zero", "jacobian",
     "listed", "needed", "newton", "null_direction", "number", "numeric", "numeric_function",

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Iterator
+from copy import copy
 
 from .arithmetic import refused
+from .expression_graph import AsWritten
 from .lazy import sympy
-from .types import Expression, Letter, Letters, Replacement
+from .statements import function_text
+from .types import Expression, Expressions, Letter, Letters, Replacement
 
 
-class Coefficients:
+class Coefficients(AsWritten):
     """Subexpressions of the step and the parameters alone, each computed once per flow as c[i].
 
     Sums are not multiplied out: c·(a − c′b) keeps its map volume-preserving in rounded numbers,
@@ -17,11 +20,22 @@ class Coefficients:
     """
 
     def __init__(self, q: Letters) -> None:
-        self.q = set(q)
+        self.q, self.h = set(q), next(iter(q), None)
         self.values: list[Expression] = []
+        self._parameters = list(q)
         self._index: Replacement = {}
-        self._done: Replacement = {}
         self._of_q: dict[Expression, bool] = {}
+        self._scaled: Replacement = {}
+
+    def __iter__(self) -> Iterator[str]:
+        """The names of those that have been asked for so far."""
+        return (f"c{i}" for i in range(len(self.values)))
+
+    def with_increments(self, scaled: Replacement) -> Coefficients:
+        """These coefficients where each u of `scaled` is read as ξ/h, ξ being what it is given."""
+        other = copy(self)
+        other._scaled = scaled
+        return other
 
     def symbol(self, expression: Expression) -> Letter:
         """The symbol that stands for a coefficient; −e is minus the symbol of e.
@@ -43,58 +57,60 @@ class Coefficients:
             self._of_q[e] = all(map(self._constant, e.args)) and (not e.is_Symbol or e in self.q)
         return self._of_q[e]
 
-    def hoist(self, e: Expression) -> Expression:
-        """`e` with every largest subexpression in q alone replaced by its coefficient."""
-        if e not in self._done:
-            self._done[e] = self._hoist(e)
-        return self._done[e]
+    def letter(self, e: Expression) -> Expression | None:
+        """The symbol of a coefficient; integers are none."""
+        return self.symbol(e) if not e.is_Integer and self._constant(e) else None
 
-    def _hoist(self, e: Expression) -> Expression:
-        if e.is_Integer:
-            return e
-        if self._constant(e):
-            return self.symbol(e)
-        if e.is_Atom:
-            return e
-        if isinstance(e, (sympy.Add, sympy.Mul)):
-            constant = [a for a in e.args if self._constant(a)]
-            rest = [self.hoist(a) for a in e.args if not self._constant(a)]
-            if isinstance(e, sympy.Mul):
-                contents, rest = map(list, zip(*map(_primitive, rest), strict=True))
-                constant = [c for c in (*constant, *contents) if c != 1]
-            if not constant:
-                return e.func(*rest) if rest != list(e.args) else e
-            part = e.func(*constant)
-            return e.func(part if part.is_Integer else self.symbol(part), *rest)
-        if isinstance(e, sympy.Pow) and isinstance(2 * e.exp, sympy.Integer):
-            return sympy.Pow(self.hoist(e.base), e.exp)
-        if not all(isinstance(a, sympy.Expr) for a in e.args):  # a condition, say
-            raise refused(e)
-        return e.func(*[self.hoist(a) for a in e.args])
+    def terms(self, e: Expression) -> Expressions:
+        """The terms of a sum, its coefficients added up."""
+        constant = [a for a in e.args if self._constant(a)]
+        return e.args if len(constant) < 2 else [
+            sympy.Add(*constant), *(a for a in e.args if not self._constant(a))
+        ]  # fmt: skip
+
+    def factors(self, e: Expression) -> Expressions:
+        """The factors of a product, its coefficients multiplied.
+
+        3a − 3b and b − a become the a − b that is computed anyway.
+        """
+        constant, rest = list[Expression](), list[Expression]()
+        for factor in e.args if e.is_Mul else [e]:
+            if self._constant(factor):
+                constant.append(factor)
+                continue
+            base, power = factor.as_base_exp()
+            if base in self._scaled and power.is_Integer:
+                constant.append(self.h**-power)
+                factor = self._scaled[base] ** power
+            elif base.is_Add and power.is_Integer and (content := _content(base)) != 1:
+                constant.append(content**power)
+                factor = (base / content) ** power
+            rest.append(factor)
+        if not e.is_Mul and not constant:
+            return ()
+        part = sympy.Mul(*constant)
+        return rest if part == 1 else [part, *rest]
+
+    def text(self, name: str) -> str:
+        """Text of the function of the step and the parameters that computes the coefficients."""
+        q = {s: sympy.Symbol(f"q{i}", real=True) for i, s in enumerate(self._parameters)}
+        return function_text(name, {"q": q.values()}, [[e.xreplace(q) for e in self.values]])
 
 
-@lru_cache(maxsize=4096)  # few sums are factors of many terms
-def _primitive(factor: Expression) -> tuple[Expression, Expression]:
-    """(c, f) with factor = c·f: 3a − 3b and b − a become the a − b that is computed anyway."""
-    base, exponent = factor.as_base_exp()
-    if not base.is_Add or not exponent.is_Integer:
-        return 1, factor
-    content, primitive = base.primitive()
-    if not content.is_Integer:
-        return 1, factor
-    if primitive.could_extract_minus_sign():
-        content, primitive = -content, -primitive
-    return content**exponent, primitive**exponent
+def _content(terms: Expression) -> Expression:
+    """The integer that divides all terms of a sum."""
+    content = terms.primitive()[0]
+    return content if content.is_Integer else sympy.S.One
 
 
 class Parameters(Coefficients):
     """The step and the parameters themselves as c[i], for kernels that compute all else anew."""
 
     def __init__(self, q: Letters) -> None:
-        super().__init__(())
-        self.values = list(q)
+        super().__init__(q)
+        self.q, self.values = set(), list(q)
         self._names = {p: sympy.Symbol(f"c{i}", real=True) for i, p in enumerate(q)}
 
-    def hoist(self, e: Expression) -> Expression:
-        """`e` with each parameter replaced by its name in the kernel."""
-        return e.xreplace(self._names)
+    def letter(self, e: Expression) -> Expression | None:
+        """The name of a parameter in the kernel."""
+        return self._names.get(e)

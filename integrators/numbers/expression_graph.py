@@ -14,7 +14,7 @@ from .arithmetic import FUNCTIONS, refused
 from .exact import refuse_long
 from .lazy import sympy
 from .registered import is_table
-from .types import Expression
+from .types import Expression, Expressions, Letter
 
 #: what a node is; `detail` of a leaf is its text, of a call the expression
 LEAF, SUM, PRODUCT, INVERSE, POWER, CALL = range(6)
@@ -25,10 +25,34 @@ _CONSTANTS = {"pi": "PI", "E": "exp(R(1))", "I": "1j"}
 Value = int
 
 
-class ExpressionGraph:
-    """The values of expressions: `kinds`, `parts` (values) and `details` by node."""
+class AsWritten:
+    """How a graph reads expressions: as they are."""
 
-    def __init__(self) -> None:
+    def letter(self, e: Expression) -> Expression | None:
+        """A letter (or its opposite) that stands for all of e; None if there is none."""
+        return None
+
+    def terms(self, e: Expression) -> Expressions:
+        """The terms of a sum."""
+        return e.args
+
+    def factors(self, e: Expression) -> Expressions:
+        """The factors of a product; none if e is no product."""
+        return e.args if e.is_Mul else ()
+
+
+AS_WRITTEN = AsWritten()
+
+
+class ExpressionGraph:
+    """The values of expressions: `kinds`, `parts` (values) and `details` by node.
+
+    letters: the symbols in them, by their names.
+    """
+
+    def __init__(self, reading: AsWritten = AS_WRITTEN) -> None:
+        self.reading = reading
+        self.letters: dict[str, Letter] = {}
         self.kinds: list[int] = []
         self.parts: list[list[Value]] = []
         self.details: list[Any] = []
@@ -52,17 +76,19 @@ class ExpressionGraph:
         return self._known[e]
 
     def _added(self, e: Expression) -> Value:
-        if e.is_Symbol:
-            return self._node(LEAF, (), str(e))
+        if (letter := self.reading.letter(e)) is not None:
+            e = letter
         if e.is_Rational:
             refuse_long((int(e.p), int(e.q)), "what a step computes")
             p = abs(e.p)
             return self._node(LEAF, (), str(p) if e.q == 1 else f"(R({p})/{e.q})") + int(e.p < 0)
         if e.is_Add:
-            return self._sum(map(self._value, e.args))
-        if e.is_Mul:
-            return self._product([self._value(a) for a in e.args if a is not sympy.S.NegativeOne],
-                                 e.args[0] is sympy.S.NegativeOne)  # fmt: skip
+            return self._sum(map(self._value, self.reading.terms(e)))
+        if factors := self.reading.factors(e):
+            return self._product(map(self._value, factors))
+        if e.is_Symbol:
+            self.letters[str(e)] = e
+            return self._node(LEAF, (), str(e))
         if e.is_Pow:
             return self._power(e.base, e.exp)
         if e.is_Float:
@@ -93,12 +119,15 @@ class ExpressionGraph:
         minus = min(terms) % 2
         return self._node(SUM, (t ^ minus for t in terms)) + minus
 
-    def _product(self, factors: Iterable[Value], minus: int = 0) -> Value:
+    def _product(self, factors: Iterable[Value]) -> Value:
         factors = list(factors)
-        minus = (minus + sum(f % 2 for f in factors)) % 2
-        if len(factors) == 1:
-            return factors[0] & ~1 | minus
-        return self._node(PRODUCT, (f & ~1 for f in factors)) + minus
+        minus = sum(f % 2 for f in factors) % 2
+        counts = Counter(f & ~1 for f in factors if self.details[f >> 1] != "1")
+        if len(counts) > 1:  # (a − b)(b − a) is a square, which sympy does not see
+            parts = [f if n == 1 else self._node(PRODUCT, [f] * n) for f, n in counts.items()]
+        else:
+            parts = list(counts.elements()) or [factors[0] & ~1]
+        return (self._node(PRODUCT, parts) if len(parts) > 1 else parts[0]) + minus
 
     def _power(self, base: Expression, exponent: Expression) -> Value:
         b = self._value(base)

@@ -57,7 +57,7 @@ def numeric_text(
     safe = {s: sympy.Symbol(name, real=True) for s, name in names.items() if str(s) != name}
     shaped = [np.array(result, dtype=object) for result in results]
     before = [(letters, [e.xreplace(safe) for e in values]) for letters, values in definitions]
-    lines, texts = body(
+    lines, texts, _ = body(
         {name: [safe.get(s, s) for s in v] for name, v in vectors.items()},
         [sympy.sympify(e).xreplace(safe) for array in shaped for e in array.flat],
         before,

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import count
 from typing import TypeAlias
 
-from .expression_graph import LEAF, ExpressionGraph, Value
+from .expression_graph import AS_WRITTEN, LEAF, AsWritten, ExpressionGraph, Value
 from .multi_output import together
 from .printing import Texts
 from .types import Assignment, Expression, Expressions, Letter, Letters
@@ -45,37 +45,68 @@ def function_text(
     arguments: dict[str, Iterable[Letter]],
     results: Sequence[Expressions | Expression],
     before: Sequence[Assignment] = (),
-    scalars: Letters = (),
+    reading: AsWritten = AS_WRITTEN,
 ) -> str:
-    """Text of a function of vectors (and scalars) that returns tuples (for a column) and numbers.
+    """Text of a function of vectors that returns tuples (for a column) and numbers.
 
     `arguments`: vector name → its symbols, unpacked first. `before`: (symbols, values) computed in
     front, such as the points of a step, which the results may use; values `Together` make all
-    their symbols at once.
+    their symbols at once. reading: how expressions are read (`Coefficients`).
     """
-    columns = [list(r) if hasattr(r, "__iter__") else [r] for r in results]
-    lines, texts = body(arguments, [e for column in columns for e in column], before)
+    lines, texts, _ = body(arguments, _entries(results), before, reading)
+    return _with_head(name, arguments, lines, _returned(results, texts))
+
+
+def called_text(
+    name: str,
+    arguments: Letters,
+    results: Expressions,
+    before: Sequence[Assignment],
+    reading: AsWritten,
+) -> tuple[str, list[Letter]]:
+    """Text of a function of numbers, and the letters that it takes behind its own arguments."""
+    lines, texts, letters = body({}, results, before, reading)
+    own = {*map(str, arguments), *(str(s) for defined, _ in before for s in defined)}
+    taken = sorted(letters.keys() - own)
+    text = _with_head(name, [*map(str, arguments), *taken], lines, _returned([results], texts))
+    return text, [letters[s] for s in taken]
+
+
+def _entries(results: Sequence[Expressions | Expression]) -> list[Expression]:
+    return [e for r in results for e in (r if hasattr(r, "__len__") else [r])]
+
+
+def _returned(results: Sequence[Expressions | Expression], texts: Iterator[str]) -> str:
     parts = []
-    for result, column in zip(results, columns, strict=True):
-        inner = ", ".join(next(texts) for _ in column)
-        comma = "," if len(column) == 1 else ""
-        parts.append(f"({inner}{comma})" if hasattr(result, "__iter__") else inner)
-    head = f"def {name}({', '.join([*arguments, *map(str, scalars)])}):"
-    return "\n".join([head, *lines, f"    return {', '.join(parts)}"]) + "\n"
+    for result in results:
+        if hasattr(result, "__len__"):
+            inner = [next(texts) for _ in result]
+            parts.append(f"({', '.join(inner)}{',' if len(inner) == 1 else ''})")
+        else:
+            parts.append(next(texts))
+    return ", ".join(parts)
+
+
+def _with_head(name: str, arguments: Iterable[str], lines: list[str], returned: str) -> str:
+    head = f"def {name}({', '.join(arguments)}):"
+    return "\n".join([head, *lines, f"    return {returned}"]) + "\n"
 
 
 def body(
-    arguments: dict[str, Iterable[Letter]], results: Expressions, before: Sequence[Assignment]
-) -> tuple[list[str], Iterator[str]]:
-    """The statements of a function of vectors, and the texts of its results.
+    arguments: dict[str, Iterable[Letter]],
+    results: Expressions,
+    before: Sequence[Assignment],
+    reading: AsWritten = AS_WRITTEN,
+) -> tuple[list[str], Iterator[str], dict[str, Letter]]:
+    """The statements of a function of vectors, the texts of its results, and the letters it holds.
 
     Each letter is defined before it is used; the order is that of `before`, then of the common
     subexpressions, as far as it can be.
     """
-    lines = [f"{s} = {vector}[{i}]" for vector, letters in arguments.items()
-             for i, s in enumerate(letters)]  # fmt: skip
-    graph = ExpressionGraph()
+    graph = ExpressionGraph(reading)
     roots = graph.values(together([*(v for _, values in before for v in values), *results]))
+    lines = [f"{s} = {vector}[{i}]" for vector, letters in arguments.items()
+             for i, s in enumerate(letters) if str(s) in graph.letters]  # fmt: skip
     graph.share()
     names = _named(graph, roots, {str(s) for letters, _ in before for s in letters})
     texts, rest = Texts(graph, names), iter(roots)
@@ -90,13 +121,13 @@ def body(
     pending += [([name], *texts.inside(node), _assign) for node, name in names.items()]
     for defined, given, _, write in _by_use(pending):
         lines += write(defined, given)
-    return [f"    {line}" for line in lines], map(texts.of, rest)
+    return [f"    {line}" for line in lines], map(texts.of, rest), graph.letters
 
 
 def _named(graph: ExpressionGraph, roots: list[Value], taken: set[str]) -> dict[int, str]:
     """Names of what is used more than once, each behind what it is made of."""
     uses = graph.uses(roots)
-    taken |= {graph.details[i] for i in uses if graph.kinds[i] == LEAF}
+    taken |= graph.letters.keys()
     free = (name for i in count() if (name := f"t{i}") not in taken)
     seen, names = set[int](), dict[int, str]()
 

@@ -11,6 +11,7 @@ from discmech.integrators.numbers import (
     Call,
     arithmetic,
     as_one_number,
+    called_text,
     evaluate,
     evaluate_matrix,
     function_text,
@@ -21,6 +22,7 @@ from discmech.integrators.numbers import (
     random_point,
     run_text,
 )
+from discmech.integrators.numbers.expression_graph import AS_WRITTEN
 from discmech.integrators.retractions.stumpff import stumpff
 
 X = sympy.symbols("x_0:3", real=True)
@@ -175,6 +177,8 @@ def test_newton_ends_at_round_off_or_says_none(digits):
 def test_a_function_with_one_result_gives_a_number():
     """A call returns a tuple, of one number too."""
     a, b = sympy.symbols("a b")
-    node = function_text("node0", {}, [[a]], [([a], [b**2])], [b])
-    text = function_text("use", {"w": [b]}, [a + 1], [([a], Call("node0", [b]))])
-    assert run_text(node + text, {})["use"]([3]) == 10
+    c = sympy.Symbol("c")
+    node, more = called_text("node0", [b], [a], [([a], [c * b**2])], AS_WRITTEN)
+    assert more == [c]
+    text = function_text("use", {"w": [b, c]}, [a + 1], [([a], Call("node0", [b, *more]))])
+    assert run_text(node + text, {})["use"]([3, 2]) == 19
