@@ -14,7 +14,7 @@ from .arithmetic import FUNCTIONS, refused
 from .exact import refuse_long
 from .lazy import sympy
 from .registered import is_table
-from .types import Expression, Expressions, Letter
+from .types import Expression, Expressions, Letter, Replacement
 
 #: what a node is; `detail` of a leaf is its text, of a call the expression
 LEAF, SUM, PRODUCT, INVERSE, POWER, CALL = range(6)
@@ -42,6 +42,17 @@ class AsWritten:
 
 
 AS_WRITTEN = AsWritten()
+
+
+class Renamed(AsWritten):
+    """Expressions as they are, with other letters."""
+
+    def __init__(self, names: Replacement) -> None:
+        self.names = names
+
+    def letter(self, e: Expression) -> Expression | None:
+        """The letter that stands for a letter."""
+        return self.names.get(e)
 
 
 class ExpressionGraph:

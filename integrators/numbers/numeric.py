@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .arithmetic import Arithmetic
+from .expression_graph import Renamed
 from .lazy import sympy
 from .registered import with_tables
 from .statements import body
@@ -56,11 +57,11 @@ def numeric_text(
     # a parameter's own name may be a word of Python or of this text
     safe = {s: sympy.Symbol(name, real=True) for s, name in names.items() if str(s) != name}
     shaped = [np.array(result, dtype=object) for result in results]
-    before = [(letters, [e.xreplace(safe) for e in values]) for letters, values in definitions]
     lines, texts, _ = body(
         {name: [safe.get(s, s) for s in v] for name, v in vectors.items()},
-        [sympy.sympify(e).xreplace(safe) for array in shaped for e in array.flat],
-        before,
+        [sympy.sympify(e) for array in shaped for e in array.flat],
+        definitions,
+        Renamed(safe),
     )
     returned = []
     for array in shaped:

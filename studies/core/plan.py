@@ -62,10 +62,11 @@ class Plan:
         return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
 
     def spread(self, tasks: Sequence[Task]) -> list[Task]:
-        """The same in an order for several workers: a short one, then the large scenes first.
+        """The same in an order for several workers: a short one, then those of many cases first.
 
-        So no worker is left with a long one at the end, and schemes of one scene are far apart:
-        what one worker computes of the scene is there for the next.
+        Of as many cases the large scenes come first. So no worker is left with a long one at the
+        end, and schemes of one scene are far apart: what one worker computes of the scene is there
+        for the next.
         """
         scenes = [
             self.case(task.places[0]).scene if task.pair is None else self.pairs[task.pair][0]
@@ -73,8 +74,9 @@ class Plan:
         ]
         turns: Counter[Scene] = Counter()
         keys = []
-        for k, scene in enumerate(scenes):
-            keys.append((turns[scene], -scene.groupoid.dim_x - scene.groupoid.dim_u, k))
+        for k, (task, scene) in enumerate(zip(tasks, scenes, strict=True)):
+            size = scene.groupoid.dim_x + scene.groupoid.dim_u
+            keys.append((turns[scene], -len(task.places), -size, k))
             turns[scene] += 1
         *rest, short = [tasks[k] for *_, k in sorted(keys)]
         return [short, *rest]

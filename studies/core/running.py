@@ -9,27 +9,22 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from functools import lru_cache, partial
 from typing import Any
 
-from discmech.integrators import BadInput, Scheme, StepFailure
-from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.flows import cores
+from discmech.integrators import BadInput, Scheme
 
 from . import fingerprint
-from .case import Case, Choice, Progress, scheme_of, silent, worst
+from .case import Choice, Progress, silent, worst
 from .cluster import Cluster
 from .one_case import run_case
-from .plan import Place, Plan, Task
+from .plan import Place, Plan
 from .record import record
 from .shrinking import shrunk
+from .side_by_side import finished, key_of, measured
 from .store import Store
-from .study import Study, counts, every_study
-from .userfile import expect_unchanged, stamps
-from .workers import worker_pool
+from .study import Study, counts
 
 SCHEMA = 1
-WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
 Told = Callable[[str, dict[str, Any]], None]
 
 
@@ -100,7 +95,7 @@ def run_studies(
         extras = _stored_answers(plan, also, store) if also else {}
     remembered = Counter(place[0] for place in found)
     tasks = plan.tasks(set(found), set(extras) if also else set(range(len(plan.pairs))))
-    for places, results, extra in _done(plan, tasks, jobs, also, within, store):
+    for places, results, extra in finished(plan, tasks, jobs, also, within, store):
         done(places, results)
         extras |= extra
         if places:
@@ -153,7 +148,7 @@ def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Plac
     """What the store has of the bench's own scenes and rules; others, if `all_`, are derived."""
     for place, case in plan.places():
         if all_ or fingerprint.known_by_text(case):
-            key = _key(plan.studies[place[0]], case)
+            key = key_of(plan.studies[place[0]], case)
             earlier = None if key is None else store.find(key)
             if earlier is not None:
                 yield place, earlier
@@ -168,127 +163,3 @@ def _stored_answers(plan: Plan, also: Callable[[Scheme], Any], store: Store) -> 
             if earlier is not None:
                 found[i] = earlier
     return found
-
-
-def _key(study: Study, case: Case) -> str | None:
-    """The fingerprint of a case; None where its result says why it has none."""
-    try:
-        return fingerprint.of_case(study, case, timed=study.alone)
-    except (BadInput, StepFailure, CannotMeasure):
-        return None
-
-
-def _kept(store: Store, key: str | None, result: dict[str, Any]) -> dict[str, Any]:
-    unusable = key is None or result.get("unusable")
-    return result if unusable else dict(store.keep(str(key), result))
-
-
-def measured(
-    study: Study, case: Case, progress: Progress = silent, store: Store | None = None
-) -> dict[str, Any]:
-    """The case's result from the store, or measured now and kept there."""
-    if store is None:
-        return run_case(study, case, progress)
-    key = _key(study, case)
-    earlier = None if key is None else store.find(key)
-    return _kept(store, key, run_case(study, case, progress)) if earlier is None else dict(earlier)
-
-
-def _done(
-    plan: Plan,
-    tasks: list[Task],
-    jobs: int | Cluster | None,
-    also: Callable[[Scheme], Any] | None,
-    progress: Progress,
-    store: Store | None,
-) -> Iterator[tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]]:
-    """Places with their results, as they are finished, and what `also` says, by pair.
-
-    Where others work too, this process does the first task, so that verdicts come soon and one by
-    one; the others' come scheme by scheme. A cluster's workers have no part in the store here: what
-    they measured is kept as it comes.
-    """
-    elsewhere = isinstance(jobs, Cluster)
-    workers = jobs if isinstance(jobs, Cluster) else min(jobs or cores(), len(tasks))
-    few = workers == 1 or sum(len(t.places) for t in tasks) < WORTH_WORKERS
-    spoken = plan.choice.by_name()
-    if not tasks or spoken is None or (few and not elsewhere):
-        yield from _in_turn(plan, tasks, also, progress, store)
-        return
-    from concurrent.futures import as_completed
-    from concurrent.futures.process import BrokenProcessPool
-
-    names = tuple(study.name for study in plan.studies)
-    tasks = plan.spread(tasks)
-    try:
-        with worker_pool(workers) as pool:
-            waiting = {
-                pool.submit(
-                    _in_worker, names, spoken, stamps(), task, also, None if elsewhere else store
-                ): task
-                for task in tasks[1:]
-            }
-            yield from _in_turn(plan, tasks[:1], also, progress, store)
-            for future in as_completed(waiting):
-                task, (results, said) = waiting[future], future.result()
-                if elsewhere and store is not None:
-                    for (i, k), result in zip(task.places, results, strict=True):
-                        _kept(store, _key(plan.studies[i], plan.cases[i][k]), result)
-                    for pair, answer in said.items():
-                        store.keep(fingerprint.of_answer(also, *plan.pairs[pair]), answer)  # type: ignore[arg-type]
-                yield task.places, results, said
-    except BrokenProcessPool:
-        raise BadInput(
-            "a process that was measuring was killed (too little memory?); the same command goes "
-            "on where it stopped: say --jobs 1."
-        ) from None
-
-
-def _in_turn(
-    plan: Plan,
-    tasks: list[Task],
-    also: Callable[[Scheme], Any] | None,
-    progress: Progress,
-    store: Store | None,
-) -> Iterator[tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]]:
-    """The same in this process, case by case."""
-    for task in tasks:
-        for i, k in task.places:
-            yield [(i, k)], [measured(plan.studies[i], plan.cases[i][k], progress, store)], {}
-        yield (), [], _said(plan, task, also, store)
-
-
-def _said(
-    plan: Plan, task: Task, also: Callable[[Scheme], Any] | None, store: Store | None
-) -> dict[int, Any]:
-    """What `also` says of the task's scheme, by its place among the pairs."""
-    if also is None or task.pair is None:
-        return {}
-    pair = plan.pairs[task.pair]
-    try:
-        make = partial(also, scheme_of(*pair))
-        if store is None:
-            return {task.pair: make()}
-        return {task.pair: store.remembered(fingerprint.of_answer(also, *pair), make)}
-    except BadInput:  # the cases say so
-        return {}
-
-
-def _in_worker(
-    names: tuple[str, ...],
-    spoken: tuple[Any, ...],
-    files: tuple[tuple[str, str], ...],
-    task: Task,
-    also: Callable[[Scheme], Any] | None,
-    store: Store | None,
-) -> tuple[list[dict[str, Any]], dict[int, Any]]:
-    plan = _plan(names, spoken)
-    expect_unchanged(files)
-    results = [measured(plan.studies[i], plan.cases[i][k], store=store) for i, k in task.places]
-    return results, _said(plan, task, also, store)
-
-
-@lru_cache(maxsize=1)
-def _plan(names: tuple[str, ...], spoken: tuple[Any, ...]) -> Plan:
-    """The same plan again in a worker, from names."""
-    return Plan([every_study()[name] for name in names], Choice.of_names(spoken))

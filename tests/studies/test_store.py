@@ -14,7 +14,7 @@ from discmech.integrators import scenes
 from discmech.integrators.rules import METHODS, compose, gauss, midpoint, trapezoidal
 from discmech.studies import get
 from discmech.studies.command.entry import INTERRUPTED, main
-from discmech.studies.core import fingerprint, lookup, running
+from discmech.studies.core import fingerprint, lookup, side_by_side
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.running import run_study
 from discmech.studies.core.store import Store
@@ -209,7 +209,7 @@ def append(file):
 TEXT_OF_IT = (
     "integrators/flows/flow.py", "integrators/compiler/driver.py", "integrators/scene/scene.py",
     "integrators/rules/composition.py", "integrators/groupoids/pair.py", "reference/taylor.py",
-    "studies/order/measuring.py", "studies/core/fitting.py", "studies/core/running.py",
+    "studies/order/measuring.py", "studies/core/fitting.py", "studies/core/side_by_side.py",
     "studies/core/fingerprint.py", "studies/causes/diagnosis.py",
     "integrators/scenes/kepler.py", "reference/tables/kepler.json",
 )  # fmt: skip
@@ -344,6 +344,6 @@ def test_coefficients_count_not_the_name_of_a_method():
 
 def test_a_case_that_cannot_be_used_is_not_kept(entries, monkeypatch):
     case = Case("order", scenes.get("kepler"), midpoint, 16)
-    monkeypatch.setattr(running, "run_case", lambda *_: {"unusable": True})
-    assert running.measured(get("order"), case, store=Store()) == {"unusable": True}
+    monkeypatch.setattr(side_by_side, "run_case", lambda *_: {"unusable": True})
+    assert side_by_side.measured(get("order"), case, store=Store()) == {"unusable": True}
     assert not entries()

@@ -1,0 +1,179 @@
+"""Tasks of a plan, measured in this process and in others side by side."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import suppress
+from functools import lru_cache, partial
+from queue import SimpleQueue
+from typing import Any, TypeAlias
+
+from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.flows import cores
+
+from . import fingerprint
+from .case import Case, Choice, Progress, scheme_of, silent
+from .cluster import Cluster
+from .one_case import run_case
+from .plan import Place, Plan, Task
+from .store import Store
+from .study import Study, every_study
+from .userfile import expect_unchanged, stamps
+from .workers import worker_pool
+
+WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
+#: places with their results, and what `also` says, by pair
+Finished: TypeAlias = tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]
+Also: TypeAlias = Callable[[Scheme], Any] | None
+
+
+def key_of(study: Study, case: Case) -> str | None:
+    """The fingerprint of a case; None where its result says why it has none."""
+    try:
+        return fingerprint.of_case(study, case, timed=study.alone)
+    except (BadInput, StepFailure, CannotMeasure):
+        return None
+
+
+def _kept(store: Store, key: str | None, result: dict[str, Any]) -> dict[str, Any]:
+    unusable = key is None or result.get("unusable")
+    return result if unusable else dict(store.keep(str(key), result))
+
+
+def measured(
+    study: Study, case: Case, progress: Progress = silent, store: Store | None = None
+) -> dict[str, Any]:
+    """The case's result from the store, or measured now and kept there."""
+    if store is None:
+        return run_case(study, case, progress)
+    key = key_of(study, case)
+    earlier = None if key is None else store.find(key)
+    return _kept(store, key, run_case(study, case, progress)) if earlier is None else dict(earlier)
+
+
+def finished(
+    plan: Plan,
+    tasks: list[Task],
+    jobs: int | Cluster | None,
+    also: Also,
+    progress: Progress,
+    store: Store | None,
+) -> Iterator[Finished]:
+    """Places with their results, as they are finished, and what `also` says, by pair.
+
+    This process is one of those that work: it takes a short task first, so that verdicts come soon.
+    A cluster's workers have no part in the store here: what they measured is kept as it comes.
+    """
+    elsewhere = isinstance(jobs, Cluster)
+    workers = jobs if isinstance(jobs, Cluster) else min(jobs or cores(), len(tasks)) - 1
+    few = not workers or sum(len(t.places) for t in tasks) < WORTH_WORKERS
+    spoken = plan.choice.by_name()
+    if not tasks or spoken is None or (few and not elsewhere):
+        yield from _in_turn(plan, tasks, also, progress, store)
+        return
+    from concurrent.futures.process import BrokenProcessPool
+
+    names = tuple(study.name for study in plan.studies)
+    left, ended = deque(plan.spread(tasks)), SimpleQueue[tuple[Task, Any]]()
+    kept = None if elsewhere else store
+
+    def following() -> Task | None:
+        try:
+            return left.popleft()  # which a thread of the pool may just have emptied
+        except IndexError:
+            return None
+
+    def give(pool: Executor) -> None:
+        if (task := following()) is not None:
+            with suppress(RuntimeError):  # the pool has ended
+                future = pool.submit(_in_worker, names, spoken, stamps(), task, also, kept)
+                future.add_done_callback(partial(end, pool, task))
+
+    def end(pool: Executor, task: Task, future: Any) -> None:
+        ended.put((task, future))
+        if not elsewhere:  # a cluster has all tasks at once
+            give(pool)
+
+    def taken() -> Finished:
+        task, future = ended.get()
+        results, said = future.result()
+        if elsewhere and store is not None:
+            for (i, k), result in zip(task.places, results, strict=True):
+                _kept(store, key_of(plan.studies[i], plan.cases[i][k]), result)
+            for pair, answer in said.items():
+                store.keep(fingerprint.of_answer(also, *plan.pairs[pair]), answer)  # type: ignore[arg-type]
+        return task.places, results, said
+
+    mine = others = 0
+    try:
+        with worker_pool(workers) as pool:
+            task = following()
+            for _ in range(len(left) if isinstance(workers, Cluster) else workers):
+                give(pool)
+            while task is not None:
+                for found in _in_turn(plan, [task], also, progress, store):
+                    yield found
+                    while not ended.empty():
+                        others += 1
+                        yield taken()
+                mine += 1
+                task = following()
+            while mine + others < len(tasks):
+                others += 1
+                yield taken()
+    except BrokenProcessPool:
+        raise BadInput(
+            "a process that was measuring was killed (too little memory?); the same command goes "
+            "on where it stopped: say --jobs 1."
+        ) from None
+
+
+def _in_turn(
+    plan: Plan,
+    tasks: list[Task],
+    also: Also,
+    progress: Progress,
+    store: Store | None,
+) -> Iterator[Finished]:
+    """The same in this process, case by case."""
+    for task in tasks:
+        for i, k in task.places:
+            yield [(i, k)], [measured(plan.studies[i], plan.cases[i][k], progress, store)], {}
+        yield (), [], _said(plan, task, also, store)
+
+
+def _said(plan: Plan, task: Task, also: Also, store: Store | None) -> dict[int, Any]:
+    """What `also` says of the task's scheme, by its place among the pairs."""
+    if also is None or task.pair is None:
+        return {}
+    pair = plan.pairs[task.pair]
+    try:
+        make = partial(also, scheme_of(*pair))
+        if store is None:
+            return {task.pair: make()}
+        return {task.pair: store.remembered(fingerprint.of_answer(also, *pair), make)}
+    except BadInput:  # the cases say so
+        return {}
+
+
+def _in_worker(
+    names: tuple[str, ...],
+    spoken: tuple[Any, ...],
+    files: tuple[tuple[str, str], ...],
+    task: Task,
+    also: Also,
+    store: Store | None,
+) -> tuple[list[dict[str, Any]], dict[int, Any]]:
+    plan = _plan(names, spoken)
+    expect_unchanged(files)
+    results = [measured(plan.studies[i], plan.cases[i][k], store=store) for i, k in task.places]
+    return results, _said(plan, task, also, store)
+
+
+@lru_cache(maxsize=1)
+def _plan(names: tuple[str, ...], spoken: tuple[Any, ...]) -> Plan:
+    """The same plan again in a worker, from names."""
+    return Plan([every_study()[name] for name in names], Choice.of_names(spoken))
