@@ -57,7 +57,7 @@ def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Traj
         progress(f"{label}: {done} steps", done / steps)
 
     run = follow(case, flow, steps, interval(steps), progress=show)
-    if not float(_growth(run)[-1]) < BEYOND:
+    if not float(_growth(run, slice(-1, None))[0]) < BEYOND:
         _refuse_unbounded(case, flow, run)
     _latest[key] = run
     return run
@@ -82,13 +82,14 @@ BEYOND = 1e100  # a run that ends there is near to overflow
 ALIKE = 0.1  # relative difference of runs of two step sizes that grow alike
 
 
-def _growth(run: Trajectory) -> np.ndarray:
+def _growth(run: Trajectory, rows: slice = slice(None)) -> np.ndarray:
     """Per row: the largest entry of x, or of μ, over the largest of the first hundredth."""
-    found = np.ones(len(run.t))
+    found = np.ones(len(run.t[rows]))
     for part in (run.x, run.mu):
-        sizes = _largest(np.abs(np.asarray(part, dtype=float)))
-        start = sizes[: 1 + len(sizes) // 100].max()
-        found = np.maximum(found, sizes / start if start else found)
+        start, sizes = (_largest(np.abs(np.asarray(part[which], dtype=float)))
+                        for which in (slice(1 + len(part) // 100), rows))  # fmt: skip
+        first = start.max()
+        found = np.maximum(found, sizes / first if first else found)
     return found
 
 
