@@ -186,9 +186,8 @@ def _report(options: argparse.Namespace) -> int:
     with progress_shown("loading") as show:
         choice = choice_of(options)
         writable_folder(options.folder)
-        results, page = make_report(
-            choice, Path(options.folder), show, jobs(options), Store(options.fresh)
-        )
+        store = Store(options.fresh)
+        results, page = make_report(choice, Path(options.folder), show, jobs(options), store)
     from ..report.summary import print_summary
     from ..report.tables import print_result
 
@@ -196,5 +195,6 @@ def _report(options: argparse.Namespace) -> int:
     for result in results if options.verbose else ():
         print_result(screen, result)
     print_summary(screen, results)
-    screen.print(f"report: {page}", highlight=False, soft_wrap=True)
+    for line in (*store.troubles.values(), f"report: {page}"):
+        screen.print(line, highlight=False, markup=False, soft_wrap=True)
     return exit_code(*results)

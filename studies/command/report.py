@@ -18,6 +18,7 @@ from .. import NAMES, get
 from ..core.case import Choice, Progress, silent
 from ..core.cluster import Cluster
 from ..core.fingerprint import of_views
+from ..core.history import History
 from ..core.running import run_studies
 from ..core.store import Store
 from ..core.workers import worker_pool
@@ -37,13 +38,17 @@ def make_report(
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; returns (results, path of the page).
 
+    With a `store` the run joins its history, which the page shows where something changed.
+
     Studies that apply to none of the chosen scenes are left out. Where nothing was chosen, what is
     about the bench and not about a scene joins in: the cost of references, and a sample of the
     mutation study.
     """
     from ..report.page import write_report
+    from ..report.tables import short
     from .equations import equations_of
 
+    history = None if store is None else History(store)
     studies = [study for study in map(get, NAMES) if list(study.cases(choice))]
     results, equations = run_studies(
         studies, choice, progress, store=store, jobs=jobs, also=equations_of
@@ -59,10 +64,13 @@ def make_report(
     for case in (case for study in studies for case in study.cases(choice)):
         scenes.setdefault(case.scene.name, case.scene)  # of contact, and of optimal control
     described = [about(scene) for scene in scenes.values()]
-    page = write_report(
-        results, equations, described, folder, "make report",
-        _drawn_once(store, jobs if isinstance(jobs, int) else cores()),
-    )  # fmt: skip
+    drawn = _drawn_once(store, jobs if isinstance(jobs, int) else cores())
+    words = (results, equations, described, folder, "make report", drawn)
+    if history is None:
+        return results, write_report(*words)
+    history.add(results, short)
+    page = write_report(*words, history.of)
+    history.keep()
     return results, page
 
 

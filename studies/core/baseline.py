@@ -84,8 +84,13 @@ def compared(name: str, result: Result, before: Result) -> dict[str, Any]:
     }
 
 
+def identity(case: Result) -> tuple[str, str]:
+    """What makes a case the same one in another run: study, scene, digits are in its command."""
+    return str(case["rule"]), str(case["command"])
+
+
 def _cases(result: Result) -> dict[tuple[str, str], Result]:
-    return {(str(case["rule"]), str(case["command"])): case for case in result["cases"]}
+    return {identity(case): case for case in result["cases"]}
 
 
 def _differences(then: Result, now: Result) -> Iterator[tuple[str, str, str]]:

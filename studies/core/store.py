@@ -36,11 +36,7 @@ class Store:
         path = self._path(key)
         if self.fresh or not path.exists():
             return None
-        try:
-            digest, _, text = path.read_text(encoding="utf-8").partition("\n")
-            entry = json.loads(text) if digest == _digest(text) else {}
-        except (OSError, ValueError):
-            entry = {}
+        entry = unsealed(path)
         if entry.get("key") != key:
             self._remove_damaged(path)
             return None
@@ -53,8 +49,7 @@ class Store:
         text = json.dumps({"key": key, "result": result})
         path = self._path(key)
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(path, f"{_digest(text)}\n{text}")
+            seal(path, text)
         except OSError as error:
             self.troubles["keep"] = (
                 f"results cannot be kept for the next run ({error.strerror}: {self.folder})."
@@ -80,6 +75,21 @@ class Store:
         self.troubles["damaged"] = f"a stored result was damaged ({path}); it was measured again."
         with suppress(OSError):  # what is measured now takes its place, if it can
             path.unlink(missing_ok=True)
+
+
+def seal(path: Path, text: str) -> None:
+    """Write JSON behind its digest; raises `OSError` if that cannot be."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, f"{_digest(text)}\n{text}")
+
+
+def unsealed(path: Path) -> dict[str, Any]:
+    """What `seal` wrote there; {} if it is damaged."""
+    try:
+        digest, _, text = path.read_text(encoding="utf-8").partition("\n")
+        return dict(json.loads(text)) if digest == _digest(text) else {}
+    except (OSError, ValueError):
+        return {}
 
 
 def _age(path: Path) -> float:

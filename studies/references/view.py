@@ -28,6 +28,7 @@ VIEW = View(
         ("Order", lambda case: str(case["measured"]["order"])),
         ("Certain by", lambda case: str(case["measured"]["certainty"])),
     ],
+    short=lambda measured: f"{measured['proven']} digits",
     wanted=lambda expected: f"{expected['digits']} certain digits",
     sketches=_sketches,
 )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.study import counts, every_study
 from .mathml import display, inline, together
 from .publish import published
+from .sparkline import Past, Sparklines, unknown_past
 from .summary import headline, machine, merged, runs, tally, trouble, when
 from .svg import short_names
 from .tables import columns, file_name, filled, write_tables
@@ -33,11 +34,13 @@ def write_report(
     folder: Path,
     command: str = "make report",
     remembered: Remembered | None = None,
+    past: Past = unknown_past,
 ) -> Path:
     """Write index.html, figures/, tables/ (and equations/ for the longest) into a folder.
 
     An older report in the folder stays whole until this one is, and for good if this one fails.
     remembered: gives figures that were drawn of the same numbers before (`figures.plates`).
+    past: what the last runs found of a case, the newest last.
     """
     from .figures import anew, plates
 
@@ -53,7 +56,8 @@ def write_report(
             (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)
         files = {str(study["study"]): write_tables(study, new / "tables") for study in studies}
         formulae = _schemes(equations, titles, new / "equations")
-        text = _page(results, studies, drawn, definitions, scenes, command, files, formulae)
+        words = (results, studies, drawn, definitions, scenes, command, files, formulae)
+        text = _page(*words, past=past)
         (new / "index.html").write_text(text, encoding="utf-8")
     return Path(folder) / "index.html"
 
@@ -88,18 +92,20 @@ def _page(
     files: Mapping[str, Sequence[str]] | None = None,
     equations: Sequence[Mapping[str, Any]] = (),
     tables: Sequence[Mapping[str, Any]] = (),
+    past: Past = unknown_past,
 ) -> str:
-    beside = files or {}
+    beside, lines = files or {}, Sparklines(past)
     context = {
         "command": command,
         "headline": headline(studies),
-        "studies": [_view(s, drawn, beside.get(str(s["study"]), ())) for s in studies],
+        "studies": [_view(s, drawn, beside.get(str(s["study"]), ()), lines) for s in studies],
         "absent": [
             n
             for n, study in every_study().items()
             if n not in {s["study"] for s in studies} and (study.usual or command == "make report")
         ],
         "trouble": trouble(studies),
+        "past": lines,
         "definitions": "".join(definitions[key] for key in sorted(definitions)),
         "tables": tables,
         "equations": equations,
@@ -124,7 +130,7 @@ def environment() -> Environment:
     )
 
 
-def _lines(study: str, cases: Sequence[Case]) -> dict[str, Any]:
+def _lines(study: str, cases: Sequence[Case], past: Sparklines) -> dict[str, Any]:
     """A table for the templates: headings, and a line a case."""
     shown = filled(columns(study), cases)
     lines = [
@@ -132,6 +138,7 @@ def _lines(study: str, cases: Sequence[Case]) -> dict[str, Any]:
             "cells": [text(case) for _, text in shown[:-1]],
             "verdict": verdict(case),
             "word": shown[-1][1](case),
+            "past": past.of(case),
             "reason": why(case),
             "command": str(case.get("command") or ""),
             "when": when(case),
@@ -141,7 +148,9 @@ def _lines(study: str, cases: Sequence[Case]) -> dict[str, Any]:
     return {"heads": [head for head, _ in shown], "lines": lines}
 
 
-def _view(study: Result, drawn: Sequence[Plate], files: Sequence[str]) -> dict[str, Any]:
+def _view(
+    study: Result, drawn: Sequence[Plate], files: Sequence[str], past: Sparklines
+) -> dict[str, Any]:
     """What the page says about one study."""
     name, cases = str(study["study"]), study["cases"]
     known = every_study().get(name)
@@ -157,10 +166,10 @@ def _view(study: Result, drawn: Sequence[Plate], files: Sequence[str]) -> dict[s
         "tables": study.get("tables") or [],
         "verdict": verdict(study),
         "count": tally(cases),
-        "bad": _lines(name, parts["fail"] + parts["inconclusive"]),
-        "good": _lines(name, parts["pass"]),
-        "others": _lines(name, list(filterfalse(counts, sound))),
-        "controls": _lines(name, [case for case in cases if is_control(case)]),
+        "bad": _lines(name, parts["fail"] + parts["inconclusive"], past),
+        "good": _lines(name, parts["pass"], past),
+        "others": _lines(name, list(filterfalse(counts, sound)), past),
+        "controls": _lines(name, [case for case in cases if is_control(case)], past),
         "plates": [plate for plate in drawn if plate.study == name],
         "files": files,
         "command": str(study.get("command") or f"discmech {name}"),

@@ -138,7 +138,7 @@ class _Writer:
     def _path(self, d: str, style: dict[str, str], x: float = 0, y: float = 0) -> _Item:
         """Lines with their first corner at (x, y) if it is at the origin of `d`."""
         lucid = style.get("fill") != "none" or "opacity" in style  # it is seen where two overlap
-        return _Item("path", self._class(style), _route(d, x - self.left, y - self.top), not lucid)
+        return _Item("path", self._class(style), route(d, x - self.left, y - self.top), not lucid)
 
     def _used(self, element: ET.Element, style: dict[str, str], axis: bool) -> _Item:
         """A mark; what is no mark is drawn where it stands: ticks, and areas that are used once."""
@@ -148,7 +148,7 @@ class _Writer:
         if axis or len(_NUMBER.findall(d)) > AREA:
             return self._path(d, {"fill": "none", **style, **own} if axis else style | own, x, y)
         clip = {key: style.pop(key) for key in ("clip-path",) if key in style}
-        drawn = _element("path", {"d": _route(d, 0, 0, 0.01), "style": _css(style | own)}, "")
+        drawn = _element("path", {"d": route(d, 0, 0, 0.01), "style": _css(style | own)}, "")
         name = _name(drawn)
         marker = _element("marker", {"id": name, "markerUnits": "userSpaceOnUse"}, drawn)
         self.definitions[name] = marker
@@ -254,7 +254,7 @@ def _levels(text: str) -> str:
     return found
 
 
-def _route(d: str, dx: float, dy: float, unit: float = 0.1) -> str:
+def route(d: str, dx: float, dy: float, unit: float = 0.1) -> str:
     """A path moved by (dx, dy): straight lines as steps of whole units, curves to hundredths."""
     found: list[tuple[str, list[float]]] = []
     x, y = 0, 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -21,6 +22,9 @@ CONSTRAINED = (
 )
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_FLAT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_TENS = re.compile("(×|\\b)10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
+_NUMBER = re.compile(r"(?<![\w.])-?[0-9]+(?:\.[0-9]+)?(?:e[+-]?[0-9]+)?")
 
 
 def number(value: Any) -> float | None:
@@ -54,6 +58,12 @@ def scientific(value: Any, places: int = 1) -> str:
     mantissa, exponent = power_of_ten(found, places)
     tens = "10" + str(exponent).translate(_SUPERSCRIPTS)
     return f"{mantissa}×{tens}".replace("-", "−") if mantissa else tens
+
+
+def numbers_in(words: str) -> list[float]:
+    """The numbers of a text that `scientific` or Python wrote."""
+    plain = _TENS.sub(lambda m: f"{'' if m[1] else 1}e{m[2].translate(_FLAT)}", words)
+    return [float(text) for text in _NUMBER.findall(plain.replace("−", "-"))]
 
 
 def duration(seconds: float) -> str:

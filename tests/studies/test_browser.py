@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from discmech.studies.core.history import Found
 from discmech.studies.report.page import write_report
 from tests.studies.fake_results import equations, results, scenes, spoiled
 
@@ -68,7 +69,9 @@ def width_of(page: Path, width: int) -> int:
 @pytest.fixture(scope="module")
 def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("good")
-    return write_report(results((16,)), equations(), scenes(), folder / "build")
+    past = [Found("2026-11-20T12:00:00", "abc1234", str(k), "pass") for k in (1, 1, 3, 2)]
+    words = (results((16,)), equations(), scenes(), folder / "build")
+    return write_report(*words, past=lambda case: past)
 
 
 @pytest.fixture(scope="module")
@@ -138,6 +141,19 @@ def test_the_number_of_a_mark_is_shown_under_the_pointer(good: Path) -> None:
 def test_nothing_runs_over_the_side(good: Path, bad: Path, width: int) -> None:
     for page in (good, bad):
         assert width_of(page, width) <= width
+
+
+def test_a_line_of_the_last_runs_is_seen_and_says_what_it_is(good: Path) -> None:
+    seen = found(good, """
+        document.querySelectorAll("details").forEach((e) => (e.open = true));
+        const line = document.querySelector("td > svg.past");
+        const [box, cell] = [line, line.parentElement].map((e) => e.getBoundingClientRect());
+        return {within: box.left > cell.left && box.right <= cell.right, high: box.height,
+                beside: Math.abs(box.top - line.previousElementSibling.getBoundingClientRect().top),
+                said: line.querySelector("title").textContent};
+    """)  # fmt: skip
+    assert seen["within"] and 10 < float(str(seen["high"])) < 24 and float(str(seen["beside"])) < 9
+    assert str(seen["said"]).startswith("2 in 1 run, since 2026-11-20 (commit abc1234); before: 3")
 
 
 def test_in_the_dark_words_stand_out_from_the_paper(good: Path) -> None:

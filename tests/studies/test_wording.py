@@ -47,6 +47,13 @@ def test_terminal_summary_has_a_line_a_study_and_the_cases_that_did_not_pass() -
     assert len(shown.splitlines()) < 8 + len(spoiled()) + 2 * len(bad)
 
 
+@pytest.mark.parametrize("value", [0, 2.0001, -0.25, 999.4, 3.1e-16, 1e-13, -7.5e12, 1e300])
+def test_numbers_are_read_from_the_words_they_were_written_in(value: float) -> None:
+    (found,) = wording.numbers_in(f"|μ|² of gauss4: {wording.scientific(value, 4)}, at hω")
+    assert found == pytest.approx(value, rel=1e-4)
+    assert wording.numbers_in("2, −1.5 and 1e-13; 10⁻³ to 2×") == [2, -1.5, 1e-13, 1e-3, 2]
+
+
 @pytest.mark.parametrize(
     ("value", "interval", "text"),
     [

@@ -1,0 +1,99 @@
+"""The figure of a case over the last runs of the report, as a small line in its row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from html import escape
+from itertools import groupby, pairwise
+from typing import TYPE_CHECKING
+
+from .svg import route
+from .wording import Case, numbers_in
+
+if TYPE_CHECKING:
+    from ..core.history import Found
+
+WIDTH, HEIGHT = 60, 12  # around it, 2 for the marks
+#: characters of all lines of a page: half of what the whole report leaves of its 3 MB
+ROOM = 150_000
+Past = Callable[[Case], "Sequence[Found]"]
+
+
+def unknown_past(case: Case) -> Sequence[Found]:
+    """Of a page by itself."""
+    return ()
+
+
+class Sparklines:
+    """The lines of a page, while there is room. drawn, left_out: how many."""
+
+    def __init__(self, past: Past) -> None:
+        self.past, self.room = past, ROOM
+        self.drawn = self.left_out = 0
+
+    def of(self, case: Case) -> str:
+        """The line of a case, "" where nothing changed or no room is left."""
+        line = sparkline(self.past(case))
+        if len(line) > self.room:
+            self.left_out += 1
+            return ""
+        self.room -= len(line)
+        self.drawn += bool(line)
+        return line
+
+
+def sparkline(past: Sequence[Found]) -> str:
+    """The figures of some runs as a line with its words; "" where they are one.
+
+    Marks are at the end and where a verdict is not the one before, in the verdict's colour.
+    """
+    if len({(one.figure, one.verdict) for one in past}) < 2:
+        return ""
+    heights = _heights([(one.figure, one.verdict) for one in past])
+    low, high = min(heights), max(heights)
+    places = [
+        f"{WIDTH * k / (len(past) - 1):.0f} {HEIGHT * (high - height) / (high - low):.0f}"
+        for k, height in enumerate(heights)
+    ]
+    marked = [k for k, (a, b) in enumerate(pairwise(past), 1) if a.verdict != b.verdict]
+    marks = {past[k].verdict: "" for k in (*marked, -1)}
+    for k in dict.fromkeys((*marked, len(past) - 1)):
+        marks[past[k].verdict] += f"M{places[k]}h0"
+    drawn = "".join(f'<path class={verdict} d="{d}"/>' for verdict, d in marks.items())
+    box = f"-2 -2 {WIDTH + 4} {HEIGHT + 4}"
+    return (
+        f'<svg class=past viewBox="{box}" role=img><title>{escape(words(past))}</title>'
+        f'<path d="{route("M" + "L".join(places), 0, 0, 1)}"/>{drawn}</svg>'
+    )
+
+
+def words(past: Sequence[Found]) -> str:
+    """The last figure, since when it is the same, and the one before."""
+    judged = len({one.verdict for one in past}) > 1
+    groups = [list(g) for _, g in groupby(past, lambda one: (one.figure, one.verdict))]
+
+    def told(group: Sequence[Found]) -> str:
+        figure = f"{group[0].figure}, {group[0].verdict}," if judged else group[0].figure
+        at = f" (commit {group[0].commit})" if group[0].commit else ""
+        runs = f"{len(group)} run" + "s" * (len(group) > 1)
+        return f"{figure} in {runs}, since {group[0].date[:10]}{at}"
+
+    same = ": unchanged" if len(groups[-1]) > 1 else ""
+    more = f"; {len(groups) - 1} changes in {len(past)} runs" if len(groups) > 2 else ""
+    return f"{told(groups[-1])}{same}; before: {told(groups[-2])}{more}"
+
+
+def _heights(found: Sequence[tuple[str, str]]) -> list[float]:
+    """The first number that is not the same in all, its logarithm if it spans more than a decade.
+
+    Where all numbers are the same, or not all have as many, each that is another is one higher.
+    """
+    numbers = [numbers_in(figure) for figure, _ in found]
+    if len(set(map(len, numbers))) == 1:
+        for column in zip(*numbers, strict=True):
+            if len(set(column)) > 1 and all(map(math.isfinite, column)):
+                decades = min(column) > 0 and max(column) > 10 * min(column)
+                return [math.log10(value) if decades else value for value in column]
+    kinds = list(dict.fromkeys(found))
+    return [float(kinds.index(one)) for one in found]
