@@ -207,9 +207,11 @@ def _shared(groups: dict[int, set[Value]], made: Any) -> list[tuple[int, set[Val
                 by = 2 * i
             else:
                 by = 2 * j if common == groups[j] else made(sorted(common))
+                if by in groups[i]:  # a sum in a sum: as one of a set it would count once
+                    continue
                 groups[i] = {*(groups[i] - common), by}
                 changed[i] = None
             for _, k in others:
-                if k != by >> 1 and common <= groups[k]:
+                if k != by >> 1 and common <= groups[k] and by not in groups[k]:
                     replaced(k, common, by)
     return [(i, groups[i]) for i in changed]

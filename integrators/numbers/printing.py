@@ -70,7 +70,7 @@ class Texts:
         elif kind == PRODUCT:
             text, holds = self._product(parts), _FACTORS
         elif kind == INVERSE:
-            text, holds = f"1/{self._text(parts[0], _FACTOR)}", _FACTOR
+            text, holds = f"1/{self._text(parts[0], _RAISED)}", _FACTOR
         elif kind == POWER:
             text, holds = (
                 "**".join([self._text(parts[0], _ATOM), self._text(parts[1], _ATOM)]),
@@ -99,7 +99,7 @@ class Texts:
                 above.append(f)
         text = "*".join(self._text(f, _FACTOR) for f in above) or "1"
         if below:
-            texts = [self._text(f, _FACTOR) for f in below]
+            texts = [self._text(f, _RAISED) for f in below]
             text += f"/{texts[0]}" if len(texts) == 1 else f"/({'*'.join(texts)})"
         return text
 
