@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
-from contextlib import suppress
+from concurrent.futures import Executor, Future
 from functools import lru_cache, partial
 from queue import SimpleQueue
 from typing import Any, TypeAlias
@@ -78,7 +77,7 @@ def finished(
 
     names = tuple(study.name for study in plan.studies)
     left, ended = deque(plan.spread(tasks)), SimpleQueue[tuple[Task, Any]]()
-    kept = None if elsewhere else store
+    kept, files = None if elsewhere else store, stamps()
 
     def following() -> Task | None:
         try:
@@ -88,13 +87,19 @@ def finished(
 
     def give(pool: Executor) -> None:
         if (task := following()) is not None:
-            with suppress(RuntimeError):  # the pool has ended
-                future = pool.submit(_in_worker, names, spoken, stamps(), task, also, kept)
+            try:
+                future = pool.submit(_in_worker, names, spoken, files, task, also, kept)
+            except RuntimeError as error:  # the pool has ended, or has no thread for it
+                future = Future()
+                future.set_exception(error)
+                ended.put((task, future))  # or it would be waited for without end
+            else:
                 future.add_done_callback(partial(end, pool, task))
 
     def end(pool: Executor, task: Task, future: Any) -> None:
         ended.put((task, future))
-        if not elsewhere:  # a cluster has all tasks at once
+        # a cluster has all tasks at once; a pool that breaks holds its lock, and this would wait
+        if not (elsewhere or future.cancelled() or future.exception()):
             give(pool)
 
     def taken() -> Finished:

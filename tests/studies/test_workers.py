@@ -7,10 +7,21 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import Executor, Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from queue import SimpleQueue
+from threading import Lock
 
 import pytest
 
+from discmech.integrators import BadInput, scenes
+from discmech.integrators.rules import midpoint, trapezoidal
+from discmech.studies import get
 from discmech.studies.command import entry, main
+from discmech.studies.core import side_by_side
+from discmech.studies.core.case import Choice, silent
+from discmech.studies.core.plan import Plan
 from discmech.studies.core.threads import SETTINGS
 from discmech.studies.core.workers import worker_pool
 
@@ -95,3 +106,64 @@ def test_workers_end_with_the_first_process(ending, tmp_path):
     finally:
         first.kill()
         first.wait()
+
+
+class Breaking(Executor):
+    """As a pool of Python 3.12 is: its lock is held while futures hear that a worker was killed."""
+
+    def __init__(self):
+        self.lock, self.hung = Lock(), False
+
+    def submit(self, *_):
+        if self.lock.locked():
+            self.hung = True
+            raise RuntimeError
+        return Killed(self.lock)
+
+
+class Killed(Future):
+    """Of a worker that is killed as soon as it has a task."""
+
+    def __init__(self, lock):
+        super().__init__()
+        self.lock = lock
+
+    def add_done_callback(self, call):
+        super().add_done_callback(call)
+        with self.lock:
+            self.set_exception(BrokenProcessPool())
+
+
+class Impatient(SimpleQueue):
+    """Fails where nothing comes any more."""
+
+    def get(self):
+        return super().get(timeout=PATIENCE)
+
+
+class Refusing(Executor):
+    """Of a system that has no thread left."""
+
+    def submit(self, *_):
+        raise RuntimeError("can't start new thread")
+
+
+@pytest.mark.parametrize(("pool", "said"), [
+    (Breaking(), (BadInput, "was killed")), (Refusing(), (RuntimeError, "new thread")),
+])  # fmt: skip
+def test_a_pool_that_ends_ends_the_run(monkeypatch, pool, said):
+    @contextmanager
+    def made(_):
+        yield pool
+
+    monkeypatch.setattr(side_by_side, "worker_pool", made)
+    monkeypatch.setattr(side_by_side, "SimpleQueue", Impatient)
+    monkeypatch.setattr(side_by_side, "measured", lambda *_: {})
+    rules = (midpoint, trapezoidal)
+    some = tuple(map(scenes.get, ("harmonic", "pendulum", "kepler")))
+    plan = Plan([get("order"), get("energy")], Choice(scenes=some, rules=rules))
+    tasks = plan.tasks(set(), set())
+    assert len(tasks) == 6 and sum(len(t.places) for t in tasks) >= side_by_side.WORTH_WORKERS
+    with pytest.raises(said[0], match=said[1]):
+        list(side_by_side.finished(plan, tasks, 2, None, silent, None))
+    assert not getattr(pool, "hung", False)
