@@ -184,7 +184,7 @@ def _called(word: str, kind: str) -> Any:
     try:
         said = misplaced(get[other](word).name, other, kind)
     except BadInput:
-        if Path(word).exists():
+        if word and Path(word).exists():  # an empty one is this folder's
             said = BadInput(f"{word} is no Python file: name a .py file with rules or scenes.")
     raise said
 

@@ -130,6 +130,7 @@ def test_a_file_that_is_none_of_python_s_is_told(ask, tmp_path, monkeypatch):
         for words in (("verify", path), ("run", path), ("order", "--rule", path)):
             code, _, err = ask(*words)
             assert code == 2 and f"{path} is no Python file" in err
+    assert 'there is no scene ""' in ask("run", "")[2]
     (tmp_path / "kepler").mkdir()  # what is called so comes first
     assert ask("run", "kepler", "--steps", "1")[0] == 0
 

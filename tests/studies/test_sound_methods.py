@@ -22,6 +22,7 @@ from discmech.integrators import (
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.scene import on_group
 from discmech.reference import solution
+from discmech.studies.causes import round_off
 from discmech.studies.causes.round_off import lost_one_way, measure_round_off
 from discmech.studies.charts.measuring import measure as measure_charts
 from discmech.studies.core.case import Case
@@ -54,6 +55,15 @@ def test_a_motion_that_amplifies_round_off_is_no_other_order():
                    x0=[1], v0=[-1], step="0.1", duration=10)  # fmt: skip
     found = measured("order", saddle, by_midway_points, 16)
     assert found["verdict"] == "inconclusive" and found["local"]["order"] > 1.9
+
+
+def test_runs_without_an_order_are_asked_for_round_off_whatever_their_errors_do():
+    """A fall, on which midpoint is exact: nothing departs from its order."""
+    fall = Scene("fall", pair(1), lambda x, v, p: v[0] ** 2 / 2 - x[0],
+                 x0=[1], v0=["0.3"], step="0.1", duration=10)  # fmt: skip
+    found = measured("order", fall, rules.midpoint, 16, 8)
+    assert found["verdict"] == "inconclusive" and found["reason"].startswith("every error is round")
+    assert all("round_off" in row for row in found["rows"])
 
 
 @one_step(order=2, implicit=True)
@@ -97,6 +107,13 @@ def test_plain_rules_lose_no_digits():
         assert (
             lost_one_way(Case("momentum", scenes.get(name), rules.midpoint, 16, None), 10**6) == 0
         )
+
+
+def test_what_maps_lose_is_held_against_a_drift_whole(monkeypatch):
+    of, eps = case("momentum", scenes.get("pendulum")), 2.0**-53
+    for noise, lost in ((8 * eps, 0.0), (9 * eps, 2 * 1000 * 9 * eps)):
+        monkeypatch.setattr(round_off, "evaluation_noise", lambda _, noise=noise: noise)
+        assert lost_one_way(of, 1000) == lost
 
 
 def test_what_a_map_lacks_is_said_and_is_no_failed_step():
