@@ -60,13 +60,16 @@ def misplaced(name: str, kind: str, wanted: str) -> BadInput:
     )
 
 
+LISTED = 240  # letters of three lines of a terminal: a longer list is no sentence
+
+
 def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
     """The error for an unknown name: with the nearest, or all if they fit into a sentence."""
     names = list(known)
     listed = ", ".join(names)
     if near := nearest(name, names):
         hint = f"did you mean {near}?"
-    elif len(listed) <= 240:
+    elif len(listed) <= LISTED:
         hint = f"there are {listed}."
     else:
         hint = f"there are {', '.join(names[:3])} and {len(names) - 3} more: say discmech list."

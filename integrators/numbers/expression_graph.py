@@ -1,7 +1,8 @@
-"""Expressions as one graph in which every value stands once, up to its sign.
+"""Common subexpressions by value numbering: a graph whose nodes are values, up to their signs.
 
-Common partial sums and products are taken out of it by numbers of nodes; sympy's own `cse` builds
-new expressions for each of them, which takes longer than all else that makes a kernel's text.
+Partial sums and products that several have in common are found by the numbers of nodes. sympy's
+`cse` builds new expressions for each of them, which takes longer than all else that makes a
+kernel's text.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from .lazy import sympy
 from .registered import is_table
 from .types import Expression, Expressions, Letter, Replacement
 
-#: what a node is; `detail` of a leaf is its text, of a call the expression
+#: what a node is; `details` of a leaf: its text; of a call: the expression, or a function's name
 LEAF, SUM, PRODUCT, INVERSE, POWER, CALL = range(6)
 MOST = 16  # the largest power that is a product; larger ones by the library's power
 _CONSTANTS = {"pi": "PI", "E": "exp(R(1))", "I": "1j"}
@@ -88,7 +89,7 @@ class ExpressionGraph:
 
     def _added(self, e: Expression) -> Value:
         if (letter := self.reading.letter(e)) is not None:
-            e = letter
+            return self._letter(letter) if letter.is_Symbol else self._letter(-letter) + 1
         if e.is_Rational:
             refuse_long((int(e.p), int(e.q)), "what a step computes")
             p = abs(e.p)
@@ -98,8 +99,7 @@ class ExpressionGraph:
         if factors := self.reading.factors(e):
             return self._product(map(self._value, factors))
         if e.is_Symbol:
-            self.letters[str(e)] = e
-            return self._node(LEAF, (), str(e))
+            return self._letter(e)
         if e.is_Pow:
             return self._power(e.base, e.exp)
         if e.is_Float:
@@ -111,6 +111,10 @@ class ExpressionGraph:
             self._unknown.append(e)
             return self._node(LEAF, (), str(e))
         return self._node(CALL, map(self._value, e.args), e, e.func)
+
+    def _letter(self, letter: Letter) -> Value:
+        self.letters[str(letter)] = letter
+        return self._node(LEAF, (), str(letter))
 
     def _node(
         self, kind: int, parts: Iterable[Value], detail: Any = None, key: Any = None
@@ -177,9 +181,10 @@ class ExpressionGraph:
 
 
 def _shared(groups: dict[int, set[Value]], made: Any) -> list[tuple[int, set[Value]]]:
-    """[(node, its parts)] of those whose parts change; groups: in the order of their length.
+    """[(node, its parts)] of those sums, or products, whose parts change.
 
-    The first of two groups looks for what it has in common with each later one, the least first.
+    groups: the parts of each, the shortest first. Each is compared with the longer ones, and the
+    smallest common parts become a node first.
     """
     owners: dict[Value, dict[int, None]] = {}
     for i, group in groups.items():

@@ -43,7 +43,7 @@ class Texts:
         return list(map(self.of, values)), self._used
 
     def inside(self, node: int) -> tuple[list[str], set[str]]:
-        """What a node that has a name is, as `with_letters` has it."""
+        """(the text of what a node's name stands for, the names and letters in it)."""
         self._used = set()
         return [self._written(node, 0)[0]], self._used
 

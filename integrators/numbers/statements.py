@@ -154,13 +154,16 @@ def _by_use(pending: Sequence[_Statement]) -> Iterator[_Statement]:
         for j in used:
             users.setdefault(j, []).append(i)
     ready = [i for i, used in enumerate(uses) if not used]
+    done = 0
     while ready:
         i = heapq.heappop(ready)
+        done += 1
         yield pending[i]
         for j in users.get(i, ()):
             uses[j].discard(i)
             if not uses[j]:
                 heapq.heappush(ready, j)
+    assert done == len(pending), "a letter is defined by itself"
 
 
 def _assign(names: list[str], texts: list[str]) -> list[str]:

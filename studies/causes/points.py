@@ -14,7 +14,7 @@ from discmech.integrators import Scheme
 from discmech.integrators.equations import answers_of
 from discmech.integrators.numbers import sympy
 
-MEANT = 1000  # denominators up to this one are looked for behind a float
+MEANT = 1000  # the largest denominator that somebody writes as a float: 0.333 for 1/3
 
 
 def mean_of_points(scheme: Scheme) -> str:

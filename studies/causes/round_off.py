@@ -12,6 +12,7 @@ cannot excuse a drift. There the maps F± alone are asked, at given points, with
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -20,8 +21,8 @@ from discmech.integrators.errors import CannotMeasure, StepFailure
 from ..core.case import Case
 from .diagnosis import evaluation_noise
 
-#: round-offs that F± of plain rules are off by: built-in ones are at 2 to 5 on every scene
-ORDINARY = 8
+#: how much shorter a step is at which F± are asked once more
+SHORTER = 64
 #: what double precision is compared with to see its round-off
 MORE_DIGITS = 34
 #: steps of the longest run that is made so; the coarsest is made however long it is
@@ -78,16 +79,18 @@ def lost_one_way(case: Case, steps: int) -> float:
     """What N steps add up to, relative to ‖μ‖, if F⁻ and F⁺ are off all one way; 0 of plain rules.
 
     A rule that takes differences of nearly equal numbers, such as (s − x)/h of a stage that is a
-    position, is off by more than its roundings, and these are alike from step to step: no walk
-    bounds what they add up to. Nor does any part of what they are off by walk then; but where it is
-    no more than `ORDINARY` round-offs, all of it does.
+    position, is off by round-off over h, alike from step to step: no walk bounds what that adds up
+    to. At a step `SHORTER` times as short it is off by as many times as much, and a plain rule by
+    as much as before; what lies between is told by the mean of both, in logarithms. (Measured on
+    all scenes: 14 times and more, and 3 at most.)
     """
     try:
-        flow = case.scheme.flow(case.scene.step, case.digits)
-        noise = evaluation_noise(flow)
+        steps_of = (case.scheme.flow(Fraction(case.scene.step) / k, case.digits)
+                    for k in (1, SHORTER))  # fmt: skip
+        noise, finer = map(evaluation_noise, steps_of)
     except (CannotMeasure, StepFailure):
         return 0.0
-    return 2 * steps * noise if noise > ORDINARY * float(flow.numbers.eps) else 0.0
+    return 2 * steps * noise if finer > math.sqrt(SHORTER) * noise else 0.0
 
 
 def why_unknown(name: str, drift: float, lost: float) -> str:

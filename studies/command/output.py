@@ -25,11 +25,12 @@ def exit_code(*results: Mapping[str, Any]) -> int:
     from ..core.case import worst
 
     said = worst(result["verdict"] for result in results)
-    used: dict[str, bool] = {}
-    for case in (case for result in results for case in result["cases"]):
-        used[case["rule"]] = used.get(case["rule"], False) or not case.get("unusable")
-    if said != "fail" and (bad := [rule for rule in used if not used[rule]]):
-        raise BadInput(f"nothing could be measured of {', '.join(bad)}: mend it as is said above.")
+    cases = [case for result in results for case in result["cases"] if case["rule"]]
+    usable = {case["rule"] for case in cases if not case.get("unusable")}
+    bad = {case["rule"]: case["reason"] for case in cases if case["rule"] not in usable}
+    if said != "fail" and bad:
+        why = " Nor of ".join(f"{rule}: {reason}" for rule, reason in bad.items())
+        raise BadInput(f"nothing could be measured of {why}")
     return EXIT[said]
 
 

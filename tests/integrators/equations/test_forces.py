@@ -196,15 +196,15 @@ def test_a_flipped_force_is_caught(name):
 
 
 def test_who_has_no_force_pays_for_none():
-    """Kernels have no operation more than before there were forces; no force, the same text."""
+    """Fewer operations than 20, 309, 218, 330 before there were forces; no force, the same text."""
     counts = {
-        ("pendulum", "trapezoidal"): 20, ("heavy-top", "trapezoidal"): 309,
-        ("rigid-body", "midpoint"): 218, ("kepler", "gauss-2"): 330,
+        ("pendulum", "trapezoidal"): 19, ("heavy-top", "trapezoidal"): 287,
+        ("rigid-body", "midpoint"): 203, ("kepler", "gauss-2"): 297,
     }  # fmt: skip
     for (name, rule), wanted in counts.items():
         text = kernel_text(scheme(name, rule).flow("0.1").system)
         kernels = text.split("SINGLE, MIXED")[0]
-        assert sum(map(kernels.count, "+-*/")) <= wanted
+        assert sum(map(kernels.count, "+-*/")) == wanted
     zero = with_force("pendulum", lambda x, v, p: [0]).with_values(name="pendulum")
     texts = {kernel_text(Scheme(s, rules.get("trapezoidal")).flow("0.1").system)
              for s in (zero, scenes.get("pendulum"))}  # fmt: skip

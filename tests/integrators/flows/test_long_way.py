@@ -19,7 +19,7 @@ def scheme():
 
 
 def there_and_back(scheme, g, steps, digits):
-    """(change of the first step g after `steps` steps and as many back, changes of chart).
+    """(change of the first step g after `steps` steps and as many back, changes of chart each way).
 
     The step −h goes back, for L_d is self-adjoint; it begins with the inverse of the last g.
     """
@@ -28,7 +28,7 @@ def there_and_back(scheme, g, steps, digits):
     start, end = forth.elements(run)
     again = back.trajectory(steps, every=steps, element0=end.T)
     assert again.steps == run.steps == steps
-    return np.max(abs(back.elements(again)[-1].T - start)), run.edges + again.edges
+    return np.max(abs(back.elements(again)[-1].T - start)), (run.edges, again.edges)
 
 
 @pytest.mark.parametrize("steps", (100, pytest.param(10**4, marks=pytest.mark.slow)))
@@ -37,7 +37,7 @@ def test_forward_and_back_in_double_precision(scheme, steps):
     for g in Rotation.random(4, random_state=11).as_matrix():
         gap, met = there_and_back(scheme, g, steps, 16)
         assert gap < 1e-6
-        edges += met
+        edges += sum(met)
     assert edges > 0
 
 
@@ -52,7 +52,7 @@ CHANGING, AT_FIRST = ("2", "-1.5", "1"), ("1", "4", "-2")
 
 
 @pytest.mark.parametrize(("start", "steps", "least"), [
-    (AT_FIRST, 20, 2),  # its steps take three sizes, one of them at the limit: round-off decides
+    (AT_FIRST, 20, 1),
     pytest.param(CHANGING, 10**4, 50, marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_forward_and_back_at_fifty_digits(scheme, start, steps, least):
@@ -60,7 +60,7 @@ def test_forward_and_back_at_fifty_digits(scheme, start, steps, least):
         g = np.array(cayley(*map(mpmath.mpf, start)), dtype=object)
         gap, edges = there_and_back(scheme, g.tolist(), steps, 50)
         assert gap < mpmath.mpf(10) ** -38
-        assert edges > least
+        assert all(edges) and sum(edges) > least  # both ways change charts
 
 
 @pytest.mark.slow
