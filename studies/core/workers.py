@@ -27,7 +27,8 @@ def worker_pool(workers: int | Cluster) -> Iterator[Executor]:
             yield pool
         return
     others = set(active_children())
-    own = ProcessPoolExecutor(workers, get_context("spawn"), _begin)
+    with _leftovers_unsaid():
+        own = ProcessPoolExecutor(workers, get_context("spawn"), _begin)
     try:
         # a process that begins keeps what its parent blocks, and its settings
         with _interrupts_wait(), one_thread():
@@ -40,6 +41,25 @@ def worker_pool(workers: int | Cluster) -> Iterator[Executor]:
             process.kill()
         raise
     own.shutdown()
+
+
+@contextmanager
+def _leftovers_unsaid() -> Iterator[None]:
+    """Begin Python's resource tracker without its warnings.
+
+    It removes the semaphores of a process that was ended at once (`command.interrupts`), and would
+    tell the user of each.
+    """
+    before = os.environ.get("PYTHONWARNINGS")
+    quiet = "ignore:resource_tracker:UserWarning"
+    os.environ["PYTHONWARNINGS"] = f"{before},{quiet}" if before else quiet
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = before
 
 
 @contextmanager

@@ -167,3 +167,17 @@ def test_a_pool_that_ends_ends_the_run(monkeypatch, pool, said):
     with pytest.raises(said[0], match=said[1]):
         list(side_by_side.finished(plan, tasks, 2, None, silent, None))
     assert not getattr(pool, "hung", False)
+
+
+def test_a_process_that_is_ended_at_once_says_nothing_of_what_it_leaves(tmp_path):
+    script = tmp_path / "ended.py"
+    script.write_text(
+        "import os\nfrom discmech.studies.core.workers import worker_pool\n"
+        "if __name__ == '__main__':\n"
+        "    with worker_pool(1) as pool:\n"
+        "        pool.submit(os.getpid).result()\n"
+        "        os._exit(3)\n"
+    )
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True)
+    assert (ended.returncode, ended.stderr) == (3, "")
+    assert "PYTHONWARNINGS" not in os.environ
