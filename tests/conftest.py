@@ -6,7 +6,7 @@ from itertools import groupby
 
 import pytest
 
-from discmech.studies.core.threads import one_thread
+from discmech.studies.core.environment import one_thread
 from tests.objects.schedule import sample
 
 # Expressions are many small objects that stay: looked through at every turn of the garbage

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..core.threads import one_thread
+from ..core.environment import one_thread
 
 __all__ = ["main"]
 

@@ -26,7 +26,7 @@ def add_to(commands: Any) -> None:
     verify = commands.add_parser(
         "verify",
         help="all verdicts on the rules and scenes of a file of yours",
-        epilog=f"The first time a rule takes half a minute on two cores, on six scenes. {EPILOG}",
+        epilog=f"The first time a rule takes twenty seconds on two cores, on six scenes. {EPILOG}",
     )
     verify.add_argument(
         "rules", metavar="FILE.py", nargs=1, help="rules and scenes; or FILE.py:NAME, one of them"

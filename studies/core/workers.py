@@ -12,7 +12,7 @@ from multiprocessing.connection import wait
 from threading import Thread
 
 from .cluster import Cluster
-from .threads import one_thread
+from .environment import environment, one_thread
 
 
 @contextmanager
@@ -27,7 +27,10 @@ def worker_pool(workers: int | Cluster) -> Iterator[Executor]:
             yield pool
         return
     others = set(active_children())
-    with _leftovers_unsaid():
+    # the resource tracker, which begins here, removes the semaphores of a process that was ended
+    # at once (`command.interrupts`), and would tell the user of each
+    filters = os.environ.get("PYTHONWARNINGS"), "ignore:resource_tracker:UserWarning"
+    with environment({"PYTHONWARNINGS": ",".join(filter(None, filters))}):
         own = ProcessPoolExecutor(workers, get_context("spawn"), _begin)
     try:
         # a process that begins keeps what its parent blocks, and its settings
@@ -41,25 +44,6 @@ def worker_pool(workers: int | Cluster) -> Iterator[Executor]:
             process.kill()
         raise
     own.shutdown()
-
-
-@contextmanager
-def _leftovers_unsaid() -> Iterator[None]:
-    """Begin Python's resource tracker without its warnings.
-
-    It removes the semaphores of a process that was ended at once (`command.interrupts`), and would
-    tell the user of each.
-    """
-    before = os.environ.get("PYTHONWARNINGS")
-    quiet = "ignore:resource_tracker:UserWarning"
-    os.environ["PYTHONWARNINGS"] = f"{before},{quiet}" if before else quiet
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ["PYTHONWARNINGS"]
-        else:
-            os.environ["PYTHONWARNINGS"] = before
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -16,6 +15,7 @@ from discmech.integrators import rules as discretisations
 from .. import get
 from ..core.case import Case
 from ..core.cluster import Cluster
+from ..core.environment import environment
 from ..core.fingerprint import of_everything
 from ..core.one_case import run_case
 from ..core.record import provenance
@@ -161,13 +161,6 @@ def _name(index: int, unit: int, seed: int) -> str:
 @contextmanager
 def _own_cache() -> Iterator[None]:
     """Kernels of faulty schemes are kept nowhere."""
-    before = os.environ.get("DISCMECH_CACHE")
-    with tempfile.TemporaryDirectory(prefix="discmech-power-") as folder:
-        os.environ["DISCMECH_CACHE"] = folder
-        try:
-            yield
-        finally:
-            if before is None:
-                del os.environ["DISCMECH_CACHE"]
-            else:
-                os.environ["DISCMECH_CACHE"] = before
+    with (tempfile.TemporaryDirectory(prefix="discmech-power-") as folder,
+          environment({"DISCMECH_CACHE": folder})):  # fmt: skip
+        yield

@@ -21,8 +21,8 @@ from discmech.studies import get
 from discmech.studies.command import entry, main
 from discmech.studies.core import side_by_side
 from discmech.studies.core.case import Choice, silent
+from discmech.studies.core.environment import SETTINGS
 from discmech.studies.core.plan import Plan
-from discmech.studies.core.threads import SETTINGS
 from discmech.studies.core.workers import worker_pool
 
 SCRIPT = """

@@ -1,0 +1,35 @@
+"""Settings that libraries and processes read when they are loaded or begun."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+
+#: threads of linear algebra: all libraries, OpenBLAS, MKL, Accelerate
+SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+
+@contextmanager
+def environment(settings: Mapping[str, str]) -> Iterator[None]:
+    """Set environment variables meanwhile."""
+    before = {name: os.environ.get(name) for name in settings}
+    os.environ.update(settings)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def one_thread() -> AbstractContextManager[None]:
+    """Where none is set, what is loaded or begun meanwhile has one thread of linear algebra.
+
+    Cases run side by side as processes, and matrices here are small. On busy cores threads that
+    wait for each other make products of them twenty times as slow (optimal control of a
+    reorientation by gauss-2).
+    """
+    return environment({} if set(SETTINGS) & set(os.environ) else dict.fromkeys(SETTINGS, "1"))
