@@ -21,7 +21,7 @@ Row = list[Expression]
 
 @dataclass(eq=False)
 class Block:
-    """Letters for `values`; partials: [(column, ∂letters/∂column)].
+    """Letters for `values`; partials: [(column, ∂letters/∂column)], where the values do not say it.
 
     summed: the values are sums over many nodes, or one of a long chain of them, so their
     derivatives get letters of their own.
@@ -33,6 +33,8 @@ class Block:
     values: Column
     partials: Partials = field(default_factory=list)
     summed: bool = False
+    frame: Block | None = None
+    commutators: SymbolicMatrix | None = None
     theta: Expression | None = None
     motion: Motion | None = None
     displacement: tuple[SymbolicMatrix, SymbolicMatrix] | None = None
@@ -53,12 +55,18 @@ class Block:
 
 
 class ChainRule:
-    """Derivatives through blocks, which are added in an order in which each uses earlier ones."""
+    """Derivatives through blocks, which are added in an order in which each uses earlier ones.
+
+    A point z of many coordinates moves in fewer directions, A(z)ζ. Where A's columns are letters of
+    a frame ζ, sums over z are differentiated along ζ, which gets letters, and then multiplied by
+    ∂ζ: (∂k/∂z A)∂ζ has far fewer products than ∂k/∂z (A ∂ζ).
+    """
 
     def __init__(self) -> None:
         self.blocks: list[Any] = []
         self.owner: dict[Letter, Any] = {}
-        self._known: dict[tuple[Letter, Letter], Row] = {}
+        self._frames: list[Block] = []
+        self._known: dict[tuple[Letter, Letter, bool], Row] = {}
 
     def add(self, block: Any) -> Column:
         """Append a `Block`, or a node with the same members; returns its letters."""
@@ -66,11 +74,28 @@ class ChainRule:
         self.owner.update(dict.fromkeys(block.letters, block))
         return block.letters
 
-    def total(self, entries: Expressions, variable: Column) -> SymbolicMatrix:
-        """d(entries)/d(variable) through all blocks; the variable is a column of letters."""
+    def add_point(self, block: Block, u: Column) -> Column:
+        """Append a point with a motion and its partials; ∂/∂u is in a frame if that has less."""
+        assert block.motion is not None
+        anchor, slope, *_ = block.motion
+        if anchor.cols < anchor.rows and symbols_of(anchor) & set(block.letters):
+            frame = Block(vector(f"e{len(self.blocks)}", anchor.cols), column(()), [(u, slope)])
+            self._frames.append(frame)
+            self.owner.update(dict.fromkeys(frame.letters, frame))
+            block.frame = frame
+            block.partials.insert(0, (frame.letters, anchor))
+        else:
+            block.partials.insert(0, (u, anchor * slope))
+        return self.add(block)
+
+    def total(self, entries: Expressions, variable: Column, framed: bool = True) -> SymbolicMatrix:
+        """d(entries)/d(variable) through all blocks; the variable is a column of letters.
+
+        framed: whether frames move, too.
+        """
         width = len(variable)
         symbols = symbols_of(entries) if width else set()
-        rows = {s: self._row(s, variable) for s in sorted(symbols, key=str)}
+        rows = {s: self._row(s, variable, framed) for s in sorted(symbols, key=str)}
         letters = [s for s, row in rows.items() if any(e != 0 for e in row)]
         direct = jacobian(entries, letters)
         totals = [
@@ -83,27 +108,50 @@ class ChainRule:
         """What all letters stand for, in order."""
         return [block.definition() for block in self.blocks]
 
-    def _row(self, letter: Letter, variable: Column) -> Row:
+    def _row(self, letter: Letter, variable: Column, framed: bool) -> Row:
         """The derivatives of one letter by the variable's."""
         if letter in set(variable):
             return [sympy.Integer(letter == v) for v in variable]
         block = self.owner.get(letter)
-        if block is None:
+        if block is None or (block in self._frames and not framed):
             return [sympy.Integer(0)] * len(variable)
-        key = (letter, variable[0])
+        key = (letter, variable[0], framed)
         if key not in self._known:
-            summed = isinstance(block, Block) and block.summed
-            if summed and not block.partials:
+            if isinstance(block, Block) and not block.partials:
                 value = block.values[list(block.letters).index(letter)]
-                self._known[key] = self._named(self.total([value], variable))
+                row = list(self.total([value], variable, False))
+                if framed:
+                    along = self._along_frames(letter, variable)
+                    row = [a + b for a, b in zip(row, along, strict=True)]
             else:
-                row = self._through(block.partials_of(letter), variable)
-                self._known[key] = self._named(row) if summed else row
+                row = self._through(block.partials_of(letter), variable, framed)
+            summed = isinstance(block, Block) and block.summed
+            self._known[key] = self._named(row) if summed else row
         return self._known[key]
 
-    def _through(self, parts: list[tuple[Column, Row]], variable: Column) -> Row:
+    def _along_frames(self, letter: Letter, variable: Column) -> Row:
+        """What the frames' motion adds to a letter's derivatives."""
         pairs = [
-            (slope, self._row(inner, variable))
+            (slope, self._row(e, variable, True))
+            for frame in self._frames
+            if frame.letters != variable
+            for e, slope in zip(frame.letters, self._along(letter, frame), strict=True)
+        ]
+        return _combined(pairs, len(variable))
+
+    def _along(self, letter: Letter, frame: Block) -> Row:
+        """The derivatives of one letter along a frame; half of those of a gradient are known."""
+        block = self.owner[letter]
+        if block.commutators is None or block.frame is not frame:
+            return self._row(letter, frame.letters, False)
+        i = list(block.letters).index(letter)
+        earlier = [self._along(e, frame)[i] for e in block.letters[:i]]
+        known = [e + c for e, c in zip(earlier, block.commutators[i, :i], strict=True)]
+        return [*known, *self._row(letter, frame.letters[i:, :], False)]
+
+    def _through(self, parts: list[tuple[Column, Row]], variable: Column, framed: bool) -> Row:
+        pairs = [
+            (slope, self._row(inner, variable, framed))
             for letters, partial in parts
             for inner, slope in zip(letters, partial, strict=True)
             if slope != 0

@@ -50,7 +50,8 @@ class DiscreteLagrangian:
         self.L, self.G = LagrangianForRule(s), GroupoidForRule(s)
         if isinstance(s.given, OnGroup):
             self.element = Element(s.given, s)
-            self._add_moved(self.element.block)
+            self.chain.add(self.element.block)
+            self.moved.append(self.element.block)
             self.expression = self.element.discrete_lagrangian(rule)
             self._add_direct(self.expression)
             return
@@ -73,10 +74,6 @@ class DiscreteLagrangian:
     def gave_velocities(self) -> bool:
         """Whether the rule takes velocities from curves, and so serves every chart alike."""
         return self.G.gave_velocities
-
-    def _add_moved(self, block: Block) -> None:
-        self.chain.add(block)
-        self.moved.append(block)
 
     def _taken_apart(self, given: Expression) -> Expression:
         """L_d from an expression in x, u, s, q and in answers; its parts go to `covectors`."""
@@ -254,12 +251,12 @@ class DiscreteLagrangian:
             motion = g.point_motion(s.x, s.u, s.h, theta, z)
             if theta != 1:  # e→ leaves the end where it is, so nothing is made of its motion
                 motion = lettered_motion(self.chain, motion, s)
-            parts = [(s.u, motion.anchor * motion.slope), *partials(value, [s.x])]
-            block = Block(z, value, parts, theta=theta, motion=motion)
+            block = Block(z, value, partials(value, [s.x]), theta=theta, motion=motion)
             if s.forced:
                 block.displacement = g.displacement_at(s.x, s.u, s.h, theta)
             self._points[theta] = block
-            self._add_moved(block)
+            self.chain.add_point(block, s.u)
+            self.moved.append(block)
         return self._points[theta]
 
     def _lettered(self, point: Column, W: Column | None) -> Column:

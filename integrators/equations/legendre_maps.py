@@ -15,9 +15,8 @@ from typing import Any
 
 from ..numbers import Definition, needed, opaque, replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
-from .chain_rule import Block
 from .discrete_lagrangian import DiscreteLagrangian
-from .symbols import vector
+from .point_motion import gradient_along
 
 
 class LegendreMaps:
@@ -54,7 +53,7 @@ class LegendreMaps:
     @cached_property
     def _base(self) -> dict[str, Column]:
         """F⁻, F⁺ and F⁺ − F⁻ in all letters, gradients of terms included."""
-        s, d, zero = self.s, self.of.covectors, 0 * self.s.u
+        s, d, chain, zero = self.s, self.of.covectors, self.of.chain, 0 * self.s.u
         of_u, of_x = d.of(s.u), self.rho.T * d.of(s.x) if len(s.x) else zero
         turned_x = d.turned.get(s.x[0], zero) if len(s.x) else zero
         turned_y = d.turned.get(s.y[0], zero) if len(s.y) else zero
@@ -66,12 +65,11 @@ class LegendreMaps:
             assert block.motion is not None
             anchor, _, right, left = block.motion
             gradient = d.of(block.letters)
-            along = self._inlined(anchor.T * gradient)
             varying = all(symbols_of(e) - set(s.q) for e in (right, gradient))
+            along = anchor.T * (written := self._inlined(gradient))
             if self.element is None and varying:  # asked for many times, and g by its entries
-                chain = self.of.chain
-                letters = vector(f"k{len(chain.blocks)}", len(along))
-                along = chain.add(Block(letters, along, summed=True))
+                name = f"k{len(chain.blocks)}"
+                along = gradient_along(chain, block, written, name, s.forced)
             minus, plus = minus + right.T * along, plus + left.T * along
             gain += (left - right).T * along
             if block.displacement is not None:

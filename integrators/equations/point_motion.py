@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+
 from ..groupoids import Motion
-from ..numbers import symbols_of
-from .chain_rule import Block, ChainRule, partials
+from ..numbers import jacobian, symbols_of, sympy
+from ..numbers.types import Column, Expression, SymbolicMatrix
+from .chain_rule import Block, ChainRule
 from .symbols import SceneSymbols, column, vector
 
 
@@ -17,9 +20,50 @@ def lettered_motion(chain: ChainRule, motion: Motion, s: SceneSymbols) -> Motion
     if not values:
         return motion
     block = Block(vector(f"d{len(chain.blocks)}", len(values)), column(values))
-    block.partials = partials(block.values, [s.x, s.u])
     swap = dict(zip(values, chain.add(block), strict=True))
     slope, right, more = (
         m.applyfunc(lambda e: swap.get(e, e)) for m in (motion.slope, motion.right, more)
     )
     return Motion(motion.anchor, slope, right, right + more)
+
+
+def gradient_along(
+    chain: ChainRule, point: Block, gradient: Column, name: str, forced: bool
+) -> Column:
+    """Letters for the gradient at a point along the k columns of its anchor, k×1; zeros stay.
+
+    Where a force acts, what is given need be no gradient, and its derivative not symmetric.
+    """
+    assert point.motion is not None
+    values = point.motion.anchor.T * gradient
+    block = Block(vector(name, len(values)), values, summed=True, frame=point.frame)
+    if point.frame is not None and not forced:
+        block.commutators = _commutators(point, gradient, block.letters)
+    letters = chain.add(block)
+    return column(e if value else 0 * e for e, value in zip(letters, values, strict=True))
+
+
+def _commutators(point: Block, gradient: Column, along: Column) -> SymbolicMatrix:
+    """⟨gradient, [A_a, A_i]⟩ in row i, column a < i, for the columns A of a point's anchor, k×k.
+
+    along: letters of ⟨gradient, A_i⟩, of which those of an algebra are multiples.
+    """
+    assert point.motion is not None
+    anchor, k = point.motion.anchor, point.motion.anchor.cols
+    slopes = [jacobian(anchor.col(i), point.letters) for i in range(k)]
+    result = sympy.zeros(k)
+    for a, i in itertools.combinations(range(k), 2):
+        field = slopes[i] * anchor.col(a) - slopes[a] * anchor.col(i)
+        ratios = (_ratio(field, anchor.col(c)) for c in range(k))
+        found = [r * letter for r, letter in zip(ratios, along, strict=True) if r is not None]
+        result[i, a] = found[0] if found else gradient.dot(field)
+    return result
+
+
+def _ratio(field: Column, column: Column) -> Expression | None:
+    """What a field is of a column, where it is a multiple of it."""
+    pairs = [(e, f) for e, f in zip(field, column, strict=True) if e or f]
+    if not pairs[0][1]:
+        return None
+    ratio = pairs[0][0] / pairs[0][1]
+    return ratio if all(e == ratio * f for e, f in pairs) else None

@@ -19,6 +19,7 @@ from ..groupoids import Groupoid
 from ..numbers import Definition, Function, jacobian, replaced, sympy
 from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
 from .chain_rule import Block, ChainRule, Row, partials
+from .point_motion import gradient_along
 from .quotients import quotients
 from .symbols import column, vector
 
@@ -113,8 +114,8 @@ class CurveTerm:
                 self.arguments.append(sympy.Symbol("ct0", real=True))
                 value[-1] = base[-1] + self.arguments[-1]
             motion = groupoid.point_motion(base, self.W, one, one, z)
-            slope = motion.anchor * motion.slope
-            self.chain.add(Block(z, value, [(self.W, slope), *partials(value, [base])]))
+            at = Block(z, value, partials(value, [base]), motion=motion)
+            self.chain.add_point(at, self.W)
         xi, by = self.D, {"D": sympy.eye(m)}
         if moving:
             velocity = groupoid.inverse_left(base, self.W, one) * self.D
@@ -124,7 +125,11 @@ class CurveTerm:
         (at_z, at_xi, force), block = term.placed([z, xi], "gg0")
         self.chain.add(block)
         if point is None and len(z):
-            along = slope.T * at_z
+            if at.frame is None:
+                along = (motion.anchor * motion.slope).T * at_z
+            else:
+                named = gradient_along(self.chain, at, at_z, "k0", bool(len(force)))
+                along = motion.slope.T * named
             if len(force):
                 along += groupoid.inverse_left(base, self.W, one).T * force
         turned = groupoid.R(base, self.W, one).T * along if any(along) else along

@@ -89,6 +89,14 @@ class RowAction(ActionGroupoid):
     def target(self, x: Column, u: Column, h: Expression) -> Column:
         return x + self.increment(x, u, h)
 
+    def increment(self, x: Column, u: Column, h: Expression) -> Column:
+        """x·(τ(hu) − e), n×1."""
+        return self.moved(x, self.displacement(u, h))
+
+    def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
+        """ρ(x) with columns h x·e_γ, n×m."""
+        return h * sympy.Matrix.hstack(*(self.moved(x, e) for e in self.algebra.matrices))
+
 
 class UserAction(ActionGroupoid):
     """A right action given by its map right_action(x, g) on Rⁿ or on an open part of it."""

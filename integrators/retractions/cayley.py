@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..algebras import MatrixAlgebra
 from ..errors import BadInput
-from ..numbers import sympy
-from ..numbers.types import Column, FieldPair, Matrix, Numbers, SymbolicMatrix, Vector
+from ..numbers import replaced, sympy
+from ..numbers.types import Column, Expression, FieldPair, Matrix, Numbers, SymbolicMatrix, Vector
 from .algebra_in_numbers import AlgebraInNumbers
 from .retraction import EquivariantRetraction, Extents, complex_form, hat_in_doubles
 
@@ -40,9 +41,7 @@ class Cayley(EquivariantRetraction):
             )
 
     def displacement(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
-        minus, plus = _factors(algebra.real, xi)
-        inverse, det = _adj_det(minus)
-        return complex_form(algebra, _quotient(inverse * (plus - minus), det))
+        return complex_form(algebra, _placed(_displacement(algebra), algebra, xi))
 
     def invariant_fields(self, algebra: MatrixAlgebra, xi: Column) -> FieldPair:
         minus, plus = _factors(algebra.real, xi)
@@ -51,10 +50,13 @@ class Cayley(EquivariantRetraction):
         return left, right
 
     def inverse_left_field(self, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
-        (right, under), (left, over) = map(_adj_det, _factors(algebra.real, xi))
-        numerators = _between(algebra, left, right)  # over a ring that may be larger
-        denominator = numerators.domain.convert_from(over * under, left.domain)
-        return _quotient(numerators.scalarmul(numerators.domain(4)), denominator)
+        return _placed(_inverse_left(algebra), algebra, xi)
+
+    def lag(self, algebra: MatrixAlgebra, xi: Column, theta: Expression) -> SymbolicMatrix:
+        """In lowest terms, where θ is rational."""
+        if not theta.is_Rational:
+            return super().lag(algebra, xi, theta)
+        return _placed(_lag(algebra, theta), algebra, xi)
 
     def product(self, algebra: MatrixAlgebra, xi: Column, eta: Column) -> Column:
         # cay(2a) cay(2b) = cay(2c) with c = (e − a)⁻¹ (a + b) (e + ab)⁻¹ (e − a):
@@ -142,6 +144,50 @@ def _quotient(numerators: Polynomials, denominator: Any) -> SymbolicMatrix:
     below = {e.as_numer_denom()[1] for e in entries}
     powers = {b**-1: sympy.sqf(b) ** -1 for b in below if b.is_Add}
     return entries.applyfunc(lambda e: e.xreplace(powers))
+
+
+# -- closed forms in letters, derived once: without the step the ring is smaller -------------------
+
+
+def _letters(algebra: MatrixAlgebra) -> Column:
+    return sympy.Matrix([sympy.Symbol(f"xi{i}", real=True) for i in range(algebra.dim)])
+
+
+def _placed(matrix: SymbolicMatrix, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
+    """A closed form at ξ."""
+    swap = dict(zip(_letters(algebra), xi, strict=True))
+    return sympy.Matrix(*matrix.shape, replaced(matrix, swap))
+
+
+@lru_cache(maxsize=32)
+def _displacement(algebra: MatrixAlgebra) -> SymbolicMatrix:
+    """cay(ξ) − e in the algebra's real form."""
+    minus, plus = _factors(algebra.real, _letters(algebra))
+    inverse, det = _adj_det(minus)
+    return _quotient(inverse * (plus - minus), det)
+
+
+@lru_cache(maxsize=32)
+def _inverse_left(algebra: MatrixAlgebra) -> SymbolicMatrix:
+    """L⁻¹, which takes η to (e + ξ/2)⁻¹ η (e − ξ/2)⁻¹."""
+    (right, under), (left, over) = map(_adj_det, _factors(algebra.real, _letters(algebra)))
+    numerators = _between(algebra, left, right)  # over a ring that may be larger
+    denominator = numerators.domain.convert_from(over * under, left.domain)
+    return _quotient(numerators.scalarmul(numerators.domain(4)), denominator)
+
+
+@lru_cache(maxsize=32)
+def _lag(algebra: MatrixAlgebra, theta: Expression) -> SymbolicMatrix:
+    """L(θξ)⁻¹ after θR(ξ) − R(θξ), which takes η to (θ − 1)(η + θ ξηξ/4)."""
+    xi = _letters(algebra)
+    hat = _over_ring(algebra.real.hat(xi))
+    turned = _between(algebra, hat, hat).to_Matrix() * theta / 4
+    (right, under), (left, over) = map(_adj_det, _factors(algebra.real, theta * xi))
+    between = _between(algebra, left, right)
+    rest = _over_ring(4 * (theta - 1) * (sympy.eye(algebra.dim) + turned))
+    between, rest = between.unify(rest, fmt="dense")
+    denominator = between.domain.convert_from(over * under, left.domain)
+    return _quotient(between * rest, denominator)
 
 
 cayley = Cayley()

@@ -4,7 +4,19 @@ import pytest
 import sympy
 from sympy import Rational
 
-from discmech.integrators import BadInput, Scheme, discretisation, rules, scenes
+from discmech.integrators import (
+    BadInput,
+    MatrixAlgebra,
+    Scene,
+    Scheme,
+    action,
+    discretisation,
+    pair,
+    product,
+    rules,
+    scenes,
+    se,
+)  # fmt: skip
 from discmech.integrators.numbers import arithmetic, evaluate_at, first_violation, random_point
 from tests.objects import SCENES
 
@@ -20,8 +32,31 @@ def skew(L, G, x, u, h, s):
     return h * (3 * node(Rational(1, 3)) + node(1)) / 4
 
 
+def attitude(x, v, p):
+    """The potential is quadratic in the attitude, the mass of the carriage depends on it."""
+    bent = sum((k + 1) * e**2 for k, e in enumerate(x)) + x[0] * x[-1]
+    return sum((k + 2) * e**2 for k, e in enumerate(v)) * (1 + x[1] ** 2) / 2 - bent**2 / 4
+
+
+SKEWED = MatrixAlgebra("so(3), skewed", [  # each bracket is a sum of several elements of the basis
+    [[0, 0, 1], [0, 0, -2], [-1, 2, 0]],
+    [[0, -1, 1], [1, 0, 0], [-1, 0, 0]],
+    [[0, -1, 0], [1, 0, -3], [0, 3, 0]],
+])  # fmt: skip
+#: points of more coordinates than they have directions to move in
+BODIES = {
+    name: Scene(name, groupoid, attitude, x0=[0] * (groupoid.dim_x - k * k) + at, v0=[1] * m)
+    for name, groupoid, k, at, m in [
+        ("skewed-body", action(SKEWED, rows=3), 3, [1, 0, 0, 0, 1, 0, 0, 0, 1], 3),
+        ("carried-body", product(pair(1), action(se(2), rows=3)), 3,
+         [1, 0, 0, 0, 1, 0, 0, 0, 1], 4),
+    ]
+}  # fmt: skip
+
+
 def scheme_of(scene, rule, adjoint):
-    scheme = Scheme(SCENES[scene], skew if rule == "skew" else rules.get(rule))
+    found = BODIES.get(scene) or SCENES[scene]
+    scheme = Scheme(found, skew if rule == "skew" else rules.get(rule))
     return scheme.adjoint if adjoint else scheme
 
 
@@ -40,7 +75,8 @@ def slopes_by(letter, column, point):
 @pytest.mark.parametrize(("scene", "rule"), [
     ("moving-mass", "trapezoidal"), ("moving-mass", "gauss-2"), ("affine-on-line", "midpoint"),
     ("rigid-body", "lobatto-3"), ("pendulum", "skew"), ("affine-group", "skew"),
-    ("framed-plane", "skew"), ("spring-pendulum", "imex"),
+    ("framed-plane", "skew"), ("spring-pendulum", "imex"), ("skewed-body", "midpoint"),
+    ("carried-body", "midpoint"), ("carried-body", "gauss-2"),
 ])  # fmt: skip
 def test_derivatives_through_terms_are_the_slopes_of_what_is_written_out(scene, rule, adjoint):
     of = scheme_of(scene, rule, adjoint)
