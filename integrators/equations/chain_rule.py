@@ -7,11 +7,12 @@ goes through blocks letter by letter, so an expression is never written out to b
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from ..groupoids import Motion
-from ..numbers import Definition, jacobian, symbols_of, sympy
-from ..numbers.types import Column, Expression, Expressions, Letter, SymbolicMatrix
+from ..numbers import Definition, jacobian, slopes, symbols_of, sympy
+from ..numbers.types import Column, Expression, Expressions, Letter, Letters, SymbolicMatrix
 from .symbols import column, vector
 
 #: columns that something depends on, with its derivatives by them: a matrix, or one row of it
@@ -44,10 +45,18 @@ class Block:
         """Whether it is the point y = b(x, u; h)."""
         return bool(self.theta == 1)
 
+    @cached_property
+    def index(self) -> dict[Letter, int]:
+        """The place of each letter."""
+        return {letter: i for i, letter in enumerate(self.letters)}
+
+    @cached_property
+    def _rows(self) -> list[tuple[Column, list[Row]]]:
+        return [(by, matrix.tolist()) for by, matrix in self.partials]
+
     def partials_of(self, letter: Letter) -> list[tuple[Column, Row]]:
-        """[(column, the letter's derivatives by it)]."""
-        row = list(self.letters).index(letter)
-        return [(by, list(matrix.row(row))) for by, matrix in self.partials]
+        """[(column, the letter's derivatives by it)]; the partials do not change from now on."""
+        return [(by, rows[self.index[letter]]) for by, rows in self._rows]
 
     def definition(self) -> Definition:
         """What the letters stand for."""
@@ -88,29 +97,33 @@ class ChainRule:
             block.partials.insert(0, (u, anchor * slope))
         return self.add(block)
 
-    def total(self, entries: Expressions, variable: Column, framed: bool = True) -> SymbolicMatrix:
+    def total(
+        self, entries: Expressions, variable: Expressions, framed: bool = True
+    ) -> SymbolicMatrix:
         """d(entries)/d(variable) through all blocks; the variable is a column of letters.
 
         framed: whether frames move, too.
         """
+        rows = self._totals(entries, tuple(variable), framed)
+        return sympy.Matrix(len(rows), len(variable), [e for row in rows for e in row])
+
+    def _totals(self, entries: Expressions, variable: Letters, framed: bool) -> list[Row]:
         width = len(variable)
         symbols = symbols_of(entries) if width else set()
         rows = {s: self._row(s, variable, framed) for s in sorted(symbols, key=str)}
         letters = [s for s, row in rows.items() if any(e != 0 for e in row)]
-        direct = jacobian(entries, letters)
-        totals = [
-            _combined([(direct[i, k], rows[s]) for k, s in enumerate(letters)], width)
-            for i in range(len(entries))
+        return [
+            _combined([(direct[s], rows[s]) for s in letters if s in direct], width)
+            for direct in slopes(entries, letters)
         ]
-        return sympy.Matrix(len(entries), width, [e for row in totals for e in row])
 
     def definitions(self) -> list[Definition]:
         """What all letters stand for, in order."""
         return [block.definition() for block in self.blocks]
 
-    def _row(self, letter: Letter, variable: Column, framed: bool) -> Row:
+    def _row(self, letter: Letter, variable: Letters, framed: bool) -> Row:
         """The derivatives of one letter by the variable's."""
-        if letter in set(variable):
+        if letter in variable:
             return [sympy.Integer(letter == v) for v in variable]
         block = self.owner.get(letter)
         if block is None or (block in self._frames and not framed):
@@ -118,8 +131,8 @@ class ChainRule:
         key = (letter, variable[0], framed)
         if key not in self._known:
             if isinstance(block, Block) and not block.partials:
-                value = block.values[list(block.letters).index(letter)]
-                row = list(self.total([value], variable, False))
+                value = block.values[block.index[letter]]
+                row = self._totals([value], variable, False)[0]
                 if framed:
                     along = self._along_frames(letter, variable)
                     row = [a + b for a, b in zip(row, along, strict=True)]
@@ -129,27 +142,31 @@ class ChainRule:
             self._known[key] = self._named(row) if summed else row
         return self._known[key]
 
-    def _along_frames(self, letter: Letter, variable: Column) -> Row:
+    def _along_frames(self, letter: Letter, variable: Letters) -> Row:
         """What the frames' motion adds to a letter's derivatives."""
         pairs = [
             (slope, self._row(e, variable, True))
             for frame in self._frames
-            if frame.letters != variable
+            if variable[0] not in frame.index
             for e, slope in zip(frame.letters, self._along(letter, frame), strict=True)
         ]
         return _combined(pairs, len(variable))
 
     def _along(self, letter: Letter, frame: Block) -> Row:
         """The derivatives of one letter along a frame; half of those of a gradient are known."""
-        block = self.owner[letter]
+        block, letters = self.owner[letter], tuple(frame.letters)
         if block.commutators is None or block.frame is not frame:
-            return self._row(letter, frame.letters, False)
-        i = list(block.letters).index(letter)
-        earlier = [self._along(e, frame)[i] for e in block.letters[:i]]
-        known = [e + c for e, c in zip(earlier, block.commutators[i, :i], strict=True)]
-        return [*known, *self._row(letter, frame.letters[i:, :], False)]
+            return self._row(letter, letters, False)
+        if (letter, letters[0], False) not in self._known:
+            rows = list[Row]()
+            for i, (e, value) in enumerate(zip(block.letters, block.values, strict=True)):
+                known = [row[i] + c for row, c in zip(rows, block.commutators[i, :i], strict=True)]
+                row = self._totals([value], letters[i:], False)[0]
+                rows.append([*known, *self._named(row)])
+                self._known[e, letters[0], False] = rows[-1]
+        return self._known[letter, letters[0], False]
 
-    def _through(self, parts: list[tuple[Column, Row]], variable: Column, framed: bool) -> Row:
+    def _through(self, parts: list[tuple[Column, Row]], variable: Letters, framed: bool) -> Row:
         pairs = [
             (slope, self._row(inner, variable, framed))
             for letters, partial in parts

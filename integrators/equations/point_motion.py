@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 
 from ..groupoids import Motion
-from ..numbers import jacobian, symbols_of, sympy
-from ..numbers.types import Column, Expression, SymbolicMatrix
+from ..numbers import slopes, symbols_of, sympy
+from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from .chain_rule import Block, ChainRule
 from .symbols import SceneSymbols, column, vector
 
@@ -50,19 +50,26 @@ def _commutators(point: Block, gradient: Column, along: Column) -> SymbolicMatri
     """
     assert point.motion is not None
     anchor, k = point.motion.anchor, point.motion.anchor.cols
-    slopes = [jacobian(anchor.col(i), point.letters) for i in range(k)]
+    columns = [list(anchor.col(i)) for i in range(k)]
+    derivatives = [slopes(c, point.letters) for c in columns]
+    moved = [dict(zip(point.letters, c, strict=True)) for c in columns]
     result = sympy.zeros(k)
     for a, i in itertools.combinations(range(k), 2):
-        field = slopes[i] * anchor.col(a) - slopes[a] * anchor.col(i)
-        ratios = (_ratio(field, anchor.col(c)) for c in range(k))
-        found = [r * letter for r, letter in zip(ratios, along, strict=True) if r is not None]
-        result[i, a] = found[0] if found else gradient.dot(field)
+        field = [
+            sympy.Add(*(e * moved[a][z] for z, e in ahead.items() if moved[a][z]))
+            - sympy.Add(*(e * moved[i][z] for z, e in back.items() if moved[i][z]))
+            for ahead, back in zip(derivatives[i], derivatives[a], strict=True)
+        ]
+        if any(field):
+            ratios = (_ratio(field, c) for c in columns)
+            found = (r * e for r, e in zip(ratios, along, strict=True) if r is not None)
+            result[i, a] = next(found, gradient.dot(column(field)))
     return result
 
 
-def _ratio(field: Column, column: Column) -> Expression | None:
-    """What a field is of a column, where it is a multiple of it."""
-    pairs = [(e, f) for e, f in zip(field, column, strict=True) if e or f]
+def _ratio(field: Expressions, of: Expressions) -> Expression | None:
+    """What a field is of another, where it is a multiple of it."""
+    pairs = [(e, f) for e, f in zip(field, of, strict=True) if e or f]
     if not pairs[0][1]:
         return None
     ratio = pairs[0][0] / pairs[0][1]

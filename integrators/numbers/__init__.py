@@ -25,7 +25,7 @@ from .definitions import (
     symbols_of,
     written_out,
 )
-from .differentiation import jacobian
+from .differentiation import jacobian, slopes
 from .evaluation import evaluate, evaluate_at, evaluate_matrix, number
 from .exact import (
     exact,
@@ -79,7 +79,7 @@ __all__ = [
     "first_violation", "flatten", "floats_exact", "function_text", "inlined", "is_zero", "jacobian",
     "listed", "needed", "newton", "null_direction", "number", "numeric", "numeric_function",
     "numeric_text", "opaque", "parts_of", "random_columns", "random_point", "refuse_long",
-    "register", "registered_function", "replaced", "rounded", "run_text", "shown", "sizes", "solve",
-    "symbols_of", "sympy", "to_sympy", "tracked", "values_of", "vanishes", "whole_number",
-    "with_running_errors", "with_tables", "working_digits", "written_out",
+    "register", "registered_function", "replaced", "rounded", "run_text", "shown", "sizes",
+    "slopes", "solve", "symbols_of", "sympy", "to_sympy", "tracked", "values_of", "vanishes",
+    "whole_number", "with_running_errors", "with_tables", "working_digits", "written_out",
 ]  # fmt: skip

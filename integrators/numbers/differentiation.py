@@ -15,10 +15,15 @@ Slopes = dict[Letter, Expression]
 
 def jacobian(column: Expressions, letters: Letters) -> SymbolicMatrix:
     """∂(column)/∂(letters), a matrix with a row for each entry of the column."""
-    wanted, known = frozenset(letters), dict[Expression, Slopes]()
-    rows = [_slopes(e, wanted, known) for e in column]
+    rows = slopes(column, letters)
     entries = [row.get(v, sympy.S.Zero) for row in rows for v in letters]
     return sympy.Matrix(len(rows), len(letters), entries)
+
+
+def slopes(column: Expressions, letters: Letters) -> list[Slopes]:
+    """{letter: ∂e/∂letter} of each entry e of the column, for the letters that it holds."""
+    wanted, known = frozenset(letters), dict[Expression, Slopes]()
+    return [_slopes(e, wanted, known) for e in column]
 
 
 def _slopes(e: Expression, letters: frozenset[Letter], known: dict[Expression, Slopes]) -> Slopes:
@@ -33,7 +38,7 @@ def _slopes(e: Expression, letters: frozenset[Letter], known: dict[Expression, S
             for v, slope in _slopes(part, letters, known).items():
                 whole = slope if e.is_Add else e.func(*e.args[:i], slope, *e.args[i + 1 :])
                 terms.setdefault(v, []).append(whole)
-        result = {v: sympy.Add(*slopes) for v, slopes in terms.items()}
+        result = {v: sympy.Add(*parts) for v, parts in terms.items()}
     elif e.is_Pow and e.exp.is_Number:
         inner = _slopes(e.base, letters, known)
         outer = e.exp * e.base ** (e.exp - 1)
