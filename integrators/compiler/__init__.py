@@ -12,6 +12,7 @@ from .kernels import (
     compile,
     compile_lattice,
     compile_stages,
+    compiled_text,
     interpreted,
     kernel_text,
     names_of,
@@ -54,6 +55,6 @@ __all__ = [
     "LatticeKernels", "LatticeSystem", "Layout", "MOST", "MOST_SWEEPS", "NOT_CONVERGED",
     "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR", "SLACK",
     "STRAYED", "SWEEPS", "StageSystem", "StagesAtStep", "System", "cache_folder", "cached_text",
-    "compile", "compile_lattice", "compile_stages", "imported", "interpreted", "is_affine",
-    "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
+    "compile", "compile_lattice", "compile_stages", "compiled_text", "imported", "interpreted",
+    "is_affine", "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
 ]  # fmt: skip

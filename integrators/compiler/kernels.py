@@ -96,6 +96,12 @@ def _exchanging(system: System, numbers: Arithmetic, omit: frozenset[str]) -> Ke
     return compile(system, numbers, more)
 
 
+@lru_cache(maxsize=16)
+def compiled_text(system: System, text: str) -> Kernels:
+    """Kernels in machine code, of a text as `kernel_text` gives it."""
+    return _compiled(system, text, names_of(text, Double()))
+
+
 def _compiled(system: System | StageSystem, text: str, names: dict[str, Any]) -> Kernels:
     """Kernels in machine code."""
     advance = compiled(_file_name(system), text, names, _arrays(names["LAYOUT"]))

@@ -1,7 +1,7 @@
 """Flows whose double precision runs uncompiled: the same text, where a scheme runs only once.
 
-Compiling costs some seconds a scheme, which several hundred schemes of a few thousand steps each
-would not win back.
+Compiling costs as much as some thousand steps run by Python, which most of several hundred schemes
+would not win back. One that is run further is compiled then.
 """
 
 from __future__ import annotations
@@ -12,11 +12,14 @@ from functools import cached_property
 from typing import Any
 
 from discmech.integrators import Scheme
-from discmech.integrators.compiler import SINGULAR, Kernels, interpreted, kernel_text
+from discmech.integrators.compiler import SINGULAR, Kernels, compiled_text, interpreted, kernel_text
 from discmech.integrators.equations import DiscreteEquations
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import Tracked, tracked
 
+#: steps of Python's that take as long as compiling one, whatever the rule: 2,000 of two-point
+#: rules, 8,000 of those with stages, whose texts are longer
+WORTH = 4000
 Edit = Callable[[str], str]
 Form = tuple[str, Callable[[Any], Any]]
 
@@ -37,6 +40,12 @@ class InterpretedScheme(Scheme):
     ) -> None:
         super().__init__(scheme.scene, scheme.rule, equations or scheme.equations)
         self.edit, self.form = edit, form
+        self.steps = 0
+
+    def worth_compiling(self, steps: int) -> bool:
+        """Whether so many steps more in double precision are worth machine code for them all."""
+        self.steps += steps
+        return self.steps > WORTH
 
     def flow_at(self, step: Any, digits: int, on_edge: str) -> Flow:
         """The flow at one step size, uncompiled; arguments as of `Scheme.flow`."""
@@ -58,16 +67,21 @@ class InterpretedScheme(Scheme):
 class _Flow(Flow):
     """A flow with its kernels as Python, and a change of their text."""
 
+    scheme: InterpretedScheme
     edit: Edit | None = None
     stages = None  # the faults are in Newton's kernels
 
     @cached_property
     def _kernels(self) -> Kernels:
         text = kernel_text(self.system, self.without)
-        kernels = interpreted(self.edit(text) if self.edit else text, self.numbers)
+        text = self.edit(text) if self.edit else text
+        kernels = interpreted(text, self.numbers)
 
         def advance(*arguments: Any) -> Any:
             """Python's functions raise where machine code and gmpy2 give what is no number."""
+            index, stop = arguments[4:6]
+            if self.digits == 16 and self.scheme.worth_compiling(stop - index):
+                return compiled_text(self.system, text).advance(*arguments)
             try:
                 return kernels.advance(*arguments)
             except (ValueError, OverflowError, ZeroDivisionError):
