@@ -21,7 +21,7 @@ from ..geometry import (
     restricted_defect,
     step_round_off,
 )
-from ..numbers import Number, Numbers, Vector
+from ..numbers import Number, Numbers, Vector, inverse_sizes
 
 
 def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
@@ -37,8 +37,7 @@ def _arrow_from(context: StepContext, *given: tuple[Number, ...]) -> tuple[Numbe
     x, mu, guess = (np.array(part, context.numbers.dtype) for part in given)
     geometry, operator = context.geometry, EvolutionOperator(context)
     with context.numbers.working():
-        inverse = context.maps_at(x, guess)["minus_u"]
-        inverse = abs(context.numbers.solve(inverse, context.numbers.identity(len(mu))))
+        inverse = inverse_sizes(context.numbers, context.maps_at(x, guess)["minus_u"])
         scale = geometry.round_off_of_u(x, guess, inverse, 0 * abs(x), abs(mu))
         u = operator.following(x, context.h * mu, guess, scale)
     if u is None:

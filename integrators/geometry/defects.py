@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..numbers import sizes, tracked
+from ..numbers import inverse_sizes, sizes, tracked
 from ..numbers.types import Number, Vector
 from .local_geometry import LocalGeometry, Maps
 
@@ -68,7 +68,7 @@ def step_round_off(
     """
     numbers, h, n = geometry.numbers, geometry.q[0], geometry.n
     of_x, of_mu = errors[:n], abs(mu) + errors[n:]
-    inverse = abs(numbers.solve(here["minus_u"], numbers.identity(geometry.m)))
+    inverse = inverse_sizes(numbers, here["minus_u"])
     of_u = geometry.round_off_of_u(x, u, inverse, of_x, of_mu)
     b, minus, plus = geometry.with_round_off(x, u, of_x, of_u)
     after = of_mu + abs(here["plus"] / h) + (minus.error + plus.error) / abs(h)

@@ -17,6 +17,7 @@ from ..numbers import (
     Arithmetic,
     Tracked,
     errors_of,
+    inverse_sizes,
     newton,
     numeric_function,
     rounded,
@@ -83,7 +84,7 @@ class LocalGeometry:
 
     def tracked(self, x: Vector, u: Vector) -> Maps:
         """`at` as `Tracked` arrays, for an u that solves F⁻(x, u) = hμ to round-off."""
-        inverse = abs(self.numbers.solve(self.at(x, u)["minus_u"], self.numbers.identity(self.m)))
+        inverse = inverse_sizes(self.numbers, self.at(x, u)["minus_u"])
         of_u = self.round_off_of_u(x, u, inverse, 0 * abs(x), self.numbers.zeros(self.m))
         arrow = rounded(u, of_u)
         at = rounded(x, 0 * abs(x))
@@ -156,7 +157,7 @@ class LocalGeometry:
             return stages
         given = self._errors("stage values")(at, arrow, rounded(stages, 0), self._q)
         slope = self._value("stages", x, u, stages, self.q)[1]
-        inverse = abs(self.numbers.solve(slope, self.numbers.identity(self.k)))
+        inverse = inverse_sizes(self.numbers, slope)
         return rounded(stages, abs(stages) + inverse @ errors_of(given))
 
     @property
@@ -184,7 +185,8 @@ class LocalGeometry:
     def contracted(self, x: Vector, mu: Vector) -> Tracked:
         """μ_θ Ĉ^θ_{γν} at x, m×m."""
         c = self._natural(x)[1]
-        parts = (Tracked(mu[t] * c.value[t], abs(mu[t]) * c.error[t]) for t in range(self.m))
+        some = [t for t in range(self.m) if c.value[t].any() or c.error[t].any()]
+        parts = (Tracked(mu[t] * c.value[t], abs(mu[t]) * c.error[t]) for t in some)
         return sum(parts, Tracked(self.numbers.zeros(self.m, self.m)))
 
     def _natural(self, x: Vector) -> tuple[Tracked, Tracked]:

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from ..equations import SceneSymbols, legendre_inverse, rates
-from ..numbers import Arithmetic, Tracked, newton, numeric, rounded, solve, tracked
+from ..numbers import (
+    Arithmetic,
+    Tracked,
+    inverse_sizes,
+    newton,
+    numeric,
+    rounded,
+    solve,
+    tracked,
+)
 from ..numbers.types import Matrix, Numbers, Vector
-from .local_geometry import LocalGeometry, StagesNotFound
+from .local_geometry import KEPT, LocalGeometry, StagesNotFound
 
 
 class StepNotFound(StagesNotFound):
@@ -75,7 +84,24 @@ class OneStepGeometry(LocalGeometry):
     def _solved(
         self, x: Vector, mu: Vector, start: Vector, errors: Vector
     ) -> tuple[Vector, list[Tracked]]:
-        """(w, results of `one_step`) at the unknowns that solve its rows, for errors of (x, μ)."""
+        """(w, results of `one_step`) at the unknowns that solve its rows, for errors of (x, μ).
+
+        Those of the last states are not solved for again: several forms are asked about one step.
+        """
+        state = tuple(tuple(part) for part in (x, mu, start, errors))
+        if state not in self._steps:
+            if len(self._steps) >= KEPT:
+                del self._steps[next(iter(self._steps))]
+            self._steps[state] = self._found(x, mu, start, errors)
+        return self._steps[state]
+
+    @cached_property
+    def _steps(self) -> dict[Any, tuple[Vector, list[Tracked]]]:
+        return {}
+
+    def _found(
+        self, x: Vector, mu: Vector, start: Vector, errors: Vector
+    ) -> tuple[Vector, list[Tracked]]:
         at, momentum = rounded(x, errors[: self.n]), rounded(mu, errors[self.n :])
 
         def parts(w: Vector) -> Any:
@@ -87,8 +113,7 @@ class OneStepGeometry(LocalGeometry):
 
         def round_off(w: Vector) -> Vector:
             rows = tracked(self._errors("one_step")(at, momentum, rounded(w), self._q)[0])
-            inverse = self.numbers.solve(parts(w)[1], self.numbers.identity(len(w)))
-            return abs(w) + abs(inverse) @ rows.error
+            return abs(w) + inverse_sizes(self.numbers, parts(w)[1]) @ rows.error
 
         w = newton(change, start, round_off(start), self.numbers.eps)
         if w is None:

@@ -59,6 +59,7 @@ from .registered import register, with_tables
 from .running_error import (
     Tracked,
     errors_of,
+    inverse_sizes,
     rounded,
     sizes,
     solve,
@@ -70,16 +71,16 @@ from .statements import Call, Together, called_text, function_text
 from .types import Letters, Matrix, Number, Numbers, Vector
 
 __all__ = [
-    "MOST_DIGITS", "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function",
-    "InArithmetic", "LazyModule", "Letters", "Matrix", "Multiple", "NotComputed", "NotSmooth",
+    "Arithmetic", "Call", "Coefficients", "Definition", "Double", "Function", "InArithmetic",
+    "LazyModule", "Letters", "MOST_DIGITS", "Matrix", "Multiple", "NotComputed", "NotSmooth",
     "Number", "Numbers", "Parameters", "Together", "Tracked", "Vector", "arithmetic",
     "as_one_number", "called_text", "code", "collect", "entry", "errors_of", "evaluate",
-    "evaluate_at",
-    "evaluate_matrix", "exact", "exact_matrices", "exact_nested", "exact_rational", "exact_vector",
-    "first_violation", "flatten", "floats_exact", "function_text", "inlined", "is_zero", "jacobian",
-    "listed", "needed", "newton", "null_direction", "number", "numeric", "numeric_function",
-    "numeric_text", "opaque", "parts_of", "random_columns", "random_point", "refuse_long",
-    "register", "registered_function", "replaced", "rounded", "run_text", "shown", "sizes",
-    "slopes", "solve", "symbols_of", "sympy", "to_sympy", "tracked", "values_of", "vanishes",
-    "whole_number", "with_running_errors", "with_tables", "working_digits", "written_out",
+    "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested", "exact_rational",
+    "exact_vector", "first_violation", "flatten", "floats_exact", "function_text", "inlined",
+    "inverse_sizes", "is_zero", "jacobian", "listed", "needed", "newton", "null_direction",
+    "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of", "random_columns",
+    "random_point", "refuse_long", "register", "registered_function", "replaced", "rounded",
+    "run_text", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy", "to_sympy", "tracked",
+    "values_of", "vanishes", "whole_number", "with_running_errors", "with_tables", "working_digits",
+    "written_out",
 ]  # fmt: skip

@@ -199,33 +199,41 @@ class Multiple:
         return np.full(shape, self._gmpy2.mpfr(0), dtype=object)
 
     def det(self, a: Matrix) -> Number:
-        return self._gauss_jordan(a, a[:, :0])[0]
+        return self._eliminated(a, a[:, :0])[0]
 
     def solve(self, a: Matrix, b: np.ndarray) -> np.ndarray:
-        det, solution = self._gauss_jordan(a, np.atleast_2d(np.transpose(b)).T)
+        det, solution = self._eliminated(a, np.atleast_2d(np.transpose(b)).T)
         if det == 0:
             raise ZeroDivisionError("singular matrix")
         return solution.reshape(np.shape(b))
 
-    def _gauss_jordan(self, a: Matrix, b: Matrix) -> tuple[Number, Matrix]:
+    def _eliminated(self, a: Matrix, b: Matrix) -> tuple[Number, Matrix]:
         """(det a, a⁻¹ b) with row exchanges, b a matrix; (0, nothing of use) if a is singular."""
         one = self._gmpy2.mpfr(1)  # integers among the entries would be divided as floats
         rows = [[e * one for e in (*left, *right)] for left, right in zip(a, b, strict=True)]
         size, det = len(rows), one
         for p in range(size):
-            best = max(range(p, size), key=lambda row: abs(rows[row][0]))
+            best = max(range(p, size), key=lambda row: abs(rows[row][p]))
             if best != p:
                 det, rows[p], rows[best] = -det, rows[best], rows[p]
-            pivot = rows[p][0]
+            lead = rows[p]
+            pivot = lead[p]
             det = det * pivot
             if pivot == 0:
                 return det, b
-            lead = [e / pivot for e in rows[p][1:]]  # column p is done with, and left out
-            for k, (factor, *rest) in enumerate(rows):
-                if k != p:
-                    rows[k] = [e - factor * f for e, f in zip(rest, lead, strict=True)]
-            rows[p] = lead
-        return det, np.array(rows, dtype=object).reshape(b.shape)
+            some = [(i, lead[i]) for i in range(p + 1, len(lead)) if lead[i]]  # many are zeros
+            for row in rows[p + 1 :]:
+                if row[p]:
+                    factor = row[p] / pivot
+                    for i, e in some:
+                        row[i] -= factor * e
+        found = [row[size:] for row in rows]
+        for p in reversed(range(size)):  # only now, with b alone: half as many products
+            for k in range(p + 1, size):
+                if factor := rows[p][k]:
+                    found[p] = [e - factor * f for e, f in zip(found[p], found[k], strict=True)]
+            found[p] = [e / rows[p][p] for e in found[p]]
+        return det, np.array(found, dtype=object).reshape(b.shape)
 
 
 #: the two kinds of number

@@ -9,6 +9,7 @@ of every function are counted in, and units of length, time and mass with them.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ _SLOPES: dict[str, Callable[[Any, Number, Number], Number]] = {
 }
 
 SAFE = (1e-75, 1e75)
+CERTAIN = 2.0**30  # condition of a matrix that is inverted in doubles for a bound
 
 
 class RunningError:
@@ -199,9 +201,28 @@ def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
         return numbers.solve(a, b)
     a, b = tracked(a), tracked(b)
     x = numbers.solve(a.value, b.value)
-    inverse = sizes(abs(numbers.solve(a.value, numbers.identity(len(a.value)))))
+    inverse = inverse_sizes(numbers, a.value)
     left = (a.error + len(a.value) * sizes(abs(a.value))) @ sizes(abs(x)) + b.error
     return Tracked(x, inverse @ left)
+
+
+def inverse_sizes(numbers: Arithmetic, a: np.ndarray) -> np.ndarray:
+    """|a⁻¹| of a k×k matrix, for bounds: as `sizes` asks for no more digits than a double has.
+
+    It is inverted in doubles with rows and columns of size 1, whatever the units, and is off by
+    k·ε·cond: in units of a bound less than 1e-6 where cond is below `CERTAIN`. Where it is not,
+    or numbers leave the doubles' range, all digits are used.
+    """
+    small = sizes(abs(a))
+    if a.dtype == object and small.dtype != object and small.any(axis=0).all():
+        columns = 1 / small.max(axis=0)
+        rows = 1 / (small * columns).max(axis=1, initial=1e-300)
+        scaled = a.astype(float) * columns * rows[:, None]
+        with suppress(np.linalg.LinAlgError):
+            inverse = abs(np.linalg.inv(scaled))
+            if inverse.sum(axis=1).max(initial=0) * len(a) < CERTAIN:
+                return np.asarray(columns[:, None] * inverse * rows)
+    return sizes(abs(numbers.solve(a, numbers.identity(len(a)))))
 
 
 def rounded(values: Vector, errors: Any = None) -> Vector:
@@ -216,12 +237,14 @@ def rounded(values: Vector, errors: Any = None) -> Vector:
 
 def errors_of(found: Vector) -> Vector:
     """The errors of an array of `RunningError`s or plain numbers, which have none."""
-    return np.array([_running(e).error for e in found.ravel()]).reshape(found.shape)
+    errors = [e.error if type(e) is RunningError else 0 for e in found.ravel()]
+    return np.array(errors).reshape(found.shape)
 
 
 def values_of(found: Vector) -> Vector:
     """The values of an array of `RunningError`s or plain numbers."""
-    return np.array([_running(e).value for e in found.ravel()]).reshape(found.shape)
+    values = [e.value if type(e) is RunningError else e for e in found.ravel()]
+    return np.array(values).reshape(found.shape)
 
 
 def with_running_errors(text: str, numbers: Arithmetic) -> Callable[..., Any]:
