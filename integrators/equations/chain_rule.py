@@ -6,6 +6,7 @@ goes through blocks letter by letter, so an expression is never written out to b
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -15,9 +16,12 @@ from ..numbers import Definition, jacobian, slopes, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, Letter, Letters, SymbolicMatrix
 from .symbols import column, vector
 
-#: columns that something depends on, with its derivatives by them: a matrix, or one row of it
-Partials = list[tuple[Column, SymbolicMatrix]]
+#: columns that something depends on, with its derivatives by them: a matrix, or what makes it where
+#: few rules need it, such as a whole Hessian
+Partials = list[tuple[Column, Any]]
 Row = list[Expression]
+#: the same of one letter
+RowPartials = list[tuple[Column, Iterable[Expression]]]
 
 
 @dataclass(eq=False)
@@ -51,12 +55,18 @@ class Block:
         return {letter: i for i, letter in enumerate(self.letters)}
 
     @cached_property
-    def _rows(self) -> list[tuple[Column, list[Row]]]:
-        return [(by, matrix.tolist()) for by, matrix in self.partials]
+    def _rows(self) -> dict[int, list[Row]]:
+        return {}
 
-    def partials_of(self, letter: Letter) -> list[tuple[Column, Row]]:
+    def _row(self, number: int, letter: Letter) -> Iterator[Expression]:
+        if number not in self._rows:
+            matrix = self.partials[number][1]
+            self._rows[number] = (matrix() if callable(matrix) else matrix).tolist()
+        yield from self._rows[number][self.index[letter]]
+
+    def partials_of(self, letter: Letter) -> RowPartials:
         """[(column, the letter's derivatives by it)]; the partials do not change from now on."""
-        return [(by, rows[self.index[letter]]) for by, rows in self._rows]
+        return [(by, self._row(number, letter)) for number, (by, _) in enumerate(self.partials)]
 
     def definition(self) -> Definition:
         """What the letters stand for."""
@@ -166,10 +176,11 @@ class ChainRule:
                 self._known[e, letters[0], False] = rows[-1]
         return self._known[letter, letters[0], False]
 
-    def _through(self, parts: list[tuple[Column, Row]], variable: Letters, framed: bool) -> Row:
+    def _through(self, parts: RowPartials, variable: Letters, framed: bool) -> Row:
         pairs = [
             (slope, self._row(inner, variable, framed))
             for letters, partial in parts
+            if any(any(self._row(inner, variable, framed)) for inner in letters)
             for inner, slope in zip(letters, partial, strict=True)
             if slope != 0
         ]

@@ -20,7 +20,7 @@ from .covectors import Covectors, key_of
 from .on_group import Element
 from .point_motion import lettered_motion
 from .rule_view import GroupoidForRule, LagrangianForRule, answers_of, value_of_rule
-from .symbols import SceneSymbols, column, vector
+from .symbols import SceneSymbols, column, times, vector
 from .terms import CurveTerm, Node, Term
 
 
@@ -119,7 +119,7 @@ class DiscreteLagrangian:
         """Covectors at chart values go on to what these are made of, the last chart first."""
         for block in reversed(self._charts.values()):
             for by, matrix in block.partials:
-                self.covectors.add(by, matrix.T * self.covectors.of(block.letters))
+                self.covectors.add(by, times(matrix.T, self.covectors.of(block.letters)))
         if any(isinstance(b, Node) for b in self.chain.blocks) or len(self.s.stages):
             u = self.covectors.of(self.s.u)  # a sum over nodes: its derivatives get letters
             letters = vector(f"f{len(self.chain.blocks)}", len(u))

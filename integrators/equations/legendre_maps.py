@@ -17,6 +17,7 @@ from ..numbers import Definition, needed, opaque, replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from .discrete_lagrangian import DiscreteLagrangian
 from .point_motion import gradient_along
+from .symbols import times
 
 
 class LegendreMaps:
@@ -54,27 +55,28 @@ class LegendreMaps:
     def _base(self) -> dict[str, Column]:
         """F⁻, F⁺ and F⁺ − F⁻ in all letters, gradients of terms included."""
         s, d, chain, zero = self.s, self.of.covectors, self.of.chain, 0 * self.s.u
-        of_u, of_x = d.of(s.u), self.rho.T * d.of(s.x) if len(s.x) else zero
+        of_u, of_x = d.of(s.u), times(self.rho.T, d.of(s.x)) if len(s.x) else zero
         turned_x = d.turned.get(s.x[0], zero) if len(s.x) else zero
         turned_y = d.turned.get(s.y[0], zero) if len(s.y) else zero
-        minus, plus = self.R.T * of_u - of_x - turned_x, self.L.T * of_u + turned_y
+        minus = times(self.R.T, of_u) - of_x - turned_x
+        plus = times(self.L.T, of_u) + turned_y
         # like terms of functions cancel as they stand: writing their factors out would take long
         difference = (self.L - self.R).applyfunc(lambda e: e if opaque(e) else e.expand())
-        gain = difference.T * of_u + of_x + turned_x + turned_y
+        gain = times(difference.T, of_u) + of_x + turned_x + turned_y
         for block in self.of.moved:
             assert block.motion is not None
             anchor, _, right, left = block.motion
             gradient = d.of(block.letters)
             varying = all(symbols_of(e) - set(s.q) for e in (right, gradient))
-            along = anchor.T * (written := self._inlined(gradient))
+            along = times(anchor.T, written := self._inlined(gradient))
             if self.element is None and varying:  # asked for many times, and g by its entries
                 name = f"k{len(chain.blocks)}"
                 along = gradient_along(chain, block, written, name, s.forced)
-            minus, plus = minus + right.T * along, plus + left.T * along
-            gain += (left - right).T * along
+            minus, plus = minus + times(right.T, along), plus + times(left.T, along)
+            gain += times((left - right).T, along)
             if block.displacement is not None:
                 force = d.force_at(block.letters, s.u)
-                right, left = (c.T * force for c in block.displacement)
+                right, left = (times(c.T, force) for c in block.displacement)
                 minus, plus, gain = minus + right, plus + left, gain + (left - right)
         at_start = d.force_at(s.x, s.u)  # the start is displaced by −a
         minus, gain = minus - at_start, gain + at_start

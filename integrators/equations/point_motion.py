@@ -8,7 +8,7 @@ from ..groupoids import Motion
 from ..numbers import slopes, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from .chain_rule import Block, ChainRule
-from .symbols import SceneSymbols, column, vector
+from .symbols import SceneSymbols, column, times, vector
 
 
 def lettered_motion(chain: ChainRule, motion: Motion, s: SceneSymbols) -> Motion:
@@ -35,7 +35,7 @@ def gradient_along(
     Where a force acts, what is given need be no gradient, and its derivative not symmetric.
     """
     assert point.motion is not None
-    values = point.motion.anchor.T * gradient
+    values = times(point.motion.anchor.T, gradient)
     block = Block(vector(name, len(values)), values, summed=True, frame=point.frame)
     if point.frame is not None and not forced:
         block.commutators = _commutators(point, gradient, block.letters)

@@ -16,6 +16,7 @@ from ..groupoids import Clocked
 from ..numbers import Arithmetic, floats_exact, refuse_long, sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene, takes_fourth
+from .sums import sums_at_once
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(
@@ -32,6 +33,19 @@ def column(entries: Iterable[Expression]) -> Column:
     """The entries as a column, n×1 also where there are none."""
     given = list(entries)
     return sympy.Matrix(len(given), 1, given)
+
+
+def times(matrix: SymbolicMatrix, entries: Column) -> Column:
+    """matrix · column; nothing is multiplied by zero.
+
+    Sympy's product asks of every entry whether 0 times it is 0, so whether each of its letters and
+    functions is finite: with the gradient of many springs that takes longer than to derive it.
+    """
+    given = list(entries)
+    return column(
+        sympy.Add(*[a * e for a, e in zip(matrix.row(i), given, strict=True) if a != 0 and e != 0])
+        for i in range(matrix.rows)
+    )
 
 
 def entries_of(given: Any) -> list[Any]:
@@ -179,7 +193,8 @@ class SceneSymbols:
     def evaluated(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
         """Whatever a function of the user's gives for symbols; raises as `call`."""
         try:
-            return function(*arguments)
+            with sums_at_once():
+                return function(*arguments)
         except BadInput as error:
             place = line_of(function, error)
             if not place or place in str(error):

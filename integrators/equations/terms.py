@@ -12,7 +12,7 @@ and this function is derived once, too (`CurveTerm`): k nodes are k calls of one
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from ..groupoids import Groupoid
@@ -45,32 +45,29 @@ class Term:
             gradient[list(self.letters).index(self.time)] = sympy.S.Zero
         return gradient.col_join(self.force)
 
-    @cached_property
-    def slopes(self) -> SymbolicMatrix:
-        """∂covector/∂letters: the Hessian of the value, and what the force adds."""
-        return jacobian(self.covector, self.letters)
-
     def placed(self, columns: list[Column], letter: str) -> tuple[list[Column], Block]:
         """(gradient at a place, in a part a column, and the force last; its block).
 
         columns: the letters of the place, point and velocity. Those entries that are sums or
         functions get letters.
         """
-        place = [e for part in columns for e in part]
-        swap = dict(zip(self.letters, place, strict=True))
-        entries = replaced([*self.covector, *self.slopes], swap)
-        height, size = len(self.covector), len(place)
-        values, slopes = entries[:height], sympy.Matrix(height, size, entries[height:])
+        known = dict(zip(self.letters, (e for part in columns for e in part), strict=True))
+        values = replaced(self.covector, {}, known)
         rows = [i for i, e in enumerate(values) if not (e.is_Symbol or e.is_Number)]
         block = Block(vector(letter, len(rows)), column(values[i] for i in rows))
         for row, name in zip(rows, block.letters, strict=True):
             values[row] = name
+
+        def slopes(own: Column) -> SymbolicMatrix:
+            found = jacobian([self.covector[i] for i in rows], own)
+            return sympy.Matrix(*found.shape, replaced(found, {}, known))
+
         gradient, at = [], 0
         for part in columns:
             end = at + len(part)
             gradient.append(column(values[at:end]))
             if len(part):
-                block.partials.append((part, slopes[rows, at:end]))
+                block.partials.append((part, partial(slopes, self.letters[at:end, :])))
             at = end
         return [*gradient, column(values[at:])], block
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from copy import copy
 
@@ -99,8 +100,12 @@ class Coefficients(AsWritten):
 
 def _content(terms: Expression) -> Expression:
     """The integer that divides all terms of a sum."""
-    content = terms.primitive()[0]
-    return content if content.is_Integer else sympy.S.One
+    content = 0
+    for term in terms.args:
+        number = term.as_coeff_Mul()[0]
+        if not number.is_Integer or (content := math.gcd(content, int(number))) == 1:
+            return sympy.S.One
+    return sympy.Integer(content)
 
 
 class Parameters(Coefficients):
