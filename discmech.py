@@ -59,7 +59,7 @@ if TYPE_CHECKING:
         trapezoidal,
     )
     from discmech.reference import solution
-    from discmech.studies import check, show
+    from discmech.studies import check, explain, show
 
 #: the packages that the names below come from, the lightest first
 _PACKAGES = ("studies", "reference", "integrators")
@@ -94,6 +94,7 @@ __all__ = [
     "cayley",
     "check",
     "discretisation",
+    "explain",
     "exponential",
     "imex",
     "lie_group",

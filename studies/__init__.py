@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 from .core.study import Study, every_study
 
 if TYPE_CHECKING:
+    from .command.explain import explain
     from .core.checking import check
 
-__all__ = ["NAMES", "check", "get", "show"]
+__all__ = ["NAMES", "check", "explain", "get", "show"]
 
 #: the studies of scenes and rules, in the order of the report
 NAMES = tuple(study.name for study in every_study().values() if study.usual)
@@ -29,11 +30,15 @@ def get(name: str) -> Study:
 
 
 def __getattr__(name: str) -> Any:
-    """`check`, loaded when it is first asked for: a page is written without any integrator."""
+    """Loaded when they are first asked for: a page is written without any integrator."""
     if name == "check":
         from .core.checking import check
 
         return check
+    if name == "explain":
+        from .command.explain import explain
+
+        return explain
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -8,13 +8,14 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 from discmech.integrators import retractions
+from discmech.integrators.errors import arguments_checked
 
 from ..core import lookup
 from .options import RULE_HELP
 from .output import DERIVED, progress_shown
 
 if TYPE_CHECKING:
-    from discmech.integrators import Scheme
+    from discmech.integrators import Discretisation, Scene, Scheme
 
 WIDTH = 100
 LONGEST = 500  # letters of a side of an equation; the report typesets all of it
@@ -43,14 +44,30 @@ def _explain(options: argparse.Namespace) -> int:
             scene = scene.with_retraction(retractions.get(options.retraction))
         scheme = Scheme(scene, rule)
         show("writing and compiling", DERIVED)
-        lines = explanation(scheme)
-    for line in lines:
-        sys.stdout.write(line.rstrip() + "\n")
+        page = explanation(scheme)
+    sys.stdout.write(page)
     return 0
 
 
-def explanation(scheme: Scheme) -> list[str]:
-    """The lines of the page."""
+@arguments_checked
+def explain(scene: Scene | str, rule: Discretisation | str) -> str:
+    """A method on a scene, on one page of a terminal: `print(explain(scene, rule))`.
+
+    Lagrangian, discrete Lagrangian, momenta, equations, order, self-adjointness, what a step leaves
+    out and what it costs, which is measured. Scene and rule are objects or names. Raises `BadInput`
+    as `Scheme` does.
+    """
+    from discmech.integrators import Scheme
+
+    return explanation(Scheme(lookup.scene(scene), lookup.rule_given(rule)))
+
+
+def explanation(scheme: Scheme) -> str:
+    """The page of a scheme."""
+    return "".join(f"{line.rstrip()}\n" for line in _lines(scheme))
+
+
+def _lines(scheme: Scheme) -> list[str]:
     from ..report.wording import CONSTRAINED
     from .equations import notation, plain_text, subscript, written
 

@@ -55,10 +55,11 @@ def rule(word: str) -> Discretisation:
     return _only(rules([word]), word, "rules")
 
 
-def scene(word: str) -> Scene:
-    """The one scene of that name; raises `BadInput` if a file has several, and for lattices."""
-    found = _only(scenes_of([word]), word, "scenes")
+def scene(thing: Scene | str) -> Scene:
+    """`scene_given`, but no lattice, for which it raises `BadInput`."""
+    found = scene_given(thing)
     if isinstance(found, Lattice):
+        word = thing if isinstance(thing, str) else found.name
         raise BadInput(
             f"{found.name} is a lattice: `discmech lattices {word}` judges it, and Python runs it, "
             "Scheme(lattice, rule).flow(step).trajectory(steps)."

@@ -8,12 +8,13 @@ import re
 import pytest
 from sympy import Matrix
 
-from discmech.integrators import Scene, Scheme, pair, rules, scenes
+from discmech.integrators import BadInput, Scene, Scheme, pair, rules, scenes
+from discmech.integrators.lattices import systems
 from discmech.integrators.numbers import first_violation
 from discmech.integrators.rules import midpoint
+from discmech.studies import explain
 from discmech.studies.command.entry import main
 from discmech.studies.command.equations import letters_of, plain_text, written
-from discmech.studies.command.explain import explanation
 
 
 @pytest.fixture
@@ -79,6 +80,18 @@ def test_explain_says_order_symmetry_and_cost(capsys):
     assert max(map(len, shown.splitlines())) <= 100
 
 
+def test_python_is_given_the_page_that_the_command_prints(capsys):
+    assert main(["explain", "pendulum", "midpoint"]) == 0
+    printed, given = capsys.readouterr().out, explain(scenes.get("pendulum"), midpoint)
+    untimed = [[line for line in page.splitlines() if "cost" not in line]
+               for page in (printed, given)]  # fmt: skip
+    assert untimed[0] == untimed[1] and given.endswith("\n")
+    with pytest.raises(BadInput, match="fput is a lattice"):
+        explain(systems.get("fput"), midpoint)
+    with pytest.raises(BadInput, match="no scene"):
+        explain("pendulums", midpoint)
+
+
 def test_explain_says_what_acts_and_what_holds(capsys):
     shown = {}
     for scene, rule in (("duffing", "midpoint"), ("cartesian-pendulum", "midpoint"),
@@ -93,8 +106,7 @@ def test_explain_says_what_acts_and_what_holds(capsys):
 
 def test_a_rule_with_stages_is_explained_in_letters_that_are_said():
     """As the sum that its author wrote, in x, u and s, without what kernels name by themselves."""
-    lines = explanation(Scheme(scenes.get("pendulum"), rules.get("lobatto-3")))
-    shown = " ".join(" ".join(lines).split())
+    shown = " ".join(explain("pendulum", rules.get("lobatto-3")).split())
     assert "s is the internal stage, 1 unknown: ∂L_d/∂s = 0" in shown
     assert "+ 2·h·l(b(x, −h·s/4 + h·u/2), u)/3" in shown
     said = shown.partition("Discrete Lagrangian")[2].partition("Method")[0]
@@ -122,7 +134,7 @@ def test_every_kind_of_method_can_be_explained(rule):
     from discmech.studies.core import lookup
 
     scene = {"imex": "fpu", "own": "moser-veselov"}.get(rule, "heavy-top")
-    lines = explanation(Scheme(scenes.get(scene), lookup.rule(rule)))
+    lines = explain(scenes.get(scene), lookup.rule(rule)).splitlines()
     assert any(line.strip().startswith("order") for line in lines)
     assert max(map(len, lines)) <= 100
 
