@@ -35,7 +35,8 @@ class Study:
     package: its folder's import name. place: where it comes in the report. summary: a line of help;
     measured, judged: the README's columns; about: a paragraph of the report. alone: it takes times,
     so it has the machine for itself. usual: it is a command that takes scenes and rules; the
-    others are about the bench itself, or are measured for an assertion alone.
+    others are about the bench itself, or are measured for an assertion alone. turn: among the cases
+    of a scheme, 0 is quick on scenes of any size, 2 waits for a reference.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Study:
     about: str
     alone: bool = False
     usual: bool = True
+    turn: int = 1
     options: tuple[Option, ...] = ()
 
     @cached_property

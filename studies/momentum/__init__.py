@@ -6,6 +6,7 @@ STUDY = Study(
     name="momentum",
     package=__name__,
     place=2,
+    turn=0,
     title="Momentum maps",
     summary="momentum maps and Casimirs over 10⁶ steps",
     measured=(

@@ -6,6 +6,7 @@ STUDY = Study(
     name="order",
     package=__name__,
     place=0,
+    turn=2,
     title="Order of accuracy",
     summary="order of accuracy against certified references",
     measured=(

@@ -10,6 +10,7 @@ import pytest
 
 from discmech.integrators import BadInput, scenes
 from discmech.studies import get
+from discmech.studies.core.plan import Plan
 from discmech.studies.user import verify as verifying
 from discmech.studies.user.verify import RULES, SCENES, Request, studies, verify
 from tests.studies.test_userfile import RULE, SCENE
@@ -37,6 +38,16 @@ def test_the_six_scenes_cover_every_groupoid():
 def test_only_studies_that_take_no_times_run_unasked():
     assert studies()[:4] == ("order", "symplecticity", "momentum", "energy")
     assert "work-precision" not in studies() and "savings" not in studies()
+
+
+def test_what_waits_for_a_reference_comes_last_and_equal_runs_next_to_each_other():
+    plan = Plan([get(name) for name in studies()[:4]], Request(files=("midpoint",)).choice())
+    (first, *_) = plan.tasks(set(), set())
+    cases = [(plan.studies[i].name, plan.case((i, k)).digits) for i, k in first.places]
+    assert cases == [
+        ("momentum", 50), ("symplecticity", 50), ("momentum", 16), ("energy", 16),
+        ("symplecticity", 16), ("order", 50), ("order", 16),
+    ]  # fmt: skip
 
 
 def test_a_scene_of_the_file_joins_in_and_one_alone_is_asked_about(folder):
@@ -71,7 +82,8 @@ def test_a_good_rule_passes_with_a_line_a_verdict_and_a_table(folder, ask):
                          "--scene", "kepler", *QUICK, "--json", "found.json")  # fmt: skip
     assert (code, err) == (0, "")
     lines = out.splitlines()
-    assert lines[0].startswith("✓ order: my-pendulum, two-thirds, 50 digits: 2.000")
+    assert lines[0].startswith("✓ symplecticity: my-pendulum, two-thirds, 50 digits: ")
+    assert lines[1].startswith("✓ order: my-pendulum, two-thirds, 50 digits: 2.000")
     assert "verify: pass" in out and "All 4 cases pass." in lines[-1]
     assert (
         "two-thirds: self-adjoint (a step back undoes a step) on my-pendulum, kepler." in lines[-2]
@@ -198,18 +210,18 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
 
     monkeypatch.setenv("DISCMECH_CACHE", str(folder))
     words = ("verify", "good.py", "--scene", "kepler", *QUICK)
-    sound = get("symplecticity").measuring.measure
+    sound = get("order").measuring.measure
 
     def interrupted(case, progress):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(get("symplecticity").measuring, "measure", interrupted)
+    monkeypatch.setattr(get("order").measuring, "measure", interrupted)
     code, out, err = ask(*words)
-    assert code == 130 and "goes on where it stopped" in err and "✓ order" in out
-    monkeypatch.setattr(get("symplecticity").measuring, "measure", sound)
-    monkeypatch.setattr(get("order").measuring, "measure", interrupted)  # it is not measured again
+    assert code == 130 and "goes on where it stopped" in err and "✓ symplecticity" in out
+    monkeypatch.setattr(get("order").measuring, "measure", sound)
+    monkeypatch.setattr(get("symplecticity").measuring, "measure", interrupted)  # it is not measured again
     code, out, err = ask(*words)
-    assert code == 0 and "✓ order" in out and "✓ symplecticity" in out
+    assert code == 0 and "✓ symplecticity" in out and "✓ order" in out
 
 
 @pytest.mark.parametrize(
