@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy
 from ..groupoids import Clocked
-from ..numbers import Arithmetic, floats_exact, refuse_long, sympy
+from ..numbers import Arithmetic, floats_exact, refuse_deep, refuse_long, sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene, takes_fourth
 from .sums import sums_at_once
@@ -237,6 +237,7 @@ class SceneSymbols:
             raise BadInput(
                 f"{place} is {value!r}, not an expression in its arguments{forgot}"
             ) from None
+        refuse_deep(expression, place)
         found = (int(n) for r in expression.atoms(sympy.Rational) for n in (r.p, r.q))
         refuse_long(found, place)
         return floats_exact(expression)

@@ -7,6 +7,7 @@ once, and high precision never sees a rounded one.
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable
 from fractions import Fraction
 from numbers import Complex, Integral, Real
@@ -18,6 +19,10 @@ from .types import Exact, Expression
 
 #: bits of a numerator or denominator: Python writes no integer of more than 4,300 digits
 LARGEST = 14_000
+#: parts of an expression that stand one inside another. Derivatives of what is nested n times have
+#: n³ parts where they are written: a hundred sines are derived in ten seconds, three hundred never
+DEEPEST = 100
+SHALLOW, FRAMES = 20, 100  # from which depth on Python needs more calls than its 1000, and how many
 LARGEST_COUNT = 2**53  # the last whole number that double precision counts to
 
 
@@ -41,6 +46,25 @@ def refuse_long(integers: Iterable[int], what: str) -> None:
             f"{what} has a number of about {bits * 3 // 10} digits: choose units that fit the "
             "motion."
         )
+
+
+def refuse_deep(expression: Expression, what: str) -> None:
+    """Raise `BadInput` where too many functions, sums and powers stand inside one another.
+
+    Up to `DEEPEST` it lets Python go as deep as derivatives of such an expression need.
+    """
+    level, depth = {expression}, 0
+    while level:
+        depth += 1
+        if depth > DEEPEST:
+            raise BadInput(
+                f"{what} has more than {DEEPEST} functions, sums and powers one inside another, "
+                "and its second derivatives would never be done: end such a loop sooner, or write "
+                "what it goes to."
+            )
+        level = {part for e in level for part in e.args}
+    if depth > SHALLOW:
+        sys.setrecursionlimit(max(sys.getrecursionlimit(), FRAMES * depth))
 
 
 def _read(value: Any, what: str) -> Exact:

@@ -103,7 +103,7 @@ class ExpressionGraph:
         if e.is_Pow:
             return self._power(e.base, e.exp)
         if e.is_Float:
-            return self._node(LEAF, (), f"R('{abs(e)}')") + bool(e < 0)
+            return self._node(LEAF, (), f"R('{_decimal(abs(e))}')") + bool(e < 0)
         if e.is_NumberSymbol or e is sympy.I:
             return self._node(LEAF, (), _CONSTANTS.get(str(e), f"constant('{e}')"))
         known = hasattr(e, "written") or type(e).__name__ in FUNCTIONS or is_table(e)
@@ -178,6 +178,14 @@ class ExpressionGraph:
             pending += dict.fromkeys(p for p in parts if p not in counts)
             counts.update(parts)
         return counts
+
+
+def _decimal(number: Expression) -> str:
+    """All decimals of a Float's binary value, as of a float anywhere: `str` says fifteen of 0.1."""
+    from mpmath.libmp import to_str
+
+    _, _, exponent, bits = number._mpf_
+    return str(to_str(number._mpf_, bits + 3 * abs(exponent)))  # each bit is a decimal at most
 
 
 def _shared(groups: dict[int, set[Value]], made: Any) -> list[tuple[int, set[Value]]]:

@@ -334,3 +334,26 @@ def test_what_is_no_list_no_function_and_no_number_of_digits():
     ):
         with pytest.raises(BadInput, match=words):
             make()
+
+
+def nested(x, times):
+    for _ in range(times):
+        x = sympy.sin(x)
+    return x
+
+
+def test_what_is_nested_deeply_works_and_more_deeply_ends_in_a_sentence():
+    @discretisation(order=2)
+    def deep(L, G, x, u, h):
+        return h * L(G.target(x, u, h / 2), u) * nested(1 + x[0], 300)
+
+    scheme = with_lagrangian(lambda x, v, p: v[0] ** 2 / 2 + nested(x[0], 60))
+    assert len(scheme.flow("0.01").trajectory(3).x) == 4
+    with pytest.raises(BadInput, match=r"line .*its Lagrangian has more than 100 .* sooner"):
+        with_lagrangian(lambda x, v, p: v[0] ** 2 / 2 + nested(x[0], 200))
+    with pytest.raises(BadInput, match=r"line .*rule deep has more than 100 .* sooner"):
+        Scheme(scenes.get("pendulum"), deep)
+    target = LocalGroupoid(1, 1, target=lambda x, u, h: [nested(x[0], 200) + h * u[0]],
+                           product=lambda x, u, v, h: [u[0] + v[0]])  # fmt: skip
+    with pytest.raises(BadInput, match=r"target has more than 100 .* sooner"):
+        Scheme(plain(groupoid=target), midpoint)

@@ -219,7 +219,9 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, ask, monkeypatch):
     code, out, err = ask(*words)
     assert code == 130 and "goes on where it stopped" in err and "✓ symplecticity" in out
     monkeypatch.setattr(get("order").measuring, "measure", sound)
-    monkeypatch.setattr(get("symplecticity").measuring, "measure", interrupted)  # it is not measured again
+    monkeypatch.setattr(
+        get("symplecticity").measuring, "measure", interrupted
+    )  # it is not measured again
     code, out, err = ask(*words)
     assert code == 0 and "✓ symplecticity" in out and "✓ order" in out
 

@@ -122,3 +122,15 @@ def test_values_of_what_is_made_of_the_same_two(name):
     with mpmath.workdps(60):
         for k in (2, -1):
             agree([(name, 10, 9, k), (name, 10, 11, k), (name, 1, 0, k), ("sum", 2, 0, k)])
+
+
+@pytest.mark.parametrize("value", [
+    0.1, -1 / 3, 12345678901234567.0, 5e-324, 2.0**-1030, 1.7e308,
+    sympy.Float("1.2345678901234567890123456789012345678901234567891e-7", 50), sympy.pi.evalf(17),
+])  # fmt: skip
+@pytest.mark.parametrize("digits", [16, 17, 50, 100])
+def test_a_float_is_its_binary_value_in_every_arithmetic(value, digits):
+    x, number, numbers = sympy.Symbol("x"), sympy.Float(value), arithmetic(digits)
+    with numbers.working():
+        found = numeric({"x": x}, [number * x], numbers)(numbers.number(1))
+        assert found == numbers.number(sympy.Rational(number))
