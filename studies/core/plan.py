@@ -55,7 +55,7 @@ class Plan:
         for key in pairs:
             groups[key] = []
         for place, case in self.places():
-            if place not in done and not self.studies[place[0]].alone:
+            if place not in done and not self.studies[place[0]].timed(case):
                 groups.setdefault((id(case.scene), case.rule.name), []).append(place)
         for places in groups.values():
             places.sort(key=self._turn)

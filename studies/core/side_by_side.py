@@ -32,7 +32,7 @@ Also: TypeAlias = Callable[[Scheme], Any] | None
 def key_of(study: Study, case: Case) -> str | None:
     """The fingerprint of a case; None where its result says why it has none."""
     try:
-        return fingerprint.of_case(study, case, timed=study.alone)
+        return fingerprint.of_case(study, case, timed=study.timed(case))
     except (BadInput, StepFailure, CannotMeasure):
         return None
 

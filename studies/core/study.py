@@ -3,8 +3,8 @@
 A study is a folder beside this one. Its `__init__` says what it is (`STUDY`) and loads nothing;
 `measuring` has `NEEDS`, `cases(choice)`, `measure(case, progress)` → numbers and
 `judge(case, measurement)` → verdict, and may have `diagnose(case, measurement)`,
-`notes(choice)` and `depends_on(case)`; `view`, where there is one, has `VIEW`: how its numbers are
-shown.
+`notes(choice)`, `depends_on(case)` and `timed(case)`; `view`, where there is one, has `VIEW`: how
+its numbers are shown.
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ class Study:
 
     package: its folder's import name. place: where it comes in the report. summary: a line of help;
     measured, judged: the README's columns; about: a paragraph of the report. alone: it takes times,
-    so it has the machine for itself. usual: it is a command that takes scenes and rules; the
-    others are about the bench itself, or are measured for an assertion alone. turn: among the cases
-    of a scheme, 0 is quick on scenes of any size, 2 waits for a reference.
+    so its cases, or those that are `timed`, have the machine for themselves. usual: it is a command
+    that takes scenes and rules; the others are about the bench itself, or are measured for an
+    assertion alone. turn: among the cases of a scheme, 0 is quick on scenes of any size, 2 waits
+    for a reference.
     """
 
     name: str
@@ -77,6 +78,11 @@ class Study:
         if choice.scenes and not scenes:
             return []
         return list(self.measuring.cases(replace(choice, scenes=scenes)))
+
+    def timed(self, case: Case) -> bool:
+        """Whether a case takes times, so that it has the machine for itself."""
+        told = getattr(self.measuring, "timed", None)
+        return self.alone and (told is None or bool(told(case)))
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
         """The numbers of a case: {"measured": {...}, "rows": [...], ...}."""

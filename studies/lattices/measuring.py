@@ -99,6 +99,19 @@ def notes(choice: Choice) -> list[str]:
             and getattr(s, "constraint", None) is not None and not built_in(s)]  # fmt: skip
 
 
+def timed(case: Case) -> bool:
+    """Whether the cost against N is measured: of lattices that may have any number of sites."""
+    lattice: Any = case.scene
+    sized = case.control is None and known_of(lattice).sized is not None
+    return sized and not (case.steps or _later(case))
+
+
+def _later(case: Case) -> bool:
+    """Whether only --thorough asks for Ω and cost."""
+    lattice: Any = case.scene
+    return built_in(lattice) and lattice.name in LATER and not case.thorough
+
+
 def depends_on(case: Case) -> str:
     """The momenta of symmetries, which no equation of a step holds."""
     given = of_symmetries(case.scene)
@@ -142,10 +155,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     measured["rate"] = _rates(case, followed["states"][-1])
     rows += [{"kind": "run", **row} for row in followed["energy"]["rows"]]
     progress(f"{label}: Ω", 0.6)
-    later = built_in(lattice) and lattice.name in LATER and not case.thorough
-    measured |= dict.fromkeys(FORMS) if later else _forms(case, followed["states"])
+    measured |= dict.fromkeys(FORMS) if _later(case) else _forms(case, followed["states"])
     measured |= _defects(case, followed["states"])
-    if known.sized is not None and not case.steps and not later:
+    if timed(case) and known.sized is not None:
         progress(f"{label}: cost", 0.8)
         in_turn = costs(known.sized, case.rule, case.thorough)
         measured["grows"] = slopes(in_turn)
