@@ -35,6 +35,7 @@ STUDIES = (
 #: the scenes of the valid rules, in turn
 SCENES = ("pendulum", "rigid-body", "kepler", "pendulum", "rigid-body", "heavy-top")
 Result = dict[str, Any]
+Asked = partial[Any]
 BATCH = 100  # faults or rules that a pool of processes does
 
 
@@ -128,30 +129,34 @@ def measure(
     unit, seed: the faults' (`everything`).
     A store keeps each as it is finished, and what it has already is not measured again.
     """
-    total, done = len(faults) + len(rules), 0
-    found: tuple[list[Result], list[Result]] = ([], [])
-    faulty = partial(of_fault, unit=unit, seed=seed)
-    for into, function, numbers in ((0, faulty, faults), (1, of_rule, rules)):
-        named = {n: f"valid rule {n}" if into else _name(n, unit, seed) for n in numbers}
-        results: dict[int, Result | None] = {}
-        for number, name in named.items():
-            earlier = store.find(of_everything("power", name)) if store is not None else None
-            if earlier is not None:
-                results[number] = earlier["found"]
-        left = [n for n in numbers if n not in results]
-        for part in range(0, len(left), BATCH):
-            # a new pool each time, so that memory stays bounded: max_tasks_per_child can hang
-            # (CPython issue 115634)
-            batch = left[part : part + BATCH]
-            with _own_cache(), worker_pool(jobs) as pool:
-                for number, result in zip(batch, pool.map(function, batch), strict=True):
-                    results[number] = result
-                    if store is not None:
-                        store.keep(of_everything("power", named[number]), {"found": result})
-                    progress(named[number], (done + len(results)) / total)
-        done += len(numbers)
-        found[into].extend(r for n in numbers if (r := results[n]) is not None)
-    return found
+    of_faults: list[Asked] = [partial(of_fault, n, unit, seed) for n in faults]
+    of_rules: list[Asked] = [partial(of_rule, n) for n in rules]
+    names = {ask: _name(ask.args[0], unit, seed) for ask in of_faults}
+    names |= {ask: f"valid rule {ask.args[0]}" for ask in of_rules}
+    results: dict[Asked, Result | None] = {}
+    for ask, name in names.items():
+        earlier = store.find(of_everything("power", name)) if store is not None else None
+        if earlier is not None:
+            results[ask] = earlier["found"]
+    left = [ask for ask in names if ask not in results]
+    left.sort(key=lambda ask: ask.func is of_fault)  # rules take longer: so none is left at the end
+    for part in range(0, len(left), BATCH):
+        # a new pool each time, so that memory stays bounded: max_tasks_per_child can hang
+        # (CPython issue 115634)
+        batch = left[part : part + BATCH]
+        with _own_cache(), worker_pool(jobs) as pool:
+            for ask, result in zip(batch, pool.map(_asked, batch), strict=True):
+                results[ask] = result
+                if store is not None:
+                    store.keep(of_everything("power", names[ask]), {"found": result})
+                progress(names[ask], len(results) / len(names))
+    faulty, valid = ([r for ask in asked if (r := results[ask]) is not None]
+                     for asked in (of_faults, of_rules))  # fmt: skip
+    return faulty, valid
+
+
+def _asked(ask: Asked) -> Result | None:
+    return ask()
 
 
 def _name(index: int, unit: int, seed: int) -> str:
