@@ -24,7 +24,8 @@ SHORTEST = 1e-3  # seconds: a shorter run is repeated within a sample, against n
 #: as long, and not the same from process to process
 WARM = 5e-3
 #: a median is known when the interval that holds it with this confidence is so narrow, relatively
-CONFIDENCE, KNOWN = 0.9, 0.04
+#: the size of a marker on an axis of three decades, and the second digit of a ratio
+CONFIDENCE, KNOWN = 0.9, 0.1
 
 
 @dataclass(frozen=True)
