@@ -41,10 +41,10 @@ def times(matrix: SymbolicMatrix, entries: Column) -> Column:
     Sympy's product asks of every entry whether 0 times it is 0, so whether each of its letters and
     functions is finite: with the gradient of many springs that takes longer than to derive it.
     """
-    given = list(entries)
+    given = entries.flat()
     return column(
-        sympy.Add(*[a * e for a, e in zip(matrix.row(i), given, strict=True) if a != 0 and e != 0])
-        for i in range(matrix.rows)
+        sympy.Add(*[a * e for a, e in zip(row, given, strict=True) if a != 0 and e != 0])
+        for row in matrix.tolist()
     )
 
 
