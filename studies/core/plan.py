@@ -17,10 +17,14 @@ Place = tuple[int, int]  # study, case
 
 @dataclass(frozen=True)
 class Task:
-    """All that is to be done with one scheme: its cases, and its place among the chosen pairs."""
+    """All that is to be done with one scheme: its cases, and its place among the chosen pairs.
+
+    ahead: cases with times, of which something can be made ready beside the others.
+    """
 
     places: tuple[Place, ...]
     pair: int | None
+    ahead: tuple[Place, ...] = ()
 
 
 class Plan:
@@ -59,7 +63,13 @@ class Plan:
                 groups.setdefault((id(case.scene), case.rule.name), []).append(place)
         for places in groups.values():
             places.sort(key=self._turn)
-        return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
+        ahead: dict[Any, list[Place]] = {}
+        for place, case in self.places():
+            key = id(case.scene), case.rule.name
+            if place not in done and key in groups and self.studies[place[0]].timed(case):
+                ahead.setdefault(key, []).append(place)
+        return [Task(tuple(places), pairs.get(key), tuple(ahead.get(key, ())))
+                for key, places in groups.items()]  # fmt: skip
 
     def _turn(self, place: Place) -> tuple[bool, bool, int]:
         """Verdicts come soon: what waits for a reference last, what needs no compiling first.

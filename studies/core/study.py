@@ -3,8 +3,8 @@
 A study is a folder beside this one. Its `__init__` says what it is (`STUDY`) and loads nothing;
 `measuring` has `NEEDS`, `cases(choice)`, `measure(case, progress)` → numbers and
 `judge(case, measurement)` → verdict, and may have `diagnose(case, measurement)`,
-`notes(choice)`, `depends_on(case)` and `timed(case)`; `view`, where there is one, has `VIEW`: how
-its numbers are shown.
+`notes(choice)`, `depends_on(case)`, `timed(case)` and `prepare(case)`; `view`, where there is one,
+has `VIEW`: how its numbers are shown.
 """
 
 from __future__ import annotations
@@ -83,6 +83,11 @@ class Study:
         """Whether a case takes times, so that it has the machine for itself."""
         told = getattr(self.measuring, "timed", None)
         return self.alone and (told is None or bool(told(case)))
+
+    def prepare(self, case: Case) -> None:
+        """Bring into the caches what a case with times needs and does not time."""
+        if hasattr(self.measuring, "prepare"):
+            self.measuring.prepare(case)
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
         """The numbers of a case: {"measured": {...}, "rows": [...], ...}."""

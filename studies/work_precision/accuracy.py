@@ -54,7 +54,7 @@ class Yardstick:
         self.reference: np.ndarray | None = None
         self.floors: dict[str, float] = {}
         if problem.checkpoints:
-            self.reference = _reference(problem)
+            self.reference = reference_of(problem)
             self.floors |= self._rounded_start(equations)
         self.energy = energy_with_terms(problem.scheme, 16)
         kept = [
@@ -130,7 +130,7 @@ class Yardstick:
         return {name: max(value, UNIT) for name, value in floors.items()}
 
 
-def _reference(problem: Problem) -> np.ndarray:
+def reference_of(problem: Problem) -> np.ndarray:
     """Certified (x, μ) at the checkpoints, rounded once, (k, n+m)."""
     from discmech.reference import solutions
 
