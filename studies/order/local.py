@@ -23,6 +23,7 @@ DIGITS, GUARD = 50, 15
 SMALL = (36, 24, 12)
 #: where steps are made, in steps of the scene from the start, where a motion may be at rest
 PLACES = (Fraction(7), Fraction(61, 5))
+USUAL = (1, 2, 4)  # orders of most rules
 NEAR = 0.1  # of a local order that is the expected one
 CLEAR = 1000  # round-offs above which an error is the method's, to a part in a thousand
 
@@ -58,11 +59,12 @@ def _at(scheme: Scheme, digits: int) -> LocalOrder:
     from discmech.reference import solutions
 
     scene, expected = scheme.scene, scheme.order or 2
-    size = Fraction(1, 2 ** math.ceil(digits / (expected + 1) * math.log2(10)))
-    steps = [Fraction(scene.step) * size / k for k in (1, 2)]
+    steps = _steps(scene, expected, digits)
     places = (Fraction(0),) if scheme.s.clocked else PLACES
     begins = [place * Fraction(scene.step) for place in places]
-    times = {t + h for t in begins for h in (Fraction(0), *steps)}
+    # for usual orders too: the way there is long, and gone once for all rules of the scene
+    ends = (h for order in {expected, *USUAL} for h in _steps(scene, order, digits))
+    times = {t + h for h in (Fraction(0), *ends) for t in begins}
     exact = dict(zip(sorted(times), solutions(scene, sorted(times), DIGITS + GUARD), strict=True))
     found: list[tuple[float, str]] = []
     with mpmath.workdps(DIGITS + GUARD):
@@ -82,6 +84,12 @@ def _at(scheme: Scheme, digits: int) -> LocalOrder:
                     found.append((float(mpmath.log(large / small, 2)) - 1, name))
     order, component = min(found, default=(None, ""))
     return LocalOrder(order, component, float(steps[0]))
+
+
+def _steps(scene: Any, order: int, digits: int) -> list[Fraction]:
+    """A step h with h^{p+1} ≈ 10^{-digits} scene steps, and half of it."""
+    size = Fraction(1, 2 ** math.ceil(digits / (order + 1) * math.log2(10)))
+    return [Fraction(scene.step) * size / k for k in (1, 2)]
 
 
 def _last(run: Any) -> Any:
