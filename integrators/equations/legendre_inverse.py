@@ -67,13 +67,15 @@ class LegendreInverse:
 
     def _rows(self, x: Any, mu: Any, p: Any, start: Any) -> np.ndarray:
         """Many rows in double precision: corrections are halved until what is left shrinks."""
+        left, mass = self._left(x, start, mu, p)
+        if self.quadratic:
+            return start + _solved(mass, left)
         found = np.full(mu.shape, np.nan)
         rows = np.arange(len(mu))
         xi, size = start, np.abs(start).sum(axis=1)
-        left, mass = self._left(x, xi, mu, p)
         for _ in range(MOST):
             step = _solved(mass, left)
-            done = np.abs(step).sum(axis=1) <= (np.inf if self.quadratic else LAST * size)
+            done = np.abs(step).sum(axis=1) <= LAST * size
             found[rows[done]] = (xi + step)[done]
             kept = ~done & np.isfinite(step).all(axis=1)
             if not kept.any():
