@@ -19,8 +19,9 @@ from .chain_rule import Block, ChainRule, partials
 from .covectors import Covectors, key_of
 from .on_group import Element
 from .point_motion import lettered_motion
+from .products import times
 from .rule_view import GroupoidForRule, LagrangianForRule, answers_of, value_of_rule
-from .symbols import SceneSymbols, column, times, vector
+from .symbols import SceneSymbols, column, vector
 from .terms import CurveTerm, Node, Term
 
 

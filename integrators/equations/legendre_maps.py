@@ -17,7 +17,7 @@ from ..numbers import Definition, needed, opaque, replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from .discrete_lagrangian import DiscreteLagrangian
 from .point_motion import gradient_along
-from .symbols import times
+from .products import times
 
 
 class LegendreMaps:

@@ -8,7 +8,8 @@ from ..groupoids import Motion
 from ..numbers import slopes, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from .chain_rule import Block, ChainRule
-from .symbols import SceneSymbols, column, times, vector
+from .products import times
+from .symbols import SceneSymbols, column, vector
 
 
 def lettered_motion(chain: ChainRule, motion: Motion, s: SceneSymbols) -> Motion:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy
 from ..groupoids import Clocked
-from ..numbers import Arithmetic, floats_exact, refuse_deep, refuse_long, sympy
+from ..numbers import Arithmetic, floats_exact, refuse_large, sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene, takes_fourth
 from .sums import sums_at_once
@@ -33,19 +33,6 @@ def column(entries: Iterable[Expression]) -> Column:
     """The entries as a column, n×1 also where there are none."""
     given = list(entries)
     return sympy.Matrix(len(given), 1, given)
-
-
-def times(matrix: SymbolicMatrix, entries: Column) -> Column:
-    """matrix · column; nothing is multiplied by zero.
-
-    Sympy's product asks of every entry whether 0 times it is 0, so whether each of its letters and
-    functions is finite: with the gradient of many springs that takes longer than to derive it.
-    """
-    given = entries.flat()
-    return column(
-        sympy.Add(*[a * e for a, e in zip(row, given, strict=True) if a != 0 and e != 0])
-        for row in matrix.tolist()
-    )
 
 
 def entries_of(given: Any) -> list[Any]:
@@ -193,8 +180,7 @@ class SceneSymbols:
     def evaluated(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
         """Whatever a function of the user's gives for symbols; raises as `call`."""
         try:
-            with sums_at_once():
-                return function(*arguments)
+            return sums_at_once()(function)(*arguments)
         except BadInput as error:
             place = line_of(function, error)
             if not place or place in str(error):
@@ -237,9 +223,7 @@ class SceneSymbols:
             raise BadInput(
                 f"{place} is {value!r}, not an expression in its arguments{forgot}"
             ) from None
-        refuse_deep(expression, place)
-        found = (int(n) for r in expression.atoms(sympy.Rational) for n in (r.p, r.q))
-        refuse_long(found, place)
+        refuse_large(expression, place)
         return floats_exact(expression)
 
     def scalars(self, values: Iterable[Any], what: str, function: Any) -> Column:

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import RAISED, BadInput, line_of, remedy
-from ..numbers import floats_exact, refuse_deep, sympy
+from ..numbers import floats_exact, refuse_large, sympy
 from ..numbers.types import Column, Expression
 from .groupoid import Groupoid
 
@@ -78,7 +78,7 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
         if any(not isinstance(e, sympy.Expr) or e.has(*infinite) for e in entries):
             raise ValueError(f"{entries} are no finite expressions")
         for e in entries:
-            refuse_deep(e, said())
+            refuse_large(e, said())
     except BadInput:
         raise
     except RAISED as error:

@@ -36,8 +36,7 @@ from .exact import (
     flatten,
     floats_exact,
     listed,
-    refuse_deep,
-    refuse_long,
+    refuse_large,
     to_sympy,
     whole_number,
 )
@@ -80,7 +79,7 @@ __all__ = [
     "exact_vector", "first_violation", "flatten", "floats_exact", "function_text", "inlined",
     "inverse_sizes", "is_zero", "jacobian", "listed", "needed", "newton", "null_direction",
     "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of", "random_columns",
-    "random_point", "refuse_deep", "refuse_long", "register", "registered_function", "replaced",
+    "random_point", "refuse_large", "register", "registered_function", "replaced",
     "rounded", "run_text", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy", "to_sympy",
     "tracked", "values_of", "vanishes", "whole_number", "with_running_errors", "with_tables",
     "working_digits", "written_out",

@@ -48,8 +48,8 @@ def refuse_long(integers: Iterable[int], what: str) -> None:
         )
 
 
-def refuse_deep(expression: Expression, what: str) -> None:
-    """Raise `BadInput` where too many functions, sums and powers stand inside one another.
+def refuse_large(expression: Expression, what: str) -> None:
+    """Raise `BadInput` for a long number, and where too many parts stand inside one another.
 
     Up to `DEEPEST` it lets Python go as deep as derivatives of such an expression need.
     """
@@ -63,6 +63,8 @@ def refuse_deep(expression: Expression, what: str) -> None:
                 "what it goes to."
             )
         level = {part for e in level for part in e.args}
+    found = (int(n) for r in expression.atoms(sympy.Rational) for n in (r.p, r.q))
+    refuse_long(found, what)
     if depth > SHALLOW:
         sys.setrecursionlimit(max(sys.getrecursionlimit(), FRAMES * depth))
 
