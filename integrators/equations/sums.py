@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import builtins
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
+from types import FunctionType
 from typing import Any
 
 from ..numbers import sympy
-
-_sum = builtins.sum
 
 
 def at_once(terms: Iterable[Any], /, start: Any = 0) -> Any:
@@ -21,17 +18,22 @@ def at_once(terms: Iterable[Any], /, start: Any = 0) -> Any:
     given = list(terms)
     if given and start == 0 and all(isinstance(e, sympy.Expr) for e in given):
         return sympy.Add(*given)
-    return _sum(given, start)
+    return sum(given, start)
 
 
-@contextmanager
-def sums_at_once() -> Iterator[None]:
-    """While a function of the user's is evaluated with symbols, `sum` is `at_once`.
+def summing_at_once(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function with `at_once` where it says `sum`; itself where that is none of Python's.
 
-    Whatever else asks for a sum meanwhile gets what it gets from Python.
+    What it calls is left as it is.
     """
-    builtins.sum = at_once
-    try:
-        yield
-    finally:
-        builtins.sum = _sum
+    if (
+        not isinstance(function, FunctionType)
+        or "sum" not in function.__code__.co_names
+        or "sum" in function.__globals__
+    ):
+        return function
+    names = {**function.__globals__, "sum": at_once}
+    other = FunctionType(function.__code__, names, function.__name__, function.__defaults__,
+                         function.__closure__)  # fmt: skip
+    other.__kwdefaults__ = function.__kwdefaults__
+    return other

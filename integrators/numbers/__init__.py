@@ -65,8 +65,8 @@ from .running_error import (
     solve,
     tracked,
     values_of,
-    with_running_errors,
 )
+from .running_error_text import with_running_errors
 from .statements import Call, Together, called_text, function_text
 from .types import Letters, Matrix, Number, Numbers, Vector
 

@@ -192,8 +192,11 @@ def to_sympy(value: Exact) -> Expression:
 
 
 def floats_exact(expression: Any) -> Expression:
-    """A sympy expression with each float replaced by its exact binary value."""
-    expression = sympy.sympify(expression)
+    """A sympy expression with each float replaced by its exact binary value.
+
+    Raises a `ValueError` for text: sympy would run it.
+    """
+    expression = sympy.sympify(expression, strict=True)
     floats = {f: sympy.Rational(f) for f in expression.atoms(sympy.Float)}
     return expression.xreplace(floats) if floats else expression
 

@@ -15,25 +15,7 @@ from typing import Any
 import numpy as np
 
 from .arithmetic import Arithmetic
-from .numeric import run_text
-from .registered import registered_names
 from .types import Number, Vector
-
-#: derivative of a function at (argument, value), of the functions in generated text
-_SLOPES: dict[str, Callable[[Any, Number, Number], Number]] = {
-    "sin": lambda f, a, v: f["cos"](a),
-    "cos": lambda f, a, v: f["sin"](a),
-    "tan": lambda f, a, v: 1 + v * v,
-    "asin": lambda f, a, v: 1 / f["sqrt"](1 - a * a),
-    "acos": lambda f, a, v: 1 / f["sqrt"](1 - a * a),
-    "atan": lambda f, a, v: 1 / (1 + a * a),
-    "sinh": lambda f, a, v: f["cosh"](a),
-    "cosh": lambda f, a, v: f["sinh"](a),
-    "tanh": lambda f, a, v: 1 - v * v,
-    "exp": lambda f, a, v: v,
-    "log": lambda f, a, v: 1 / a,
-    "sqrt": lambda f, a, v: 1 / (2 * v),
-}
 
 SAFE = (1e-75, 1e75)
 CERTAIN = 2.0**30  # condition of a matrix that is inverted in doubles for a bound
@@ -63,13 +45,13 @@ class RunningError:
         return RunningError(product, error + abs(product))
 
     def __truediv__(self, other: Any) -> RunningError:
-        other = _running(other)
+        other = running(other)
         ratio = self.value / other.value
         error = (self.error + abs(ratio) * other.error) / abs(other.value)
         return RunningError(ratio, error + abs(ratio))
 
     def __pow__(self, power: Any) -> RunningError:
-        power = _running(power)
+        power = running(power)
         value = self.value**power.value
         slope = power.value * self.value ** (power.value - 1) if power.value else 0
         error = abs(slope) * self.error if self.error else 0
@@ -86,10 +68,10 @@ class RunningError:
         return -self + other
 
     def __rtruediv__(self, other: Any) -> RunningError:
-        return _running(other) / self
+        return running(other) / self
 
     def __rpow__(self, other: Any) -> RunningError:
-        return _running(other) ** self
+        return running(other) ** self
 
     def __neg__(self) -> RunningError:
         return RunningError(-self.value, self.error)
@@ -101,7 +83,8 @@ class RunningError:
         return RunningError(abs(self.value), self.error)
 
 
-def _running(value: Any) -> RunningError:
+def running(value: Any) -> RunningError:
+    """The value itself, or with no error so far."""
     return value if isinstance(value, RunningError) else RunningError(value)
 
 
@@ -245,67 +228,3 @@ def values_of(found: Vector) -> Vector:
     """The values of an array of `RunningError`s or plain numbers."""
     values = [e.value if type(e) is RunningError else e for e in found.ravel()]
     return np.array(values).reshape(found.shape)
-
-
-def with_running_errors(text: str, numbers: Arithmetic) -> Callable[..., Any]:
-    """The function of a text that `numeric_text` wrote, on `RunningError`s of an arithmetic.
-
-    Functions that stand in front of it (series, functions of matrices) are taken as one operation
-    each, whose derivatives are difference quotients: only the size of an error is asked for.
-    """
-    plain = numbers.namespace()
-    with numbers.working():
-        names = dict(run_text(text, plain))  # a copy: those functions go on with plain numbers
-        names |= {name: _tracked(plain, name) for name in _SLOPES}
-        names |= {"atan2": _atan2(plain), "abs": abs, "R": lambda e: RunningError(plain["R"](e))}
-        names["PI"] = RunningError(plain["PI"], plain["PI"])
-        names["constant"] = lambda name: rounded(plain["constant"](name))[()]
-        names |= {name: _as_one(names[name], numbers)
-                  for name in registered_names() if name in names}  # fmt: skip
-        names["array"] = lambda entries, *shape: np.array(entries, dtype=object).reshape(shape)
-        # the function alone: what stands in front was run on plain numbers
-        return run_text(text[text.rindex("def function(") :], names)["function"]
-
-
-def _tracked(plain: dict[str, Any], name: str) -> Callable[[Any], RunningError]:
-    def function(argument: Any) -> RunningError:
-        argument = _running(argument)
-        value = plain[name](argument.value)
-        error = 0
-        if argument.error:
-            slope = _SLOPES[name](plain, argument.value, value)
-            error = abs(slope) * argument.error
-        return RunningError(value, error + abs(value))
-
-    return function
-
-
-def _atan2(plain: dict[str, Any]) -> Callable[[Any, Any], RunningError]:
-    def function(y: Any, x: Any) -> RunningError:
-        y, x = _running(y), _running(x)
-        value, square = plain["atan2"](y.value, x.value), x.value**2 + y.value**2
-        error = abs(x.value) * y.error + abs(y.value) * x.error
-        return RunningError(value, (error / square if error else 0) + abs(value))
-
-    return function
-
-
-def _as_one(function: Callable[..., Any], numbers: Arithmetic) -> Callable[..., Any]:
-    """A function of numbers as one operation on numbers with errors."""
-    nearby = numbers.eps**0.5
-
-    def whole(*arguments: Any) -> Any:
-        flat = [_running(e) for e in arguments]
-        values = [e.value for e in flat]
-        found = np.array(function(*values), dtype=object)
-        errors = abs(found)
-        for k, argument in enumerate(flat):
-            if argument.error:
-                moved = list(values)
-                moved[k] = moved[k] + nearby
-                change = np.array(function(*moved), dtype=object) - found
-                errors = errors + abs(change) / nearby * argument.error
-        result = rounded(found, errors)
-        return result if found.shape else result[()]
-
-    return whole
