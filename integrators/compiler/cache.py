@@ -32,11 +32,16 @@ def _temporary_folder() -> Path:
     return Path(tempfile.mkdtemp(prefix="discmech-"))
 
 
+#: folders whose text is in the equations that it makes, and so in each name by itself
+IN_EQUATIONS = ("scenes", "rules")
+
+
 @cache
 def sources() -> str:
     """Digest of all of our own text that generates: changed mathematics makes new files."""
     files = sorted(Path(__file__).parents[1].rglob("*.py"))
-    return digest(*(p.read_text(encoding="utf-8") for p in files if p.parent.name != "scenes"))
+    texts = (p.read_text(encoding="utf-8") for p in files if p.parent.name not in IN_EQUATIONS)
+    return digest(*texts)
 
 
 def digest(*parts: str) -> str:

@@ -17,8 +17,8 @@ from discmech.integrators.equations import DiscreteEquations
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import Tracked, tracked
 
-#: steps of Python's that take as long as compiling one, whatever the rule: 2,000 of two-point
-#: rules, 8,000 of those with stages, whose texts are longer
+#: steps in Python that take as long as compiling: measured 900 (heavy top, gauss-2) to 7,000
+#: (pendulum, midpoint), on Kepler's problem by the trapezoidal rule 4,000
 WORTH = 4000
 Edit = Callable[[str], str]
 Form = tuple[str, Callable[[Any], Any]]
