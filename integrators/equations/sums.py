@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dis
 from collections.abc import Callable, Iterable
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import Any
 
 from ..numbers import sympy
@@ -16,7 +17,12 @@ def at_once(terms: Iterable[Any], /, start: Any = 0) -> Any:
     springs take 1.5 s instead of 0.02.
     """
     given = list(terms)
-    if given and start == 0 and all(isinstance(e, sympy.Expr) for e in given):
+    if (
+        given
+        and isinstance(start, int)
+        and start == 0
+        and all(isinstance(e, sympy.Expr) for e in given)
+    ):
         return sympy.Add(*given)
     return sum(given, start)
 
@@ -24,12 +30,14 @@ def at_once(terms: Iterable[Any], /, start: Any = 0) -> Any:
 def summing_at_once(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function with `at_once` where it says `sum`; itself where that is none of Python's.
 
-    What it calls is left as it is.
+    What it calls is left as it is, and so is a function that writes names of its module: it would
+    write them elsewhere.
     """
     if (
         not isinstance(function, FunctionType)
         or "sum" not in function.__code__.co_names
         or "sum" in function.__globals__
+        or _writes_globals(function.__code__)
     ):
         return function
     names = {**function.__globals__, "sum": at_once}
@@ -37,3 +45,11 @@ def summing_at_once(function: Callable[..., Any]) -> Callable[..., Any]:
                          function.__closure__)  # fmt: skip
     other.__kwdefaults__ = function.__kwdefaults__
     return other
+
+
+def _writes_globals(code: CodeType) -> bool:
+    return any(
+        e.opname in ("STORE_GLOBAL", "DELETE_GLOBAL")
+        or (isinstance(e.argval, CodeType) and _writes_globals(e.argval))
+        for e in dis.get_instructions(code)
+    )

@@ -1,5 +1,6 @@
 """Python's sum over expressions, while a function of the user's is evaluated with symbols."""
 
+import numpy as np
 import pytest
 import sympy
 
@@ -24,6 +25,12 @@ def test_a_sum_is_what_python_makes_of_it(terms, start):
     assert made(at_once) == made(sum)
 
 
+def test_a_sum_may_begin_with_an_array():
+    rows = [np.array([x, y]), np.array([y, 1])]
+    assert list(at_once(rows, np.zeros(2))) == list(sum(rows, np.zeros(2)))
+    assert list(at_once([x, y], np.zeros(2))) == list(sum([x, y], np.zeros(2)))
+
+
 def test_a_function_has_another_sum_and_nothing_else():
     shift = 2
 
@@ -34,6 +41,30 @@ def test_a_function_has_another_sum_and_nothing_else():
     assert made.__globals__["sum"] is at_once and "sum" not in value.__globals__
     assert made(x) == value(x) == 2 * x + y + shift and made(x, c=x) == value(x, c=x)
     assert summing_at_once(sum) is sum and summing_at_once(own) is own
+
+
+asked = 0
+
+
+def counted(terms):
+    global asked
+    asked += 1
+    return sum(terms)
+
+
+def counted_within(terms):
+    def count():
+        global asked
+        asked += 1
+
+    count()
+    return sum(terms)
+
+
+@pytest.mark.parametrize("function", [counted, counted_within])
+def test_names_of_a_module_are_written_where_they_are(function):
+    before = asked
+    assert summing_at_once(function)([x, y]) == x + y and asked == before + 1
 
 
 def own(terms):
