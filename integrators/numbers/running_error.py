@@ -197,7 +197,7 @@ def inverse_sizes(numbers: Arithmetic, a: np.ndarray) -> np.ndarray:
     or numbers leave the doubles' range, all digits are used.
     """
     small = sizes(abs(a))
-    if a.dtype == object and small.dtype != object and small.any(axis=0).all():
+    if small.size and a.dtype == object and small.dtype != object and small.any(axis=0).all():
         columns = 1 / small.max(axis=0)
         rows = 1 / (small * columns).max(axis=1, initial=1e-300)
         scaled = a.astype(float) * columns * rows[:, None]
