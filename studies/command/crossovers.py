@@ -30,9 +30,7 @@ FAST = ("heyoka", "WHFast", "IAS15")  # the peers that the page is about
 SCENES = ("pendulum", "kepler", "henon-heiles", "double-pendulum", "rigid-body", "heavy-top",
           "lagrange-top", "spherical-pendulum", "outer-solar-system")  # fmt: skip
 PERIODS = 10_000
-#: of these the long races: the others are chaotic, so that T = 100 has few digits, or alike
-FOLLOWED = ("pendulum", "kepler", "henon-heiles", "rigid-body", "heavy-top", "outer-solar-system")
-LASTING = ("pendulum", "kepler", "heavy-top")  # and of these those over many periods
+LASTING = ("pendulum", "kepler", "heavy-top")  # of these the races over many periods
 LENGTHS = {"outer-solar-system": 100_000}  # days, where others run to T = 100
 BUDGETS = {"own": 0.05, "long": 0.15, "periods": 1.5}  # seconds a method
 
@@ -56,13 +54,12 @@ def page(names: Sequence[str], told: Callable[[str], None] = lambda line: None) 
     texts = [_HEAD.format(machine=_where(), peers=", ".join(peers))]
     texts.append("## At the end of a scene's own duration, error in (x, μ)\n")
     texts.append(_accuracies(_race(scenes.get(name), peers, "own", told) for name in names))
-    followed = [name for name in names if name in FOLLOWED]
     texts.append(
         "## At a longer time, error in (x, μ)\n\nThe floor is the "
         "error that rounding the start alone makes: what is below it was lucky.\n"
     )
-    texts.append(_accuracies(_race(_longer(name), peers, "long", told) for name in followed))
-    over = [_race(scenes.get(name), peers, "periods", told) for name in followed if name in LASTING]
+    texts.append(_accuracies(_race(_longer(name), peers, "long", told) for name in names))
+    over = [_race(scenes.get(name), peers, "periods", told) for name in names if name in LASTING]
     texts.append(f"## Over {PERIODS} characteristic periods, largest energy error\n")
     texts.append(_accuracies(over, "energy-max"))
     texts.append(
