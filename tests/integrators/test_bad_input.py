@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 import pytest
@@ -347,8 +348,12 @@ def test_what_is_nested_deeply_works_and_more_deeply_ends_in_a_sentence():
     def deep(L, G, x, u, h):
         return h * L(G.target(x, u, h / 2), u) * nested(1 + x[0], 300)
 
-    scheme = with_lagrangian(lambda x, v, p: v[0] ** 2 / 2 + nested(x[0], 60))
-    assert len(scheme.flow("0.01").trajectory(3).x) == 4
+    def horner(x):  # sixty products in sixty sums
+        return reduce(lambda value, k: value * x / 2 + sympy.Rational(1, k), range(1, 61))
+
+    for potential in (lambda x: nested(x, 60), horner):
+        scheme = with_lagrangian(lambda x, v, p, of=potential: v[0] ** 2 / 2 + of(x[0]))
+        assert len(scheme.flow("0.01").trajectory(3).x) == 4
     with pytest.raises(BadInput, match=r"line .*its Lagrangian has more than 100 .* sooner"):
         with_lagrangian(lambda x, v, p: v[0] ** 2 / 2 + nested(x[0], 200))
     with pytest.raises(BadInput, match=r"line .*rule deep has more than 100 .* sooner"):
