@@ -153,8 +153,10 @@ def _in_turn(
 
 
 def _make_ready(plan: Plan, task: Task) -> None:
+    from discmech.reference import ReferenceFailure
+
     for i, k in task.ahead:
-        with suppress(DiscmechError):  # it is said when the case is measured
+        with suppress(DiscmechError, ReferenceFailure):  # it is said when the case is measured
             plan.studies[i].prepare(plan.cases[i][k])
 
 
