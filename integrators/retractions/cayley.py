@@ -154,9 +154,12 @@ def _letters(algebra: MatrixAlgebra) -> Column:
 
 
 def _placed(matrix: SymbolicMatrix, algebra: MatrixAlgebra, xi: Column) -> SymbolicMatrix:
-    """A closed form at ξ."""
+    """A closed form at ξ; raises `ZeroDivisionError` for numbers at which it has no value."""
     swap = dict(zip(_letters(algebra), xi, strict=True))
-    return sympy.Matrix(*matrix.shape, replaced(matrix, swap))
+    found = sympy.Matrix(*matrix.shape, replaced(matrix, swap))
+    if not xi.free_symbols and found.has(sympy.zoo, sympy.nan):
+        raise ZeroDivisionError(f"the Cayley transform of {algebra.name} has no value at {[*xi]}.")
+    return found
 
 
 @lru_cache(maxsize=32)
