@@ -193,8 +193,8 @@ def inverse_sizes(numbers: Arithmetic, a: np.ndarray) -> np.ndarray:
     """|a⁻¹| of a k×k matrix, for bounds: as `sizes` asks for no more digits than a double has.
 
     It is inverted in doubles with rows and columns of size 1, whatever the units, and is off by
-    k·ε·cond: in units of a bound less than 1e-6 where cond is below `CERTAIN`. Where it is not,
-    or numbers leave the doubles' range, all digits are used.
+    k·ε·cond, k·2.4e-7 of a bound where cond is at most `CERTAIN`. Where it is not, or numbers
+    leave the doubles' range, all digits are used.
     """
     small = sizes(abs(a))
     if small.size and a.dtype == object and small.dtype != object and small.any(axis=0).all():
