@@ -91,9 +91,7 @@ OF_A_PENDULUM = {"vertical angular momentum": about_the_vertical}
 _KNOWN = {
     # the energy comes back to the first mode in a time of some ten thousand
     "fput": Known(sized=lambda N: systems.fput(N, mode=max(1, N // 50)), steps=200_000),
-    # integrable: no return to wait for; where what beats slowly looks like a drift, the judge asks
-    # for a run eight times as long
-    "toda": Known(_toda, {"total momentum": lambda x, mu, p: [mu[0]]}, steps=50_000),
+    "toda": Known(_toda, {"total momentum": lambda x, mu, p: [mu[0]]}, steps=200_000),
     "rotors": Known(
         momenta={"total momentum": lambda x, mu, p: [mu[0]]}, sized=systems.rotors, steps=100_000
     ),

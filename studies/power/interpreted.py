@@ -40,12 +40,7 @@ class InterpretedScheme(Scheme):
     ) -> None:
         super().__init__(scheme.scene, scheme.rule, equations or scheme.equations)
         self.edit, self.form = edit, form
-        self.steps = 0
-
-    def worth_compiling(self, steps: int) -> bool:
-        """Whether so many steps more in double precision are worth machine code for them all."""
-        self.steps += steps
-        return self.steps > WORTH
+        self.steps = 0  # of all flows in double precision
 
     def flow_at(self, step: Any, digits: int, on_edge: str) -> Flow:
         """The flow at one step size, uncompiled; arguments as of `Scheme.flow`."""
@@ -80,8 +75,10 @@ class _Flow(Flow):
         def advance(*arguments: Any) -> Any:
             """Python's functions raise where machine code and gmpy2 give what is no number."""
             index, stop = arguments[4:6]
-            if self.digits == 16 and self.scheme.worth_compiling(stop - index):
-                return compiled_text(self.system, text).advance(*arguments)
+            if self.digits == 16:
+                self.scheme.steps += stop - index
+                if self.scheme.steps > WORTH:
+                    return compiled_text(self.system, text).advance(*arguments)
             try:
                 return kernels.advance(*arguments)
             except (ValueError, OverflowError, ZeroDivisionError):

@@ -23,9 +23,8 @@ SHORTEST = 1e-3  # seconds: a shorter run is repeated within a sample, against n
 #: another run finds caches and branch predictors cold and takes 20 to 100 µs more: up to four times
 #: as long, and not the same from process to process
 WARM = 5e-3
-#: a median is known when half of the interval that holds it with this confidence is so much of it:
-#: as wide as a marker on an axis of three decades, and one in the second digit of a ratio
-CONFIDENCE, KNOWN = 0.9, 0.1
+#: a median is known when half of the interval that holds it with this confidence is so much of it
+CONFIDENCE, KNOWN = 0.9, 0.04
 
 
 @dataclass(frozen=True)
