@@ -25,6 +25,8 @@ RUNGS, MOST_RUNGS = {True: 9, False: 4}, {True: 16, False: 7}  # in double preci
 
 #: rules of higher order meet round-off after two or three halvings: 50 digits judge them
 HIGHEST_IN_DOUBLE = 4
+#: from here on few steps are many: each halving takes three digits and more
+HIGH = 8
 #: errors that no longer sink above this are no ordinary round-off
 STUCK = 1e-11
 
@@ -57,11 +59,11 @@ def ladder(case: Case) -> tuple[Fraction, int]:
 
     Double precision runs the scene's whole duration from its own step on, which suits order 2,
     and from coarser ones at higher order; more digits run a fortieth of it in 128 to 1024 steps,
-    where there is no round-off to wait for.
+    where there is no round-off to wait for, and above order 8 in 8 to 64.
     """
     duration = Fraction(case.scene.duration)
     if case.digits > 16:
-        return duration / 40, case.steps or 128
+        return duration / 40, case.steps or (8 if (case.scheme.order or 0) > HIGH else 128)
     coarser = 1 if (case.scheme.order or 0) <= 2 else 4 if case.scheme.order == 4 else 8
     return duration, case.steps or max(4, case.scene.steps_for(case.scene.step) // coarser)
 
@@ -176,6 +178,7 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
     if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
         expected["declared"] = case.rule.order  # this chart takes it away: see Scheme.order
     if order is None:
+        more = 50 if case.digits == 16 else case.digits + 30
         failed = [r for r in measurement["rows"] if r["why_not"] == "failed"]
         if len(failed) == len(measurement["rows"]):
             return Verdict("fail", f"every run failed: {failed[0]['cause']}.", expected)
@@ -194,7 +197,7 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
             "inconclusive",
             "fewer than four step sizes lie on a straight line above round-off; "
             f"start the ladder elsewhere with --steps (the reference has {measurement['certain']} "
-            "certain digits)" + (", or judge it by --digits 50." if case.digits == 16 else "."),
+            f"certain digits), or judge it by --digits {more}.",
             expected,
         )
     if expected["order"] is None:

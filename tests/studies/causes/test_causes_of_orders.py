@@ -191,7 +191,7 @@ def test_a_wrong_reference_is_told_by_a_witness(monkeypatch):
 @pytest.mark.slow
 def test_round_off_is_told_by_more_digits():
     scene = Scene(
-        name="far-pendulum", groupoid=pair(1), parameters={"turns": 10**9}, x0=[1], v0=[0],
+        name="far-pendulum", groupoid=pair(1), parameters={"turns": 10**12}, x0=[1], v0=[0],
         lagrangian=lambda x, v, p: v[0] ** 2 / 2 + sympy.cos(x[0] + p.turns), duration=10,
         step="1/20",
     )  # fmt: skip

@@ -76,7 +76,7 @@ def test_runs_without_an_order():
     some = [*failed, *ladder([1e-3, 1e-4])]
     verdict, reason, _ = order_of(None, rows=some)
     assert verdict == "inconclusive" and "the reference has 14 certain digits), or" in reason
-    assert order_of(None, case(50), rows=some)[1].endswith("certain digits).")
+    assert order_of(None, case(50), rows=some)[1].endswith("judge it by --digits 80.")
     floor = window.floor(case(), 14)
     for factor, said in ((1.0, "exact on this scene"), (ABOVE, "fewer than four")):
         verdict, reason, _ = order_of(None, rows=ladder([0.0, factor * floor]))
