@@ -20,10 +20,10 @@ from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are know
 from .llvm_statements import CONDITIONS, runnable
 from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, lanes_among
 
-#: decorators: flags of the arithmetic (sums in any order), whether it is written once and called;
-#: all other functions are written where they are called, operation by operation
+#: decorators: flags of the arithmetic (sums in any order, or in the order written), whether it is
+#: written once and called; all others are written where they are called, operation by operation
 KINDS = {"kernel": (FAST := "contract arcp nsz reassoc ", False), "node": (FAST, True),
-         "aside": ("", True)}  # fmt: skip
+         "ordered": ("contract nsz ", False), "aside": ("", True)}  # fmt: skip
 
 MOST = 16  # results that are returned in registers
 

@@ -131,9 +131,9 @@ def at_nodes(tables, parts):
 
 
 def balanced(terms):
-    """Their sum, in two halves: the longest path is half as long."""
+    """Their sum, of pairs and triples: each is a sum of products that waits for no other."""
     half = len(terms) // 2
-    return sum(terms[:half]) + sum(terms[half:])
+    return sum(terms) if half < 2 else balanced(terms[:half]) + balanced(terms[half:])
 
 
 def times(weights, parts):

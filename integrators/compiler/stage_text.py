@@ -42,8 +42,8 @@ def stage_text(system: StageSystem) -> str:
         "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 4",
     ]
     driver = texts_of("stage_driver", "component_sizes", "tuple_operations")
-    for name in ("at_nodes", "balanced", "times"):
-        driver = driver.replace(f"def {name}(", f"@kernel\ndef {name}(")
+    for name, kind in (("at_nodes", "ordered"), ("balanced", "ordered"), ("times", "kernel")):
+        driver = driver.replace(f"def {name}(", f"@{kind}\ndef {name}(")
     parts = [f"# {system.name}", text, "\n".join(facts), driver]
     return with_tables("\n\n".join(parts))
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from math import ceil, inf, log2
+from math import ceil, gcd, inf, log2
 from typing import Any
 
 import numpy as np
@@ -20,9 +20,10 @@ MOST, MOST_OF_DIGITS = 2**20, 2**12  # steps of a pilot, in double precision and
 #: a pilot whose fixed point contracts at no step so far turns to Newton's method at this number of
 #: steps, or at 1/2⁸ of the most that it may take: what is left then of the ladder is enough for it
 CONTRACTS = 2**8
-#: half the step is taken where it needs so many fewer sweeps in all. A step has costs beside its
-#: sweeps, of which half the step has twice as many: a tenth of the sweeps has to pay for them
+#: a smaller step is taken where it needs so many fewer sweeps in all. A step has costs beside its
+#: sweeps, of which smaller ones have more: a tenth of the sweeps has to pay for them
 FEWER = 0.9
+SMALLER = (Fraction(3, 2), 2, 3, 4, 6, 8)  # times as many steps that are tried for fewer sweeps
 SAFETY = 2.0  # the step aims at this part of the tolerance
 ROUND_OFF = 16  # units that no tolerance may be below: runs that agree may share their round-off
 
@@ -55,8 +56,8 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
     """The cheapest step found whose error over the scene's duration is within the tolerance.
 
     Of the steps at which the fixed point of the stages contracts (of all, if it contracts at none)
-    it is the largest. A half, a quarter or an eighth of it is taken instead where a run with it
-    needs fewer sweeps in all.
+    it is the largest. A part of it, down to an eighth (`SMALLER`), is taken instead where a run
+    with that needs fewer sweeps in all.
     flow: step ↦ flow. Numbers of steps are doubled until the error, which runs with h and h/2
     show, is within the tolerance; the scheme's order then says what the tolerance needs, and a run
     with that many steps is compared with the best one. Raises `BadInput` for a tolerance that is
@@ -84,7 +85,7 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         if alone:
             pilot.stages.alone = True
         try:
-            run: Trajectory = pilot.trajectory(steps, steps // ROWS)
+            run: Trajectory = pilot.trajectory(steps, steps // gcd(steps, ROWS))
         except StepFailure as failure:
             failed.append(failure)
             return None, inf
@@ -100,6 +101,8 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         (one, _), (other, _) = rows_and_sweeps(steps), rows_and_sweeps(best)
         if one is None or other is None:
             return inf
+        shared = gcd(len(one) - 1, len(other) - 1)  # times of both
+        one, other = (rows[:: (len(rows) - 1) // shared] for rows in (one, other))
         sizes = [max(abs(e) for e in column) or 1 for column in other.T]
         off = max(abs(a - e) / size for row, better in zip(one, other, strict=True)
                   for a, e, size in zip(row, better, sizes, strict=True))  # fmt: skip
@@ -132,8 +135,10 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         if less < steps and (between := error(less, best)) <= wanted:
             steps, found = less, between
     fewer = steps
-    while fewer < 8 * steps and sweeps(2 * fewer) < FEWER * sweeps(fewer):
-        fewer *= 2
+    for more in (int(steps * factor) for factor in SMALLER):
+        if not sweeps(more) < FEWER * sweeps(fewer):
+            break
+        fewer = more
     if fewer > steps and (between := error(fewer, 2 * fewer)) <= wanted:
         steps, found = fewer, between
     step = scene.duration / steps

@@ -5,7 +5,7 @@ import re
 import mpmath
 import pytest
 
-from discmech.integrators import BadInput, Scheme, rules
+from discmech.integrators import BadInput, Scheme, rules, scenes
 from discmech.reference import solution
 from tests.objects import SCENES
 
@@ -47,6 +47,23 @@ def test_a_step_whose_stages_do_not_contract_is_not_chosen(monkeypatch):
     flow = Scheme(SCENES["heavy-top"], rules.get("gauss-4")).flow(tolerance="1e-2")
     run = flow.trajectory(flow.choice.steps)
     assert run.solver == "fixed point" and flow.choice.error < 1e-2
+
+
+@pytest.mark.parametrize("name", ["heavy-top", "rigid-body", "pendulum"])
+def test_half_as_many_steps_again_need_no_fewer_sweeps_in_all(name):
+    """But for a tenth. On the heavy top 12 steps take fewer than 8, and than 16."""
+    scene = scenes.get(name)
+    scheme = Scheme(scene, rules.get("gauss-8"))
+    steps = scheme.flow(tolerance="1e-12").choice.steps
+
+    def sweeps(steps):
+        run = scheme.flow(scene.duration / steps).trajectory(steps, steps)
+        return run.newton_mean * (steps + 1)
+
+    assert sweeps(steps * 3 // 2) >= 0.9 * sweeps(steps)
+    if name == "heavy-top":
+        assert sweeps(steps) < 0.9 * sweeps(steps * 2 // 3)
+        assert sweeps(steps) < sweeps(steps * 4 // 3)
 
 
 @pytest.mark.parametrize(("asked", "digits"), [("stages", 31), ("by_newton", 32), ("machine", 33)])
