@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import Any
 
 from ..errors import BadInput, line_of
 from ..numbers import (
+    Definition,
     NotComputed,
     arithmetic,
     evaluate_matrix,
@@ -41,12 +42,7 @@ def check_letters(maps: LegendreMaps, rule: Discretisation) -> None:
     used = maps.definitions([maps.discrete_lagrangian])
     letters = {letter for d in used for letter in d.letters}
     symbols = symbols_of([maps.discrete_lagrangian]) | {e for d in used for e in d.holds}
-    unknown = symbols - letters - {*s.x, *s.y, *s.u, *s.stages, *s.q}
-    if unknown:
-        raise BadInput(
-            f"{of}: the discrete Lagrangian holds the unknown symbol {min(map(str, unknown))}; "
-            "write it with x, u, h, parameters."
-        )
+    check_known(symbols - letters - {*s.y, *s.stages}, s, rule)
     points = {z for block in maps.of.moved for z in block.letters if block.theta is not None}
     of_velocities = symbols_of([maps.discrete_lagrangian])
     of_velocities |= {e for d in used if not points & set(d.letters) for e in d.holds}
@@ -64,28 +60,41 @@ def check_letters(maps: LegendreMaps, rule: Discretisation) -> None:
             )
 
 
+def check_known(symbols: set[Expression], s: SceneSymbols, rule: Discretisation) -> None:
+    """Raise `BadInput` if one of the symbols of L_d is none of x, u and parameters."""
+    if unknown := symbols - {*s.x, *s.u, *s.q}:
+        raise BadInput(
+            f"{named(s.name, rule)}: the discrete Lagrangian holds the unknown symbol "
+            f"{min(map(str, unknown))}; write it with x, u, h, parameters."
+        )
+
+
 def named(scene: str, rule: Discretisation) -> str:
     """The scene with the rule, and where a rule of the user's is."""
     place = line_of(rule.formula)
     return (f"{place}: " if place else "") + f"{scene} with {rule.name}"
 
 
-def check_regular(maps: LegendreMaps, w: Column, scene: Scene, rule: Discretisation) -> None:
+def check_regular(
+    derived: Callable[[], LegendreMaps], s: SceneSymbols, w: Column, scene: Scene,
+    rule: Discretisation,
+) -> None:  # fmt: skip
     """Raise `BadInput` if ∂E/∂w (FL, without stages) or ∂²l/∂ξ² is singular at two random points.
 
     The second too: where it is singular, terms O(h²) of the potential can make FL regular, but
     there is no system on the dual that the map approximates. A discrete Lagrangian that stands for
     no continuous one is asked for FL only.
     """
-    s = maps.s
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
     mass = {}
     if scene.lagrangian is not None:
         mass["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = mass_matrix(s)
-    found = _singular(mass, maps, w, scene)
+    found = _singular(mass, s, w, scene)
     if mass and not found and rule.nodes is not None and s.given is None:
         return  # as h → 0 ∂E/∂w of these stages is as regular as the mass matrix
-    found = _singular({("FL", of_what): maps.slope}, maps, w, scene) | found
+    maps = derived()
+    known = maps.definitions(maps.slope)
+    found = _singular({("FL", of_what): maps.slope}, s, w, scene, known) | found
     for (name, of_what), direction in found.items():
         raise BadInput(
             f"{named(scene.name, rule)}: {name} is singular everywhere, in the direction "
@@ -94,18 +103,20 @@ def check_regular(maps: LegendreMaps, w: Column, scene: Scene, rule: Discretisat
 
 
 def _singular(
-    asked: dict[tuple[str, str], SymbolicMatrix], maps: LegendreMaps, w: Column, scene: Scene
+    asked: dict[tuple[str, str], SymbolicMatrix],
+    s: SceneSymbols,
+    w: Column,
+    scene: Scene,
+    known: Sequence[Definition] = (),
 ) -> dict[tuple[str, str], Any]:
     """{which: a direction that it takes to 0}, of matrices that are singular at two points."""
-    s, found = maps.s, dict.fromkeys(asked)
+    found = dict.fromkeys(asked)
     for seed in range(2):
         point = random_point([*s.x, *w, *s.q], (*w, s.h), seed) | s.constant_values(40)
         for p, value in zip(s.parameter_list, scene.parameter_values, strict=True):
             point[p] = to_sympy(value)
         try:
-            values = {
-                a: evaluate_matrix(asked[a], 30, point, maps.definitions(asked[a])) for a in found
-            }
+            values = {a: evaluate_matrix(asked[a], 30, point, known) for a in found}
         except NotComputed:  # which a run says, with the function that is to be mended
             return {}
         # a root of what is negative at this point says nothing of other points

@@ -11,14 +11,18 @@ With stages a scheme is the system F⁻(x, u, s) = hμ, ∂L_d/∂s = 0. What is
 from __future__ import annotations
 
 from functools import cached_property
+from inspect import unwrap
 from typing import Any
 
-from ..numbers import Definition, sympy, written_out
+from ..errors import line_of
+from ..numbers import Definition, symbols_of, sympy, written_out
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from ..rules import Discretisation, adjoint
-from .checks import check_letters
+from .checks import check_known, check_letters
 from .discrete_lagrangian import DiscreteLagrangian
 from .legendre_maps import LegendreMaps
+from .on_group import Element
+from .rule_view import name_constants
 from .symbols import SceneSymbols, vector
 
 
@@ -26,12 +30,12 @@ class DiscreteEquations:
     """What is derived from a scene's functions and a rule of one step: symbolic, exact, no value.
 
     Attributes: x, u (columns n×1, m×1), y, v (x and u of the next step), h, and `s` with the
-    parameters' letters; w, what a step solves for: u, then the stages; rho (n×m), L and R (m×m) of
-    the groupoid; `at_points`, the Legendre maps in letters for points; element, the group element
-    where L_d is a function of it, else None.
+    parameters' letters; w, what a step solves for: u, then the stages.
 
     of: the discrete Lagrangian if it is derived already. Raises `BadInput` if the rule or the
-    Lagrangian cannot be evaluated, or if L_d holds unknown letters, no u, or not every stage.
+    Lagrangian cannot be evaluated, or if L_d holds unknown letters, no u, or not every stage. L_d
+    of a rule of ours with stages on nodes is derived when it is asked for: runs may go without it
+    (`stage_equations`), and what could be wrong with it is wrong with the Lagrangian.
     """
 
     def __init__(
@@ -40,14 +44,49 @@ class DiscreteEquations:
         self.s, self.rule, self.groupoid = s, rule, s.groupoid
         self.x, self.u, self.y, self.v, self.h = s.x, s.u, s.y, s.v, s.h
         self.w = s.u.col_join(s.stages) if len(s.stages) else s.u
-        self.of = DiscreteLagrangian(s, rule) if of is None else of
-        self.element = self.of.element
-        self.at_points = LegendreMaps(self.of)
-        self.rho, self.L, self.R = self.at_points.rho, self.at_points.L, self.at_points.R
         #: what tells these equations from others with the same L_d and groupoid (`altered`)
         self.mark = ""
-        if of is None:
-            check_letters(self.at_points, rule)
+        self._derived_already = of is not None
+        if of is not None:
+            self.of = of
+        if rule.nodes is None or s.given is not None or s.clocked or line_of(unwrap(rule.formula)):
+            self.at_points  # noqa: B018 - derived, and what is wrong is said, at once
+        else:
+            name_constants(rule, s)  # runs have values for all letters
+            check_known(symbols_of([s.lagrangian]), s, rule)
+
+    @cached_property
+    def of(self) -> DiscreteLagrangian:
+        """The discrete Lagrangian, as a weighted sum of placed terms."""
+        return DiscreteLagrangian(self.s, self.rule)
+
+    @cached_property
+    def at_points(self) -> LegendreMaps:
+        """The Legendre maps in letters for points."""
+        maps = LegendreMaps(self.of)
+        if not self._derived_already:
+            check_letters(maps, self.rule)
+        return maps
+
+    @property
+    def element(self) -> Element | None:
+        """The group element where L_d is a function of it."""
+        return self.of.element if self.s.given is not None else None
+
+    @property
+    def rho(self) -> SymbolicMatrix:
+        """ρ(x), n×m."""
+        return self.at_points.rho
+
+    @property
+    def L(self) -> SymbolicMatrix:
+        """L(x, u), m×m: its columns are the left-invariant fields."""
+        return self.at_points.L
+
+    @property
+    def R(self) -> SymbolicMatrix:
+        """R(x, u), m×m: the fibre parts of the right-invariant fields."""
+        return self.at_points.R
 
     def altered(self, mark: str, **maps: SymbolicMatrix) -> DiscreteEquations:
         """These equations with other matrices for some of the Legendre maps (`LegendreMaps`).

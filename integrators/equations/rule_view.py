@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from inspect import unwrap
+from types import SimpleNamespace
 from typing import Any
 
 from ..errors import BadInput, line_of
@@ -162,6 +163,13 @@ def value_of_rule(rule: Discretisation, L: LagrangianForRule, G: GroupoidForRule
         G.gave_velocities = plain.gave_velocities
     s.scalars([value], f"rule {rule.name}", rule.formula)  # what is the rule's own, not L's or G's
     return value if same else wanted
+
+
+def name_constants(rule: Discretisation, s: SceneSymbols) -> None:
+    """Give letters to the constants of a rule of ours, without its expression."""
+    none = 0 * s.u
+    G = SimpleNamespace(constant=s.constant, target=lambda *z: none, velocity=lambda *z: none)
+    rule.formula(lambda *z: 0, G, none, none, s.h, [none] * rule.stages)
 
 
 def written(e: Expression) -> Expression:
