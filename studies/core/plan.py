@@ -19,12 +19,11 @@ Place = tuple[int, int]  # study, case
 class Task:
     """All that is to be done with one scheme: its cases, and its place among the chosen pairs.
 
-    ahead: cases with times, of which something can be made ready beside the others.
+    Or all that is compared with each other: a race, which is no pair.
     """
 
     places: tuple[Place, ...]
     pair: int | None
-    ahead: tuple[Place, ...] = ()
 
 
 class Plan:
@@ -45,13 +44,14 @@ class Plan:
             for k, case in enumerate(cases):
                 yield (i, k), case
 
-    def tasks(self, done: set[Place], answered: set[int]) -> list[Task]:
-        """What is left of the studies that may run side by side, one task a scheme.
+    def tasks(self, done: set[Place], answered: set[int], elsewhere: bool = False) -> list[Task]:
+        """What is left of the studies that may run side by side, one task a scheme or race.
 
-        answered: the pairs of which nothing else is asked.
+        answered: the pairs of which nothing else is asked. elsewhere: on other machines, whose
+        times are not wanted. What is compared in a race is disturbed alike by what runs beside it.
         """
         groups: dict[Any, list[Place]] = {}
-        pairs = {
+        pairs: dict[Any, int] = {
             (id(scene), rule.name): i
             for i, (scene, rule) in enumerate(self.pairs)
             if i not in answered
@@ -59,17 +59,15 @@ class Plan:
         for key in pairs:
             groups[key] = []
         for place, case in self.places():
-            if place not in done and not self.studies[place[0]].timed(case):
-                groups.setdefault((id(case.scene), case.rule.name), []).append(place)
+            study = self.studies[place[0]]
+            whole = study.together(case)
+            if place in done or (study.timed(case) and (whole is None or elsewhere)):
+                continue
+            key = (id(case.scene), case.rule.name) if whole is None else id(whole)
+            groups.setdefault(key, []).append(place)
         for places in groups.values():
             places.sort(key=self._turn)
-        ahead: dict[Any, list[Place]] = {}
-        for place, case in self.places():
-            key = id(case.scene), case.rule.name
-            if place not in done and key in groups and self.studies[place[0]].timed(case):
-                ahead.setdefault(key, []).append(place)
-        return [Task(tuple(places), pairs.get(key), tuple(ahead.get(key, ())))
-                for key, places in groups.items()]  # fmt: skip
+        return [Task(tuple(places), pairs.get(key)) for key, places in groups.items()]
 
     def _turn(self, place: Place) -> tuple[bool, bool, int]:
         """Verdicts come soon: what waits for a reference last, what needs no compiling first.

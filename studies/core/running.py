@@ -55,8 +55,8 @@ def run_studies(
     A study's verdict is the worst of its cases'. With a `store`, each finished case is kept at
     once and none is measured twice, so a run that was interrupted goes on where it stopped. `jobs`
     processes work side by side (None: one a core), or the workers of a `Cluster`, on scenes and
-    rules known by name; studies that take times run by themselves afterwards, here. `told` hears of
-    each case as it is finished.
+    rules known by name; what takes times by itself, not in a race, runs alone afterwards, here.
+    `told` hears of each case as it is finished.
     Raises `BadInput` if a study applies to nothing that was chosen, or can use nothing of it.
     """
     plan = Plan(studies, choice)
@@ -94,7 +94,8 @@ def run_studies(
             done([place], [result])
         extras = _stored_answers(plan, also, store) if also else {}
     remembered = Counter(place[0] for place in found)
-    tasks = plan.tasks(set(found), set(extras) if also else set(range(len(plan.pairs))))
+    answered = set(extras) if also else set(range(len(plan.pairs)))
+    tasks = plan.tasks(set(found), answered, isinstance(jobs, Cluster))
     for places, results, extra in finished(plan, tasks, jobs, also, within, store):
         done(places, results)
         extras |= extra

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future
-from contextlib import suppress
 from functools import lru_cache, partial
 from queue import SimpleQueue
 from typing import Any, TypeAlias
 
 from discmech.integrators import BadInput, Scheme, StepFailure
-from discmech.integrators.errors import CannotMeasure, DiscmechError
+from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import cores
 
 from . import fingerprint
@@ -148,16 +147,7 @@ def _in_turn(
     for task in tasks:
         for i, k in task.places:
             yield [(i, k)], [measured(plan.studies[i], plan.cases[i][k], progress, store)], {}
-        _make_ready(plan, task)
         yield (), [], _said(plan, task, also, store)
-
-
-def _make_ready(plan: Plan, task: Task) -> None:
-    from discmech.reference import ReferenceFailure
-
-    for i, k in task.ahead:
-        with suppress(DiscmechError, ReferenceFailure):  # it is said when the case is measured
-            plan.studies[i].prepare(plan.cases[i][k])
 
 
 def _said(plan: Plan, task: Task, also: Also, store: Store | None) -> dict[int, Any]:
@@ -185,8 +175,6 @@ def _in_worker(
     plan = _plan(names, spoken)
     expect_unchanged(files)
     results = [measured(plan.studies[i], plan.cases[i][k], store=store) for i, k in task.places]
-    if store is not None:  # on this machine
-        _make_ready(plan, task)
     return results, _said(plan, task, also, store)
 
 

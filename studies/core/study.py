@@ -3,7 +3,7 @@
 A study is a folder beside this one. Its `__init__` says what it is (`STUDY`) and loads nothing;
 `measuring` has `NEEDS`, `cases(choice)`, `measure(case, progress)` → numbers and
 `judge(case, measurement)` → verdict, and may have `diagnose(case, measurement)`,
-`notes(choice)`, `depends_on(case)`, `timed(case)` and `prepare(case)`; `view`, where there is one,
+`notes(choice)`, `depends_on(case)`, `timed(case)` and `together(case)`; `view`, where there is one,
 has `VIEW`: how its numbers are shown.
 """
 
@@ -34,7 +34,8 @@ class Study:
 
     package: its folder's import name. place: where it comes in the report. summary: a line of help;
     measured, judged: the README's columns; about: a paragraph of the report. alone: it takes times,
-    so its cases, or those that are `timed`, have the machine for themselves. usual: it is a command
+    so its cases, or those that are `timed`, have the machine for themselves, but for those that
+    are compared with each other, run by run in turn (`together`). usual: it is a command
     that takes scenes and rules; the others are about the bench itself, or are measured for an
     assertion alone. turn: among the cases of a scheme, 0 is quick on scenes of any size, 2 waits
     for a reference.
@@ -80,14 +81,14 @@ class Study:
         return list(self.measuring.cases(replace(choice, scenes=scenes)))
 
     def timed(self, case: Case) -> bool:
-        """Whether a case takes times, so that it has the machine for itself."""
+        """Whether a case takes times, so that the machine counts."""
         told = getattr(self.measuring, "timed", None)
         return self.alone and (told is None or bool(told(case)))
 
-    def prepare(self, case: Case) -> None:
-        """Bring into the caches what a case with times needs and does not time."""
-        if hasattr(self.measuring, "prepare"):
-            self.measuring.prepare(case)
+    def together(self, case: Case) -> Any:
+        """What one process has to measure with other cases, as a race; None if it is no part."""
+        told = getattr(self.measuring, "together", None)
+        return None if told is None else told(case)
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
         """The numbers of a case: {"measured": {...}, "rows": [...], ...}."""

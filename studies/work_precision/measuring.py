@@ -175,18 +175,10 @@ def notes(choice: Choice) -> list[str]:
     ]  # fmt: skip
 
 
-def prepare(case: Case) -> None:
-    """Compile the scene's equations for the peers, and follow the reference, once a race."""
+def together(case: Case) -> Race:
+    """The race that a method takes part in: times of one race are compared, taken in turn."""
     assert isinstance(case, Entry)
-    if case.method == case.race.methods[0] and case.race.periods is None:
-        from .accuracy import reference_of
-        from .contestants import Problem
-        from .peers.equations import equations_of
-
-        problem = Problem(case.scene, case.scheme, case.scene.duration)
-        equations = equations_of(case.scheme)
-        equations.f(0.0, problem.start), equations.df(0.0, problem.start)
-        reference_of(problem)
+    return case.race
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

@@ -13,10 +13,9 @@ from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.reference import ReferenceFailure
 from discmech.studies import check, get
 from discmech.studies.command.entry import main
-from discmech.studies.core.case import Choice, Verdict
+from discmech.studies.core.case import Choice
 from discmech.studies.core.one_case import run_case
-from discmech.studies.core.plan import Plan
-from discmech.studies.core.running import run_studies, run_study
+from discmech.studies.core.running import run_study
 from tests.studies.cached_results import case
 
 RESULT = {"measured": {"drift": {"J": 0.0}}, "rows": [], "steps": 10}
@@ -61,22 +60,6 @@ def test_a_reference_that_cannot_be_had_is_inconclusive(monkeypatch, capsys):
     assert found["verdict"] == "inconclusive"
     assert verdicts(found) == {"kepler": "inconclusive", "heavy-top": "pass"}
     assert found["cases"][0]["reason"] == "no digit of it is certain"
-
-
-def test_what_cannot_be_made_ready_ahead_of_its_times_ends_nothing(monkeypatch):
-    """The reference stops where the mass falls into the centre, at π/√8."""
-    falling = Scene("falling", pair(1), lambda x, v, p: v[0] ** 2 / 2 + 1 / x[0],
-                    x0=[1], v0=[0], duration=2)  # fmt: skip
-    chosen = [get("energy"), get("work-precision")]
-    for study in chosen:
-        monkeypatch.setattr(study.measuring, "measure", lambda case, progress: RESULT)
-        monkeypatch.setattr(study.measuring, "judge", lambda case, found: Verdict("pass"))
-    choice = Choice(scenes=(falling,), rules=(midpoint,), digits=(16,))
-    (task,) = Plan(chosen, choice).tasks(set(), set())
-    with pytest.raises(ReferenceFailure, match="singular"):
-        chosen[1].prepare(Plan(chosen, choice).case(task.ahead[0]))
-    found, _ = run_studies(chosen, choice)
-    assert [study["verdict"] for study in found] == ["pass", "pass"]
 
 
 def test_a_failure_outweighs_an_inconclusive_case(monkeypatch, capsys):
@@ -184,7 +167,6 @@ def test_wrong_names_in_python_have_a_message(ask, message):
 
 def test_a_method_that_is_exact_on_a_scene_has_no_order_there():
     """A free particle: every rule is right to round-off, so no ladder would help."""
-    from discmech.integrators import Scene, pair
     from discmech.studies import check
 
     free = Scene("free", pair(1), lambda x, v, p: v[0] ** 2 / 2, x0=[1], v0=["1/3"], duration=10,

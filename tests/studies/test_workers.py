@@ -169,6 +169,22 @@ def test_a_pool_that_ends_ends_the_run(monkeypatch, pool, said):
     assert not getattr(pool, "hung", False)
 
 
+def test_a_race_is_one_task_and_other_times_have_the_machine_alone():
+    some = tuple(map(scenes.get, ("harmonic", "pendulum")))
+    chosen = [get("energy"), get("work-precision"), get("savings")]
+    plan = Plan(chosen, Choice(scenes=some, rules=(midpoint, trapezoidal)))
+    tasks = plan.tasks(set(), set(range(len(plan.pairs))))
+    studied = [{chosen[i].name for i, _ in task.places} for task in tasks]
+    assert sorted(map(tuple, studied)) == [("energy",)] * 4 + [("work-precision",)] * 2
+    races = [task for task, names in zip(tasks, studied, strict=True) if "energy" not in names]
+    for task in races:
+        (race,) = {id(plan.case(place).race) for place in task.places}
+        (methods,) = {tuple(plan.case(place).race.methods) for place in task.places}
+        assert len(methods) == len(task.places) and race
+    on_others = plan.tasks(set(), set(range(len(plan.pairs))), elsewhere=True)
+    assert {chosen[i].name for t in on_others for i, _ in t.places} == {"energy"}
+
+
 def test_a_process_that_is_ended_at_once_says_nothing_of_what_it_leaves(tmp_path):
     script = tmp_path / "ended.py"
     script.write_text(
