@@ -33,9 +33,10 @@ class StepChoice:
     """A step that was chosen for a tolerance.
 
     step: duration/steps, exact. error: from the largest difference to the pilot's finest run, of
-    twice as many steps or more, at ROWS equal times of the scene's duration, of each component of
-    (x, μ) by its own largest value there. order: with which the error was scaled, the scheme's (at
-    most 2 with contact), or measured where it states none; constant: error/step^order.
+    twice as many steps or more, at ROWS equal times of the scene's duration (at the four they share
+    if there are 12 steps), of each component of (x, μ) by its own largest value there. order: with
+    which the error was scaled, the scheme's (at most 2 with contact), or measured where it states
+    none; constant: error/step^order.
     """
 
     tolerance: float
@@ -155,6 +156,6 @@ def _unreachable(
         why = f"; the last failure: {failed[-1]}" if failed else ""
         return BadInput(f"{what} is not reached: no pilot of up to {most} steps has an end{why}.")
     return BadInput(
-        f"{what} is below round-off, or takes more than {most // 4} steps; the smallest that "
+        f"{what} is below round-off, or takes more than {most // 2} steps; the smallest that "
         f"is reached: {least * 1.03:.1e}, with {steps} steps."
     )

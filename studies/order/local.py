@@ -42,9 +42,9 @@ class LocalOrder:
 
 @lru_cache(maxsize=256)
 def local_order(scheme: Scheme) -> LocalOrder:
-    """From steps h and h/2 at `PLACES`, h^{p+1} ≈ 10^{-36 SMALL} scene steps; raises as runs do.
+    """From steps h and h/2 at `PLACES`, h^{p+1} ≈ 10^{-(D - 14) SMALL} scene steps of D digits.
 
-    Where time enters, the only place is the start.
+    Raises what runs raise. Where time enters, the only place is the start.
     """
     digits = digits_for(scheme.order or 2)
     for part in SMALL:

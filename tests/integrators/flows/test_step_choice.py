@@ -86,6 +86,15 @@ def test_what_is_out_of_reach_is_refused_with_what_is_not(rule, tolerance):
     assert scheme.flow(tolerance=least).choice.error <= least
 
 
+def test_the_number_of_steps_in_a_refusal_is_the_largest_that_was_tried():
+    """The rectangle rule is of order one: its error halves down to the last step of the pilot."""
+    scheme = Scheme(SCENES["kepler"], rules.get("rectangle"))
+    with pytest.raises(BadInput) as refusal:
+        scheme.flow(tolerance=1e-6)
+    said = re.search(r"more than (\d+) steps.* with (\d+) steps", str(refusal.value))
+    assert int(said[1]) == int(said[2])
+
+
 @pytest.mark.parametrize("given", [{}, {"step": 1, "tolerance": 1e-6}])
 def test_a_step_or_a_tolerance(given):
     with pytest.raises(BadInput, match="give a step, or a tolerance"):
