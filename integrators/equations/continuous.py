@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import lru_cache
 
-from ..errors import CannotMeasure
+from ..errors import BadInput, CannotMeasure
 from ..numbers import Arithmetic, jacobian, numeric, sympy
 from ..numbers.types import Column, Exact, Expression, Number, SymbolicMatrix
 from ..scene import Scene
@@ -95,7 +95,8 @@ def initial_momentum(
 ) -> list[Number]:
     """μ₀ = ∂l/∂ξ(x₀, v₀) at the time t₀, or what the scene gives, in an arithmetic.
 
-    Raises `CannotMeasure` where the scene has only a discrete Lagrangian and gives no μ₀.
+    Raises `CannotMeasure` where the scene has only a discrete Lagrangian and gives no μ₀, and
+    `BadInput` where l has no momentum there.
     """
     if scene.mu0 is not None:
         with numbers.working():
@@ -109,7 +110,13 @@ def initial_momentum(
     with numbers.working():
         x = [numbers.number(v) for v in s.with_time(scene.x0, t0)]
         v = [numbers.number(v) for v in scene.v0]
-        return list(f(x, v, [numbers.number(p) for p in scene.parameter_values]))
+        try:
+            return list(f(x, v, [numbers.number(p) for p in scene.parameter_values]))
+        except (ArithmeticError, ValueError) as error:
+            raise BadInput(
+                f"{scene.name}: its Lagrangian has no momentum ∂l/∂v at x0, v0 ({error}); mend it, "
+                "begin elsewhere or take other parameters."
+            ) from error
 
 
 @lru_cache(maxsize=512)

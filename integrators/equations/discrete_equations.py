@@ -52,8 +52,8 @@ class DiscreteEquations:
         if rule.nodes is None or s.given is not None or s.clocked or line_of(unwrap(rule.formula)):
             self.at_points  # noqa: B018 - derived, and what is wrong is said, at once
         else:
-            name_constants(rule, s)  # runs have values for all letters
             check_known(symbols_of([s.lagrangian]), s, rule)
+            name_constants(rule, s)  # runs have values for all letters
 
     @cached_property
     def of(self) -> DiscreteLagrangian:

@@ -123,6 +123,19 @@ CASES = {
                  r"its Lagrangian is a matrix \(2, 1\), not a number"),
     "a strange symbol": (lambda: with_lagrangian(lambda x, v, p: sympy.Symbol("m") * v[0]),
                          "bad with midpoint: .* unknown symbol m"),
+    "a symbol that a rule's constants have": (
+        lambda: Scheme(plain(lagrangian=lambda x, v, p: (
+            v[0] ** 2 / 2 - sympy.Symbol("gn0", real=True) * x[0] ** 4)), rule_called("gauss-3")),
+        "bad with gauss-3: .* unknown symbol gn0"),
+    **{f"Lagrangian that is {name}": (
+        lambda bad=bad: with_lagrangian(lambda x, v, p: v[0] ** 2 / 2 + bad * x[0]),
+        r"line \d+: bad: its Lagrangian is not finite and real: mend 1/0 or I")
+       for name, bad in (("nan", sympy.nan), ("x/0", sympy.zoo), ("infinite", sympy.oo),
+                         ("complex", sympy.I))},
+    "a start without momentum": (
+        lambda: with_lagrangian(lambda x, v, p: v[0] ** 2 / (2 * (p.a - 2)), parameters={"a": 2})
+        .flow(1).trajectory(1),
+        "bad: its Lagrangian has no momentum ∂l/∂v at x0, v0 .float division by zero"),
     "a strange function": (
         lambda: with_lagrangian(
             lambda x, v, p: v[0] ** 2 / 2 + sympy.gamma(x[0])).flow(1).trajectory(1),
@@ -138,7 +151,6 @@ CASES = {
            ("a jump", sympy.floor(Z), "derivative of floor"),
            ("cases", sympy.Piecewise((Z**3, Z > 0), (0, True)), "function Piecewise"),
            ("an unknown function", sympy.Function("f")(Z), "derivative of f"),
-           ("a complex number", sympy.I * Z, r"expression I \(ImaginaryUnit\)"),
            ("a remainder", Z**2 + sympy.O(Z**9), r"expression O\(.*\) \(Order\)"),
        )},
     "the larger of two": (
