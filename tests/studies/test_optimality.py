@@ -71,6 +71,12 @@ def test_a_problem_of_one_s_own_is_found_by_its_scene(tmp_path, monkeypatch, cap
     assert get("optimality").depends_on(case)
 
 
+def test_a_problem_of_the_bench_is_known_by_its_text(monkeypatch):
+    monkeypatch.setattr("discmech.integrators.control.Control.stages", None)
+    scene = problem("double-integrator").scene
+    assert get("optimality").depends_on(Case("optimality", scene, midpoint, 16)) == ""
+
+
 def test_what_has_no_problem_is_refused(capsys):
     assert main(["optimality", "pendulum"]) == 2
     assert "it needs a problem of optimal control" in capsys.readouterr().err
