@@ -120,9 +120,9 @@ class Scheme(DiscretisedScene):
         on_edge: "refuse", "bisect" or "shrink" where a step reaches the edge of its chart
         (`bisections.edge_policies`); a composition cannot "bisect". tolerance: instead of a step,
         the error at eight times of the scene's duration, for which a pilot picks the step
-        (`Flow.choice`). impacts: "stepped" or "located", where the scene has contact (default: as it says).
-        Raises `BadInput` unless there is one of the two, for a tolerance out of reach, and for one
-        with stepped impacts.
+        (`Flow.choice`). impacts: "stepped" or "located", where the scene has contact (default: as
+        it says). Raises `BadInput` unless there is one of the two, for a tolerance out of reach,
+        and for one with stepped impacts.
         """
         if impacts is not None:
             if self.scene.contact is None:
