@@ -70,9 +70,17 @@ def _derived(scene: Scene, rule: Discretisation) -> DiscreteEquations | OneStepE
     if refusal := of_step.refusal(scene):
         raise CannotMeasure(refusal)
     if isinstance(of_step, OneStepMap):
-        return OneStepEquations(SceneSymbols(scene), of_step)
+        return OneStepEquations(_symbols(scene), of_step)
     if scene.constrained:
-        return ConstrainedEquations(SceneSymbols(scene, of_step.stages), of_step)
+        return ConstrainedEquations(_symbols(scene, of_step.stages), of_step)
     if scene.discrete_lagrangian is not None:
         of_step = own  # no rule has a say where L_d is given
-    return DiscreteEquations(SceneSymbols(scene, of_step.stages), of_step)
+    return DiscreteEquations(_symbols(scene, of_step.stages), of_step)
+
+
+def _symbols(scene: Scene, stages: int = 0) -> SceneSymbols:
+    """A scene's letters, its Lagrangian being finite and real."""
+    s = SceneSymbols(scene, stages)
+    if scene.lagrangian is not None:
+        s.scalars([s.lagrangian], "its Lagrangian", scene.lagrangian)
+    return s

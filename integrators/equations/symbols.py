@@ -248,17 +248,13 @@ class SceneSymbols:
         return self.call(self._fast, "its fast potential", x, self.parameters)
 
     def lagrangian_at(self, x: Column, v: Column) -> Expression:
-        """l at any columns x and v; raises `CannotMeasure` if the scene has only a discrete one.
-
-        And `BadInput` where it is not finite and real whatever x and v are.
-        """
+        """l at any columns x and v; raises `CannotMeasure` if the scene has only a discrete one."""
         if self._lagrangian is None:
             raise CannotMeasure(
                 f"{self.name} has only a discrete Lagrangian, so this cannot be asked."
             )
         arguments = self._at_point(self._lagrangian, x, v)
-        value = self.call(self._lagrangian, "its Lagrangian", *arguments)
-        return self.scalars([value], "its Lagrangian", self._lagrangian)[0]
+        return self.call(self._lagrangian, "its Lagrangian", *arguments)
 
     def _at_point(self, function: Callable[..., Any], x: Column, v: Column) -> tuple[Any, ...]:
         """The arguments of a function of (x, v, p) or (x, v, p, t)."""
