@@ -46,10 +46,11 @@ class DiscreteEquations:
         self.w = s.u.col_join(s.stages) if len(s.stages) else s.u
         #: what tells these equations from others with the same L_d and groupoid (`altered`)
         self.mark = ""
-        self._derived_already = of is not None
         if of is not None:
-            self.of = of
-        if rule.nodes is None or s.given is not None or s.clocked or line_of(unwrap(rule.formula)):
+            self.of, self.at_points = of, LegendreMaps(of)
+        elif (
+            rule.nodes is None or s.given is not None or s.clocked or line_of(unwrap(rule.formula))
+        ):
             self.at_points  # noqa: B018 - derived, and what is wrong is said, at once
         else:
             check_known(symbols_of([s.lagrangian]), s, rule)
@@ -64,8 +65,7 @@ class DiscreteEquations:
     def at_points(self) -> LegendreMaps:
         """The Legendre maps in letters for points."""
         maps = LegendreMaps(self.of)
-        if not self._derived_already:
-            check_letters(maps, self.rule)
+        check_letters(maps, self.rule)
         return maps
 
     @property

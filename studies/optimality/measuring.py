@@ -57,7 +57,8 @@ def cases(choice: Choice) -> list[Case]:
 def depends_on(case: Case) -> str:
     """What a result depends on beside the scene and the rule."""
     problem = lookup.problem_of(case.scene)
-    if any(problem is built_in.get(name) for name in built_in.NAMES):
+    name = problem.scene.name
+    if name in built_in.NAMES and problem is built_in.get(name):
         return ""  # its text is the bench's own, which every result depends on
     stages = problem.with_values(scene=case.scene).stages(case.rule)
     T = float(problem.duration)
