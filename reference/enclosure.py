@@ -15,14 +15,14 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from flint import arb, arb_poly, fmpq
+from flint import arb, arb_mat, arb_poly, fmpq
 
 from .balls import BallRates, around_zero, enclosed, exact, largest, working
 from .failures import Unproven
 from .majorants import upward
-from .propagation import STRETCH, Carried, row_norm
+from .propagation import STRETCH, Carried, balance, row_norm
 from .remainders import SLACK, Remainders
-from .taylor import Step, Sweep, TaylorSettings, integrate
+from .taylor import STEP_BITS, Step, Sweep, TaylorSettings, integrate
 
 if TYPE_CHECKING:
     from .equations import Equations
@@ -30,7 +30,9 @@ if TYPE_CHECKING:
 
 ROOM = 1e-9  # half-width of the tube, relative to the largest component of a block
 NEGLIGIBLE = 2.0**-40  # terms of a polynomial that only widen the tube
-MOST_STRETCHES = 1024  # of a step
+MOST_STRETCHES = 128  # of a step; their norms add up to 48, and nothing is left of a bound
+WIDTH = 0.1  # of the balls of J over a step, which let a bound grow by e^WIDTH more than the error
+SHARES = (Fraction(0), Fraction(1, 2), Fraction(1))  # of a step, where these are looked at
 
 
 @dataclass(frozen=True)
@@ -78,13 +80,42 @@ class _Witness:
     program: SeriesProgram
     settings: TaylorSettings
     pieces: list[_Piece] = field(default_factory=list)
+    found: dict[Any, Remainders] = field(default_factory=dict)  # of the sizes of the next step
+
+    def allowed(self, nodes: list[list[Any]], size: Any) -> Any:
+        """This size of a step, or a shorter one that leaves its defect near the tolerance.
+
+        Intermediate values may have poles nearer than the states', above all the pivots of an
+        elimination. An ordinary node's coefficients exceed the states' by N^3: those of a rate by
+        N, of an acceleration by N^2, and one for a function of a state.
+        """
+        import gmpy2
+
+        order, n = self.settings.order, self.program.size
+
+        def excess(size: Any) -> Any:
+            step = Step(nodes, size, [])
+            found = Remainders(self.program, step, order, self.settings.precision)
+            self.found[size] = found
+            defect = max(found.form(form) for form in self.program.rates) * abs(size)
+            scale = max(abs(series[0]) for series in nodes[:n]) or 1
+            return defect / scale * gmpy2.mpfr(10) ** self.settings.digits / order**3
+
+        self.found.clear()
+        with upward():
+            now = excess(size)
+            if now <= 1:
+                return size
+            # what was cut off falls with this power at least; what was rounded does not
+            shorter = gmpy2.mpfr(size / gmpy2.root(now, order), STEP_BITS)
+            return shorter if excess(shorter) <= gmpy2.sqrt(now) else size
 
     def __call__(self, step: Step) -> None:
         import gmpy2
 
         order, n = self.settings.order, self.program.size
         with upward(), working():
-            found = Remainders(self.program, step, order, self.settings.precision)
+            found = self.found[step.size]
             states = found.known[:n]
             rounding = (2 * order + SLACK) * found.unit
             size = gmpy2.mpfr(abs(step.size))
@@ -158,18 +189,22 @@ def _check_constants(program: SeriesProgram, settings: TaylorSettings) -> None:
 def _carry(
     program: SeriesProgram, pieces: list[_Piece], start: list[Any], scale: list[Any], proving: bool
 ) -> Iterator[tuple[Fraction, list[Any], bool]]:
-    """The times in the pieces, bounds of the error there, and whether these are proven."""
+    """The times up to where a bound is lost, bounds there, and whether these are proven."""
     rates = BallRates(program, scale)
     carried = Carried([e / s for e, s in zip(start, scale, strict=True)])
     room = [ROOM * s for s in scale]
     safe = proving
     for piece in pieces:
-        count = _stretches(rates, piece)
+        weights, norm = _balanced(rates, piece)
+        count = _stretches(rates, piece, room, weights, norm)
         source = [d / (s * count) for d, s in zip(piece.defect, scale, strict=True)]
         for i in range(count):
             box = piece.box(Fraction(2 * i + 1, 2 * count), Fraction(1, count), room)
             jacobian = rates(box)[1] * (piece.size / count)
-            inside = carried.move(jacobian if proving else jacobian.mid(), source).entries()
+            jacobian = jacobian if proving else jacobian.mid()
+            inside = carried.move(jacobian, source, weights).entries()
+            if not all(e.is_finite() for e in inside):
+                return
             safe = safe and all(e.abs_upper() < ROOM for e in inside)
             for t, share in piece.times:
                 if i < share * count <= i + 1:
@@ -178,14 +213,34 @@ def _carry(
         carried.add([jump / s for jump, s in zip(piece.jump, scale, strict=True)])
 
 
-def _stretches(rates: BallRates, piece: _Piece) -> int:
-    """How many make each of them short; no part of the proof."""
-    norms = []
-    for share in (Fraction(0), Fraction(1, 2), Fraction(1)):
-        box = piece.box(share, Fraction(0), [0] * len(piece.paths))
-        norms.append(float(row_norm(rates(box)[1] * piece.size)))
-    most = max(norms)
-    return min(MOST_STRETCHES, max(1, math.ceil(most / STRETCH))) if most < math.inf else 1
+def _balanced(rates: BallRates, piece: _Piece) -> tuple[list[Any], float]:
+    """Those of the error during a step, and the norm of its Jacobian in them."""
+    import numpy as np
+
+    n = len(piece.paths)
+    boxes = [piece.box(share, Fraction(0), [0] * n) for share in SHARES]
+    entries = [(rates(box)[1] * piece.size).mid().entries() for box in boxes]
+    return balance(abs(np.array(entries, dtype=float)).max(0).reshape(n, n))
+
+
+def _stretches(
+    rates: BallRates, piece: _Piece, room: list[Any], weights: list[Any], norm: float
+) -> int:
+    """How many make each of them short, and the balls over them narrow; no part of the proof."""
+    if norm == math.inf:
+        return 1
+    n, count, before = len(room), math.ceil(norm / STRETCH), math.inf
+    while count < MOST_STRETCHES:
+        widths = []
+        for share in SHARES:
+            jacobian = rates(piece.box(share, Fraction(1, count), room))[1] * piece.size
+            spread = arb_mat(n, n, [around_zero(e.rad()) for e in jacobian.entries()])
+            widths.append(float(row_norm(spread, weights)))
+        width = max(widths) if all(map(math.isfinite, widths)) else math.inf
+        if width <= WIDTH or before / 2 < width < math.inf:  # the tube's own width stays
+            return count
+        before, count = width, count * math.ceil(min(4, max(2, width / WIDTH)))
+    return MOST_STRETCHES
 
 
 def _scales(equations: Equations, witness: _Witness, sweep: Sweep) -> list[Any]:

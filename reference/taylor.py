@@ -8,11 +8,11 @@ last two coefficients. The solution between steps is the local polynomial itself
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from .exact import number_to_mpfr
 from .failures import MotionEnds, ReferenceFailure
@@ -66,13 +66,23 @@ class Step:
     times: list[tuple[Fraction, Any]]
 
 
+class Watch(Protocol):
+    """Sees each step, and may ask for a shorter one before."""
+
+    def allowed(self, nodes: list[list[Any]], size: Any) -> Any:
+        """The longest step along these nodes, at most ``size``."""
+        ...
+
+    def __call__(self, step: Step) -> None: ...
+
+
 def integrate(
     equations: Equations,
     program: SeriesProgram,
     times: Sequence[Fraction],
     settings: TaylorSettings,
     max_steps: int = 1_000_000,
-    watch: Callable[[Step], None] | None = None,
+    watch: Watch | None = None,
 ) -> Sweep:
     """The solution at the given times, forward and backward from 0; ``watch`` sees each step.
 
@@ -106,7 +116,7 @@ def _one_way(
     settings: TaylorSettings,
     found: dict[Fraction, list[Any]],
     max_steps: int,
-    watch: Callable[[Step], None] | None,
+    watch: Watch | None,
     tied: Independence | None,
 ) -> int:
     import gmpy2
@@ -148,6 +158,8 @@ def _one_way(
             )
         size = gmpy2.mpfr(size, STEP_BITS)
         step = gmpy2.copy_sign(size, last) if size < abs(last) else last
+        if watch is not None:
+            step = watch.allowed(nodes, step)
         if tied is not None:
             tied.check(series, step, now)
         reached = []

@@ -207,9 +207,11 @@ class Bisect(EdgePolicy):
         """The largest change of the branch's number: a tenth of its scale if it may change."""
         return super().slack if self._conserved else self.scale / 10
 
-    def element(self, u: Vector, translate: int) -> Matrix:
-        """g = τ(hu) B."""
-        return self.chart.element(self.context.h * np.asarray(u), translate)
+    def elements(self, velocities: Iterable[Vector], translate: int) -> Iterable[Matrix]:
+        """The elements g = τ(hu) B, but of those u that are so large that τ(hu) has no digit."""
+        for u in velocities:
+            with suppress(ArithmeticError):
+                yield self.chart.element(self.context.h * np.asarray(u), translate)
 
     def place(self, g: Matrix) -> tuple[int, Vector]:
         """The translate whose chart has g farthest from its edge, and u in it."""
@@ -217,17 +219,15 @@ class Bisect(EdgePolicy):
         return J, self.chart.coordinates(g, J) / self.context.h
 
     def resume(self, run: Run, status: int) -> int:
-        machine = self.machine
         run.changes += 1
-        solved, before = machine.history(run.state)[:2]
+        solved, before = self.machine.history(run.state)[:2]
         accepted = status in (EDGE, STRAYED)  # by Newton, and not by `watch`
-        last = (before, solved) if accepted else (solved,)
-        starts = [self.element(u, run.translate) for u in last]
-        if status == EDGE:
+        starts = list(self.elements((before, solved)[not accepted :], run.translate))
+        if status == EDGE and starts:
             status = self._step(run, *self.place(starts[-1]))
             if status == OK:
                 return OK
-        nearest = self._nearest(*machine.point(run.state), starts, run.totals)
+        nearest = self._nearest(*self.machine.point(run.state), starts, run.totals)
         return status if nearest is None else self._step(run, nearest.translate, nearest.u)
 
     def _nearest(
@@ -285,9 +285,9 @@ class Bisect(EdgePolicy):
         for J, u in tries:
             solved = self.machine.solve(x, mu, self.coefficients(J), u)
             if solved is not None:
-                element = self.element(solved[0], J)
-                if self.context.coordinates(element, J) is not None:
-                    yield Solution(*self.place(element), element, solved[1])
+                for g in self.elements([solved[0]], J):
+                    if self.context.coordinates(g, J) is not None:
+                        yield Solution(*self.place(g), g, solved[1])
 
     @cached_property
     def _between(self) -> list[Vector]:

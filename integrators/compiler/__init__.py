@@ -44,7 +44,7 @@ from .layout import (
     Layout,
 )
 from .omissions import SAVINGS, is_affine
-from .stage_system import StageSystem
+from .stage_system import StageSource, StageSystem
 from .stage_text import NoShortForm
 from .stages_at_step import StagesAtStep, taken_over
 from .system import System
@@ -54,7 +54,8 @@ __all__ = [
     "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "LAST_SIZE", "LATTICE_ENTRIES",
     "LatticeKernels", "LatticeSystem", "Layout", "MOST", "MOST_SWEEPS", "NOT_CONVERGED",
     "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR", "SLACK",
-    "STRAYED", "SWEEPS", "StageSystem", "StagesAtStep", "System", "cache_folder", "cached_text",
-    "compile", "compile_lattice", "compile_stages", "compiled_text", "imported", "interpreted",
+    "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System", "cache_folder",
+    "cached_text", "compile", "compile_lattice", "compile_stages", "compiled_text", "imported",
+    "interpreted",
     "is_affine", "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
 ]  # fmt: skip

@@ -43,16 +43,17 @@ IN_TABLES = ("quadrature.py",)
 def sources() -> str:
     """Digest of all of our own text that generates: changed mathematics makes new files."""
     files = sorted(Path(__file__).parents[1].rglob("*.py"))
-    return digest(*(p.read_text(encoding="utf-8") for p in files if not _in_equations(p)))
+    return digest(*(p.read_bytes() for p in files if not _in_equations(p)))
 
 
 def _in_equations(file: Path) -> bool:
     return file.parent.name in IN_EQUATIONS and file.name not in IN_TABLES
 
 
-def digest(*parts: str) -> str:
+def digest(*parts: str | bytes) -> str:
     """A name that no other text has."""
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
+    whole = b"\0".join(part.encode() if isinstance(part, str) else part for part in parts)
+    return hashlib.sha256(whole).hexdigest()[:24]
 
 
 def write_atomically(path: Path, content: str | bytes) -> None:

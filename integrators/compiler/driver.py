@@ -8,7 +8,7 @@ by Python on gmpy2 numbers it is the driver of high precision. Vectors are tuple
 Names that are supplied: RULE and ADJOINT, records of the kernels `solver`, `update`, `carry`,
 `extents`, `branch` with the facts `affine`, `watched`, `branched`, `width`; SINGLE (a step is one
 substep), MIXED (substeps of the adjoint occur); LAYOUT and all names of `layout`; EPS (unit
-round-off), ROOT_EPS, HUGE, DECAY.
+round-off), ROOT_EPS, HUGE, DECAY, MARGIN.
 """
 
 # ruff: noqa: F821 (names are supplied; strict= is not of the compiled language)

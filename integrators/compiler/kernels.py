@@ -19,12 +19,12 @@ from .cache import cached_text, digest, sources
 from .elimination import ADJUGATE
 from .kernel_text import module_text
 from .known_zeros import KNOWN_ZEROS
-from .lanes import lane_namespace
+from .lanes import lane_namespace, tables
 from .lattice_text import LatticeSystem, lattice_text
 from .layout import Layout, StageLayout
 from .llvm_values import Array
 from .machine_code import address, compiled, vector_width
-from .stage_system import StageSystem
+from .stage_system import StageSource
 from .stage_text import stage_text
 from .system import System, written
 
@@ -102,9 +102,14 @@ def compiled_text(system: System, text: str) -> Kernels:
     return _compiled(system, text, names_of(text, Double()))
 
 
-def _compiled(system: System | StageSystem, text: str, names: dict[str, Any]) -> Kernels:
+def _compiled(
+    system: System | StageSource,
+    text: str,
+    names: dict[str, Any],
+    constants: Callable[[], dict[str, Any]] = dict,
+) -> Kernels:
     """Kernels in machine code."""
-    advance = compiled(_file_name(system), text, names, _arrays(names["LAYOUT"]))
+    advance = compiled(_file_name(system), text, names, _arrays(names["LAYOUT"]), constants)
     return replace(_kernels(names, advance), place=address)
 
 
@@ -131,18 +136,20 @@ def kernel_text(system: System, omit: frozenset[str] = frozenset()) -> str:
 
 
 @lru_cache(maxsize=512)
-def compile_stages(system: StageSystem, numbers: Arithmetic) -> Kernels:
+def compile_stages(source: StageSource, numbers: Arithmetic) -> Kernels:
     """The kernels of a collocation step, as `compile` gives those of a system.
 
     Raises `NoShortForm` where many velocities are tied together.
     """
-    path = f"{_file_name(system)}_stages_{text_key(system)}.py"
-    text = cached_text(path, lambda: stage_text(system))
-    given = lane_namespace(system.nodes, system.count, numbers, vector_width())
-    names = names_of(text, numbers, **given)
+    nodes = source.nodes
+    path = f"{_file_name(source)}_stages_{text_key(nodes, source.given)}.py"
+    text = cached_text(path, lambda: stage_text(source.derived()))
+    given = lane_namespace(nodes.count, numbers, vector_width())
+    of_nodes = partial(tables, nodes, nodes.count, given["WIDTH"], numbers)
     if isinstance(numbers, Multiple):
+        names = names_of(text, numbers, **given, **of_nodes())
         return _kernels(names, names["advance"])
-    return _compiled(system, text, names)
+    return _compiled(source, text, names_of(text, numbers, **given), of_nodes)
 
 
 @lru_cache(maxsize=512)
@@ -172,7 +179,7 @@ def text_key(*parts: Any) -> str:
     return digest(sources(), written(*parts))
 
 
-def _file_name(system: System | StageSystem | LatticeSystem) -> str:
+def _file_name(system: System | StageSource | LatticeSystem) -> str:
     # the rule's name is left out: on a group all simple rules share their kernels
     return re.sub(r"\W", "_", system.name)
 

@@ -178,10 +178,20 @@ class KernelsAtStep:
         """(state, c) at (x, μ), nothing lost yet, one guess of each substep's u."""
         at = self.layout
         state = self.numbers.zeros(at.memory + len(self.qs) * at.row)
-        state[at.parts[0]], state[at.parts[1]] = x, mu
-        self.recarry(state, c)
+        self.place(state, x, mu, c)
         self.seed(state, guess)
         return state, c
+
+    def place(self, state: Vector, x: Numbers, mu: Numbers, c: Matrix) -> None:
+        """Put (x, μ) into a state."""
+        first, second = self._point
+        state[first], state[second] = x, mu
+        self.recarry(state, c)
+
+    @cached_property
+    def _point(self) -> tuple[slice, slice]:
+        first, second, *_ = self.layout.parts
+        return first, second
 
     def point(self, state: Vector) -> tuple[Vector, Vector]:
         """(x, μ) of a state."""

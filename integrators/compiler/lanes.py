@@ -22,8 +22,8 @@ Nodes: TypeAlias = Callable[[int], Sequence[tuple[Mpf, Mpf]]]
 SWEEPS = 4
 
 
-def lane_namespace(nodes: Nodes, count: int, numbers: Arithmetic, widest: int) -> dict[str, Any]:
-    """What the text of a collocation step uses, beside its own functions.
+def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> dict[str, Any]:
+    """What the text of a collocation step uses, beside its own functions and `tables`.
 
     widest: lanes of a vector in machine code.
     """
@@ -41,7 +41,6 @@ def lane_namespace(nodes: Nodes, count: int, numbers: Arithmetic, widest: int) -
         "read_lanes": lambda a, i, count: a[i : i + count].copy(),
         "write_lanes": _write,
         "WIDTH": width,
-        **tables(nodes, count, width, numbers),
         "MOST_SWEEPS": SWEEPS * numbers.digits,
     }  # fmt: skip
 

@@ -59,7 +59,7 @@ def tied_solution(j, x, nu, w, w1, w2, w3, work, p, q, coefficients, kinds, subs
             size, here = correction(ADJOINT, x, nu, w, work, p, q, c, ranges, parts, segments,
                                     pieces, totals)  # fmt: skip
         count, total = count + 1, total + 1
-        if total == 1 and age % 16 != 0 and 8 * kappa * size * size <= EPS * scale:
+        if total == 1 and age % 16 != 0 and MARGIN * kappa * size * size <= EPS * scale:
             status = OK
         else:
             status, kappa = judge(size, before, here, scale, kappa, count)

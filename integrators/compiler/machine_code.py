@@ -70,11 +70,16 @@ def vector_width() -> int:
 
 
 def compiled(
-    name: str, text: str, names: Mapping[str, Any], arrays: Mapping[str, Array]
+    name: str,
+    text: str,
+    names: Mapping[str, Any],
+    arrays: Mapping[str, Array],
+    constants: Callable[[], Mapping[str, Any]] = dict,
 ) -> Callable[..., Any]:
     """The function `advance` of a text as machine code; names: the text's own, run by Python.
 
     arrays: which of its arguments are arrays, of contiguous numbers; the others are whole numbers.
+    constants: further numbers of its, asked for only where they are not in the cache.
     """
     cpu, features, target = _host()
     host = (llvmlite.__version__, cpu, features, target.triple)
@@ -89,7 +94,7 @@ def compiled(
             llvm.add_symbol(table, function.address)
     code = _stored(path)
     if code is None:
-        module = Module(text, names, tables)
+        module = Module(text, {**names, **constants()}, tables)
         module.export("advance", parameters["advance"], arrays)
         # level 3 makes elimination in a loop slower (18 unknowns: 1.5 times), other steps faster
         code = _object(module.text(), level=2 if module.loops else 3)

@@ -8,8 +8,10 @@ def newton(system, x, mu, k, memo, c):
     """Newton from an extrapolated start, until what is left is certainly below round-off.
 
     After a correction of size s the next one is at most κs², κ being what was seen in this run.
-    Where that makes one correction enough (8: κ may have grown since), this is the whole solution;
-    every sixteenth step is corrected once more, to see κ again, for 1/16 more work. `scale` is the
+    Where that makes one correction enough, by a margin since κ may have grown, this is the whole
+    solution; every sixteenth step is corrected once more, to see κ again, for 1/16 more work. κ is
+    that of all components: what a small one keeps of its error goes with the square of the relative
+    one of those it is coupled to, for which more digits have a wider margin. `scale` is the
     size of w, forgotten slowly (DECAY, 0.999: in a thousand steps). The order of extrapolation is
     chosen until all five past solutions are there (age 6), then with κ. If Newton fails, the last
     solution is tried as start.
@@ -20,7 +22,7 @@ def newton(system, x, mu, k, memo, c):
     while True:
         dw, size = system.solver(x, w, mu, k, c)
         w = plus(w, dw)
-        if total == 0 and age % 16 != 0 and 8 * kappa * size * size <= EPS * scale:
+        if total == 0 and age % 16 != 0 and MARGIN * kappa * size * size <= EPS * scale:
             here = norm(w)
             scale = here if here > scale * DECAY else scale * DECAY
             return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), 1, size, OK
@@ -58,7 +60,7 @@ def judge(size, before, here, scale, kappa, count):
                 kappa = seen
         elif 64 * noise < kappa * before * before:
             kappa = 64 * noise / (before * before)
-    ended = size <= noise or (count > 1 and 8 * kappa * size * size <= noise)
+    ended = size <= noise or (count > 1 and MARGIN * kappa * size * size <= noise)
     stagnant = count > 2 and size > before / 2 and size < ROOT_EPS * noise / EPS
     return OK if ended or stagnant else NOT_CONVERGED, kappa
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,3 +51,16 @@ class StageSystem:
     def count(self) -> int:
         """Stages."""
         return int(self.nodes.count)
+
+
+@dataclass(frozen=True, eq=False)
+class StageSource:
+    """A stage system that is derived only where the cache does not hold its kernels.
+
+    given: the expressions that it is derived from, by which the cache knows them.
+    """
+
+    name: str
+    nodes: Any
+    given: tuple[Any, ...]
+    derived: Callable[[], StageSystem]

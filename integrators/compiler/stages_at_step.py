@@ -18,7 +18,7 @@ class StagesAtStep(KernelsAtStep):
         """(state, c) at (x, μ); a fixed point has no use for a guess."""
         at = self.layout
         state = self.numbers.zeros(at.memory + at.row)
-        state[at.parts[0]], state[at.parts[1]] = x, mu
+        self.place(state, x, mu, c)
         return state, c
 
     def history(self, state: Vector) -> list[Vector]:

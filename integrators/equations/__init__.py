@@ -1,7 +1,7 @@
 """What is derived from one discrete Lagrangian: Legendre maps, residual, FL, W, Ω."""
 
 from .absolute_terms import absolute_terms, energy_terms
-from .checks import check_momentum, check_regular, check_start
+from .checks import check_force, check_momentum, check_regular, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import check_on_constraints, on_constraints
 from .constraint_values import vanishing_at_states, vanishing_in_a_step
@@ -26,7 +26,7 @@ from .legendre_inverse import legendre_inverse
 from .nonsmooth import blamed
 from .one_step_equations import OneStepEquations
 from .rule_view import answers_of
-from .stage_equations import no_stages, stage_system
+from .stage_equations import no_stages, stage_source
 from .symbols import SceneSymbols, vector
 from .system import step_system
 from .virtual_work import discrete_force, force_points
@@ -34,9 +34,10 @@ from .virtual_work import discrete_force, force_points
 __all__ = [
     "ConstrainedEquations", "DiscreteEquations", "DiscreteLagrangian", "DiscretisedScene",
     "DualSystem", "OneStepEquations", "SceneSymbols", "absolute_terms", "answers_of", "blamed",
-    "check_momentum", "check_on_constraints", "check_regular", "check_start", "closed_velocity",
-    "constraint", "constraint_matrix", "discrete_force", "energy", "energy_terms", "field_parts",
+    "check_force", "check_momentum", "check_on_constraints", "check_regular", "check_start",
+    "closed_velocity", "constraint", "constraint_matrix", "discrete_force", "energy",
+    "energy_terms", "field_parts",
     "force_points", "initial_momentum", "legendre_inverse", "mass_matrix", "momentum",
-    "natural_structure", "no_stages", "on_constraints", "power", "rates", "stage_system",
+    "natural_structure", "no_stages", "on_constraints", "power", "rates", "stage_source",
     "step_system", "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field",
 ]  # fmt: skip

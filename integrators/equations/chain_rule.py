@@ -85,7 +85,8 @@ class ChainRule:
         self.blocks: list[Any] = []
         self.owner: dict[Letter, Any] = {}
         self._frames: list[Block] = []
-        self._known: dict[tuple[Letter, Letter, bool], Row] = {}
+        #: by the letter, the first of the variable's and their number, and whether frames move
+        self._known: dict[tuple[Letter, Letter, int, bool], Row] = {}
 
     def add(self, block: Any) -> Column:
         """Append a `Block`, or a node with the same members; returns its letters."""
@@ -138,7 +139,7 @@ class ChainRule:
         block = self.owner.get(letter)
         if block is None or (block in self._frames and not framed):
             return [sympy.Integer(0)] * len(variable)
-        key = (letter, variable[0], framed)
+        key = (letter, variable[0], len(variable), framed)
         if key not in self._known:
             if isinstance(block, Block) and not block.partials:
                 value = block.values[block.index[letter]]
@@ -167,14 +168,15 @@ class ChainRule:
         block, letters = self.owner[letter], tuple(frame.letters)
         if block.commutators is None or block.frame is not frame:
             return self._row(letter, letters, False)
-        if (letter, letters[0], False) not in self._known:
+        m = len(letters)
+        if (letter, letters[0], m, False) not in self._known:
             rows = list[Row]()
             for i, (e, value) in enumerate(zip(block.letters, block.values, strict=True)):
                 known = [row[i] + c for row, c in zip(rows, block.commutators[i, :i], strict=True)]
                 row = self._totals([value], letters[i:], False)[0]
                 rows.append([*known, *self._named(row)])
-                self._known[e, letters[0], False] = rows[-1]
-        return self._known[letter, letters[0], False]
+                self._known[e, letters[0], m, False] = rows[-1]
+        return self._known[letter, letters[0], m, False]
 
     def _through(self, parts: RowPartials, variable: Letters, framed: bool) -> Row:
         pairs = [

@@ -112,7 +112,9 @@ def _singular(
     """{which: a direction that it takes to 0}, of matrices that are singular at two points."""
     found = dict.fromkeys(asked)
     for seed in range(2):
-        point = random_point([*s.x, *w, *s.q], (*w, s.h), seed) | s.constant_values(40)
+        point = random_point([*s.x, *w, *s.q], (*w, s.h), seed)
+        if known or any(m.free_symbols & s.constants.keys() for m in asked.values()):
+            point |= s.constant_values(40)
         for p, value in zip(s.parameter_list, scene.parameter_values, strict=True):
             point[p] = to_sympy(value)
         try:
@@ -134,8 +136,7 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
 
     And where the force is no real number there.
     """
-    if s.forced:
-        _check_force(s, scene)
+    check_force(s, scene)
     at = dict(zip([*s.position, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
     for name, formula, wanted in _constraints(s, scene):
         if formula.free_symbols & set(s.mu):
@@ -154,7 +155,10 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
             )
 
 
-def _check_force(s: SceneSymbols, scene: Scene) -> None:
+def check_force(s: SceneSymbols, scene: Scene) -> None:
+    """Raise `BadInput` where a component of the force is no real number at the start."""
+    if not s.forced:
+        return
     at = dict(zip([*s.x, *s.u], map(to_sympy, [*s.with_time(scene.x0), *scene.v0]), strict=True))
     at |= dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
     for i, (component, value) in enumerate(
@@ -173,10 +177,7 @@ def check_momentum(s: SceneSymbols, scene: Scene, x: Numbers, mu: Numbers) -> No
     They may come from a row of a run, so not exactly: up to 2⁻²⁶ of what a relative change of every
     entry by one would make, Σ |∂f/∂zᵢ zᵢ|.
     """
-    if all(quantity.value is None for quantity in scene.symmetries):
-        return
-    near = [float(e) for e in [*x, *mu]]
-    if all(abs(gap) <= 2**-27 * size for gap, size in _gaps(s, scene)(near)):
+    if all(gap <= 0 for gap in _gaps(s, scene)([float(e) for e in [*x, *mu]])):
         return  # round-off of this quick look has no part in it
     start = [to_sympy(exact(e, "start")) for e in [*x, *mu]]
     at = dict(zip([*s.x, *s.mu], start, strict=True))
@@ -191,20 +192,14 @@ def check_momentum(s: SceneSymbols, scene: Scene, x: Numbers, mu: Numbers) -> No
 
 
 @lru_cache(maxsize=64)
-def _gaps(s: SceneSymbols, scene: Scene) -> Callable[[list[float]], list[tuple[float, float]]]:
-    """(f − its value, Σ |∂f/∂zᵢ zᵢ|) of each constraint as a function of floats z = (x, μ)."""
+def _gaps(s: SceneSymbols, scene: Scene) -> Callable[[list[float]], list[float]]:
+    """|f − its value| − 2⁻²⁷ Σ |∂f/∂zᵢ zᵢ| of each constraint as a function of z = (x, μ)."""
     z = [*s.x, *s.mu]
     rows = [
-        (formula - wanted, sympy.Add(*[abs(formula.diff(e) * e) for e in z]))
+        abs(formula - wanted) - sympy.Add(*[abs(formula.diff(e) * e) for e in z]) / 2**27
         for _, formula, wanted in _constraints(s, scene)
     ]
-    values = numeric({"z": z}, [[e for row in rows for e in row]], arithmetic(16))
-
-    def gaps(at: list[float]) -> list[tuple[float, float]]:
-        found = values(at)
-        return list(zip(found[::2], found[1::2], strict=True))
-
-    return gaps
+    return numeric({"z": z}, [rows], arithmetic(16))
 
 
 def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Expression, Exact]]:

@@ -47,4 +47,4 @@ def _given(s: SceneSymbols, x: Column) -> list[Any]:
     given = s.evaluated(s.restricted, "its constraint", x[: s.n, :], s.parameters)
     if hasattr(given, "tolist"):
         given = given.tolist()
-    return list(given) if hasattr(given, "__iter__") else []
+    return entries_of(given)

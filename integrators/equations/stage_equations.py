@@ -26,12 +26,13 @@ b_j (1 − a_ji/b_i) for μ. Elsewhere it is not, and Newton's method does all.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cache, lru_cache, partial
 
-from ..compiler import StageSystem
+from ..compiler import StageSource, StageSystem
 from ..groupoids import chart_extents
 from ..numbers import jacobian, opaque, replaced, sympy
-from ..numbers.types import Assignment, Column, Expression
+from ..numbers.types import Assignment, Column, Expression, SymbolicMatrix
 from ..rules import Nodes
 from .continuous import mass_matrix, momentum
 from .discrete_equations import DiscreteEquations
@@ -50,9 +51,10 @@ def no_stages(equations: DiscreteEquations) -> str:
         return "the time is one of the coordinates"
     if mass_matrix(s).free_symbols & set(s.u):
         return "the Lagrangian is not quadratic in the velocity"
-    slope = jacobian([s.lagrangian], state)
-    if s.groupoid.left_is_identity and not jacobian(slope, state).free_symbols & set(state):
-        return "the equations are linear, and one correction solves them"
+    if s.groupoid.left_is_identity:
+        slope = jacobian([s.lagrangian], state)
+        if not jacobian(slope, state).free_symbols & set(state):
+            return "the equations are linear, and one correction solves them"
     if rule.nodes.family == "lobatto" and not _momentum_is_velocity(s):
         return "on Lobatto nodes it is collocation where μ is a constant matrix times ẋ alone"
     return ""
@@ -64,45 +66,90 @@ def _momentum_is_velocity(s: SceneSymbols) -> bool:
     return s.groupoid.kind == "pair" and constant
 
 
+OURS = __name__.split(".")[:1]  # the package's name, whatever it is imported as
+
+
 @lru_cache(maxsize=256)
-def stage_system(s: SceneSymbols, nodes: Nodes) -> StageSystem:
-    """The field and the ends of a step of a scene's Lagrangian, by stages on these nodes."""
-    g, one = s.groupoid, sympy.Integer(1)
+def stage_source(s: SceneSymbols, nodes: Nodes) -> StageSource:
+    """The collocation of a scene's Lagrangian, by stages on these nodes, to be derived if need be.
+
+    It is known by the Lagrangian, the force and the groupoid's maps: the rest is our own text. A
+    function of the user's may have other derivatives tomorrow; with one it is known by itself.
+    """
+    maps = _Maps.of(s)
+    given = (s.name, *(getattr(s, letters) for letters in ("q", "x", "u")), s.lagrangian, s.force)
+    derived = cache(partial(_derived, s, nodes, maps))
+    holding = (s.lagrangian, *s.force, *maps.L, *maps.target)
+    functions = {type(f).__module__ for f in sympy.Tuple(*holding).atoms(sympy.Function)}
+    if {str(module).partition(".")[0] for module in functions} <= {"sympy", *OURS}:
+        return StageSource(s.name, nodes, (*given, maps), derived)
+    return StageSource(s.name, nodes, (derived(),), derived)
+
+
+@dataclass(frozen=True)
+class _Maps:
+    """Of the groupoid at (x, w), the step being 1: ẇ = L ξ, μ = R₁ᵀ π₁ − …, z, ρ̂(z), x′ − x."""
+
+    L: SymbolicMatrix
+    R: SymbolicMatrix
+    back: SymbolicMatrix
+    target: Column
+    anchor: SymbolicMatrix
+    increment: Column
+    extents: tuple[tuple[str, Expression], ...]
+
+    @classmethod
+    def of(cls, s: SceneSymbols) -> _Maps:
+        g, one, w, z = s.groupoid, sympy.Integer(1), *_places(s)
+        return cls(
+            g.L(s.x, w, one), g.R(s.x, w, one), g.inverse_left(s.x, w, one),
+            g.target(s.x, w, one), g.rho(z, one), g.increment(s.x, w, one),
+            tuple(chart_extents(g, s.x, w, one)),
+        )  # fmt: skip
+
+
+def _places(s: SceneSymbols) -> tuple[Column, Column]:
+    """Letters of w and z."""
+    return vector("ww0", len(s.u)), vector("zz0", len(s.x))
+
+
+def _derived(s: SceneSymbols, nodes: Nodes, maps: _Maps) -> StageSystem:
+    """The field and the ends of a step."""
     n, m = len(s.x), len(s.u)
-    w, p, xi, mz = (vector(f"{letter}0", m) for letter in ("ww", "pp", "xi", "mm"))
-    z, force = vector("zz0", n), vector("ff0", m)
-    dp, turn = vector("dp0", m), vector("tu0", m)
-    L, R = g.L(s.x, w, one), g.R(s.x, w, one)
+    p, xi, mz = (vector(f"{letter}0", m) for letter in ("pp", "xi", "mm"))
+    force, dp, turn = (vector(letter, m) for letter in ("ff0", "dp0", "tu0"))
+    w, z = _places(s)
+    L, R = maps.L, maps.R
     at_z = dict(zip([*s.x, *s.u], [*z, *xi], strict=True))
 
     def placed(entries: Column) -> Column:
         return column(replaced(entries, at_z))
 
-    before: list[Assignment] = [(list(z), list(g.target(s.x, w, one)))] if n else []
+    before: list[Assignment] = [(list(z), list(maps.target))] if n else []
     before.append((list(mz), list(L.T * p)))
     momentum_at_rest = column(momentum(s)).xreplace(dict.fromkeys(s.u, sympy.Integer(0)))
     mass = mass_matrix(s)
     mass = sympy.Matrix(m, m, replaced(mass, at_z))
     after: list[Assignment] = []
-    pull = g.inverse_left(s.x, w, one).T
+    pull = maps.back.T
     F, turned = 0 * p, 0 * p
     if n or s.forced:
         acting = placed(s.force) if s.forced else 0 * p
-        slope = g.rho(z, one).T * placed(jacobian([s.lagrangian], s.x).T) if n else 0 * p
+        slope = maps.anchor.T * placed(jacobian([s.lagrangian], s.x).T) if n else 0 * p
         after = [(list(force), list(slope + acting))]
         F = pull * force
         turned = R.T * F
         if n:
-            turned -= g.rho(s.x, one).T * _slope_of_left(L, p, xi, s.x)
+            turned -= s.groupoid.rho(s.x, sympy.Integer(1)).T * _slope_of_left(L, p, xi, s.x)
     difference = (L - R).applyfunc(lambda e: e if opaque(e) else e.expand())
-    moving = None if g.left_is_identity else L * xi
+    moving = None if s.groupoid.left_is_identity else L * xi
     return StageSystem(
         name=s.name, nodes=nodes, q=tuple(s.q), x=tuple(s.x), w=tuple(w), p=tuple(p),
         xi=tuple(xi), m=tuple(mz), dp=tuple(dp), turn=tuple(turn), before=tuple(before),
         mass=mass, right=mz - placed(momentum_at_rest), after=tuple(after),
         rates=(L * xi, F - _slope_of_left(L, p, xi, w)), turned=turned, moved=moving,
         pulled=None if moving is None else pull * mz, right_field=R, gain=difference.T * p + turn,
-        increment=g.increment(s.x, w, one), extents=tuple(chart_extents(g, s.x, w, one)),
+        increment=maps.increment, extents=maps.extents,
     )  # fmt: skip
 
 

@@ -52,10 +52,9 @@ class SceneSymbols:
 
     def __init__(self, scene: Scene, stages: int = 0) -> None:
         self.name, self.groupoid = scene.name, scene.groupoid
-        self.n = scene.groupoid.dim_x
+        self.n, m = scene.groupoid.dim_x, scene.groupoid.dim_u
         #: whether the time is the last entry of x
         self.clocked = scene.clocked
-        m = scene.groupoid.dim_u
         self.stages = vector("s", stages * m)
         if self.clocked:
             self.groupoid = Clocked(scene.groupoid, self.stages[::m])
@@ -95,20 +94,21 @@ class SceneSymbols:
         if _TAKEN.fullmatch(name):
             name = f"p.{name}"  # no identifier, so it is nobody else's symbol
         if not isinstance(value, tuple):
-            symbol = sympy.Symbol(name, real=True)
-            self.parameter_list.append(symbol)
-            return symbol
-        if len({len(row) if isinstance(row, tuple) else 0 for row in value}) > 1:
-            raise BadInput(f"{self.name}: the rows of parameter {name} differ in length.")
-        nested = isinstance(value[0], tuple) if value else False
-        columns = len(value[0]) if nested else 1
+            rows, columns, ending = 1, 1, ""
+        else:
+            if len({len(row) if isinstance(row, tuple) else 0 for row in value}) > 1:
+                raise BadInput(f"{self.name}: the rows of parameter {name} differ in length.")
+            nested = isinstance(value[0], tuple) if value else False
+            rows, columns = len(value), len(value[0]) if nested else 1
+            ending = "_{}_{}" if nested else "_{}"
 
         def letter(i: int, j: int) -> Letter:
-            return sympy.Symbol(f"{name}_{i}_{j}" if nested else f"{name}_{i}", real=True)
+            return sympy.Symbol(name + ending.format(i, j), real=True)
 
-        matrix = sympy.Matrix(len(value), columns, letter)
+        while set(matrix := sympy.Matrix(rows, columns, letter)) & set(self.parameter_list):
+            name = f"p.{name}"  # as for the first of a, beside an a_0
         self.parameter_list.extend(matrix)
-        return matrix
+        return matrix if ending else matrix[0]
 
     @property
     def q(self) -> list[Letter]:

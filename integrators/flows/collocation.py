@@ -6,7 +6,7 @@ from typing import Any
 
 from ..bisections import StepContext
 from ..compiler import NoShortForm, StagesAtStep, compile_stages
-from ..equations import no_stages, stage_system
+from ..equations import no_stages, stage_source
 
 #: stages from which a fixed point is the faster one in double precision. Measured, fixed point and
 #: Newton, ns a step: two stages 902, 525 (rigid-body), 1066, 1095 (heavy-top), 171, 119 (pendulum);
@@ -32,11 +32,11 @@ def collocation(context: StepContext, without: frozenset[str]) -> tuple[StagesAt
     nodes: Any = equations.rule.nodes
     if context.numbers.digits == 16 and nodes.unknown < LEAST:
         return None, "a step of so few stages takes Newton's method no longer"
-    system = stage_system(equations.s, nodes)
+    source = stage_source(equations.s, nodes)
     numbers = context.numbers
     with numbers.working():  # whoever asks first: tables are made once for all flows
         try:
-            kernels = compile_stages(system, numbers)
+            kernels = compile_stages(source, numbers)
         except NoShortForm as error:
             return None, str(error)
         return StagesAtStep(kernels, numbers, [context.q], (0,), context.scene.name), ""

@@ -97,10 +97,10 @@ class Flow:
         `progress` is called with the steps done so far. Raises `StepFailure` (with the rows so far)
         if a step cannot be solved, `BadInput` for wrong shapes, counts and starts off a constraint.
         """
-        own = x0 is mu0 is u0 is element0 is progress is None and type(t0) is int and t0 == 0
-        if own and type(steps) is type(every) is int and (steps, every) in self._prepared:
-            run = self._prepared.run(steps, every, self.starting.own)
-            if run is not None:
+        plain = u0 is element0 is progress is None and type(t0) is int and t0 == 0
+        if plain and type(steps) is type(every) is int and (steps, every) in self._prepared:
+            ready = self.starting.at_once(x0, mu0)
+            if ready and (run := self._prepared.run(steps, every, ready)) is not None:
                 return run
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         with self.numbers.working():

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from functools import cached_property
+from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..bisections import EdgePolicy
 from ..equations import (
+    check_force,
     check_momentum,
     check_on_constraints,
-    check_start,
     initial_momentum,
     on_constraints,
 )
 from ..errors import BadInput
 from ..numbers import Matrix, Vector, exact_rational
 from ..numbers.types import Exact
+
+DOUBLE = np.dtype(np.float64)
 
 
 class Start(NamedTuple):
@@ -52,6 +55,34 @@ class Starting:
             )
         return self._with_element(element0, x0, t0)
 
+    def at_once(self, x0: Any, mu0: Any) -> Start | None:
+        """The start at arrays of doubles, checked; None where more has to be asked, or refused."""
+        if x0 is mu0 is None:
+            return self.own
+        x0 = self.own.x if x0 is None else x0
+        if not type(x0) is type(mu0) is np.ndarray or not x0.dtype is mu0.dtype is DOUBLE:
+            return None
+        if (x0.shape, mu0.shape) != self._shapes:
+            return None
+        x, mu = x0.tolist(), mu0.tolist()
+        if not isfinite(sum(x) + sum(mu)):
+            return None
+        if self._with_values:
+            check_momentum(self.context.equations.s, self.context.scene, x, mu)
+        return Start(x0, mu0, self.own.guess)
+
+    @cached_property
+    def _shapes(self) -> tuple[Any, Any]:
+        """The shapes of x and μ in doubles; of nothing where a start is more than these."""
+        context, s = self.context, self.context.equations.s
+        more = s.clocked or context.one_step or context.scene.constrained
+        return (None, None) if more else ((len(s.x),), (len(context.equations.u),))
+
+    @cached_property
+    def _with_values(self) -> bool:
+        """Whether a quantity has its value, as |Γ|² = 1."""
+        return any(quantity.value is not None for quantity in self.context.scene.symmetries)
+
     def _timed(self, x0: Any, t0: Exact) -> tuple[Any, Exact]:
         """(x0 without its time, the time of the start), where x0 may hold one."""
         s = self.context.equations.s
@@ -85,21 +116,24 @@ class Starting:
         context, s = self.context, self.context.equations.s
         if context.scene.constrained:
             check_on_constraints(s, context.scene, context.numbers, start.x, start.mu)
-        if not context.one_step:
+        if not context.one_step and self._with_values:
             check_momentum(s, context.scene, start.x, start.mu)
 
     def _with_momentum(self, x0: Any, mu0: Any, u0: Any, t0: Exact = 0) -> Start:
         context, scene = self.context, self.context.scene
+        s, elsewhere = context.equations.s, mu0 is None and x0 is not None
+        if elsewhere:
+            scene = on_constraints(s, scene.with_values(x0=x0))
+            check_force(s, scene)
+            x0 = scene.x0 if scene.constrained else x0
         if mu0 is None:
-            if x0 is not None:
-                scene = on_constraints(context.equations.s, scene.with_values(x0=x0))
-                check_start(context.equations.s, scene)
-                x0 = scene.x0 if scene.constrained else x0
-            mu0 = initial_momentum(context.equations.s, scene, context.numbers, t0)
+            mu0 = initial_momentum(s, scene, context.numbers, t0)
         at = scene.x0 if x0 is None else x0
-        x = context.vector(context.equations.s.with_time(at, t0), len(context.equations.s.x))
+        x = context.vector(s.with_time(at, t0), len(s.x))
         mu = context.vector(mu0, len(context.equations.u))
-        guess = self._v0 if u0 is None else context.vector(u0, len(context.equations.s.u))
+        if elsewhere and self._with_values:  # x0 may be a row of a run, and is rounded then
+            check_momentum(s, scene, x, mu)
+        guess = self._v0 if u0 is None else context.vector(u0, len(s.u))
         return Start(x, mu, context.start(x, mu, guess), t0=t0)
 
     def _with_element(self, element: Any, x0: Any, t0: Exact) -> Start:

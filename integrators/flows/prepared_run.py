@@ -25,7 +25,7 @@ class PreparedRun:
 
     def __init__(self, edge: EdgePolicy, start: Start, steps: int, every: int) -> None:
         machine: Any = edge.machine if edge.stages is None else edge.stages
-        self.lead = partial(machine.lead, c=machine.c)
+        self.lead, self.place = (partial(f, c=machine.c) for f in (machine.lead, machine.place))
         run: Run = machine.buffers(self.lead(start.x, start.mu, guess=start.guess), steps, every)
         edge.begin(run)
         self.start, self.steps, self.state, self.totals = start, steps, run.state, run.totals
@@ -58,8 +58,10 @@ class PreparedRun:
         """The rows from a start at time 0; None where a step was not solved."""
         np.copyto(self.state, self.beginning[0])
         np.copyto(self.totals, self.beginning[1])
-        if start is not self.start:
+        if start.guess is not self.start.guess:
             self.state[:], _ = self.lead(start.x, start.mu, guess=start.guess)
+        elif start is not self.start:
+            self.place(self.state, start.x, start.mu)
         for part in self.parts:
             part()
             if self.out[1]:
@@ -91,6 +93,8 @@ class PreparedRun:
 
 class _Unread(Trajectory):
     """A trajectory of which nobody has asked for more than its states; then it is plain."""
+
+    __qualname__ = Trajectory.__qualname__  # by which its repr begins
 
     def __init__(self) -> None:
         raise AssertionError("made by `PreparedRun` alone")

@@ -137,7 +137,7 @@ def _advance(
     stages, stretch, until = edge.stages, STRETCH, 0
     fixed = stages is not None
     while True:
-        stop = min(run.steps, run.index + chunk)
+        first, stop = run.index, min(run.steps, run.index + chunk)
         if stages is not None and fixed:
             status = stages.advance(run, stop)
             if status and stages.alone:
@@ -147,12 +147,13 @@ def _advance(
                 fixed, until, stretch = False, run.index + stretch, 2 * stretch
                 continue
         else:
-            first, stop = run.index, min(stop, until) if stages is not None else stop
+            stop = min(stop, until) if stages is not None else stop
             status = edge.machine.advance(run, stop)
-            run.by_newton += run.index - first
         ended = run.index == run.steps
         if status in edge.handles:
             status = edge.resume(run, status)
+        if not fixed:
+            run.by_newton += run.index - first
         if progress is not None:
             progress(run.index)
         if status or ended:

@@ -48,6 +48,7 @@ from .identities import (
     random_point,
     shown,
     vanishes,
+    vanishes_as,
 )
 from .lazy import LazyModule, sympy
 from .multi_output import InArithmetic, as_one_number, collect, entry, opaque
@@ -81,6 +82,6 @@ __all__ = [
     "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of", "random_columns",
     "random_point", "refuse_large", "register", "registered_function", "replaced",
     "rounded", "run_text", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy", "to_sympy",
-    "tracked", "values_of", "vanishes", "whole_number", "with_running_errors", "with_tables",
-    "working_digits", "written_out",
+    "tracked", "values_of", "vanishes", "vanishes_as", "whole_number", "with_running_errors",
+    "with_tables", "working_digits", "written_out",
 ]  # fmt: skip

@@ -73,6 +73,7 @@ class Double:
         """What generated text needs: functions, the number type R, constants."""
         return {**_functions(math), "R": float, "PI": math.pi, "constant": self.constant,
                 "EPS": self.eps, "ROOT_EPS": 2.0**-26, "HUGE": 1e300, "DECAY": 0.999,
+                "MARGIN": 8.0,
                 "zeros": self.zeros, "linear_solve": self.solve, "array": self.array}  # fmt: skip
 
     def array_namespace(self) -> dict[str, Any]:
@@ -164,6 +165,7 @@ class Multiple:
             return {**_functions(g), "R": g.mpfr, "PI": g.const_pi(), "constant": self.constant,
                     "EPS": self.eps, "ROOT_EPS": g.sqrt(self.eps),
                     "HUGE": g.mpfr("1e300"), "DECAY": g.mpfr("0.999"),
+                    "MARGIN": g.mpfr(2) ** 40,
                     "zeros": self.zeros, "linear_solve": self.solve,
                     "array": self.array}  # fmt: skip
 

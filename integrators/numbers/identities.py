@@ -10,7 +10,7 @@ import random
 from collections.abc import Callable, Iterable
 from fractions import Fraction
 
-from .evaluation import evaluate
+from .evaluation import evaluate, evaluate_at
 from .lazy import sympy
 from .types import Column, Exact, Expression, Letter, Number, Replacement, SymbolicMatrix
 
@@ -66,6 +66,28 @@ def first_violation(
         if not all(is_zero(entry.xreplace(point)) for entry in rest):
             return point
     return None
+
+
+def vanishes_as(
+    expression: Expression, h: Letter, order: int, small: Iterable[Letter] = (), points: int = 2
+) -> bool:
+    """Whether an expression is O(h^order), of values at two steps and random other letters.
+
+    From h = 10⁻⁴⁰ to a 10²⁰th of it a leading term c h^r falls by 10^{20r}, and the next ones are
+    not seen. There are digits beyond h^{order+1}; what is less is round-off of terms that cancel.
+    """
+    letters, few = sorted(expression.free_symbols - {h}, key=str), tuple(small)
+    steps = [sympy.Rational(1, 10**k) for k in (40, 60)]
+    for seed in range(points):
+        point = random_point(letters, few, seed)
+        near, nearer = (
+            abs(evaluate_at([expression], {**point, h: step}, 60 * (order + 2))[0])
+            for step in steps
+        )
+        least = Fraction(1, 10 ** (60 * (order + 1)))
+        if not (nearer <= least or nearer <= near * Fraction(1, 10 ** (20 * order - 10))):
+            return False
+    return True
 
 
 def shown(direction: SymbolicMatrix) -> str:

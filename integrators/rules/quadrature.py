@@ -94,7 +94,12 @@ def _slope_of_legendre(n: int, x: Mpf) -> tuple[Mpf, Mpf]:
 
 
 def _root(function: Callable[..., tuple[Mpf, Mpf]], n: int, x: Mpf) -> Mpf:
-    """The root of function(n, ·) nearest to x, by Newton."""
+    """The root of function(n, ·) nearest to x, by Newton's method, in doubles first."""
+    near = float(x)
+    for _ in range(6):
+        value, slope = function(n, near)
+        near -= value / slope
+    x = mpmath.mpf(near)
     for _ in range(60):
         value, slope = function(n, x)
         x -= value / slope

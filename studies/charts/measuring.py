@@ -17,6 +17,7 @@ from discmech.integrators import Bisection, EvolutionOperator, Scheme, StepFailu
 from discmech.integrators import rules as discretisations
 from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.geometry import defects, regularity, residual, singular_sign
+from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import OnGroup, Scene
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
@@ -84,6 +85,11 @@ def turn_of(g: Any) -> float:
     """The angle of a rotation in turns, 0 to 1/2."""
     sine = np.linalg.norm([g[2][1] - g[1][2], g[0][2] - g[2][0], g[1][0] - g[0][1]]) / 2
     return math.atan2(sine, (float(np.trace(g)) - 1) / 2) / (2 * math.pi)
+
+
+def rules_beside(case: Case) -> list[Discretisation]:
+    """The chart-bound method."""
+    return [discretisations.rectangle]
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

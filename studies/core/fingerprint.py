@@ -24,7 +24,8 @@ from .study import Study
 
 ROOT = Path(__file__).resolve().parents[2]
 #: what is data of single scenes and rules: each has its own text in the fingerprints of its cases
-DATA = (Path("integrators/scenes"), Path("integrators/rules/simple.py"), Path("reference/tables"))
+RULES = tuple(Path("integrators/rules") / name for name in ("simple.py", "galerkin.py"))
+DATA = (Path("integrators/scenes"), *RULES, Path("reference/tables"))
 #: what only shows results, or says what a study is
 VIEWS = tuple(Path("studies") / name for name in ("report", "command", "user", "__init__.py"))
 VIEW_FILES = ("view.py", "plot*.py", "__init__.py")
@@ -39,7 +40,16 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
     words = [study.name, case.label, case.command, str(versions()), str(machine()) if timed else ""]
     words += [text_of(str(study.measuring.__file__)), *of_scene(case.scene)]
     words.append(study.depends_on(case))
+    words += [part for rule in study.rules_beside(case) for part in _facts(rule)]
     return _digest(*words, *(part for rule in rules for part in of_rule(case.scene, rule)))
+
+
+def of_work(words: Iterable[str], files: Iterable[Path], scene: Scene,
+            rules: Iterable[Discretisation]) -> str:  # fmt: skip
+    """Of work that is no case of a study: the files that do it, a scene and rules of the bench."""
+    parts = [part for rule in rules for part in _facts(rule)]
+    texts = [text_of(str(file)) for file in files]
+    return _digest(*words, str(versions()), *texts, *of_scene(scene), *parts)
 
 
 def known_by_text(case: Case) -> bool:
@@ -71,6 +81,12 @@ def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
 
     What a user's file imports or reads is in the equations and the numbers, or has no effect.
     """
+    yield from _facts(rule)
+    if not (is_ours(rule) and is_ours(scene)):
+        yield _derived(scheme_of(scene, rule))
+
+
+def _facts(rule: Discretisation) -> Iterator[str]:
     base = rule.base if isinstance(rule, Composition) else rule
     yield repr((rule.name, rule.order, rule.stages, rule.splits, base.name, base.order))
     if isinstance(rule, Composition):
@@ -78,15 +94,13 @@ def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
         yield f"{method.order} {method.in_turn} {method.coefficients(60)}"
     if is_ours(base):
         yield _text_of_rule(base)
-    if not (is_ours(base) and is_ours(scene)):
-        yield _derived(scheme_of(scene, rule))
 
 
 def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation) -> str:
     """Of what a function says about a scheme."""
     file = Path(inspect.getfile(about))  # it may be one that shows results
     shown = _digest(*(p.read_text("utf-8") for p in imported_files([file], views=True)))
-    words = (about.__qualname__, str(versions()), text_of(str(file)), shown)
+    words = (about.__qualname__, str(versions()), text_of(str(file)), shown, rule.source)
     return _digest(*words, *of_scene(scene), *of_rule(scene, rule))
 
 
@@ -151,7 +165,7 @@ def _text_of_views() -> str:
 def _text_of_all() -> str:
     folders = (ROOT / name for name in ("integrators", "reference", "studies"))
     files = (p for folder in folders for p in sorted(folder.rglob("*")))
-    return _digest(*(p.read_text("utf-8") for p in files if p.suffix in (".py", ".json")))
+    return _digest(*(p.read_text("utf-8") for p in files if p.suffix in (".py", ".json", ".c")))
 
 
 @cache
@@ -160,6 +174,7 @@ def text_of(file: str) -> str:
     base = (p for f in ("integrators", "reference") for p in sorted((ROOT / f).rglob("*.py")))
     files = [p for p in base if not _within(p, DATA)]
     files += imported_files([Path(file), ROOT / "studies" / "core" / "running.py"])
+    files += sorted(Path(file).parent.glob("*.c"))  # what it compiles
     return _digest(*(f"{p.relative_to(ROOT)}\n{p.read_text(encoding='utf-8')}" for p in files))
 
 
@@ -220,13 +235,32 @@ def _text_of_scene(name: str) -> str:
 
 @cache
 def _text_of_rule(rule: Discretisation) -> str:
-    """Of a file of several rules: its function and what is none; else nothing more."""
-    file = Path(inspect.getfile(rule.formula))
-    if not _within(file, DATA):
-        return ""
-    nodes = ast.parse(file.read_text(encoding="utf-8")).body
-    shared = [ast.unparse(node) for node in nodes if not isinstance(node, ast.FunctionDef)]
-    return "\n".join([*shared, inspect.getsource(rule.formula)])
+    """Of a file of several rules its function, what that calls there, and what is no function.
+
+    Of a file of one kind all that is data in it and in what it imports. Comments and docstrings
+    are no part.
+    """
+    file = ROOT.joinpath(*str(rule.formula.__module__).split(".")[1:]).with_suffix(".py")
+    if file != ROOT / RULES[0]:
+        files = [p for p in imported_files([file]) if _within(p, RULES[1:])]
+        return "\n".join(ast.unparse(_without_docstrings(p)) for p in files)
+    nodes = _without_docstrings(file).body
+    functions = {node.name: node for node in nodes if isinstance(node, ast.FunctionDef)}
+    wanted, named = set[str](), {str(rule.formula.__name__)}
+    while named:
+        wanted |= named
+        within = (e for name in named for e in ast.walk(functions[name]))
+        named = {e.id for e in within if isinstance(e, ast.Name) and e.id in functions} - wanted
+    others = functions.keys() - wanted
+    return "\n".join(ast.unparse(e) for e in nodes if getattr(e, "name", "") not in others)
+
+
+def _without_docstrings(file: Path) -> ast.Module:
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.FunctionDef) and ast.get_docstring(node) is not None:
+            del node.body[0]
+    return tree
 
 
 def _digest(*parts: str) -> str:

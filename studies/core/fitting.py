@@ -48,7 +48,11 @@ BATCHES = (64, 32, 16, 8)
 
 
 def batch_line(
-    times: np.ndarray, values: np.ndarray, level: float = 0.95, of: Callable[..., Any] = np.mean
+    times: np.ndarray,
+    values: np.ndarray,
+    level: float = 0.95,
+    of: Callable[..., Any] = np.mean,
+    batches: Sequence[int] = BATCHES,
 ) -> Line:
     """The line through the means of equal parts of a series whose neighbours are correlated.
 
@@ -58,7 +62,7 @@ def batch_line(
     of the parts instead. Of a series too short for parts each value is one.
     """
     line = None
-    for count in BATCHES:
+    for count in batches:
         if len(values) < 4 * count:
             continue
         edges = np.linspace(0, len(values), count + 1).astype(int)

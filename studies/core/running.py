@@ -20,7 +20,7 @@ from .one_case import run_case
 from .plan import Place, Plan
 from .record import record
 from .shrinking import shrunk
-from .side_by_side import finished, key_of, measured
+from .side_by_side import finished, found_by, key_of, measured
 from .store import Store
 from .study import Study, counts
 
@@ -149,8 +149,7 @@ def _stored_results(plan: Plan, store: Store, all_: bool) -> Iterator[tuple[Plac
     """What the store has of the bench's own scenes and rules; others, if `all_`, are derived."""
     for place, case in plan.places():
         if all_ or fingerprint.known_by_text(case):
-            key = key_of(plan.studies[place[0]], case)
-            earlier = None if key is None else store.find(key)
+            earlier = found_by(store, key_of(plan.studies[place[0]], case))
             if earlier is not None:
                 yield place, earlier
 

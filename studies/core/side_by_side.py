@@ -37,9 +37,21 @@ def key_of(study: Study, case: Case) -> str | None:
         return None
 
 
-def _kept(store: Store, key: str | None, result: dict[str, Any]) -> dict[str, Any]:
-    unusable = key is None or result.get("unusable")
-    return result if unusable else dict(store.keep(str(key), result))
+def found_by(store: Store, key: str | None) -> dict[str, Any] | None:
+    """What the store has of a case, or None."""
+    return None if key is None else store.find(key) or store.find(_with_cause(key))
+
+
+def _kept(store: Store, study: Study, key: str | None, result: dict[str, Any]) -> dict[str, Any]:
+    if key is None or result.get("unusable"):
+        return result
+    asked = study.tells_causes and result["verdict"] != "pass" and not result["control"]
+    return dict(store.keep(_with_cause(key) if asked else key, result))
+
+
+def _with_cause(key: str) -> str:
+    """Of a case that did not pass: its cause was looked for with other rules and scenes too."""
+    return fingerprint.of_everything("with its cause", key)
 
 
 def measured(
@@ -49,8 +61,10 @@ def measured(
     if store is None:
         return run_case(study, case, progress)
     key = key_of(study, case)
-    earlier = None if key is None else store.find(key)
-    return _kept(store, key, run_case(study, case, progress)) if earlier is None else dict(earlier)
+    earlier = found_by(store, key)
+    if earlier is not None:
+        return dict(earlier)
+    return _kept(store, study, key, run_case(study, case, progress))
 
 
 def finished(
@@ -107,7 +121,8 @@ def finished(
         results, said = future.result()
         if elsewhere and store is not None:
             for (i, k), result in zip(task.places, results, strict=True):
-                _kept(store, key_of(plan.studies[i], plan.cases[i][k]), result)
+                study = plan.studies[i]
+                _kept(store, study, key_of(study, plan.cases[i][k]), result)
             for pair, answer in said.items():
                 store.keep(fingerprint.of_answer(also, *plan.pairs[pair]), answer)  # type: ignore[arg-type]
         return task.places, results, said

@@ -3,8 +3,8 @@
 A study is a folder beside this one. Its `__init__` says what it is (`STUDY`) and loads nothing;
 `measuring` has `NEEDS`, `cases(choice)`, `measure(case, progress)` → numbers and
 `judge(case, measurement)` → verdict, and may have `diagnose(case, measurement)`,
-`notes(choice)`, `depends_on(case)`, `timed(case)` and `together(case)`; `view`, where there is one,
-has `VIEW`: how its numbers are shown.
+`notes(choice)`, `depends_on(case)`, `rules_beside(case)`, `timed(case)` and `together(case)`;
+`view`, where there is one, has `VIEW`: how its numbers are shown.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from typing import TYPE_CHECKING, Any
 from .options import Option
 
 if TYPE_CHECKING:
+    from discmech.integrators.rules import Discretisation
+
     from .case import Case, Choice, Progress, Verdict
 
 #: behind the name of a rule whose steps were chosen for tolerances
@@ -104,10 +106,20 @@ class Study:
         told = getattr(self.measuring, "diagnose", None)
         return None if told is None else told(case, measurement)
 
+    @property
+    def tells_causes(self) -> bool:
+        """Whether it looks for the cause of what did not pass."""
+        return hasattr(self.measuring, "diagnose")
+
     def depends_on(self, case: Case) -> str:
         """What a result depends on beside the case's scene, rule and command."""
         told = getattr(self.measuring, "depends_on", None)
         return "" if told is None else str(told(case))
+
+    def rules_beside(self, case: Case) -> list[Discretisation]:
+        """The bench's own rules that it is measured with beside the case's."""
+        told = getattr(self.measuring, "rules_beside", None)
+        return [] if told is None else list(told(case))
 
     def notes(self, choice: Choice) -> list[str]:
         """What is to be said of the whole study."""

@@ -37,13 +37,13 @@ _loaded: dict[tuple[Path, bytes], UserFile] = {}
 
 
 def loaded() -> tuple[UserFile, ...]:
-    """The files that this process has run."""
+    """The files that this process has run; the one that was asked for last is the last."""
     return tuple(_loaded.values())
 
 
 def stamps() -> tuple[tuple[str, str], ...]:
-    """(path, digest) of these files, for `expect_unchanged` in another process."""
-    return tuple((file.path, file.digest) for file in loaded())
+    """(path, digest) of these files' last texts, for `expect_unchanged` in another process."""
+    return tuple({file.path: file.digest for file in loaded()}.items())
 
 
 def expect_unchanged(files: Iterable[tuple[str, str]]) -> None:
@@ -66,11 +66,12 @@ def load(path: str) -> UserFile:
         raise BadInput(
             f"{path} cannot be read ({error.strerror}); give a Python file with rules or scenes."
         ) from None
-    if (file, source) not in _loaded:
+    found = _loaded.pop((file, source), None)
+    if found is None:
         digest, module = _run(path, file, source)
-        rules, own = _collect(path, module)
-        _loaded[file, source] = UserFile(path, digest, rules, own, vars(module))
-    return _loaded[file, source]
+        found = UserFile(path, digest, *_collect(path, module), vars(module))
+    _loaded[file, source] = found
+    return found
 
 
 def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], dict[str, Scene]]:

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from discmech.integrators.flows import Trajectory
+
 from ..causes.round_off import lost_one_way, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
-from ..core.fitting import Line, batch_line, fit_line
+from ..core.fitting import BATCHES, Line, batch_line, fit_line
 from ..core.runs import FAR, bins, energy_errors, long_run, refuse_ended
 from . import balance
 
@@ -26,6 +28,10 @@ PARTS, STEADY = 8, 0.8  # a drift takes the means of so many parts of the run on
 ROUND_OFFS = 16
 ErrorsOf = Callable[[int], tuple[np.ndarray, np.ndarray]]
 CERTAIN = 0.999  # level of the intervals of mean and edges that a drift must leave 0 out of
+#: parts of a drift's run, in eighths of `BATCHES`. Where a whole number of periods is nearly a part
+#: of the run, means of the parts rise slowly and steadily with no drift (aliasing): where the run
+#: is so many periods to within a quarter, one in 16 with 8 parts, one in 1000 with 7, 8 and 9
+PARTITIONS = (8, 7, 9)
 
 
 def cases(choice: Choice) -> list[Case]:
@@ -55,17 +61,36 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         return balance.measure(case, progress)
     steps = case.steps or (10**6 if case.digits == 16 else 1000)
 
+    still = False
+
     def errors_of(more: int) -> tuple[np.ndarray, np.ndarray]:
+        nonlocal still
         run = long_run(case, case.scheme, more * steps, progress)
+        still = _comes_to_rest(run)
         times, errors = np.asarray(run.t, dtype=float), energy_errors(case.scheme, run, case.digits)
         if not np.ptp(errors) <= WIDE:  # so it is behind a collision too
             refuse_ended(case, float(times[-1]))
         return times, errors
 
-    found = measured_errors(case, errors_of)
+    found = {**measured_errors(case, errors_of), "still": still}
     if judge(case, found).verdict == "fail":
         found["lost"] = lost_one_way(case, steps)
     return found
+
+
+def _comes_to_rest(run: Trajectory) -> bool:
+    """Whether the second half of a run moves less than a quarter as far as the first, x and μ.
+
+    What preserves volume and stays in a bounded region comes back (Poincaré), and a free flight
+    moves on. Without a base μ alone may end in a point, as it does on a group that is not
+    unimodular, so nothing is said there.
+    """
+    x, mu = (np.asarray(part, dtype=float) for part in (run.x, run.mu))
+    half = len(x) // 2
+    return x.shape[1] > 0 and all(
+        FAR * np.ptp(part[half:], axis=0).max() < np.ptp(part[:half], axis=0).max()
+        for part in (x, mu)
+    )
 
 
 def measured_errors(case: Case, errors_of: ErrorsOf) -> dict[str, Any]:
@@ -117,12 +142,15 @@ def certain_drift(case: Case, times: np.ndarray, errors: np.ndarray) -> Line | N
     """The line through the means of the run's parts, if no chance makes it rise or fall as it does.
 
     Mean, minima and maxima of the parts go the same way, each with an interval that leaves out 0,
-    and steadily; and it is more than round-off.
+    and steadily, however the run is parted (`PARTITIONS`); and it is more than round-off.
     """
     if len(errors) < 256 or not np.isfinite(errors).all():
         return None
-    mean, *edges = (batch_line(times, errors, CERTAIN, of) for of in (np.mean, np.min, np.max))
-    ends = [end * np.sign(mean.slope) for line in (mean, *edges) for end in line.interval]
+    mean, *others = (
+        batch_line(times, errors, CERTAIN, of, [count * k // 8 for count in BATCHES])
+        for k in PARTITIONS for of in (np.mean, np.min, np.max)
+    )  # fmt: skip
+    ends = [end * np.sign(mean.slope) for line in (mean, *others) for end in line.interval]
     beyond = abs(mean.slope) * times[-1] > _allowed(case, 0.0)
     return mean if beyond and min(ends) > 0 and _steadiness(errors) >= STEADY else None
 
@@ -177,7 +205,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     certain, and goes on alike in a run eight times as long, is one however small it is beside the
     band: no variational integrator has it. One that is certain in one run only is told by neither.
     An error that is large beside the energy's terms, and is not there in the first half of the run,
-    has no band: a line through all rows does not see what grows exponentially.
+    has no band: a line through all rows does not see what grows exponentially. Nor does it see what
+    is lost at the start and never comes back (`_settled`).
     """
     if balance.applies(case):
         return _judge_balance(case, measurement)
@@ -210,7 +239,7 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
         return Verdict("inconclusive", f"{said}: take more --steps.", expected)
     if abs(slope) <= expected["slope_limit"] or _stand(edges, expected["slope_limit"]):
         if not drifts:
-            return Verdict("pass", "", expected)
+            return _settled(measurement, expected) or Verdict("pass", "", expected)
         last, rate, *_ = drifts[-1]
         said = f"the energy drifts by {rate * last:.2g} over t = {last:.4g}"
         share = f"{abs(rate) * last / band:.1%} of its band" if band else "all of its band"
@@ -221,7 +250,7 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
         return Verdict("inconclusive", f"{said}, {share}: {once}; take more --steps.", expected)
     low, high = measurement["measured"]["slope_interval"]
     if low <= 0 <= high or measurement.get("steady", 1.0) < STEADY:
-        return Verdict(
+        return _settled(measurement, expected) or Verdict(
             "inconclusive",
             "the run is too short to tell a drift from a wandering band: take more --steps.",
             expected,
@@ -230,6 +259,25 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
         "fail",
         f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
         f"which is {abs(slope) * duration / band:.0%} of its band.",
+        expected,
+    )
+
+
+def _settled(measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict | None:
+    """What is to be said of a large error that the first half of the run made for good.
+
+    A band is filled again and again. Where the motion ends with it, the method has taken its
+    energy; where the motion goes on, it may be a flight away from where errors are made.
+    """
+    band, quarters = measurement["measured"]["band"], measurement.get("quarters") or []
+    if not (band > WIDE and len(quarters) == 4 and FAR * max(quarters[2:]) < band):
+        return None
+    said = f"the energy's error, {band:.2g} of its terms, comes in half of the run and stays"
+    if measurement.get("still"):
+        return Verdict("fail", f"{said}, and the motion comes to rest.", expected)
+    return Verdict(
+        "inconclusive",
+        f"{said}, so it is no band: take a smaller step, or fewer --steps.",
         expected,
     )
 

@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from discmech.integrators import StepFailure
+from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import Composition
 
 from ..causes.round_off import gap, measure_round_off
@@ -112,7 +113,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             row["error_x"] = float(dx / size) if len(exact.x) else None
             row["error_mu"] = float(dmu / size)
             if forces and any(forces):
-                row["multipliers"] = multipliers.error(flow, run, forces)
+                try:
+                    row["multipliers"] = multipliers.error(flow, run, forces)
+                except CannotMeasure:  # its adjoint meets no constraints, so only (x, μ) is judged
+                    forces = None
         rows.append({**row, "used": False, "why_not": ""})
     found = {"rows": rows, **fit(case, rows, exact.certain_digits)}
     if case.digits == 16 and found["measured"]["order"] is None:

@@ -87,7 +87,10 @@ def _text(old: str, new: str) -> Any:
 SOLVER = {
     "Newton stops at the root of round-off": ("EPS * (", "ROOT_EPS * ("),
     "Newton stops after two corrections": ("ended = size <= noise or", "ended = count > 1 or"),
-    "one correction is always enough": ("8 * kappa * size * size <= EPS * scale", "size < HUGE"),
+    "one correction is always enough": (
+        "MARGIN * kappa * size * size <= EPS * scale",
+        "size < HUGE",
+    ),
     "the last u instead of this one": ("return w, (w, u1", "return u1, (w, u1"),
     "damped residual": (
         "mu, emu = accumulate(mu, dmu)",

@@ -7,16 +7,17 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from typing import Any
 
-from discmech.integrators import BadInput
+from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
 
 from .. import get
 from ..core.case import Case
 from ..core.cluster import Cluster
 from ..core.environment import environment
-from ..core.fingerprint import of_everything
+from ..core.fingerprint import of_work
 from ..core.one_case import run_case
 from ..core.record import provenance
 from ..core.store import Store
@@ -25,7 +26,7 @@ from .catalogue import everything
 from .equivalents import proof
 from .faults import Fault, NoPlace, scene_of
 from .sites import FaultyCase, faulty_scheme
-from .valid import ValidCase, random_rule
+from .valid import ValidCase, built_on, random_rule
 
 #: (study, digits, steps): short runs, for schemes are run uncompiled
 STUDIES = (
@@ -134,8 +135,9 @@ def measure(
     names = {ask: _name(ask.args[0], unit, seed) for ask in of_faults}
     names |= {ask: f"valid rule {ask.args[0]}" for ask in of_rules}
     results: dict[Asked, Result | None] = {}
-    for ask, name in names.items():
-        earlier = store.find(of_everything("power", name)) if store is not None else None
+    keys = {} if store is None else {ask: _key(ask, name) for ask, name in names.items()}
+    for ask in names:
+        earlier = store.find(keys[ask]) if store is not None else None
         if earlier is not None:
             results[ask] = earlier["found"]
     left = [ask for ask in names if ask not in results]
@@ -148,7 +150,7 @@ def measure(
             for ask, result in zip(batch, pool.map(_asked, batch), strict=True):
                 results[ask] = result
                 if store is not None:
-                    store.keep(of_everything("power", names[ask]), {"found": result})
+                    store.keep(keys[ask], {"found": result})
                 progress(names[ask], len(results) / len(names))
     faulty, valid = ([r for ask in asked if (r := results[ask]) is not None]
                      for asked in (of_faults, of_rules))  # fmt: skip
@@ -161,6 +163,20 @@ def _asked(ask: Asked) -> Result | None:
 
 def _name(index: int, unit: int, seed: int) -> str:
     return everything(unit, seed)[index].name + (f" in units of 10^{unit}" if unit else "")
+
+
+def _key(ask: Asked, name: str) -> str:
+    """The fingerprint of a fault's or valid rule's result: the studies' text, its scene and rules.
+
+    Its name, and the text of this folder, say all else.
+    """
+    files = [Path(__file__), *(Path(str(get(study).measuring.__file__)) for study, *_ in STUDIES)]
+    if ask.func is of_fault:
+        fault = everything(*ask.args[1:])[ask.args[0]]
+        scene, rules = fault.scene, [discretisations.get(fault.rule)]
+    else:
+        scene, rules = SCENES[ask.args[0] // 6 % len(SCENES)], built_on(random_rule(ask.args[0]))
+    return of_work(["power", name], dict.fromkeys(files), scenes.get(scene), rules)
 
 
 @contextmanager

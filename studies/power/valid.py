@@ -38,6 +38,13 @@ def random_rule(seed: int) -> Discretisation:
     return KINDS[kind](generator, f"{kind}-{seed}")
 
 
+def built_on(rule: Discretisation) -> list[Discretisation]:
+    """The bench's own rules that it composes or calls."""
+    formula = (rule.base if isinstance(rule, Composition) else rule).formula
+    return [own for own in (midpoint, trapezoidal)
+            if formula is own.formula or own.name in formula.__code__.co_names]  # fmt: skip
+
+
 def _share(generator: random.Random, low: int = 1, high: int = 19) -> Fraction:
     return Fraction(generator.randint(low, high), 20)
 

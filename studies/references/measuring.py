@@ -12,12 +12,13 @@ import math
 import time
 from collections.abc import Sequence
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 from discmech.integrators import scenes
 
 from ..core.case import Progress, silent
-from ..core.fingerprint import of_everything
+from ..core.fingerprint import of_work
 from ..core.record import machine, provenance, record
 from ..core.store import Store
 
@@ -90,7 +91,8 @@ def _case(kind: str, row: dict[str, Any]) -> dict[str, Any]:
 def _remembered(equations: Any, digits: int, t: Fraction, store: Store | None) -> dict[str, Any]:
     if store is None:
         return _timed(equations, digits, t)
-    key = of_everything("references", SCENE, f"{digits} {t}", str(machine()))
+    words = ("references", f"{digits} {t}", str(machine()))
+    key = of_work(words, [Path(__file__)], scenes.get(SCENE), ())
     found: dict[str, Any] = store.remembered(key, lambda: _timed(equations, digits, t))
     return found
 

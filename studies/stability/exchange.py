@@ -11,6 +11,7 @@ import numpy as np
 
 from discmech.integrators import Scheme, StepFailure, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import Discretisation
 from discmech.integrators.scenes.fpu import HALF
 
 from ..core.case import scheme_of
@@ -47,6 +48,11 @@ def slow_energies(scheme: Scheme, omega: Fraction, z: Fraction) -> tuple[np.ndar
     return means, step
 
 
+def reference_rule() -> Discretisation:
+    """The method of the reference."""
+    return discretisations.get("kahan-li-8:trapezoidal")
+
+
 @lru_cache(maxsize=8)
 def reference(omega: Fraction = OMEGA) -> tuple[np.ndarray, float]:
     """The springs' slow energies, and how far they are certain.
@@ -54,8 +60,7 @@ def reference(omega: Fraction = OMEGA) -> tuple[np.ndarray, float]:
     By a composition of order 8 at hω = 1/4; it is certain to its difference from hω = 1/2. At
     ω = 50 that is 10⁻⁷; stiffer springs take longer, and the soft ones are chaotic meanwhile.
     """
-    rule = discretisations.get("kahan-li-8:trapezoidal")
-    scheme = FAMILIES["fpu"].scheme(scheme_of(scenes.get("fpu"), rule), omega)
+    scheme = FAMILIES["fpu"].scheme(scheme_of(scenes.get("fpu"), reference_rule()), omega)
     fine, coarse = (slow_energies(scheme, omega, Fraction(1, k))[0] for k in (4, 2))
     return fine, float(np.abs(fine - coarse).max())
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from discmech.integrators import midpoint, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import Discretisation
 
 from ..core import controls
 from ..core.case import Case, Choice, Progress, Verdict, scheme_of, silent
@@ -53,6 +54,12 @@ def cases(choice: Choice) -> list[Case]:
                     Case(NAME, scene, midpoint, 16, choice.steps, control, choice.thorough)
                 )
     return found
+
+
+def rules_beside(case: Case) -> list[Discretisation]:
+    """What the exchange of energy is held against."""
+    family = FAMILIES.get(case.scene.name)
+    return [exchange.reference_rule()] if family is not None and family.adiabatic else []
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

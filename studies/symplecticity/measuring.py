@@ -79,7 +79,7 @@ def limit(digits: int) -> float:
 
 #: round-offs that a step may be off, of its own bound to first order (`step_round_off`). Two, for a
 #: kernel adds and multiplies in another order than the maps; and where Newton ends at ε of the sum
-#: of all unknowns a small one may be off by as many round-offs as there are unknowns, some tens
+#: of all unknowns, stages too, one may be off by as many round-offs as there are, some tens
 ROUND_OFFS = 64
 
 

@@ -275,9 +275,9 @@ CASES = {
             lambda L, G, x, u, h: h * L(x + h * u / 2, u))), r"write G\.target\(x, u, h/2\)"),
     "kind of a quantity": (lambda: Conserved("J", lambda x, mu, p: mu[0], kind="first intgral"),
                            "no kind='first intgral': did you mean 'first integral'"),
-    "a constraint that is no list": (
+    "a list in a list of constraints": (
         lambda: Scheme(replace(scenes.get("cartesian-pendulum"),
-                               holonomic=lambda x, p: x.dot(x) - 1), midpoint),
+                               holonomic=lambda x, p: [[x.dot(x) - 1]]), midpoint),
         r"must give a list of expressions φ.* say"),
     "size as text": (lambda: so("3"), r"so\('3'\): the size is a whole number from 2"),
     "dimension as text": (lambda: LocalGroupoid("1", 1, target=None, product=None),
@@ -287,7 +287,7 @@ CASES = {
     "order True": (lambda: discretisation(order=True), "whole number from 1, not True"),
     "Γ off the sphere at the start of a run": (
         lambda: flow("heavy-top", "midpoint", "1/20").trajectory(1, x0=[1, 1, 1]),
-        r"heavy-top: \|Γ\|² is 3 at x0, but must be 1"),
+        r"heavy-top: \|Γ\|² is 3 at this start, but must be 1"),
 }  # fmt: skip
 
 

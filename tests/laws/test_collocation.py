@@ -5,12 +5,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import sympy
 
-from discmech.integrators import Scheme, cayley, exponential, rules
+from discmech.integrators import Scene, Scheme, cayley, exponential, pair, rules
 from discmech.integrators.compiler.kernels import names_of
 from discmech.integrators.compiler.lanes import lane_namespace, tables
 from discmech.integrators.compiler.stage_text import stage_text
-from discmech.integrators.equations import stage_system
+from discmech.integrators.equations import stage_source
 from tests.objects import SCENES
 
 #: one scene on each kind of groupoid, and what stays with Newton
@@ -122,6 +123,14 @@ def test_stiff_scenes_go_on_by_newton():
     assert np.array_equal(run.mu, wanted.mu)
 
 
+@pytest.mark.parametrize("digits", [16, 20])
+def test_halved_steps_are_counted_as_newtons(digits):
+    """At the edge of a chart, which no whole step of this size stays away from."""
+    scheme = Scheme(SCENES["rigid-body"], rules.get("gauss-3"))
+    run = scheme.flow("20", digits, on_edge="shrink").trajectory(3)
+    assert run.edges == 4 and run.solver == "fixed point, Newton in 3 of 3 steps"
+
+
 def test_a_negative_step_goes_back():
     """On pairs a Gauss rule is its own adjoint."""
     fixed, _ = both(SCENES["kepler"], "gauss-3", "0.1")
@@ -132,6 +141,23 @@ def test_a_negative_step_goes_back():
     assert abs(again.x[-1] - run.x[0]).max() < 1e-13
 
 
+def test_a_function_of_ones_own_is_known_by_its_derivatives():
+    """Its kernels are those of today's derivative, whatever the cache holds of its name."""
+
+    def pull(slope):
+        class Well(sympy.Function):
+            def fdiff(self, argindex=1):
+                return slope(self.args[0])
+
+        def lagrangian(x, v, p):
+            return v[0] ** 2 / 2 - Well(x[0])
+
+        scene = Scene("well", pair(1), lagrangian, x0=["1/2"], v0=[0])
+        return Scheme(scene, rules.get("gauss-3")).flow("0.1").trajectory(1).mu[-1, 0]
+
+    assert pull(sympy.sin) != pull(sympy.sinh) == pull(sympy.sinh)
+
+
 def area(scene, rule, step, sweeps):
     """|det − 1| of the derivative of one step on one degree of freedom, stopped after `sweeps`.
 
@@ -139,8 +165,9 @@ def area(scene, rule, step, sweeps):
     """
     flow = Scheme(scene, rules.get(rule)).flow(step, digits=60)
     nodes = flow.scheme.rule.nodes
-    text = stage_text(stage_system(flow.scheme.equations.s, nodes))
-    given = lane_namespace(nodes, nodes.count, flow.numbers, 1)
+    text = stage_text(stage_source(flow.scheme.equations.s, nodes).derived())
+    given = lane_namespace(nodes.count, flow.numbers, 1)
+    given |= tables(nodes, nodes.count, nodes.count, flow.numbers)
     if sweeps:
         text = text.replace("settled = stale > 2 and change < NOISE", "settled = True")
         given["MOST_SWEEPS"] = sweeps

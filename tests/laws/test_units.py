@@ -176,6 +176,17 @@ def test_units_that_no_double_holds_are_refused(name, power):
         scheme.flow(scheme.scene.step).trajectory(1)
 
 
+@pytest.mark.parametrize("digits", (16, 50))
+def test_a_component_that_others_hide_is_solved_for_to_its_own_digits(digits):
+    """Of masses in a row at rest, of which one is pushed, the last ones move by 1e-25 of it."""
+    fpu = scenes.get("fpu")
+    flow = Scheme(fpu, rules.midpoint).flow(fpu.step, digits)
+    run = flow.trajectory(6)
+    for k in range(6):
+        found = flow.step_defect(run.x[k], run.mu[k], run.x[k + 1], run.mu[k + 1], u0=run.u[k])
+        assert found <= limits(digits)["residual"]
+
+
 def test_what_is_zero_on_both_sides_is_no_defect():
     """The plane x₃ = 0 of a central force is kept exactly; a push out of it is no round-off."""
     flat = Scene("flat", pair(3), lambda x, v, p: (v.dot(v) - x.dot(x)) / 2,

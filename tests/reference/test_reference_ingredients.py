@@ -82,7 +82,7 @@ def carried_over(steps=1):
     with working():
         carried = propagation.Carried([arb(1)])
         for _ in range(steps):
-            carried.move(arb_mat(1, 1, [arb(3) / (2 * steps)]), [arb(0)])
+            carried.move(arb_mat(1, 1, [arb(3) / (2 * steps)]), [arb(0)], [arb(1)])
         return carried.error()[0, 0].abs_upper()
 
 

@@ -5,6 +5,7 @@ from fractions import Fraction
 from types import SimpleNamespace
 
 import mpmath
+import numpy as np
 import pytest
 import sympy
 from flint import arb, arb_mat, arb_poly
@@ -27,7 +28,7 @@ def grown(steps, source=0.0, skew=1.0):
         carried = propagation.Carried([arb(1), arb(1)])
         jacobian = arb_mat(2, 2, [arb(0.5) / 4, arb(-skew) / 4, arb(skew) / 4, arb(0.5) / 4])
         for _ in range(steps):
-            along = carried.move(jacobian, [arb(source) / 4] * 2)
+            along = carried.move(jacobian, [arb(source) / 4] * 2, [arb(1)] * 2)
         found = [float(e.abs_upper()) for e in carried.error().entries()]
         all_along = [float(e.abs_upper()) for e in along.entries()]
         assert all(a >= f * (1 - 1e-12) for a, f in zip(all_along, found, strict=True))
@@ -53,20 +54,57 @@ def test_what_is_carried_holds_the_error_and_little_more(steps, source):
 def test_a_frame_is_taken_every_third_stretch(monkeypatch):
     calls, right = [], propagation.Carried._new_frame
 
-    def counted(self):
+    def counted(self, weights):
         calls.append(self.age)
-        right(self)
+        right(self, weights)
 
     monkeypatch.setattr(propagation.Carried, "_new_frame", counted)
     grown(10)
     assert calls == [3, 3, 3]
 
 
+@pytest.mark.parametrize("unit", [2.0**-20, 2.0**20])
+def test_what_is_carried_is_hardly_more_in_other_units(unit):
+    """An oscillator whose velocity is told in them, whose errors only turn."""
+
+    def carried(unit):
+        sizes, units = [[0, 0.3 / unit], [0.3 * unit, 0]], [arb(1), arb(unit)]
+        jacobian = arb_mat(2, 2, [0, arb(0.3 / unit), arb(-0.3 * unit), 0])
+        weights, norm = propagation.balance(np.array(sizes))
+        assert norm == pytest.approx(0.6)
+        assert float(propagation.row_norm(jacobian, weights)) <= norm * (1 + 1e-6)
+        found = propagation.Carried(units)
+        for _ in range(200):
+            found.move(jacobian, [arb(0)] * 2, weights)
+        return [float(e.abs_upper() / one) for e, one in zip(found.error(), units, strict=True)]
+
+    with working():
+        assert max(carried(unit)) <= 2 * max(carried(1.0)) < 3
+
+
+@pytest.mark.parametrize("sizes", [
+    np.zeros((3, 3)), [[0, 1e9, 3], [0, 0, 1e9], [0, 0, 0]], [[2, 1e-9], [1e12, 1]],
+    [[5, 0, 0], [1e5, 5, 0], [0, 1, 5]], np.full((18, 18), 40),
+], ids=["none", "nilpotent", "unlike", "triangular", "dense"])  # fmt: skip
+def test_weights_are_positive_and_leave_twice_the_spectral_radius(sizes):
+    """Or as much as one stretch takes; however the sizes are coupled."""
+    sizes = np.array(sizes, dtype=float)
+    least = max(abs(np.linalg.eigvals(sizes)))
+    with working():
+        weights, norm = propagation.balance(sizes)
+        assert all(d >= 1 for d in weights)
+        assert norm == pytest.approx(max(2 * least, propagation.STRETCH), rel=1e-12)
+        matrix = arb_mat(*sizes.shape, sizes.ravel().tolist())
+        assert float(propagation.row_norm(matrix, weights)) <= norm * (1 + 1e-6)
+        weights, norm = propagation.balance(sizes + math.inf)
+    assert norm == math.inf and set(map(float, weights)) == {1}
+
+
 def test_what_is_carried_beyond_all_numbers_bounds_nothing():
     with working():
         carried = propagation.Carried([arb(1), arb(1)])
         for _ in range(5):
-            carried.move(arb_mat(2, 2, [arb("nan")] * 4), [arb(0)] * 2)
+            carried.move(arb_mat(2, 2, [arb("nan")] * 4), [arb(0)] * 2, [arb(1)] * 2)
         assert not any(e.is_finite() for e in carried.error().entries())
 
 
@@ -188,6 +226,7 @@ def test_errors_of_steps_are_carried_in_units_of_their_scale():
 @pytest.mark.parametrize("count", [1, 4])
 def test_the_boxes_of_a_step_cover_it_without_a_gap(monkeypatch, count):
     path, shares, box = arb_poly([1, 1]), [], enclosure._Piece.box
+    monkeypatch.setattr(enclosure, "_balanced", lambda *_: ([arb(1)], 0.0))
     monkeypatch.setattr(enclosure, "_stretches", lambda *_: count)
     monkeypatch.setattr(
         enclosure._Piece, "box", lambda self, *at: (shares.append(at[:2]), box(self, *at))[1]

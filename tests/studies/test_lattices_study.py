@@ -216,13 +216,13 @@ def test_an_energy_that_comes_and_goes_slowly_is_no_fail():
 
 @pytest.mark.slow
 def test_an_energy_that_drifts_is_a_fail(monkeypatch):
-    right = measuring.energies
+    right = following.energies
 
     def drifting(scheme, run):
         H, size = right(scheme, run)
         return H + 1e-6 * size * run.t, size
 
-    monkeypatch.setattr(measuring, "energies", drifting)
+    monkeypatch.setattr(following, "energies", drifting)
     found = run_case(STUDY, case("rotors", "midpoint", 2000))
     assert found["verdict"] == "fail" and "the energy drifts" in found["reason"]
 

@@ -10,7 +10,7 @@ import pytest
 import sympy
 
 from discmech.integrators.compiler.kernel_text import driver_text
-from discmech.integrators.numbers import first_violation
+from discmech.integrators.numbers import first_violation, vanishes_as
 from discmech.studies.command.entry import main
 from discmech.studies.core.store import Store
 from discmech.studies.power import measuring, results
@@ -83,6 +83,9 @@ def test_an_equivalent_is_proved_and_nothing_else_is():
     bracket = index("heavy-top midpoint: form.poisson_tensor, the bracket's sign")
     assert "-1 times" in proof(CATALOGUE[bracket])
     assert "−s" in proof(CATALOGUE[index("pendulum lobatto-3: path, sign #0")])
+    for words, order in (("heavy-top midpoint: rule, over h #0", 3),  # 4/h in a denominator
+                         ("rigid-body gauss-2: rule, times h #0", 5)):  # fmt: skip
+        assert f"O(h^{order})" in proof(CATALOGUE[index(words)])
     for words in (
         "pendulum gauss-2: path, sign #0",
         "rigid-body midpoint: form.omega, [FL-transposed]",
@@ -90,6 +93,15 @@ def test_an_equivalent_is_proved_and_nothing_else_is():
         "pendulum midpoint: equation.gain_at_points, sign #0",
     ):
         assert proof(CATALOGUE[index(words)]) == ""
+
+
+@pytest.mark.parametrize("order", range(6))
+def test_an_expression_vanishes_as_its_lowest_power_of_h(order):
+    h, x = sympy.symbols("h x")
+    term = h**3 * (sympy.sin(x) + h / (x + 4 / h))
+    large = h * sympy.cos(x) * (1 + h) - h * sympy.cos(x) - h**2 * sympy.cos(x)
+    assert vanishes_as(large + term, h, order) is (order <= 3)
+    assert vanishes_as(large, h, order) and not vanishes_as(sympy.sin(x / h), h, order + 1)
 
 
 def test_names_are_unique_and_every_site_is_there():

@@ -11,13 +11,25 @@ from pathlib import Path
 import pytest
 
 from discmech.integrators import scenes
-from discmech.integrators.rules import METHODS, compose, gauss, midpoint, trapezoidal
-from discmech.studies import get
+from discmech.integrators.lattices import systems
+from discmech.integrators.rules import (
+    METHODS,
+    compose,
+    dual_gauss,
+    gauss,
+    imex,
+    midpoint,
+    own,
+    rectangle,
+    trapezoidal,
+)
+from discmech.studies import NAMES, get
 from discmech.studies.command.entry import INTERRUPTED, main
 from discmech.studies.core import fingerprint, lookup, side_by_side
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.running import run_study
 from discmech.studies.core.store import Store
+from discmech.studies.power import measuring as power
 
 CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
                 rules=(midpoint,), digits=(16,), steps=10)  # fmt: skip
@@ -188,13 +200,13 @@ def checkout(tmp_path, monkeypatch):
                         ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
     here = Path(fingerprint.ROOT)
     monkeypatch.setattr(fingerprint, "ROOT", tmp_path / "tree")
-    for name in ("order", "energy"):
-        moved = tmp_path / "tree" / Path(get(name).measuring.__file__).relative_to(here)
-        monkeypatch.setattr(get(name).measuring, "__file__", str(moved))
+    for module in (*(get(name).measuring for name in NAMES), power):
+        moved = tmp_path / "tree" / Path(module.__file__).relative_to(here)
+        monkeypatch.setattr(module, "__file__", str(moved))
 
     def forget():
         for function in (fingerprint.text_of, fingerprint._text_of_scene, fingerprint._text_of_all,
-                         fingerprint._imports):  # fmt: skip
+                         fingerprint._text_of_rule, fingerprint._imports):  # fmt: skip
             function.cache_clear()
 
     forget()
@@ -236,10 +248,140 @@ def test_text_that_has_a_part_in_it_changes_it_and_no_other(checkout):
         before = key()
 
 
-def test_of_a_file_of_rules_a_rule_s_own_function_counts_and_what_all_share():
-    text = fingerprint._text_of_rule(midpoint)
-    assert "def midpoint" in text and "import discretisation" in text
-    assert "def trapezoidal" not in text
+ON_FPU = {"name": "stability", "scene": "fpu"}
+ON_STICKS = {"name": "charts", "scene": "moser-veselov", "rule": own}
+#: a rule of the bench: what rests on it
+RESTS_ON = {
+    "midpoint": (key, partial(key, rule=compose(midpoint, "suzuki")), partial(key, "savings")),
+    "trapezoidal": (partial(key, rule=trapezoidal), partial(key, **ON_FPU, rule=imex)),
+    "rectangle": (partial(key, rule=rectangle), partial(key, **ON_STICKS)),
+    "imex": (partial(key, "order", "fpu", imex), partial(key, **ON_FPU, rule=imex)),
+}  # fmt: skip
+
+
+def keys_of_power():
+    """By the rules that each fault or valid rule is run with."""
+    found = {}
+    for index, fault in enumerate(power.everything(0, 0)):
+        base = fault.rule.rpartition(":")[2]
+        found.setdefault(base, (partial(power.of_fault, index), fault.name))
+    for seed in range(6):
+        rules = ", ".join(rule.name for rule in power.built_on(power.random_rule(seed)))
+        found[f"valid {rules}"] = (partial(power.of_rule, seed), f"valid rule {seed}")
+    return {rules: power._key(*asked) for rules, asked in found.items()}
+
+
+def change_rule(tree, rule, text="    h = 2 * h / 2\n"):
+    file = tree / "integrators/rules/simple.py"
+    before, head, after = file.read_text().partition(f"def {rule}(")
+    file.write_text(before + head + after.replace("    return h", f"{text}    return h", 1))
+
+
+@pytest.mark.parametrize("rule", RESTS_ON)
+def test_of_a_file_of_rules_only_those_that_changed_are_measured_again(checkout, rule):
+    tree, forget = checkout
+    before = {other: [ask() for ask in asked] for other, asked in RESTS_ON.items()}
+    before_power = keys_of_power()
+    assert {rule for rule in before_power if "valid" in rule} >= {"valid ", "valid midpoint"}
+    change_rule(tree, rule)
+    forget()
+    for other, asked in RESTS_ON.items():
+        changed = [ask() != earlier for ask, earlier in zip(asked, before[other], strict=True)]
+        both = (rule, other) in {("trapezoidal", "imex"), ("imex", "trapezoidal")}  # imex on fpu
+        assert changed == ([False, True] if both else [rule == other] * len(asked)), other
+    for rules, earlier in keys_of_power().items():
+        assert (earlier != before_power[rules]) == (rule in rules), rules
+
+
+def test_comments_and_docstrings_of_rules_are_no_part(checkout):
+    tree, forget = checkout
+    before = key(), keys_of_power()
+    change_rule(tree, "midpoint", "    # a comment\n")
+    file = tree / "integrators/rules/simple.py"
+    file.write_text(file.read_text().replace("at the middle of the step.", "halfway."))
+    forget()
+    assert (key(), keys_of_power()) == before
+
+
+def test_what_a_rule_calls_in_its_file_is_a_part_of_it(checkout):
+    tree, forget = checkout
+    change_rule(tree, "trapezoidal", "    half = midpoint(L, G, x, u, h)\n")
+    forget()
+    before = key(rule=trapezoidal), key(rule=rectangle)
+    change_rule(tree, "midpoint")
+    forget()
+    assert key(rule=trapezoidal) != before[0] and key(rule=rectangle) == before[1]
+
+
+def test_rules_by_quadrature_rest_on_their_file_and_others_do_not(checkout):
+    tree, forget = checkout
+    of_it = [partial(key, rule=rule) for rule in (gauss(2), dual_gauss(2))]
+    before, other = [ask() for ask in of_it], key()
+    file = tree / "integrators/rules/galerkin.py"
+    file.write_text(file.read_text().replace("(4 * degree + 2)", "(2 + 4 * degree)"))
+    forget()
+    assert all(ask() != earlier for ask, earlier in zip(of_it, before, strict=True))
+    assert key() == other
+
+
+def test_a_fault_rests_on_its_scene_and_on_the_studies_that_look_for_it(checkout):
+    tree, forget = checkout
+    faults = {f.scene: (partial(power.of_fault, i), f.name)
+              for i, f in enumerate(power.everything(0, 0))}  # fmt: skip
+    before = {scene: power._key(*asked) for scene, asked in faults.items()}
+    append(tree / "integrators/scenes/kepler.py")
+    append(tree / "studies/contact/measuring.py")  # no study of those
+    append(tree / "studies/power/view.py")
+    forget()
+    after = {scene: power._key(*asked) for scene, asked in faults.items()}
+    assert [scene for scene in faults if after[scene] != before[scene]] == ["kepler"]
+    for file in ("studies/momentum/measuring.py", "studies/power/catalogue.py",
+                 "studies/core/one_case.py", "integrators/flows/flow.py"):  # fmt: skip
+        append(tree / file)
+        forget()
+        again = {scene: power._key(*asked) for scene, asked in faults.items()}
+        assert all(again[scene] != after[scene] for scene in faults), file
+        after = again
+
+
+def test_a_race_rests_on_the_rules_that_take_part(checkout):
+    tree, forget = checkout
+    races = {case.scene.name: case for case in get("work-precision").cases(Choice())}
+
+    def keys():
+        return {name: fingerprint.of_case(get("work-precision"), case, timed=True)
+                for name, case in races.items()}  # fmt: skip
+
+    before = keys()
+    change_rule(tree, "imex")
+    forget()
+    after = keys()
+    with_it = {name for name, case in races.items() if imex in case.rules}
+    assert {name for name in races if after[name] != before[name]} == with_it < {*races}
+
+
+def test_a_c_file_beside_a_study_counts(checkout):
+    tree, forget = checkout
+    ask = partial(key, "lattices", systems.get("toda"), trapezoidal)
+    before = ask(), key()
+    with (tree / "studies/lattices/lattice.c").open("a") as file:
+        file.write("/* changed */\n")
+    forget()
+    assert ask() != before[0] and key() == before[1]
+
+
+def test_a_cause_that_was_told_holds_while_all_text_is_the_same(monkeypatch):
+    """It is told with rules and scenes beside the case's own."""
+    result = {"verdict": "fail", "control": False}
+    store = Store()
+    side_by_side._kept(store, get("order"), "a" * 64, result)
+    side_by_side._kept(store, get("order"), "b" * 64, {**result, "control": True})
+    side_by_side._kept(store, get("stability"), "c" * 64, result)  # tells none
+    assert side_by_side.found_by(store, "a" * 64) == result
+    monkeypatch.setattr(fingerprint, "_text_of_all", lambda: "changed")
+    assert side_by_side.found_by(store, "a" * 64) is None
+    assert side_by_side.found_by(store, "b" * 64)["control"]
+    assert side_by_side.found_by(store, "c" * 64) == result
 
 
 def test_a_scene_of_a_known_name_with_other_symmetries_is_not_the_bench_s():

@@ -9,7 +9,7 @@ from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core import fingerprint, lookup
 from discmech.studies.core.case import Case, Choice, in_chart
-from discmech.studies.core.userfile import load
+from discmech.studies.core.userfile import load, stamps
 
 RULE = '''"""Mine."""
 from discmech.integrators import discretisation, midpoint
@@ -52,6 +52,8 @@ def test_a_text_is_run_once_and_a_changed_one_anew(file):
     assert load("mine.py") is first
     again = load(file(RULE.replace("order=2", "order=1")))
     assert again.rules["two-thirds"].order == 1 and again.digest != first.digest
+    assert dict(stamps())["mine.py"] == again.digest
+    assert load(file(RULE)) is first and dict(stamps())["mine.py"] == first.digest
 
 
 def test_words_name_things_and_things_have_words(file):

@@ -13,10 +13,10 @@ from discmech.integrators.compiler.cache import sources
     ("rules/galerkin.py", False), ("scenes/pendulum.py", False),
 ])  # fmt: skip
 def test_a_name_changes_with_what_no_equation_holds(monkeypatch, file, counts):
-    before, read = sources.__wrapped__(), Path.read_text
+    before, read = sources.__wrapped__(), Path.read_bytes
 
     def changed(path, *words, **more):
-        return read(path, *words, **more) + "#" * path.as_posix().endswith(f"integrators/{file}")
+        return read(path, *words, **more) + b"#" * path.as_posix().endswith(f"integrators/{file}")
 
-    monkeypatch.setattr(Path, "read_text", changed)
+    monkeypatch.setattr(Path, "read_bytes", changed)
     assert (sources.__wrapped__() != before) is counts

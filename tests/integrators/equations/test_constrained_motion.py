@@ -126,9 +126,10 @@ def test_the_pivot_stays_where_it_is(steps):
     assert np.abs(run.mu[:, :3] - np.einsum("kij,kj->ki", attitude, turning)).max() < 1e-13
 
 
-def test_a_composition_is_of_its_own_order():
+@pytest.mark.parametrize("rule", ["midpoint", "trapezoidal"])
+def test_a_composition_is_of_its_own_order(rule):
     scene = scenes.get("cartesian-pendulum")
-    one = Scheme(scene, compose(rules.get("midpoint"), "triple-jump"))
+    one = Scheme(scene, compose(rules.get(rule), "triple-jump"))
     ends = [one.flow(f"1/{n}").trajectory(n, every=n).x[-1] for n in (20, 40, 320)]
     gaps = [np.abs(e - ends[-1]).max() for e in ends[:2]]
     assert math.log2(gaps[0] / gaps[1]) == pytest.approx(4, abs=0.2)
@@ -162,3 +163,20 @@ def test_pendulums_move_as_they_do_in_coordinates_without_constraints():
         wanted = [mpmath.sin(first), -mpmath.cos(first)]
         wanted += [wanted[0] + mpmath.sin(second), wanted[1] - mpmath.cos(second)]
         assert max(abs(a - b) for a, b in zip(here.x, wanted, strict=True)) < 1e-28
+
+
+def test_one_constraint_needs_no_list():
+    of_one, of_a_list = (
+        Scene(
+            "circle",
+            pair(2),
+            lambda x, v, p: v.dot(v) / 2 - x[1],
+            x0=["3/5", "-4/5"],
+            v0=[0, 0],
+            holonomic=constraint,
+        )
+        for constraint in (lambda x, p: x.dot(x) - 1, lambda x, p: [x.dot(x) - 1])
+    )
+    one, other = (Scheme(s, rules.get("trapezoidal")).flow("0.1").trajectory(5)
+                  for s in (of_one, of_a_list))  # fmt: skip
+    assert np.array_equal(one.x, other.x) and np.ptp(one.x) > 0

@@ -26,7 +26,6 @@ def held(**more):
         ({"nonholonomic": lambda x, p: [1, 0]}, "list of rows of 2 entries"),
         ({"nonholonomic": lambda x, p: [[1, 0, 0]]}, "list of rows of 2 entries"),
         ({"holonomic": lambda x, p: [[x[0]]]}, "list of expressions"),
-        ({"holonomic": lambda x, p: x[0] - 1}, "list of expressions"),
         ({"holonomic": lambda x, p: [x[0] - sympy.Symbol("q")]}, "the unknown symbol q"),
         ({"nonholonomic": lambda x, p: [[sympy.I, 0]]}, "not finite and real"),
     ],

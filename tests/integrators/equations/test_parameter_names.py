@@ -36,3 +36,30 @@ def test_names_of_the_generated_text_are_free(name):
     digits = 16 if name in ("h", "R") else 20
     one, other = (Scheme(s, midpoint).flow("0.1", digits).trajectory(10).x for s in (scene, wanted))
     assert np.abs(one - other).max() < 1e-15
+
+
+@pytest.mark.parametrize(
+    ("parameters", "two"),
+    [
+        ({"a": [1], "a_0": 3}, lambda p: (p.a[0], p.a_0)),
+        ({"a_0": 3, "a": [1]}, lambda p: (p.a[0], p.a_0)),
+        ({"a": [[1]], "a_0": [3]}, lambda p: (p.a[0, 0], p.a_0[0])),
+        ({"x": [1], "x_0": 3}, lambda p: (p.x[0], p.x_0)),
+    ],
+)
+def test_an_entry_of_a_parameter_is_no_other_parameter(parameters, two):
+    """a[0] beside a_0 had its value: V = x² + 3x⁴ was 3x² + 3x⁴."""
+
+    def lagrangian(x, v, p):
+        one, other = two(p)
+        return v[0] ** 2 / 2 - one * x[0] ** 2 - other * x[0] ** 4
+
+    def plainly(x, v, p):
+        return v[0] ** 2 / 2 - x[0] ** 2 - 3 * x[0] ** 4
+
+    pairs = [("entries", lagrangian, parameters), ("plain", plainly, {})]
+    one, other = (
+        Scheme(Scene(*given, x0=[1], v0=[0]), midpoint).flow("0.1", 20).trajectory(10).x
+        for given in ((name, pair(1), function, named) for name, function, named in pairs)
+    )
+    assert np.abs(one - other).max() < 1e-19

@@ -56,8 +56,9 @@ def test_states_are_read_without_the_rest():
     assert type(run) is type(read)
 
 
-def test_another_start_goes_the_same_way():
-    scheme = Scheme(SCENES["heavy-top"], rules.get("gauss-3"))
+@pytest.mark.parametrize("rule", ["gauss-3", "midpoint"])
+def test_another_start_goes_the_same_way(rule):
+    scheme = Scheme(SCENES["heavy-top"], rules.get(rule))
     flow, rows = scheme.flow("0.05"), scheme.flow("0.05").trajectory(5)
     for row in (2, 4, 0):
         start = {"x0": rows.x[row], "mu0": rows.mu[row]}
@@ -67,8 +68,12 @@ def test_another_start_goes_the_same_way():
     assert same(flow.trajectory(4, 2), scheme.flow("0.05").trajectory(4, 2))
     with pytest.raises(BadInput, match="truth value"):
         flow.trajectory(4, 2, x0=[True, 0, 0], mu0=rows.mu[0])
-    with pytest.raises(BadInput, match="must be 1"):
-        flow.trajectory(4, 2, x0=2 * rows.x[0], mu0=rows.mu[0])
+    with pytest.raises(BadInput, match="finite"):
+        flow.trajectory(4, 2, x0=rows.x[0], mu0=np.inf * rows.mu[0])
+    for more in ({"mu0": rows.mu[0]}, {}):
+        flow.trajectory(4, 2, x0=rows.x[3], **more)  # |Γ|² is 1 to round-off
+        with pytest.raises(BadInput, match="must be 1"):
+            flow.trajectory(4, 2, x0=2 * rows.x[0], **more)
 
 
 @pytest.mark.parametrize("ask", [lambda r: pickle.loads(pickle.dumps(r)), copy.deepcopy, replace])
@@ -77,6 +82,7 @@ def test_a_run_that_nobody_has_read_is_a_run(ask):
     read = flow.trajectory(5)
     assert same(read, ask(flow.trajectory(5)))
     assert flow.trajectory(5).solver == "fixed point"
+    assert repr(flow.trajectory(5)) == repr(read)
     with pytest.raises(AttributeError, match="nothing"):
         _ = flow.trajectory(5).nothing
 

@@ -73,6 +73,21 @@ def test_a_certain_drift_is_told_inside_the_band():
     assert "all of its band" in energy_of(drifts=[once], band=0.0)[1]
 
 
+@pytest.mark.parametrize(("slope", "steady"), [(0.0, 1.0), (1.0, 0.0)])
+def test_a_large_error_of_the_first_half_alone_is_no_band(slope, steady):
+    def told(band=0.8, second=0.0, still=True):
+        quarters = [band, band / 2, second, second / 2]
+        of = {"quarters": quarters, "still": still, "steady": steady, "slope": slope}
+        return energy_of(band=band, **of)
+
+    else_told = energy_of(band=0.8, slope=slope, steady=steady)
+    assert told()[0] == "fail" and "comes to rest" in told()[1]
+    assert told(still=False)[0] == "inconclusive" and "no band" in told(still=False)[1]
+    assert told(second=0.2 / ABOVE)[0] == "fail" and told(second=0.2) == else_told
+    assert told(energy.WIDE * ABOVE)[0] == "fail"
+    assert told(energy.WIDE)[0] == else_told[0]
+
+
 def test_the_balance_of_energy_and_work(monkeypatch):
     of = case(scene={"force": 1})
     monkeypatch.setattr(energy.balance, "wanted", lambda case: {"balance_order": 1.95})
@@ -149,6 +164,16 @@ def test_a_drift_is_not_certain_where_an_edge_may_stand(monkeypatch):
     for edge in (np.minimum, np.maximum):
         stands = edge(errors + 2 * band - 1e-3, 5e-4)
         assert energy.certain_drift(case(), times, stands) is None
+
+
+def test_a_period_that_nearly_divides_a_part_is_no_drift(monkeypatch):
+    """Means of 8 parts, and the extremes that steps meet, move with the phase; not those of 7."""
+    times = np.arange(10_000) / 10_000
+    band = -1e-3 * np.cos(math.pi * 64.24 * times) ** 2
+    assert energy.certain_drift(case(), times, band) is None
+    assert energy.certain_drift(case(), times, band + 1e-3 * times).slope > 0
+    monkeypatch.setattr(energy, "PARTITIONS", (8,))
+    assert energy.certain_drift(case(), times, band) is not None
 
 
 def test_what_goes_to_and_fro_is_not_steady():

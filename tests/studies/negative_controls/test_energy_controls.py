@@ -112,3 +112,34 @@ def test_an_error_that_grows_exponentially_has_no_band(steps):
                   step="1.0001", duration=100)  # fmt: skip
     found = measured("energy", stiff, "trapezoidal", 16, steps)
     assert found["verdict"] == "fail" and "it grows" in found["reason"]
+
+
+@one_step(order=1, implicit=True)
+def implicit_euler(s, z, Z, h):
+    return Z - z - h * s.f(Z)
+
+
+@one_step(order=1)
+def explicit_euler(s, z, h):
+    return z + h * s.f(z)
+
+
+@pytest.mark.parametrize("scene", ["harmonic", "pendulum", "henon-heiles", "spherical-pendulum"])
+@pytest.mark.parametrize("steps", [20_000, 1_000_000])
+def test_a_method_that_takes_the_energy_at_once_and_rests_fails(scene, steps):
+    """A line through a long rest is flat, however much was lost before it."""
+    found = measured("energy", scene, implicit_euler, 16, steps)
+    assert found["verdict"] == "fail", found["reason"]
+    assert steps == 20_000 or "comes to rest" in found["reason"]
+
+
+def test_an_error_that_is_made_for_good_is_no_band():
+    """A planet that spirals out, and a flight away from a repelling centre, move on."""
+    spiral = measured("energy", "kepler", explicit_euler, 16, 1_000_000)
+    away = Scene("away", pair(1), lambda x, v, p: v[0] ** 2 / 2 - 1 / x[0], x0=["0.1"], v0=[0],
+                 step="0.05", duration=10)  # fmt: skip
+    flight = measured("energy", away, "trapezoidal", 16, 20_000)
+    for found in (spiral, flight):
+        assert found["verdict"] == "inconclusive" and "no band" in found["reason"]
+    calm = measured("energy", away.with_values(step="0.001"), "trapezoidal", 16, 20_000)
+    assert calm["verdict"] == "pass", calm["reason"]

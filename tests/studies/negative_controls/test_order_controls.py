@@ -7,7 +7,15 @@ import math
 import pytest
 import sympy
 
-from discmech.integrators import Scene, discretisation, mean_multipliers, pair, scenes
+from discmech.integrators import (
+    Scene,
+    discretisation,
+    lie_group,
+    mean_multipliers,
+    pair,
+    scenes,
+    so,
+)
 from discmech.integrators.rules import midpoint, rectangle, trapezoidal
 from tests.studies.cached_results import measured, result
 
@@ -238,3 +246,23 @@ def test_a_step_back_that_fails_takes_nothing_from_the_motion(monkeypatch):
     found = measured("order", "suslov", midpoint, 50)
     assert found["verdict"] == "inconclusive" and found["measured"]["order"] is not None
     assert all(row["multipliers"] is None for row in found["rows"])
+
+
+@pytest.mark.parametrize(("start", "verdict"), [(1, "pass"), (2, "fail")])
+def test_a_rule_whose_adjoint_meets_no_constraints_is_judged_by_its_motion(start, verdict):
+    """Forces inside a step of a group: the adjoint asks for L off the straight step."""
+
+    @discretisation(2, name=f"ends-{start}")
+    def ends(L, G, x, u, h):
+        middle, end = L(G.target(x, u, h / 2), u), L(G.target(x, u, h), u)
+        return h * (start * L(x, u) + 4 * middle + end) / (start + 5)
+
+    driven = Scene(
+        "driven-suslov", lie_group(so(3)),
+        lambda x, v, p: v[0] ** 2 + v[1] ** 2 * 3 / 2 + v[2] ** 2 / 2 + v[0] * v[2] / 3,
+        nonholonomic=lambda x, p: [[0, 0, 1]], force=lambda x, v, p, t: [sympy.sin(t), -v[1], 0],
+        v0=[1, "0.5", 0], duration=2, step="0.05",
+    )  # fmt: skip
+    found = measured("order", driven, ends, 50)
+    assert found["verdict"] == verdict, found["reason"]
+    assert not any("multipliers" in row for row in found["rows"])
