@@ -132,7 +132,7 @@ class LocalGeometry:
         scale = sum(abs(e) for e in u)
         stages = newton(change, self.numbers.zeros(self.k), scale, self.numbers.eps)
         if stages is None:
-            raise StagesNotFound
+            raise StagesNotFound("Newton did not find the internal stages of an arrow.")
         return stages
 
     def with_round_off(self, x: Vector, u: Vector, of_x: Vector, of_u: Vector) -> list[Tracked]:

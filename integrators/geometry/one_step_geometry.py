@@ -117,7 +117,7 @@ class OneStepGeometry(LocalGeometry):
 
         w = newton(change, start, round_off(start), self.numbers.eps)
         if w is None:
-            raise StepNotFound
+            raise StepNotFound("Newton did not find a step again that a run has taken.")
         unknowns = rounded(w, round_off(w))
         found = self._errors("one_step")(at, momentum, unknowns, self._q)
         return w, [tracked(e) for e in found]

@@ -25,9 +25,10 @@ def newton(
 
     It ends when a correction is round-off of the solution (or of `scale`), or when corrections
     near it no longer halve. Sizes are sums of absolute values; with a vector as scale each
-    component is held against its own, so that units do not matter.
+    component is held against its own, so that units do not matter. One that is 0 but for products
+    of round-offs has no such size: at a solution of all together it ends as it no longer halves.
     """
-    point, before = start, None
+    point, before, least = start, None, None
     for _ in range(MOST):
         try:
             step = change(point)
@@ -36,8 +37,12 @@ def newton(
         point = point + step
         if isinstance(scale, np.ndarray):
             # what is put right to exactly 0 has a size before
-            whole = zip(abs(step), scale, abs(point), abs(point - step), strict=True)
-            size, unit = max((c / max(of) for c, *of in whole if c != 0), default=0), eps
+            sizes, own = abs(step), (scale, abs(point), abs(point - step))
+            left = sizes != 0 if least is None else (sizes != 0) & (sizes < least / 2)
+            whole = zip(sizes[left], *(of[left] for of in own), strict=True)
+            size, unit = max((c / max(of) for c, *of in whole), default=0), eps
+            if least is not None or sum(sizes) <= ROUNDED * eps * sum(abs(point)):
+                least = sizes if least is None else np.minimum(sizes, least)
         else:
             size = sum(abs(c) for c in step)
             unit = eps * max(scale, sum(abs(c) for c in point))

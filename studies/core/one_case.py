@@ -7,6 +7,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, StepFailure
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.geometry import StagesNotFound
 
 from .case import DETAILS, Case, Progress, Verdict, silent
 from .record import provenance
@@ -50,7 +51,7 @@ def run_case(
             refuse_ended(case, failure.time)
         except ReferenceFailure as end:
             verdict = Verdict("inconclusive", f"{failure} But {end}.")
-    except (CannotMeasure, ReferenceFailure) as failure:
+    except (CannotMeasure, ReferenceFailure, StagesNotFound) as failure:
         verdict = Verdict("inconclusive", str(failure))
     except BadInput as error:
         measurement["unusable"] = True

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from discmech.integrators import BadInput, Scene, StepFailure, pair, scenes
+from discmech.integrators.geometry import StepNotFound
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.reference import ReferenceFailure
 from discmech.studies import check, get
@@ -94,6 +95,16 @@ def test_a_step_far_too_large_is_a_verdict_not_a_crash(study, name, step):
     found = run_case(get(study), case(study, scene, midpoint, 16, 20))
     assert found["verdict"] == "fail"
     assert "did not converge" in found["reason"] and "smaller step" in found["reason"]
+
+
+def test_a_step_that_is_not_found_again_leaves_its_case_inconclusive(monkeypatch):
+    def defect(*arguments, **more):
+        raise StepNotFound("Newton did not find a step again.")
+
+    monkeypatch.setattr("discmech.integrators.flows.flow.Flow.poisson_defect", defect)
+    found = run_case(get("symplecticity"), case("symplecticity", "pendulum", midpoint, 16))
+    assert found["verdict"] == "inconclusive"
+    assert "did not find a step again" in found["reason"]
 
 
 def test_rungs_that_fail_are_left_out_by_name_and_the_finer_ones_go_on():

@@ -1,5 +1,7 @@
 """Functions made of expressions: they give what sympy's own evaluation gives, in any arithmetic."""
 
+import itertools
+
 import mpmath
 import numpy as np
 import pytest
@@ -172,6 +174,21 @@ def test_newton_ends_at_round_off_or_says_none(digits):
         assert newton(lambda z: z / 0, start, 0, numbers.eps) is None
         # held against its own size, an entry that is put right to exactly 0 is no infinity
         assert newton(lambda z: -z, start, 0 * start, numbers.eps) == [0]
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+def test_newton_ends_where_an_entry_is_a_product_of_round_offs(digits):
+    """It wanders about 0 for ever, by as much as it has; the other one is found as before."""
+    numbers = arithmetic(digits)
+    wandering = itertools.cycle([1, -2, 3, -1])
+
+    def change(z):
+        return numbers.array([(2 - z[0] * z[0]) / (2 * z[0]), next(wandering) * numbers.eps**2], 2)
+
+    with numbers.working():
+        root = newton(change, numbers.identity(2)[0], numbers.zeros(2), numbers.eps)
+        assert abs(root[0] ** 2 - 2) < 16 * numbers.eps
+        assert abs(root[1]) < 16 * numbers.eps**2
 
 
 def test_a_function_with_one_result_gives_a_number():
