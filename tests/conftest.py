@@ -6,12 +6,10 @@ from itertools import groupby
 
 import pytest
 
-from discmech.studies.core.environment import one_thread
+from discmech.studies.core.environment import collect_rarely, one_thread
 from tests.objects.schedule import sample
 
-# Expressions are many small objects that stay: looked through at every turn of the garbage
-# collector they cost a fifth of the processor time.
-gc.set_threshold(200_000, 50, 100)
+collect_rarely()
 
 
 def pytest_configure(config):

@@ -21,7 +21,11 @@ class _NoPolynomial(Exception):
 
 def absolute_terms(e: Any) -> Any:
     """The sum of the absolute values of an expression's terms, products multiplied out."""
-    return _degrees(e, frozenset()).get(0, sympy.S.Zero)
+    if e.is_Add or e.is_Mul:
+        return e.func(*map(absolute_terms, e.args))
+    if e.is_Pow and e.exp.is_Integer and e.exp > 0:
+        return absolute_terms(e.base) ** e.exp
+    return sympy.Abs(e, evaluate=bool(e.is_Atom))
 
 
 def energy_terms(s: SceneSymbols) -> Any:
@@ -33,6 +37,8 @@ def energy_terms(s: SceneSymbols) -> Any:
 
 
 def _in_energy(t: Any, s: SceneSymbols) -> Any:
+    if not t.free_symbols & set(s.u):
+        return absolute_terms(t)
     try:
         found = _degrees(t, frozenset(s.u))
     except _NoPolynomial:

@@ -12,7 +12,7 @@ from multiprocessing.connection import wait
 from threading import Thread
 
 from .cluster import Cluster
-from .environment import environment, one_thread
+from .environment import collect_rarely, environment, one_thread
 
 
 @contextmanager
@@ -61,6 +61,7 @@ def _interrupts_wait() -> Iterator[None]:
 
 def _begin() -> None:
     """Interrupts are the first process's business; its end is this one's too."""
+    collect_rarely()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
 
