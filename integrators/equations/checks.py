@@ -165,8 +165,9 @@ def check_force(s: SceneSymbols, scene: Scene) -> None:
         zip(s.force, evaluate_matrix(s.force, 30, at), strict=True)
     ):
         if value is sympy.nan or value.is_real is False:
+            written = component.xreplace({s.x[-1]: sympy.Symbol("t")} if s.clocked else {})
             raise BadInput(
-                f"{scene.name}: component {i} of the force, {component}, is no real number at x0, "
+                f"{scene.name}: component {i} of the force, {written}, is no real number at x0, "
                 "v0; begin elsewhere, or write it with functions that are real there."
             )
 

@@ -222,12 +222,12 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
     """`judge` of what `measured_errors` gave; kept: whether anything is demanded."""
     band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
     duration = measurement["duration"]
-    expected = {"slope_limit": _allowed(case, band) / duration}
+    expected: dict[str, Any] = {"slope_limit": _allowed(case, band) / duration}
     if not np.isfinite(band):
         return Verdict("fail", "the energy is no longer finite.", expected)
     edges = measurement["measured"].get("edge_slopes")
     if not kept:
-        return Verdict("pass", "", {**expected, "not_demanded": "nonholonomic: measured only"})
+        return Verdict("pass", "", {"not_demanded": "nonholonomic: measured only"})
     drifts = measurement.get("drifts") or []
     quarters = measurement.get("quarters") or []
     if band > WIDE and len(quarters) == 4 and FAR * max(quarters[:2]) < band:

@@ -30,6 +30,8 @@ ENERGY = (
 
 
 def _wanted(expected: dict[str, Any]) -> str:
+    if "not_demanded" in expected:
+        return "only measured"
     limit = expected.get("slope_limit")
     if "balance_order" in expected:
         return f"energy less work: order ≥ {expected['balance_order']}"

@@ -253,3 +253,7 @@ def test_a_force_that_is_no_real_number_at_the_start_is_named():
         Scheme(pushed("0.5"), rules.get("midpoint"))
     run = Scheme(pushed(2), rules.get("midpoint")).flow("0.01").trajectory(1)
     assert run.mu[-1, 0] == pytest.approx(0.01, rel=1e-4)
+    begun = Scene("begun", pair(1), lambda x, v, p: v.dot(v) / 2, x0=[1], v0=[0],
+                  force=lambda x, v, p, t: [1 / t])  # fmt: skip
+    with pytest.raises(BadInput, match="component 0 of the force, 1/t, is no real"):
+        Scheme(begun, rules.get("midpoint"))
