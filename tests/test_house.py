@@ -88,7 +88,7 @@ def test_the_rules_would_catch_an_offender():
 #: the rooms of integrators/, each below those that import it
 ROOMS = (
     "errors", "numbers", "compiler", "algebras", "retractions", "groupoids", "scene", "scenes",
-    "rules", "equations", "geometry", "bisections", "lattices", "contact", "flows",
+    "rules", "equations", "geometry", "bisections", "contact", "lattices", "flows",
     "control",
 )  # fmt: skip
 #: the compiler stands low: these hand it a step as data, run what it makes, or use its cache

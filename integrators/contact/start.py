@@ -52,7 +52,7 @@ def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
                     "other and from the gap; give those of the touching point along its plane."
                 )
         closed = place.normal[place.closed]
-        if _opposed(closed):
+        if opposed(closed):
             listed = ", ".join(map(str, np.flatnonzero(place.closed)))
             raise BadInput(
                 f"{scene.name}: the gaps {listed} contradict each other: closed at x0, they leave "
@@ -88,7 +88,7 @@ def _independent(flexibility: np.ndarray) -> bool:
     return bool(np.linalg.eigvalsh(scaled)[0] > np.finfo(float).eps ** 0.5)
 
 
-def _opposed(rows: np.ndarray) -> bool:
+def opposed(rows: np.ndarray) -> bool:
     """Whether a sum of the rows with weights ≥ 0, not all 0, vanishes: no direction opens all."""
     if len(rows) < 2:
         return False

@@ -43,6 +43,9 @@ class Lattice:
     joints; on_bond may then be left out. A site is the second one of at most one bond then, as in
     chains, rings and trees.
 
+    contact(x, p): a list of gaps φ(x) ≥ 0 of each site, and restitution, e in [0, 1], as of a
+    `Scene`; impacts are stepped, without friction.
+
     symmetries: name → ξ(x, p), a list of m entries: the natural velocity with which a one-parameter
     group that leaves L moves a site at x, all sites at once. Σ μ_i·ξ(x_i) is the momentum that it
     keeps (`discmech lattices`).
@@ -65,6 +68,8 @@ class Lattice:
     fixed_ends: bool = False
     fixed: Sequence[int] | np.ndarray = ()
     constraint: Callable[..., Any] | None = None
+    contact: Callable[..., Any] | None = None
+    restitution: Any = 0
     symmetries: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
     source: str = ""
     title: str = ""
@@ -85,12 +90,13 @@ class Lattice:
         if self.bonds_move and self.constraint is not None:
             raise BadInput(f"{self.name}: a bond with velocities and a constraint are not taken "
                            "together; leave one out.")  # fmt: skip
-        for word in ("on_site", "on_bond", "constraint"):
-            optional = word == "constraint" and self.constraint is None
+        for word in ("on_site", "on_bond", "constraint", "contact"):
+            optional = word in ("constraint", "contact") and getattr(self, word) is None
             if not optional and not callable(getattr(self, word)):
-                given = "(x, v, p)" if word == "on_site" else "(x, y, p)"
+                given = {"on_site": "(x, v, p)", "contact": "(x, p)"}.get(word, "(x, y, p)")
                 raise BadInput(f"{self.name}: {word} is {getattr(self, word)!r}; give a function "
                                f"of {given}.")  # fmt: skip
+        self._check_contact()
         named: Any = self.symmetries
         if not isinstance(named, Mapping) or not all(map(callable, named.values())):
             raise BadInput(f"{self.name}: symmetries is {named!r}; give a dictionary of functions "
@@ -102,6 +108,17 @@ class Lattice:
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
         self.pairs, self.free, self.split_parameters, self.start  # noqa: B018 - checked now
+
+    def _check_contact(self) -> None:
+        e = exact_rational(self.restitution, f"{self.name}: restitution")
+        object.__setattr__(self, "restitution", e)
+        if not 0 <= e <= 1:
+            raise BadInput(f"{self.name}: give a restitution from 0 to 1.")
+        if self.contact is None and e:
+            raise BadInput(f"{self.name}: restitution={e} needs contact=, the gaps.")
+        if self.contact is not None and (self.constraint is not None or self.bonds_move):
+            raise BadInput(f"{self.name}: contact is not taken together with a constraint, or a "
+                           "bond with velocities; leave one out.")  # fmt: skip
 
     def __repr__(self) -> str:
         return f"the lattice {self.name}"

@@ -90,6 +90,13 @@ class LatticeEquations:
         return BondConstraints(self.site, self.bond)
 
     @cached_property
+    def contact(self) -> Callable[..., Any]:
+        """The gaps of a site as a function of its column x, and p."""
+        shaped, given = _shaped(self.lattice), self.lattice.contact
+        assert given is not None
+        return lambda x, p: given(shaped(x), p)
+
+    @cached_property
     def end_weights(self) -> tuple[Expression, Expression] | None:
         """The weights of L at the start and at the end of a step, if the rule asks nowhere else."""
         of, (start, end) = self.site.of, (self.site.x, self.site.y)

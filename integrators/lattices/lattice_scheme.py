@@ -16,6 +16,7 @@ from ..numbers import Double, flatten, working_digits
 from ..numbers.types import Letter, Letters
 from ..rules import Composition, Discretisation, OneStepMap, adjoint, check_rule
 from .bond_constraints import check_constraints
+from .contact_lattice import ContactLatticeFlow
 from .lattice import Lattice
 from .lattice_equations import LatticeEquations
 from .lattice_flow import LatticeFlow
@@ -152,4 +153,5 @@ class LatticeScheme:
 
     def flow(self, step: Any, digits: int = 16) -> LatticeFlow:
         """The flow at one step size, in double precision."""
-        return LatticeFlow(self, step, digits)
+        kind = LatticeFlow if self.lattice.contact is None else ContactLatticeFlow
+        return kind(self, step, digits)

@@ -230,11 +230,29 @@ def spaghetti(sites: int = 41) -> Lattice:
     )  # fmt: skip
 
 
+def bead_chain(sites: int = 40) -> Lattice:
+    """Beads on a string above a table: waves of different heights, so that they land one by one.
+
+    A rebound has half the speed of the approach.
+    """
+    angle = 2 * np.pi * np.arange(sites) / min(sites, 40)
+    height = 0.3 + 0.2 * np.sin(angle) + 0.1 * np.cos(3 * angle + 1)
+    return Lattice(
+        "bead-chain", pair(1), sites, {"stiffness": 4, "gravity": 1},
+        lambda x, v, p: v[0] ** 2 / 2 - p.gravity * x[0],
+        lambda x, y, p: -p.stiffness * (y[0] - x[0]) ** 2 / 2, x0=height[:, None],
+        v0=0.1 * np.cos(2 * angle)[:, None], duration=4, step="1/50",
+        contact=lambda x, p: [x[0]], restitution="1/2", title="Beads on a string above a table",
+        source="a string over an obstacle: Schatzman, J. Math. Anal. Appl. 73 (1980)",
+    )  # fmt: skip
+
+
 _BUILT_IN: dict[str, Callable[[], Lattice]] = {
     "fput": fput, "toda": toda, "rotors": rotors, "breather": breather,
     "breather-box": lambda: breather(box=True), "kink": kink,
     "membrane": membrane, "bodies": bodies, "beam": beam, "spaghetti": spaghetti,
-    "rods": rods, "links-spherical": linkage, "links-revolute": lambda: linkage(8, "revolute"),
+    "bead-chain": bead_chain, "rods": rods, "links-spherical": linkage,
+    "links-revolute": lambda: linkage(8, "revolute"),
 }  # fmt: skip
 NAMES = tuple(_BUILT_IN)
 

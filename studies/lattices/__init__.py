@@ -16,8 +16,8 @@ STUDY = Study(
     measured=(
         "order in time and, of fields, in space, against closed forms or the equations of motion; "
         "energy and momenta over long runs; constraints on bonds; the Poisson form on random "
-        "pairs; what variations carry through the bonds of patches of space and time; time and "
-        "memory against N"
+        "pairs; what variations carry through the bonds of patches of space and time; laws of "
+        "contact; time and memory against N"
     ),
     judged=(
         "orders ±0.05; energy and momenta as of scenes; forms and the law on patches ≤ 1e-13; a "

@@ -25,6 +25,7 @@ MILLION = 1_000_000  # sites, that are asked for too where time is no matter
 LARGE = 1_000  # sites, from which memory is fitted: below, what does not grow shows
 LONG = 0.01  # seconds of a timed run
 ROUNDS = 5
+LANDED = 25  # steps until some sites of a lattice with contact touch
 C_FILE = Path(__file__).with_name("lattice.c")
 #: the rules that the C file has, by their names there
 IN_C = {"trapezoidal": "stoermer_verlet", "midpoint": "midpoint"}
@@ -32,7 +33,10 @@ C_STEP = 0.125
 
 
 def costs(
-    make: Callable[[int], Lattice], rule: Any, thorough: bool = False
+    make: Callable[[int], Lattice],
+    rule: Any,
+    thorough: bool = False,
+    sizes: tuple[int, ...] = SIZES,
 ) -> list[dict[str, Any]]:
     """Rows {kind, sites, nanoseconds, bytes, c}: of a site and step, and of a site beside the rows.
 
@@ -40,20 +44,20 @@ def costs(
     by the two rules of the file, else None. thorough: a million sites too.
     """
     rows: list[dict[str, Any]] = []
-    for size in (*SIZES, MILLION) if thorough else SIZES:
+    for size in (*sizes, MILLION) if thorough else sizes:
         lattice = make(size)
         N = lattice.sites
         known_in_c = lattice.name == "fput" and rule.name in IN_C
         flow: Any = Scheme(lattice, rule).flow(C_STEP if known_in_c else lattice.step)
         flow.kernels  # noqa: B018 - compiled before the clock runs
-        run = LatticeRun(flow, *_start(flow))
+        advance = _steps_of(flow)
         steps = 2
-        while (first := _seconds(run, steps)) < LONG / 4:
+        while (first := _seconds(advance, steps)) < LONG / 4:
             steps *= 2
         steps = max(1, int(steps * LONG / first))
         ours, theirs = [], []
         for _ in range(ROUNDS):
-            ours.append(_seconds(run, steps) / steps)
+            ours.append(_seconds(advance, steps) / steps)
             if known_in_c and c_library() is not None:
                 theirs.append(c_run(c_library(), rule.name, lattice, steps) / steps)
         rows.append({"kind": "cost", "sites": N, "nanoseconds": min(ours) / N * 1e9,
@@ -77,9 +81,18 @@ def _start(flow: Any) -> tuple[np.ndarray, np.ndarray]:
     return start.x[0], start.mu[0]
 
 
-def _seconds(run: LatticeRun, steps: int) -> float:
+def _steps_of(flow: Any) -> Callable[[int], Any]:
+    """What takes so many steps, going on from the last; with contact from where some touch."""
+    if flow.lattice.contact is not None:
+        there = flow.trajectory(LANDED, LANDED)
+        return lambda steps: flow.trajectory(steps, steps, x0=there.x[-1], mu0=there.mu[-1])
+    run = LatticeRun(flow, *_start(flow))
+    return lambda steps: run.checked(run.advance(steps))
+
+
+def _seconds(advance: Callable[[int], Any], steps: int) -> float:
     begun = time.process_time()
-    run.checked(run.advance(steps))
+    advance(steps)
     return time.process_time() - begun
 
 
@@ -88,7 +101,10 @@ def _bytes(flow: Any) -> int:
     x, mu = _start(flow)
     tracemalloc.start()
     try:
-        LatticeRun(flow, x, mu).advance(2)
+        if flow.lattice.contact is not None:
+            flow.trajectory(2, 2)
+        else:
+            LatticeRun(flow, x, mu).advance(2)
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

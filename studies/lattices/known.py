@@ -105,6 +105,7 @@ _KNOWN = {
     "beam": Known(momenta=OF_A_BEAM, sized=systems.beam),
     "spaghetti": Known(momenta=OF_A_BEAM, sized=systems.spaghetti),
     "rods": Known(momenta=OF_A_PENDULUM, sized=lambda N: _falling(rods(N - 1, 0))),
+    "bead-chain": Known(sized=systems.bead_chain),
     # a joint at a point of the axis leaves a link its spin about that axis
     "links-spherical": Known(
         momenta={**OF_A_PENDULUM, "spin": lambda x, mu, p: [mu[0]]},

@@ -17,7 +17,7 @@ from ..core.case import Case, Choice, Progress, Verdict, silent
 from ..energy.measuring import WIDE, judge_errors, measured_errors
 from ..order.window import TOLERANCE
 from ..symplecticity.measuring import limit, limits
-from . import DAMPED, FLIPPED, RUNGE_KUTTA
+from . import DAMPED, FLIPPED, RUNGE_KUTTA, contacts
 from .cost import costs, slopes
 from .faults import CONTROLS, DampedStep, RungeKuttaStep
 from .following import LongRun, followed
@@ -38,7 +38,8 @@ STAGED = ("gauss-2",)
 #: of these lattices fewer, unless rules are chosen: what others show, or would take long to compile
 FEWER = {"toda": ("trapezoidal", "gauss-2"),
          "breather-box": ("midpoint",),
-         **dict.fromkeys(("fput", "rotors", "membrane"), ("trapezoidal", "midpoint")),
+         **dict.fromkeys(("fput", "rotors", "membrane", "bead-chain"),
+                         ("trapezoidal", "midpoint")),
          **dict.fromkeys(("kink", "bodies", "beam", "spaghetti", "rods", "links-spherical",
                           "links-revolute"), ("trapezoidal",))}  # fmt: skip
 #: lattices that take long to derive, Ω a quarter of a minute: that and cost by --thorough
@@ -135,6 +136,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if case.control is not None:
         return _measured_control(case, lattice)
     known, label = known_of(lattice), f"{lattice.name} {case.label}"
+    if lattice.contact is not None:
+        return contacts.measure(case, label, progress, timed(case))
     progress(f"{label}: order", 0.0)
     of_lattice = known.exact if known.refined is None else None
     end, least, against = end_of(case, of_lattice)
@@ -266,6 +269,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         said = f"the control was not caught: its {', '.join(missed)} is round-off."
         return Verdict("fail" if missed else "pass", said if missed else "",
                        {"at_least": 1e3 * allowed})  # fmt: skip
+    if "contact" in found:
+        return contacts.judge(found)
     followed, tolerance = measurement["followed"], TOLERANCE[True]
     most_of = {name: most for name, (_, most) in followed["momenta"].items()}
     residual = limits(16)["residual"]

@@ -53,7 +53,23 @@ def _forms(measured: dict[str, Any]) -> str:
     return ", ".join(f"{k} {scientific(measured[k])}" for k in names) or NONE
 
 
+def _contact(measured: dict[str, Any]) -> str:
+    worst = max(measured["contact"], key=lambda name: measured["contact"][name])
+    defect, rise = scientific(measured["contact"][worst]), scientific(measured["rises"][0])
+    return f"{measured['impacts']} impacts, {worst} {defect}, energy rises by {rise}"
+
+
+def _wanted(expected: dict[str, Any]) -> str:
+    if "laws" in expected:
+        return f"laws of contact ≤ {scientific(expected['laws'])}"
+    if "order" in expected:
+        return f"order {expected['order']}, forms ≤ {scientific(expected['limit'])}"
+    return f"≥ {scientific(expected.get('at_least'))}"
+
+
 def _got(measured: dict[str, Any]) -> str:
+    if "contact" in measured:
+        return _contact(measured)
     if not _whole(measured):
         return _forms(measured)
     parts = (f"order {_orders(measured)}", _drift(measured), _forms(measured))
@@ -124,12 +140,12 @@ VIEW = View(
     columns=[
         ("Order", lambda case: _orders(mapping(case, "measured"))),
         ("Energy band", _band),
+        ("Contact", lambda case: _contact(m) if "contact" in (m := mapping(case, "measured"))
+         else NONE),
         ("Drift", lambda case: _drift(mapping(case, "measured"))),
         measured_column("poisson", "Ω"), measured_column("patch", "Law on patches"),
         ("ns a site and step", _cost), ("Bytes a site", _memory),
     ],
-    got=_got, wanted=lambda expected: (
-        f"order {expected['order']}, forms ≤ {scientific(expected['limit'])}"
-        if "order" in expected else f"≥ {scientific(expected.get('at_least'))}"),
-    short=_forms, sketches=_sketches,
+    got=_got, wanted=_wanted, short=lambda m: _contact(m) if "contact" in m else _forms(m),
+    sketches=_sketches,
 )  # fmt: skip

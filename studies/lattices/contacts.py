@@ -1,0 +1,105 @@
+"""Contact at the sites of a lattice: the laws of its rows and impacts, energy, cost against N."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators.lattices import ContactLatticeTrajectory, rates
+
+from ..contact.measuring import FALLS
+from ..core.case import Case, Progress, Verdict
+from ..symplecticity.measuring import limit
+from .cost import costs, slopes
+from .known import known_of
+from .quantities import energies
+
+STEPS = 400
+SIZES = (10_000, 30_000, 100_000)  # sites; with fewer, what does not grow is most of a step
+WORDS = {
+    "penetration": "a gap is negative", "pull": "a contact pulls",
+    "complementarity": "an open gap pushes", "restitution": "a rebound is not e times the approach",
+    "missed": "a gap is closed and closing after a step",
+}  # fmt: skip
+
+
+def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str, Any]:
+    """Rows {run: time, energy; cost}; measured: "contact" {law: defect}, rises, impacts, grows.
+
+    rises: H − the least H before, over the largest sum of its terms, with h and, where that is no
+    round-off, with h/2. free_steps: of the whole lattice, a step.
+    """
+    lattice: Any = case.scene
+    steps = case.steps or STEPS
+    progress(f"{label}: laws", 0.0)
+    flow: Any = case.scheme.flow(lattice.step)
+    run = flow.trajectory(steps)
+    H, size = energies(case.scheme, run)
+    rises = [_rise(H) / size]
+    if rises[0] > limit(16):
+        finer = case.scheme.flow(lattice.step / 2).trajectory(2 * steps)
+        rises.append(_rise(energies(case.scheme, finer)[0]) / size)
+    rows = [{"kind": "run", "time": float(t), "error": float(e - H[0]) / size}
+            for t, e in zip(run.t, H, strict=True)]  # fmt: skip
+    measured = {"contact": defects(flow, run), "rises": rises,
+                "impacts": len(run.impacts.t), "pushed": bool((run.impulses > 0).any()),
+                "free_steps": run.newton_mean, "grows": None}  # fmt: skip
+    sized = known_of(lattice).sized
+    if timed and sized is not None:
+        progress(f"{label}: cost", 0.5)
+        in_turn = costs(sized, case.rule, case.thorough, SIZES)
+        measured["grows"] = slopes(in_turn)
+        rows += in_turn
+    return {"rows": rows, "measured": measured}
+
+
+def _rise(H: np.ndarray) -> float:
+    return float((H - np.minimum.accumulate(H)).max())
+
+
+def defects(flow: Any, run: ContactLatticeTrajectory) -> dict[str, float]:
+    """Of a run with every row: how far it is from each law, over the largest number of its kind.
+
+    penetration: −φ. pull: −P. complementarity: P of gaps that are open at both ends of a step,
+    times the smaller one. restitution: |U⁺ + e U⁻| where an impact pushes. missed: −U of gaps that
+    are closed in a row.
+    """
+    e, gaps = float(flow.lattice.restitution), flow.gaps
+    wide, hard = abs(run.x).max(), abs(run.impulses).max() or 1.0
+    open_by = np.minimum(run.gaps[:-1], run.gaps[1:])
+    found = run.impacts
+    fast, missed = abs(found.approach).max(initial=0.0), 0.0
+    for x, mu in zip(run.x[1:], run.mu[1:], strict=True):
+        place = gaps.at_start(x)
+        opening = rates(place, gaps.velocity(x, mu))
+        fast = max(fast, abs(opening).max())
+        missed = max(missed, -opening[place.closed].min(initial=0.0))
+    return {
+        "penetration": float(max(0.0, -run.gaps.min()) / wide),
+        "pull": float(max(0.0, -run.impulses.min()) / hard),
+        "complementarity": float((run.impulses[:-1] * open_by).max(initial=0.0) / (hard * wide)),
+        "restitution": float(abs(found.rebound + e * found.approach).max(initial=0.0) / fast),
+        "missed": float(missed / fast),
+    }
+
+
+def judge(measured: dict[str, Any]) -> Verdict:
+    """Laws to round-off; energy that rises falls with the step. Times are not judged."""
+    allowed = limit(16)
+    expected = {"laws": allowed}
+    for name, words in WORDS.items():
+        if not measured["contact"][name] <= allowed:
+            return Verdict("fail", f"{words}: {name} is {measured['contact'][name]:.2g}, where "
+                           f"{allowed:.0e} is allowed.", expected)  # fmt: skip
+    first, *finer = measured["rises"]
+    if not (finer or first <= allowed):
+        return Verdict("fail", "the energy is no number.", expected)
+    if finer and not finer[0] <= first / FALLS:
+        return Verdict(
+            "fail", f"the energy rises by {first:.2g} of its terms, with half the step by "
+            f"{finer[0]:.2g}: that does not vanish with the step.", expected,
+        )  # fmt: skip
+    if not measured["impacts"] and not measured["pushed"]:
+        return Verdict("inconclusive", "no gap has closed; take more --steps.", expected)
+    return Verdict("pass", "", expected)

@@ -1,0 +1,233 @@
+"""Contact at the sites of a lattice: as of its scene, whatever the number of sites."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+
+from discmech import (
+    BadInput,
+    Lattice,
+    Scheme,
+    lie_group,
+    midpoint,
+    pair,
+    rectangle,
+    se,
+    trapezoidal,
+)
+from discmech.integrators import rules
+from discmech.integrators.errors import CannotMeasure, StepFailure
+from discmech.integrators.lattices import systems
+from discmech.studies.lattices import contacts
+from discmech.studies.lattices.quantities import energies
+from tests.integrators.lattices.as_scenes import ROUND_OFF, as_scene, slow
+
+CHAIN = [(i, i + 1) for i in range(4)]
+NEAR = 50 * ROUND_OFF  # of velocities: a round-off of x over the step
+RULES = [midpoint, trapezoidal, slow(rectangle), slow(rules.get("gauss-2")),
+         slow(rules.get("triple-jump:midpoint"))]  # fmt: skip
+
+
+def spring(x, y, p):
+    d = y - x
+    return -p.k * d.dot(d) / 2
+
+
+def beads(restitution=1, sites=5, seed=3, **given):
+    place = np.random.default_rng(seed)
+    values = {
+        "on_site": lambda x, v, p: v[0] ** 2 / 2 - p.g * x[0], "on_bond": spring,
+        "contact": lambda x, p: [x[0]], "x0": 0.1 + place.random((sites, 1)),
+        "v0": place.normal(size=(sites, 1)),
+    }  # fmt: skip
+    return Lattice("table", pair(1), sites, {"k": 4, "g": 1}, restitution=restitution,
+                   **values | given)  # fmt: skip
+
+
+def in_a_corner(restitution, seed=5):
+    """Masses in a plane between two walls that meet at an angle."""
+    place = np.random.default_rng(seed)
+    return Lattice(
+        "corner", pair(2), 3, {"k": 3, "m": np.array([1.0, 2, 3])},
+        lambda x, v, p: p.m * (v.dot(v) / 2 - x[1]), spring,
+        contact=lambda x, p: [x[1], x[0] + x[1] / 2], restitution=restitution,
+        x0=0.3 + place.random((3, 2)), v0=place.normal(size=(3, 2)),
+    )  # fmt: skip
+
+
+def discs(restitution):
+    """Bodies that turn and fall, each tied to the next, one with its centre off."""
+    x0 = np.array([np.eye(3)] * 3)
+    x0[:, 0, 2], x0[:, 1, 2] = range(3), (1, 1.5, 1.2)
+    return Lattice(
+        "discs", lie_group(se(2)), 3, {"k": 2},
+        lambda g, v, p: (v[0] ** 2 / 3 + v[1] ** 2 + v[2] ** 2) / 2 - g[1, 2],
+        lambda g, k, p: spring(g[:2, 2] + g[:2, 0] / 4, k[:2, 2] - k[:2, 0] / 4, p),
+        contact=lambda g, p: [g[1, 2] + g[1, 0] / 4 - sympy.Rational(1, 2),
+                              g[1, 2] - g[1, 0] / 4 - sympy.Rational(1, 2)],
+        restitution=restitution, x0=x0, v0=np.array([[1.0, 0, 0], [0, 0, -1], [-2, 0, 0]]),
+    )  # fmt: skip
+
+
+def its_scene(lattice, bonds=CHAIN):
+    """The scene of all sites, with the gaps of all."""
+    n, k = lattice.groupoid.dim_x, lattice.matrix_size
+
+    def gaps(x, p):
+        own = [x[i * n : i * n + n, :] for i in range(lattice.sites)]
+        return [phi for e in own for phi in lattice.contact(e.reshape(k, k) if k else e, p)]
+
+    plain = as_scene(replace(lattice, contact=None, restitution=0), bonds)
+    return plain.with_values(contact=gaps, restitution=lattice.restitution)
+
+
+def assert_same(lattice, rule, steps, bonds=None):
+    bonds = lattice.pairs.tolist() if bonds is None else bonds
+    got = Scheme(lattice, rule).flow("1/50").trajectory(steps)
+    wanted = Scheme(its_scene(lattice, bonds), rule).flow("1/50").trajectory(steps)
+    for word in ("x", "u", "mu", "gaps"):
+        of_sites = getattr(got, word).reshape(len(got.t), -1)
+        assert abs(of_sites - getattr(wanted, word)).max() < NEAR, word
+    assert abs(got.impulses.reshape(len(got.t), -1) - wanted.impulses[:, :, 0]).max() < NEAR
+    found, there = got.impacts, wanted.impacts
+    assert len(found.t) and set(np.round(found.t, 9)) == set(np.round(there.t, 9))
+    assert found.impulse.sum() == pytest.approx(there.impulses[:, :, 0].sum(), rel=1e-9)
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda r: r.name)
+@pytest.mark.parametrize("restitution", [0, 1])
+def test_a_chain_in_contact_runs_as_its_scene(rule, restitution):
+    assert_same(beads(restitution), rule, 120)
+
+
+@pytest.mark.parametrize("bonds", ["ring", [(0, 1), (4, 1), (1, 3), (2, 4)]], ids=["ring", "list"])
+def test_rings_and_lists_run_as_their_scenes(bonds):
+    assert_same(beads("1/2", bonds=bonds), midpoint, 60)
+
+
+@pytest.mark.parametrize("make", [in_a_corner, slow(discs)])
+@pytest.mark.parametrize("restitution", [0, "1/2"])
+def test_sites_with_two_gaps_run_as_their_scene(make, restitution):
+    assert_same(make(restitution), midpoint, 70)
+
+
+def test_elastic_impacts_keep_the_energy():
+    scheme = Scheme(systems.bead_chain(60), midpoint)
+    elastic = Scheme(replace(scheme.lattice, restitution=1), midpoint)
+    run = elastic.flow("1/50").trajectory(500)
+    H, size = energies(elastic, run)
+    assert len(run.impacts.t) > 100 and np.ptp(H) < 1e-13 * size
+
+
+@pytest.mark.parametrize("rule", [midpoint, trapezoidal], ids=lambda r: r.name)
+def test_the_free_steps_of_a_step_do_not_grow_with_the_sites(rule):
+    asked = []
+    for sites in (40, 400, 4_000):
+        flow = Scheme(systems.bead_chain(sites), rule).flow("1/50")
+        run = flow.trajectory(40)
+        asked.append(run.newton_mean)
+        defects = contacts.defects(flow, run)
+        assert len(run.impacts.t) > sites and max(defects.values()) < 1e-13, defects
+    assert max(asked) < 8 and asked[-1] < asked[0] + 0.1
+
+
+def test_fixed_sites_stay_and_meet_nothing():
+    lattice = beads(fixed_ends=True, x0=[[-1.0], [0.5], [0.2], [0.4], [-1.0]])
+    run = Scheme(lattice, midpoint).flow("1/50").trajectory(100)
+    assert (run.x[:, [0, -1], 0] == -1).all() and not run.impulses[:, [0, -1]].any()
+    assert len(run.impacts.t) and run.gaps[:, 1:-1].min() > -1e-15
+
+
+def test_a_run_goes_on_from_a_row():
+    flow = Scheme(systems.bead_chain(), midpoint).flow("1/50")
+    whole = flow.trajectory(60)
+    rest = flow.trajectory(20, x0=whole.x[40], mu0=whole.mu[40])
+    assert abs(rest.x - whole.x[40:]).max() < 1e-12
+    assert flow.trajectory(60, 7).x == pytest.approx(whole.x[::7], abs=0)
+
+
+class Faults:
+    """What is broken in a run; the study has to see it."""
+
+    @staticmethod
+    def pulls(monkeypatch):
+        from discmech.integrators.lattices import contact_lattice as at
+
+        def stuck(W, U0, mask, start):
+            return np.where(mask, -U0 / W[:, 0, :], 0.0)
+
+        monkeypatch.setattr(at, "impulses", stuck)
+
+    @staticmethod
+    def misses(monkeypatch):
+        from discmech.integrators.lattices import contact_lattice as at
+
+        def unseen(self, m, share):
+            return m, self.gaps.velocity(m.place.x, m.mu), np.zeros_like(m.noise)
+
+        monkeypatch.setattr(at._Run, "_struck", unseen)
+
+    @staticmethod
+    def rebounds_wrongly(monkeypatch):
+        from discmech.integrators.lattices import contact_lattice as at
+
+        begin = at._Run.__init__
+
+        def other(self, *given):
+            begin(self, *given)
+            self.e = 0.25
+
+        monkeypatch.setattr(at._Run, "__init__", other)
+
+
+@pytest.mark.parametrize("fault, seen", [("pulls", "pull"), ("misses", "missed"),
+                                         ("rebounds_wrongly", "restitution")])  # fmt: skip
+def test_faults_of_contact_are_seen(fault, seen, monkeypatch):
+    getattr(Faults, fault)(monkeypatch)
+    flow = Scheme(beads(0, v0=[[0], [0], [0], [0], [5]]), midpoint).flow("1/50")
+    assert contacts.defects(flow, flow.trajectory(150))[seen] > 1e-10
+
+
+@pytest.mark.parametrize(
+    "changes, said",
+    [
+        ({"restitution": 2}, "a restitution from 0 to 1"),
+        ({"contact": None}, "restitution=1 needs contact="),
+        ({"contact": 1}, "contact is 1; give a function of"),
+        ({"constraint": lambda x, y, p: [x[0] - y[0]]}, "contact is not taken together"),
+        ({"contact": lambda x, p: x[0]}, "must give a list of gaps"),
+        ({"contact": lambda x, p: [(x[0], [x[0]])]}, "the contact of a lattice has no friction"),
+        ({"contact": lambda x, p: [p.g]}, "gap 0 is p.g, which no motion changes"),
+        ({"x0": [[1], [1], [-0.5], [1], [1]]}, "site 2 is inside the obstacle: its gap 0 is -0.5"),
+        ({"contact": lambda x, p: [x[0] ** 2], "x0": np.zeros((5, 1))}, "site 0 is closed at x0"),
+        ({"contact": lambda x, p: [x[0], -x[0]], "x0": np.zeros((5, 1))}, "contradict each other"),
+    ],
+)
+def test_bad_input_is_told_in_a_sentence(changes, said):
+    with pytest.raises(BadInput, match=said):
+        Scheme(beads(**changes), midpoint).flow("1/50")
+
+
+def test_what_contact_cannot_do_is_told():
+    flow = Scheme(beads(), midpoint).flow("1/50")
+    with pytest.raises(BadInput, match="keeps no checkpoint"):
+        flow.trajectory(1, checkpoint="file")
+    with pytest.raises(BadInput, match="site 0 is inside"):
+        flow.trajectory(1, x0=-np.ones((5, 1)))
+    with pytest.raises(BadInput, match="positive steps only"):
+        Scheme(beads(), midpoint).flow("-1/50")
+    for refused in (lambda: flow.poisson_defect(*beads().start), lambda: flow.blocks(3)):
+        with pytest.raises(CannotMeasure, match="forms are not defined"):
+            refused()
+    fast = beads(on_site=lambda x, v, p: -sympy.sqrt(1 - v[0] ** 2 / 100) - x[0])
+    with pytest.raises(CannotMeasure, match="quadratic in the velocity"):
+        Scheme(fast, midpoint).flow("1/50")
+
+
+def test_a_step_that_is_not_found_has_the_rows_so_far():
+    wild = beads(on_bond=lambda x, y, p: -sympy.exp(20 * (y[0] - x[0]) ** 2))
+    with pytest.raises(StepFailure, match="table with midpoint") as failure:
+        Scheme(wild, midpoint).flow("1/2").trajectory(50)
+    assert len(failure.value.trajectory.t) == failure.value.step_index
