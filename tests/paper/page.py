@@ -56,8 +56,8 @@ No displayed formula. What the last paragraph hopes for, and what of it runs her
 - discrete optimal control: on every groupoid, by the forced equations and the cost of one rule
   (`docs/optimal-control.md`);
 - frictional contact: on every groupoid with a base, by every rule (`docs/contact.md`);
-- multisymplectic field theories: fields on a grid, as lattices of any groupoid, with the multisymplectic
-  law on patches of space and time (`docs/lattices.md`).
+- multisymplectic field theories: fields on a grid, as lattices of any groupoid, with the
+  multisymplectic law on patches of space and time (`docs/lattices.md`).
 """
 
 OVER = {
