@@ -75,7 +75,7 @@ def column_of(function: Callable[..., Any], length: int, what: str, *arguments: 
         many = hasattr(values, "__iter__") or hasattr(values, "shape")  # columns have no __iter__
         entries = [floats_exact(e) for e in (list(values) if many else [values])]
         infinite = sympy.nan, sympy.zoo, sympy.oo, -sympy.oo
-        if any(not isinstance(e, sympy.Expr) or e.has(*infinite) for e in entries):
+        if any(not isinstance(e, sympy.Expr) or e.is_Matrix or e.has(*infinite) for e in entries):
             raise ValueError(f"{entries} are no finite expressions")
         for e in entries:
             refuse_large(e, said())

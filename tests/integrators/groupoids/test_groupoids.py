@@ -160,6 +160,7 @@ def test_wrong_dimensions_are_named(dims):
         (sympy.nan, r"sum: target could not be evaluated .* no finite expressions"),
         (sympy.oo, r"sum: target could not be evaluated .* no finite expressions"),
         (sympy.true, r"sum: target could not be evaluated .* no finite expressions"),
+        (sympy.ImmutableMatrix([[1, 2]]), r"sum: target could not .* no finite expressions"),
         (None, r"sum: target could not be evaluated"),
     ],
 )
