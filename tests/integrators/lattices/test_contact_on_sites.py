@@ -153,7 +153,7 @@ class Faults:
 
     @staticmethod
     def pulls(monkeypatch):
-        from discmech.integrators.lattices import contact_lattice as at
+        from discmech.integrators.lattices import site_contact as at
 
         def stuck(W, U0, mask, start):
             return np.where(mask, -U0 / W[:, 0, :], 0.0)
@@ -162,24 +162,24 @@ class Faults:
 
     @staticmethod
     def misses(monkeypatch):
-        from discmech.integrators.lattices import contact_lattice as at
+        from discmech.integrators.lattices import site_contact as at
 
         def unseen(self, m, share):
             return m, self.gaps.velocity(m.place.x, m.mu), np.zeros_like(m.noise)
 
-        monkeypatch.setattr(at._Run, "_struck", unseen)
+        monkeypatch.setattr(at.SiteContactSteps, "_struck", unseen)
 
     @staticmethod
     def rebounds_wrongly(monkeypatch):
-        from discmech.integrators.lattices import contact_lattice as at
+        from discmech.integrators.lattices import site_contact as at
 
-        begin = at._Run.__init__
+        begin = at.SiteContactSteps.__init__
 
         def other(self, *given):
             begin(self, *given)
             self.e = 0.25
 
-        monkeypatch.setattr(at._Run, "__init__", other)
+        monkeypatch.setattr(at.SiteContactSteps, "__init__", other)
 
 
 @pytest.mark.parametrize("fault, seen", [("pulls", "pull"), ("misses", "missed"),
