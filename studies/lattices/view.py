@@ -22,7 +22,10 @@ SPACE = (
     "sine-Gordon equation in closed form, with steps of an eighth of the spacing: central "
     "differences are of order 2, by whatever rule the time is stepped."
 )
-ENERGY = "Relative energy error of lattices against time, drawn as that of scenes."
+ENERGY = (
+    "Relative energy error of lattices against time, drawn as that of scenes; of the beads above a "
+    "table it is what the impacts take."
+)
 COST = (
     "Processor time of a site and step against the number of sites N, the least of some runs in "
     "turn, and the power of N with which a whole step grows (slope). Dashed: plain loops in C. "
