@@ -13,6 +13,7 @@ from typing import Any
 
 from discmech.integrators import Scheme
 from discmech.integrators.equations import SceneSymbols, constraint, constraint_matrix
+from discmech.integrators.numbers import written_out
 
 from ..report.formulas import Typesetter, ascending
 from .stage_sums import StageSum
@@ -44,6 +45,8 @@ class Written:
 
 def written(scheme: Scheme) -> Written:
     """The equations of a scheme; of a rule with stages what defines them, which is short."""
+    from sympy import Matrix
+
     s: SceneSymbols = scheme.s
     if len(s.stages):
         return _of_stages(scheme)
@@ -58,8 +61,12 @@ def written(scheme: Scheme) -> Written:
     def terms(expression: Any, named: dict[Any, Any] | None = None) -> list[Any]:
         return ascending(expression, s.h, base, named)
 
-    plus = [terms(e / s.h, below) for e in of.at_points.plus]
-    minus = [terms(e / s.h, below) for e in of.at_points.minus]
+    maps, kept = of.at_points, {*inner, *s.y}
+    whole = (maps.plus, maps.minus, Matrix([maps.discrete_lagrangian]))
+    # kernels have letters of their own for parts of these, which a page has not
+    own = [d for d in maps.definitions(*whole) if not kept & set(d.letters)]
+    plus, minus, L_d = (written_out(own, e).xreplace(s.identity_translate) for e in whole)
+    plus, minus = ([terms(e / s.h, below) for e in column] for column in (plus, minus))
     for letter, value in below.items():
         after[letter] = _after(letter)
         for symbol, names in ((letter, ("x", "u")), (after[letter], ("y", "v"))):
@@ -82,7 +89,7 @@ def written(scheme: Scheme) -> Written:
         terms(s.lagrangian) if scheme.scene.lagrangian else [],
         [terms(e) for e in s.force],
         [terms(e) for e in vanishing],
-        terms(of.at_points.discrete_lagrangian),
+        terms(L_d[0]),
         [(z, terms(b)) for column, value in values for z, b in zip(column, value, strict=True)],
         momenta,
         list(below.items()),
@@ -181,7 +188,7 @@ def plain_text(terms: Terms, letters: Mapping[Any, str]) -> str:
     names = {symbol: Symbol(subscript(name)) for symbol, name in letters.items()}
     shown = " + ".join(str(term.xreplace(names)) for term in terms) or "0"
     shown = re.sub(r"\*\*(\d+)", lambda m: m[1].translate(_SUPER), shown)
-    return shown.replace("*", "·").replace("+ -", "− ").replace("-", "−")
+    return shown.replace("**", "^").replace("*", "·").replace("+ -", "− ").replace("-", "−")
 
 
 _SUPER = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")

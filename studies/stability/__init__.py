@@ -1,7 +1,10 @@
 """Linear intervals, and maps of stiff scenes over step and stiffness."""
 
-from ..core.options import CONTROL, THOROUGH
+from ..core.options import THOROUGH, control_option
 from ..core.study import Study
+
+EULER, RUNGE_KUTTA = "explicit Euler", "classical Runge-Kutta"
+CONTROL = control_option("a method", lambda: (EULER, RUNGE_KUTTA))
 
 STUDY = Study(
     name="stability",

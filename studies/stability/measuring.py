@@ -13,7 +13,7 @@ from discmech.integrators.rules import Discretisation
 
 from ..core import controls
 from ..core.case import Case, Choice, Progress, Verdict, scheme_of, silent
-from . import exchange, linear_stability
+from . import EULER, RUNGE_KUTTA, exchange, linear_stability
 from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
 from .linear_stability import FARTHEST, Oscillator
 from .nonlinear_stability import limits, stability_map
@@ -23,12 +23,13 @@ NAME = "stability"
 LINEAR = "harmonic"  # the scene of the linear part
 DIGITS = (16,)
 CONTROLS = {
-    LINEAR: ("explicit Euler", "classical Runge-Kutta"),
-    "spring-pendulum": ("explicit Euler",),
+    LINEAR: (EULER, RUNGE_KUTTA),
+    "spring-pendulum": (EULER,),
 }
 NEEDS = (
     f"it needs one of the scenes {LINEAR} (linear), {', '.join(FAMILIES)}; controls run on "
-    f"{' and '.join(CONTROLS)}."
+    + " and ".join(f"{scene} ({', '.join(names)})" for scene, names in CONTROLS.items())
+    + "."
 )
 CONTROL_STEPS = 2000
 #: hω up to which a rule must be bounded on every stiff scene, two radians of the fastest motion in
