@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from threading import Lock
 from typing import Any
 
 from discmech.integrators import BadInput, Scheme
@@ -81,10 +82,17 @@ def run_studies(
     extras: dict[int, Any] = {}
     total = sum(map(len, plan.cases)) or 1
 
+    lock = Lock()
+
     def done(places: Sequence[Place], results: Sequence[dict[str, Any]]) -> None:
         for place, result in zip(places, results, strict=True):
-            found[place] = result
-            told(studies[place[0]].name, result)
+            with lock:  # another process's result comes at once, and again with its task
+                if place not in found:
+                    told(studies[place[0]].name, result)
+                    found[place] = result
+
+    def heard(news: tuple[Place, dict[str, Any]]) -> None:
+        done([news[0]], [news[1]])
 
     def within(label: str, fraction: float) -> None:
         progress(label, min(1.0, (len(found) + fraction) / total))
@@ -96,7 +104,7 @@ def run_studies(
     remembered = Counter(place[0] for place in found)
     answered = set(extras) if also else set(range(len(plan.pairs)))
     tasks = plan.tasks(set(found), answered, isinstance(jobs, Cluster))
-    for places, results, extra in finished(plan, tasks, jobs, also, within, store):
+    for places, results, extra in finished(plan, tasks, jobs, also, within, store, heard):
         done(places, results)
         extras |= extra
         if places:

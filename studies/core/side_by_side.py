@@ -21,7 +21,7 @@ from .plan import Place, Plan, Task
 from .store import Store
 from .study import Study, every_study
 from .userfile import expect_unchanged, stamps
-from .workers import worker_pool
+from .workers import tell, worker_pool
 
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
 #: places with their results, and what `also` says, by pair
@@ -74,11 +74,14 @@ def finished(
     also: Also,
     progress: Progress,
     store: Store | None,
+    heard: Callable[[tuple[Place, dict[str, Any]]], None] | None = None,
 ) -> Iterator[Finished]:
     """Places with their results, as they are finished, and what `also` says, by pair.
 
-    This process is one of those that work: it takes a short task first, so that verdicts come soon.
-    A cluster's workers have no part in the store here: what they measured is kept as it comes.
+    heard: is called with a place and its result of another process here at once, in a thread of its
+    own; it comes again with its task. This process is one of those that work: it takes a short task
+    first, so that verdicts come soon. A cluster's workers have no part in the store here: what they
+    measured is kept as it comes.
     """
     elsewhere = isinstance(jobs, Cluster)
     workers = jobs if isinstance(jobs, Cluster) else min(jobs or cores(), len(tasks)) - 1
@@ -129,7 +132,7 @@ def finished(
 
     mine = others = 0
     try:
-        with worker_pool(workers) as pool:
+        with worker_pool(workers, heard) as pool:
             task = following()
             for _ in range(len(left) if isinstance(workers, Cluster) else workers):
                 give(pool)
@@ -189,7 +192,10 @@ def _in_worker(
 ) -> tuple[list[dict[str, Any]], dict[int, Any]]:
     plan = _plan(names, spoken)
     expect_unchanged(files)
-    results = [measured(plan.studies[i], plan.cases[i][k], store=store) for i, k in task.places]
+    results = []
+    for i, k in task.places:
+        results.append(measured(plan.studies[i], plan.cases[i][k], store=store))
+        tell(((i, k), results[-1]))
     return results, _said(plan, task, also, store)
 
 

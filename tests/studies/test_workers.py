@@ -11,18 +11,19 @@ from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from queue import SimpleQueue
-from threading import Lock
+from threading import Lock, current_thread, main_thread
 
 import pytest
 
-from discmech.integrators import BadInput, scenes
+from discmech.integrators import BadInput, rules, scenes
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
 from discmech.studies.command import entry, main
-from discmech.studies.core import side_by_side
+from discmech.studies.core import side_by_side, workers
 from discmech.studies.core.case import Choice, silent
 from discmech.studies.core.environment import SETTINGS
 from discmech.studies.core.plan import Plan
+from discmech.studies.core.running import run_studies
 from discmech.studies.core.workers import worker_pool
 
 SCRIPT = """
@@ -153,7 +154,7 @@ class Refusing(Executor):
 ])  # fmt: skip
 def test_a_pool_that_ends_ends_the_run(monkeypatch, pool, said):
     @contextmanager
-    def made(_):
+    def made(*_):
         yield pool
 
     monkeypatch.setattr(side_by_side, "worker_pool", made)
@@ -197,3 +198,32 @@ def test_a_process_that_is_ended_at_once_says_nothing_of_what_it_leaves(tmp_path
     ended = subprocess.run([sys.executable, script], capture_output=True, text=True)
     assert (ended.returncode, ended.stderr) == (3, "")
     assert "PYTHONWARNINGS" not in os.environ
+
+
+def test_what_another_process_measures_is_told_at_once_and_once():
+    told = []
+
+    def hear(study, case):
+        told.append((study, case["scene"], case["rule"], current_thread() is main_thread()))
+
+    studies = [get("symplecticity"), get("order")]
+    some = tuple(map(scenes.get, ("harmonic", "kepler")))
+    by = tuple(map(rules.get, ("midpoint", "trapezoidal", "rectangle")))
+    choice = Choice(scenes=some, rules=by, digits=(16,))
+    results, _ = run_studies(studies, choice, told=hear, jobs=2)
+    asked = [(r["study"], c["scene"], c["rule"]) for r in results for c in r["cases"]]
+    assert sorted(case[:3] for case in told) == sorted(asked)
+    assert {case[3] for case in told} == {True, False}  # some of the other process
+
+
+def test_a_listener_that_fails_leaves_it_to_the_task():
+    news, heard = SimpleQueue(), []
+
+    def hear(told):
+        heard.append(told)
+        raise BrokenPipeError
+
+    for told in (1, 2, None):
+        news.put(told)
+    workers._listen(news, hear)
+    assert heard == [1]
