@@ -134,9 +134,10 @@ def _singular(
 def check_start(s: SceneSymbols, scene: Scene) -> None:
     """Raise `BadInput` unless the start gives every quantity its value (as |Γ|² = 1), exactly.
 
-    And where the force is no real number there.
+    And where the force or the Lagrangian is no real number there.
     """
     check_force(s, scene)
+    check_lagrangian(s, scene)
     at = dict(zip([*s.position, *s.u], map(to_sympy, [*scene.x0, *scene.v0]), strict=True))
     for name, formula, wanted in _constraints(s, scene):
         if formula.free_symbols & set(s.mu):
@@ -170,6 +171,23 @@ def check_force(s: SceneSymbols, scene: Scene) -> None:
                 f"{scene.name}: component {i} of the force, {written}, is no real number at x0, "
                 "v0; begin elsewhere, or write it with functions that are real there."
             )
+
+
+def check_lagrangian(s: SceneSymbols, scene: Scene) -> None:
+    """Raise `BadInput` where the Lagrangian is no finite real number at the start."""
+    if scene.lagrangian is None:
+        return
+    at = dict(zip([*s.x, *s.u], map(to_sympy, [*s.with_time(scene.x0), *scene.v0]), strict=True))
+    at |= dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
+    try:
+        (value,) = evaluate_matrix(sympy.Matrix([s.lagrangian]), 30, at)
+    except NotComputed:  # which a run says, with the function that is to be mended
+        return
+    if not (value.is_real and value.is_finite):
+        raise BadInput(
+            f"{scene.name}: its Lagrangian is no finite real number at x0, v0; begin elsewhere, "
+            "or give other parameters."
+        )
 
 
 def check_momentum(s: SceneSymbols, scene: Scene, x: Numbers, mu: Numbers) -> None:

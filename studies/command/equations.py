@@ -14,10 +14,12 @@ from typing import Any
 from discmech.integrators import Scheme
 from discmech.integrators.equations import SceneSymbols, constraint, constraint_matrix
 from discmech.integrators.numbers import written_out
+from discmech.integrators.rules import Composition
 
 from ..report.formulas import Typesetter, ascending
 from .stage_sums import StageSum
 
+MOST_SHARES = 8  # of a composition's substeps
 Terms = Sequence[Any]
 #: what stands for something on the page, and so for no parameter of that name
 LETTERS = {*"xyzuvwhtslbVLfμλν", "L_d", "t_z", "t_w"}
@@ -203,6 +205,22 @@ def subscript(name: str) -> str:
 
 def notation(scheme: Scheme) -> str:
     """What the letters of a scheme's equations stand for."""
+    if isinstance(scheme.rule, Composition):
+        return f"{_substeps(scheme, scheme.rule.base.name)} {_of_one_step(scheme)}"
+    return _of_one_step(scheme)
+
+
+def _substeps(scheme: Scheme, base: str) -> str:
+    """What a step of a composition of that rule is made of."""
+    shares = [f"{float(part.coefficient(20)):.6g}" + "*" * part.adjoint for part in scheme.substeps]
+    listed = ", ".join(shares) if len(shares) <= MOST_SHARES else (
+        ", ".join([*shares[: MOST_SHARES // 2], "…", *shares[-MOST_SHARES // 2 :]]))  # fmt: skip
+    words = f"A step is {len(shares)} substeps of {base}, of the shares {listed}"
+    words += " of it (*: of the adjoint)" if "*" in listed else " of it"
+    return f"{words}; the equations are those of a substep, of size h."
+
+
+def _of_one_step(scheme: Scheme) -> str:
     s = scheme.s
     words = "u is the velocity during this step, v during the next; h is the step size."
     if s.n:

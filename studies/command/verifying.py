@@ -80,7 +80,7 @@ def _answer(options: argparse.Namespace) -> int:
     reasons: set[str] = set()
 
     def told(study: str, case: dict[str, Any]) -> None:
-        if not quiet:
+        if not quiet and not case.get("unusable"):  # that is said once, at the end
             print(verdicts.line(study, case, reasons), flush=True)
             reasons.add(case["reason"])
 

@@ -21,7 +21,7 @@ from .one_case import run_case
 from .plan import Place, Plan
 from .record import record
 from .shrinking import shrunk
-from .side_by_side import finished, found_by, key_of, measured
+from .side_by_side import REMEMBERED, finished, found_by, key_of, measured
 from .store import Store
 from .study import Study, counts
 
@@ -82,12 +82,13 @@ def run_studies(
     extras: dict[int, Any] = {}
     total = sum(map(len, plan.cases)) or 1
 
-    lock = Lock()
+    lock, remembered = Lock(), Counter[int]()
 
     def done(places: Sequence[Place], results: Sequence[dict[str, Any]]) -> None:
         for place, result in zip(places, results, strict=True):
             with lock:  # another process's result comes at once, and again with its task
                 if place not in found:
+                    remembered[place[0]] += bool(result.pop(REMEMBERED, False))
                     told(studies[place[0]].name, result)
                     found[place] = result
 
@@ -99,9 +100,8 @@ def run_studies(
 
     if store is not None:
         for place, result in _stored_results(plan, store, isinstance(jobs, Cluster)):
-            done([place], [result])
+            done([place], [{**result, REMEMBERED: True}])
         extras = _stored_answers(plan, also, store) if also else {}
-    remembered = Counter(place[0] for place in found)
     answered = set(extras) if also else set(range(len(plan.pairs)))
     tasks = plan.tasks(set(found), answered, isinstance(jobs, Cluster))
     for places, results, extra in finished(plan, tasks, jobs, also, within, store, heard):

@@ -23,6 +23,7 @@ from .study import Study, every_study
 from .userfile import expect_unchanged, stamps
 from .workers import tell, worker_pool
 
+REMEMBERED = "remembered"  # what a result that was found in the store says, until it is counted
 WORTH_WORKERS = 8  # cases; starting a worker takes a second or two
 #: places with their results, and what `also` says, by pair
 Finished: TypeAlias = tuple[Sequence[Place], list[dict[str, Any]], dict[int, Any]]
@@ -63,7 +64,7 @@ def measured(
     key = key_of(study, case)
     earlier = found_by(store, key)
     if earlier is not None:
-        return dict(earlier)
+        return {**earlier, REMEMBERED: True}
     return _kept(store, study, key, run_case(study, case, progress))
 
 

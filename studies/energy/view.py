@@ -62,6 +62,12 @@ def _got(measured: dict[str, Any]) -> str:
     return f"band {_band(measured)}, slope {_slope(measured)}, of the edges {_edges(measured)}"
 
 
+def _line(case: Case) -> str:
+    """With the time that the run came to: one that seems to drift is made longer."""
+    time = number(case.get("duration"))
+    return _got(mapping(case, "measured")) + (f", to t = {time:g}" if time is not None else "")
+
+
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     found: list[Sketch] = []
     for digits, same in precisions(cases).items():
@@ -82,6 +88,6 @@ VIEW = View(
         ("Slopes of the edges", lambda case: _edges(mapping(case, "measured"))),
     ],
     got=_got, wanted=_wanted,
-    short=lambda measured: f"band {_band(measured)}",
+    short=lambda measured: f"band {_band(measured)}", line=_line,
     sketches=_sketches, compared=lambda case: {"band": case["measured"].get("band")},
 )  # fmt: skip

@@ -125,7 +125,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if forces:
         found["measured"]["multipliers"] = slope(case, rows, "multipliers", exact.certain_digits)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
-    return {**found, "local": _local(case)}
+    return {**found, "local": _local(case), "duration": float(duration)}
 
 
 def _has_multipliers(case: Case) -> bool:

@@ -73,7 +73,7 @@ def _compared(case: Case) -> dict[str, Any]:
     # below a thousand roundings an error is not the method's any more
     least = 1e3 * (2.0**-53 if case["digits"] == 16 else 10.0 ** -case["digits"])
     errors = {r["step"]: r["error"] for r in case["rows"] if r["error"] and r["error"] > least}
-    return {"order": case["measured"].get("order"), "errors": errors}
+    return {"order": case["measured"].get("order"), "errors": errors, "time": case.get("duration")}
 
 
 def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:

@@ -145,7 +145,10 @@ def comparison(result: Result) -> dict[str, Any]:
             return NONE
         words = COMPARED[name][1](value)
         words += f" to {scientific(line['accuracy'])}" if name == "seconds" else ""
-        words += f" at h = {line['step']:.3g}" if name == "error" else ""
+        if name == "error":
+            at_end = number(line.get("time"))
+            words += f" at h = {line['step']:.3g}"
+            words += "" if at_end is None else f", t = {at_end:.4g}"
         words += f" ± {100 * line['bounded_spread']:.0f}" if name == "bounded" else ""
         ratio = number(line["ratios"].get(name))
         return words if ratio is None else f"{words} ({times(ratio)})"
@@ -156,8 +159,9 @@ def comparison(result: Result) -> dict[str, Any]:
     return {
         "title": "Side by side",
         "about": "Errors in (x, μ) at the smallest step that all methods ran and that round-off "
-        "does not touch; run time to the smallest error that all of them reach; in brackets, times "
-        "the best of the scene and precision.",
+        "does not touch, at the end of the run, which is shorter with more digits; run time to the "
+        "smallest error that all of them reach; in brackets, times the best of the scene and "
+        "precision.",
         "heads": ["Scene", "Digits", "Rule", *(COMPARED[n][0] for n in names)],
         "lines": [
             [str(line["scene"]), str(line["digits"]), rule_name(line),

@@ -15,6 +15,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene
 from discmech.integrators.errors import CannotMeasure, check_names
+from discmech.integrators.numbers import arithmetic, whole_number
 
 from .. import get
 from ..core import lookup
@@ -108,7 +109,11 @@ def _assert(
     to assert.
     """
     __tracebackhide__ = True
-    check_names("the assertion", unknown, ("digits", "steps", "retraction", "order"))
+    check_names(f"the assertion of {study.name}", unknown,
+                ("digits", "steps", "retraction", "order"))  # fmt: skip
+    arithmetic(digits)  # where there is none, this says so
+    if steps is not None:
+        steps = whole_number("steps", steps, 1)
     if order is not None and (type(order) is not int or order < 1):
         raise BadInput(f"the order asked for is {order!r}: give a whole number from 1.")
     try:
@@ -207,7 +212,7 @@ def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None
     result["expected"] = {"order": order or at_least, "tolerance": tolerance}
     if (abs(found - order) <= tolerance) if order else _at_least(result, at_least or 0):
         result |= {"verdict": "pass", "reason": ""}
-    elif at_least or result["verdict"] == "pass":
+    elif at_least or result["verdict"] != "inconclusive":
         wanted = f"{order}" if order else f"at least {at_least}"
         cause = result.get("diagnosis")
         more = f" Cause: {cause['cause']}: {cause['sentence']}" if cause else ""

@@ -135,7 +135,7 @@ CASES = {
     "a start without momentum": (
         lambda: with_lagrangian(lambda x, v, p: v[0] ** 2 / (2 * (p.a - 2)), parameters={"a": 2})
         .flow(1).trajectory(1),
-        "bad: its Lagrangian has no momentum ∂l/∂v at x0, v0 .float division by zero"),
+        "bad: its Lagrangian is no finite real number at x0, v0; begin elsewhere, or give other"),
     "a strange function": (
         lambda: with_lagrangian(
             lambda x, v, p: v[0] ** 2 / 2 + sympy.gamma(x[0])).flow(1).trajectory(1),

@@ -81,7 +81,9 @@ def test_a_failure_prints_the_table_and_attaches_the_picture(pytester):
     """, "--junitxml=found.xml")  # fmt: skip
     done.assert_outcomes(failed=1)
     shown = done.stdout.str()
-    assert "two-thirds" in shown and "4 ± 0.01" in shown and "order 2.000 is below" in shown
+    assert (
+        "two-thirds" in shown and "4 ± 0.01" in shown and "the order is 2.000, asked was 4" in shown
+    )
     assert "Cause: discrete Lagrangian" in shown
     assert "user/assertions.py" not in shown  # the traceback is the user's own
     assert "next: mend the rule" in shown and "if 2 is the order meant, ask for order=2" in shown

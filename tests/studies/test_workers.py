@@ -11,7 +11,7 @@ from concurrent.futures import Executor, Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from queue import SimpleQueue
-from threading import Lock, current_thread, main_thread
+from threading import Lock
 
 import pytest
 
@@ -200,20 +200,23 @@ def test_a_process_that_is_ended_at_once_says_nothing_of_what_it_leaves(tmp_path
     assert "PYTHONWARNINGS" not in os.environ
 
 
-def test_what_another_process_measures_is_told_at_once_and_once():
+def test_what_two_processes_measure_is_told_once():
     told = []
-
-    def hear(study, case):
-        told.append((study, case["scene"], case["rule"], current_thread() is main_thread()))
-
-    studies = [get("symplecticity"), get("order")]
     some = tuple(map(scenes.get, ("harmonic", "kepler")))
     by = tuple(map(rules.get, ("midpoint", "trapezoidal", "rectangle")))
-    choice = Choice(scenes=some, rules=by, digits=(16,))
-    results, _ = run_studies(studies, choice, told=hear, jobs=2)
+    studies, choice = [get("symplecticity"), get("order")], Choice(some, by, (16,))
+    results, _ = run_studies(studies, choice, told=lambda *news: told.append(news), jobs=2)
     asked = [(r["study"], c["scene"], c["rule"]) for r in results for c in r["cases"]]
-    assert sorted(case[:3] for case in told) == sorted(asked)
-    assert {case[3] for case in told} == {True, False}  # some of the other process
+    assert sorted((study, c["scene"], c["rule"]) for study, c in told) == sorted(asked)
+
+
+def test_what_a_process_tells_is_heard():
+    heard = []
+    with worker_pool(1, heard.append) as pool:
+        assert pool.submit(workers.tell, "a result").result() is None
+    assert heard == ["a result"]
+    with worker_pool(1) as pool:  # to whom nobody listens
+        assert pool.submit(workers.tell, "a result").result() is None
 
 
 def test_a_listener_that_fails_leaves_it_to_the_task():
