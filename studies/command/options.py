@@ -90,7 +90,7 @@ def choice_of(options: argparse.Namespace) -> Choice:
         scenes=lookup.scenes_of(options.scenes),
         rules=lookup.rules(options.rules),
         retractions=tuple(options.retraction),
-        digits=tuple(digits_in(d) for d in options.digits),
+        digits=tuple(dict.fromkeys(map(digits_in, options.digits))),
         steps=None if options.steps is None else whole("--steps")(options.steps),
     )
 

@@ -72,7 +72,7 @@ def _answer(options: argparse.Namespace) -> int:
         files=tuple(options.rules),
         scenes=tuple(options.scenes),
         studies=tuple(options.studies),
-        digits=tuple(map(digits_in, options.digits)),
+        digits=tuple(dict.fromkeys(map(digits_in, options.digits))),
         steps=None if options.steps is None else whole("--steps")(options.steps),
         every_scene=options.all,
     )

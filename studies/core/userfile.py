@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Lattice, Scene, scenes
@@ -99,9 +99,18 @@ def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], 
             raise BadInput(f"{path}: the name {thing.name} is {whose}; choose another name.")
         names[thing.name] = thing
     if not rules and not own:
+        plain = [
+            name
+            for name, thing in vars(module).items()
+            if isinstance(thing, FunctionType) and thing.__module__ == module.__name__
+        ]
+        held = (
+            f" {', '.join(plain)} {'is a plain function' if len(plain) == 1 else 'are functions'}:"
+        )
         raise BadInput(
-            f"{path} defines no rule and no scene: decorate a function with @discretisation() or "
-            "@one_step(), or make a Scene(...) or a Lattice(...) at the top level."
+            f"{path} defines no rule and no scene:{held if plain else ''} decorate a function with "
+            "@discretisation() or @one_step(), or make a Scene(...) or a Lattice(...) at the top "
+            "level."
         )
     return rules, own
 
@@ -122,6 +131,8 @@ def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:
         raise BadInput(f"{where}, line {error.lineno}: {error.msg}; mend the line.") from None
     except RAISED as error:
         what = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
+        if isinstance(error, BadInput) and what.startswith(f"{file.name}, line "):
+            raise  # the line is in it
         line = _line_in(file, error)
         raise BadInput(f"{path}{f', line {line}' if line else ''}: {what}") from None
     finally:

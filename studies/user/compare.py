@@ -37,7 +37,9 @@ def compare(
     """
     rules = request.rules()
     if len(rules) < 2:
-        raise BadInput("name at least two methods to compare, such as my_rule.py midpoint.")
+        raise BadInput(
+            "name at least two different methods to compare, such as my_rule.py midpoint."
+        )
     asked = request.studies or (*studies(), "work-precision")
     asking = replace(request, studies=asked, also_periods=PERIODS)
     result = verify(asking, progress, told, jobs, store)

@@ -243,3 +243,16 @@ def test_messages_of_our_own_rules_name_no_line():
     with pytest.raises(BadInput, match=r"test_userfile.py, line \d+") as caught:
         Scheme(scene, discretisations.midpoint)
     assert "discretisations.py" not in str(caught.value)
+
+
+def test_plain_functions_are_named_and_a_line_is_said_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plain.py").write_text("def midrule(L, G, x, u, h):\n    return h * L(x, u)\n")
+    with pytest.raises(BadInput, match="no rule and no scene: midrule is a plain function: dec"):
+        load("plain.py")
+    (tmp_path / "short.py").write_text(
+        "from discmech import Scene, pair\n"
+        "Scene('short', pair(1), lambda x, v, p: v[0] ** 2, force=lambda x, v: [1], x0=[0], v0=[0])"
+    )
+    with pytest.raises(BadInput, match=r"^short\.py, line 2: short: force= is a function of"):
+        load("short.py")
