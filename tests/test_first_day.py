@@ -145,10 +145,15 @@ class Stranger:
 
     def begin(self, *words: str) -> subprocess.Popen[str]:
         """A Python that has the words as its own: a module or a script, and what it is given."""
-        return subprocess.Popen(
-            [sys.executable, "-P", *words], cwd=self.folder, env=self.environment,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
-        )  # fmt: skip
+        # pytest in the background is deaf to interrupts, and what it begins would be
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        try:
+            return subprocess.Popen(
+                [sys.executable, "-P", *words], cwd=self.folder, env=self.environment,
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+            )  # fmt: skip
+        finally:
+            signal.signal(signal.SIGINT, before)
 
     def types(self, *words: str, ends: int = PASS, before: tuple[str, ...] = DISCMECH) -> str:
         """What is printed by a command that ends with that exit code, and with no traceback."""

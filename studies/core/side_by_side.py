@@ -95,7 +95,7 @@ def finished(
 
     names = tuple(study.name for study in plan.studies)
     left, ended = deque(plan.spread(tasks)), SimpleQueue[tuple[Task, Any]]()
-    kept, files = None if elsewhere else store, stamps()
+    kept, files = None if elsewhere else store, stamps((*spoken[0], *spoken[1]))
 
     def following() -> Task | None:
         try:

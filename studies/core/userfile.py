@@ -41,9 +41,15 @@ def loaded() -> tuple[UserFile, ...]:
     return tuple(_loaded.values())
 
 
-def stamps() -> tuple[tuple[str, str], ...]:
-    """(path, digest) of these files' last texts, for `expect_unchanged` in another process."""
-    return tuple({file.path: file.digest for file in loaded()}.items())
+def stamps(words: Iterable[str]) -> tuple[tuple[str, str], ...]:
+    """(path, digest) of the last texts of files that these words name (`lookup.word_for`).
+
+    For `expect_unchanged` in another process, which needs no other file.
+    """
+    asked = tuple(words)
+    last = {file.path: file.digest for file in loaded()}
+    return tuple((path, digest) for path, digest in last.items()
+                 if any(f"{path}:" in word for word in asked))  # fmt: skip
 
 
 def expect_unchanged(files: Iterable[tuple[str, str]]) -> None:

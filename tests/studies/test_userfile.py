@@ -52,8 +52,9 @@ def test_a_text_is_run_once_and_a_changed_one_anew(file):
     assert load("mine.py") is first
     again = load(file(RULE.replace("order=2", "order=1")))
     assert again.rules["two-thirds"].order == 1 and again.digest != first.digest
-    assert dict(stamps())["mine.py"] == again.digest
-    assert load(file(RULE)) is first and dict(stamps())["mine.py"] == first.digest
+    assert dict(stamps(["mine.py:it"]))["mine.py"] == again.digest
+    assert not stamps(["midpoint", "yours.py:it"])
+    assert load(file(RULE)) is first and dict(stamps(["mine.py:it"]))["mine.py"] == first.digest
 
 
 def test_words_name_things_and_things_have_words(file):

@@ -24,6 +24,7 @@ from discmech.studies.core.case import Choice, silent
 from discmech.studies.core.environment import SETTINGS
 from discmech.studies.core.plan import Plan
 from discmech.studies.core.running import run_studies
+from discmech.studies.core.userfile import load
 from discmech.studies.core.workers import worker_pool
 
 SCRIPT = """
@@ -200,7 +201,12 @@ def test_a_process_that_is_ended_at_once_says_nothing_of_what_it_leaves(tmp_path
     assert "PYTHONWARNINGS" not in os.environ
 
 
-def test_what_two_processes_measure_is_told_once():
+def test_what_two_processes_measure_is_told_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "gone.py").write_text("from discmech import Scene, pair\n"
+        "s = Scene('gone', pair(1), lambda x, v, p: v[0] ** 2, x0=[0], v0=[0])")  # fmt: skip
+    load("gone.py")
+    (tmp_path / "gone.py").unlink()  # nobody asks for it
     told = []
     some = tuple(map(scenes.get, ("harmonic", "kepler")))
     by = tuple(map(rules.get, ("midpoint", "trapezoidal", "rectangle")))
