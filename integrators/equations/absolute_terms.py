@@ -31,7 +31,8 @@ def absolute_terms(e: Any) -> Any:
 def energy_terms(s: SceneSymbols) -> Any:
     """The sum of the absolute values of the terms of H at (x, ξ), ξ in the letters `s.u`.
 
-    A term t of l has the part ξ·∂t/∂ξ − t in H: (k − 1) t, where it is of degree k in ξ.
+    A term t of l has the part ξ·∂t/∂ξ − t in H: (k − 1) t, where it is of degree k in ξ. Of degree
+    1 it is in μ·ξ and in l, and cancels but for its round-off: it counts as it stands.
     """
     return sympy.Add(*[_in_energy(t, s) for t in sympy.Add.make_args(s.lagrangian)])
 
@@ -46,7 +47,7 @@ def _in_energy(t: Any, s: SceneSymbols) -> Any:
         if len(parts) > 1:
             return sympy.Add(*[_in_energy(part, s) for part in parts])
         return sympy.Abs((jacobian([t], s.u) * s.u)[0] - t, evaluate=False)
-    return sympy.Add(*[abs(k - 1) * size for k, size in found.items()])
+    return sympy.Add(*[max(1, abs(k - 1)) * size for k, size in found.items()])
 
 
 def _degrees(e: Any, letters: frozenset[Any]) -> Degrees:

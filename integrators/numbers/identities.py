@@ -104,7 +104,8 @@ def null_direction(matrix: SymbolicMatrix, tolerance: float = 1e-20) -> Symbolic
     """
     sizes = [max((abs(e) for e in matrix[i, :]), default=0) or 1 for i in range(matrix.rows)]
     scaled = sympy.Matrix(*matrix.shape, lambda i, j: matrix[i, j] / sizes[i])
-    if scaled and np.linalg.cond(np.array(scaled.tolist(), dtype=float)) < 1e8:
+    real = all(e.is_real and e.is_finite for e in scaled)
+    if scaled and real and np.linalg.cond(np.array(scaled.tolist(), dtype=float)) < 1e8:
         return None  # regular, whatever the round-off of this quick look
     reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) <= tolerance, normalize_last=False)
     free = [j for j in range(matrix.cols) if j not in pivots]

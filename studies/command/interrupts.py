@@ -53,8 +53,9 @@ def ended_soon(code: int) -> Iterator[Farewell]:
 
 
 def _watch(told: socket.socket, code: int, farewell: Farewell) -> None:
-    while signal.SIGINT not in told.recv(1):
-        pass
+    while signal.SIGINT not in (signals := told.recv(1)):
+        if not signals:  # nobody can tell any more
+            return
     time.sleep(PATIENCE)
     for worker in active_children():
         worker.kill()

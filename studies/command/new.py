@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import argparse
+import keyword
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
-from discmech.integrators import BadInput
+from discmech.integrators import BadInput, rules, scenes
+from discmech.integrators.lattices import systems
 
+from .. import NAMES
 from ..core.study import FOLDER
 from .output import write
 
 STARTERS = Path(__file__).resolve().parents[1] / "user" / "starters"
 KINDS = ("rule", "scene", "groupoid", "study")
+#: modules that files of the user's import
+OTHERS = ("discmech", "mpmath", "numpy", "pytest", "scipy", "sympy", "tests")
 
 
 def add_to(commands: Any) -> None:
@@ -33,6 +39,14 @@ def _new(options: argparse.Namespace) -> int:
     if not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", name):
         raise BadInput(f"the name is {name!r}: use small letters, digits and dashes between them.")
     word = name.replace("-", "_")
+    known = (*scenes.every_name(), *systems.NAMES, *rules.names(), *rules.MAPS, *NAMES)
+    if name in known:
+        raise BadInput(f"the name {name} is discmech's own; choose another.")
+    if keyword.iskeyword(word) or word in (*sys.stdlib_module_names, *OTHERS):
+        raise BadInput(
+            f"{word}.py would hide a module of Python's, or of discmech's, of that name; choose "
+            "another."
+        )
     if kind == "study":
         target = FOLDER / word
         if not (FOLDER.parent / "pyproject.toml").exists():

@@ -43,16 +43,17 @@ COMPARED: dict[str, tuple[str, Callable[[float], str]]] = {
 def line(study: str, case: Case, told: Collection[str] = ()) -> str:
     """✓ order: kepler, two-thirds, 16 digits: 2.001 ± 0.001 (wanted 2 ± 0.05).
 
-    Of what was not measured, why, unless it was told before. The cause and how to see it again are
-    told once, at the end (`troubles`).
+    Of what did not pass, why, unless it was told before. The cause and how to see it again are told
+    once, at the end (`troubles`).
     """
     written = view_of(study).line
     figure = written(case) if written and case.get("measured") else got(study, case)
     reason = str(case.get("reason"))
-    if figure == NONE and verdict(case) != "pass" and reason not in told:
-        figure = reason
+    why_not = "" if verdict(case) == "pass" or reason in told else reason.partition(" Cause: ")[0]
+    figure = why_not if figure == NONE and why_not else figure
     expected = wanted(study, case)
     said = "" if expected == NONE else f" (wanted {expected})"
+    said += f": {why_not}" if why_not not in ("", figure) else ""
     return f"{MARKS[verdict(case)]} {study}: {case_name(case)}: {figure}{said}"
 
 

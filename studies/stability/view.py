@@ -76,6 +76,8 @@ def _share(value: Any) -> str:
 
 
 def _short(measured: dict[str, Any]) -> str:
+    if measured.get("off_circle") is not None:
+        return "not on the unit circle"
     if "stable_to" in measured and measured["stable_to"] is None:
         return "at every hω"
     ends = list(map(number, mapping(measured, "limits").values())) or [measured.get("stable_to")]
@@ -87,7 +89,10 @@ def _compared(case: Case) -> dict[str, Any]:
     """Of the oscillator the end that bisection found; of a map the share of it that is bounded.
 
     An edge of that share lies anywhere between two cells in step: half a cell each is uncertain.
+    A method that leaves the unit circle has no interval.
     """
+    if case["measured"].get("off_circle") is not None:
+        return {}
     if case.get("kind") == "linear" and case["measured"]:
         end = case["measured"]["stable_to"]
         return {"stable": FARTHEST if end is None else end}

@@ -134,6 +134,8 @@ def _assert(
     result = run_case(study, case)
     if result.get("unusable"):
         raise BadInput(_relative(result["reason"], beside))
+    if "not_demanded" in result["expected"] and "demanded" not in result["expected"]:
+        raise NotApplicable(f"{study.name} of {where.name}: {result['expected']['not_demanded']}")
     if at_least is not None and not _at_least(result, at_least):
         result = run_case(study, replace(case, rule=replace(asked, order=at_least)))  # the cause
     if order is not None or at_least is not None:

@@ -48,6 +48,10 @@ def test_nothing_is_overwritten_and_names_are_checked(here, capsys):
     for words, said in (
         (["rule", "mine"], "mine.py is there already"),
         (["rule", "3 rules"], "the name is '3 rules'"),
+        (["rule", "midpoint"], "midpoint is discmech's own"),
+        (["scene", "kepler"], "kepler is discmech's own"),
+        (["rule", "lambda"], "lambda.py would hide a module"),
+        (["scene", "sympy"], "sympy.py would hide a module"),
         (["scene", "other", "--folder", "nowhere"], "there is no folder nowhere"),
     ):
         assert main(["new", *words]) == 2

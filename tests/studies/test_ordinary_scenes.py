@@ -178,3 +178,24 @@ def test_a_relativistic_particle_runs_in_a_race():
 def test_references_of_many_links_are_proven():
     (found,) = solutions(chain_of_pendulums(3), [Fraction(1, 8)], digits=50)
     assert found.certain_digits >= 50 and found.certainty == "enclosure"
+
+
+def test_a_gauge_far_out_leaves_the_energy_its_band():
+    """A term of degree 1 is in μ·ξ and in l, a thousand times as large as the energy itself."""
+    scene = Scene(
+        "gauge", pair(2), lambda x, v, p: v.dot(v) / 2 + (x[0] * v[1] - x[1] * v[0]) / 2,
+        x0=[1000, "1/2"], v0=["0.1", "0.3"], duration=10, step="1/20",
+    )  # fmt: skip
+    case = Case("energy", scene, midpoint, 16, 100_000)
+    assert get("energy").judge(case, get("energy").measure(case, silent)).verdict == "pass"
+    _, size = energy_with_terms(Scheme(scene, midpoint), 16)(
+        Scheme(scene, midpoint).flow("1/20").trajectory(0)
+    )
+    assert size[0, 0] == pytest.approx(0.05 + 150 + 0.025)
+
+
+@pytest.mark.parametrize("name", ["implicit-midpoint", "average-vector-field", "discrete-gradient"])
+def test_maps_run_where_the_lagrangian_is_real_near_the_start_alone(name):
+    scene = Scene("well", pair(1), lambda x, v, p: v.dot(v) / 2 + sympy.sqrt(1 - 4 * x[0] ** 2),
+                  x0=["0.1"], v0=[0], duration=1)  # fmt: skip
+    assert np.isfinite(Scheme(scene, MAPS[name]).flow("1/100").trajectory(100).mu).all()

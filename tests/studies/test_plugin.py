@@ -202,3 +202,12 @@ def test_what_cannot_be_asked_is_bad_input_and_no_missed_order(words, message):
 @pytest.mark.slow
 def test_symplectic_of_a_sound_rule_in_another_chart():
     assert_symplectic("midpoint", "rigid-body", digits=30, retraction="exponential")
+
+
+def test_an_energy_that_nothing_is_asked_of_is_skipped(pytester):
+    done = ask(pytester, """
+        def test_mine(assert_energy):
+            assert_energy("midpoint", "suslov", steps=2000)
+    """, "-rs")  # fmt: skip
+    done.assert_outcomes(skipped=1)
+    assert "energy of suslov: nonholonomic: measured only" in done.stdout.str()

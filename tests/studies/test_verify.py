@@ -11,6 +11,8 @@ import pytest
 from discmech.integrators import BadInput, scenes
 from discmech.studies import get
 from discmech.studies.core.plan import Plan
+from discmech.studies.report import verdicts
+from discmech.studies.stability.view import VIEW as STABILITY
 from discmech.studies.user import verify as verifying
 from discmech.studies.user.verify import RULES, SCENES, Request, studies, verify
 from tests.studies.test_userfile import RULE, SCENE
@@ -272,3 +274,21 @@ def test_the_whole_command_in_processes_of_its_own(folder):
     assert done.returncode == 0, done.stdout + done.stderr
     for scene in ("my-pendulum", *SCENES):
         assert f"✓ order: {scene}, two-thirds" in done.stdout
+
+
+def test_a_method_that_leaves_the_unit_circle_has_no_stable_step():
+    measured = {"stable_to": None, "off_circle": 0.02}
+    case = {"kind": "linear", "measured": measured, "rows": []}
+    assert STABILITY.compared(case) == {} and STABILITY.short(measured) == "not on the unit circle"
+    case["measured"] = {"stable_to": 2.0, "off_circle": None}
+    assert STABILITY.compared(case) == {"stable": 2.0}
+
+
+def test_a_line_of_what_failed_says_why_once():
+    case = {"scene": "kepler", "rule": "mine", "digits": 16, "verdict": "fail", "control": False,
+            "reason": "the energy drifts. Cause: rule: it is wrong.", "rows": [],
+            "measured": {"band": 1e-3, "slope": 1e-5},
+            "expected": {"slope_limit": 1e-9}}  # fmt: skip
+    said = verdicts.line("energy", case)
+    assert said.startswith("✗ energy: kepler, mine") and said.endswith(": the energy drifts.")
+    assert "drifts" not in verdicts.line("energy", case, [case["reason"]])
