@@ -83,6 +83,9 @@ _REMEDIES = (
      "write it with sympy functions, such as sympy.cos in place of math.cos"),
     ("truth value", "symbols answer no if, sign or maximum: write one smooth formula"),
     ("SimpleNamespace.* not subscriptable", "the parameters are p, and one of them is p.name"),
+    ("SimpleNamespace",
+     "the third argument is p, the parameters, one of them p.name; the time is a fourth, t"),
+    ("NDimArray", "x and u are sympy's columns: write x + h*u/2 as it is, without numpy"),
     ("[Ii]ndex.* out of range", "fix it: of n entries the last is number n - 1"),
     ("positional argument", "give every function its arguments, no more and no fewer"),
     ("and 'list'", "s is a list of columns, s[0] the first"),
@@ -133,6 +136,7 @@ _ALSO_CALLED = {
     ),
     "potential": ("lagrangian=, kinetic minus potential energy",),
     "hamiltonian": ("lagrangian=; a method for H is a one-step map, @one_step",),
+    **dict.fromkeys(("damping", "dissipation", "drag"), ("force=lambda x, v, p: [...]",)),
     "t": ("lagrangian=lambda x, v, p, t: ...", _STEPS),
     "q0": ("x0=",),
     "p0": ("v0=, from which the momentum follows", "mu0="),
@@ -187,7 +191,7 @@ def arguments_checked(function: Callable[_P, _R]) -> Callable[_P, _R]:
 def check_names(what: str, named: Iterable[str], names: Sequence[str]) -> None:
     """Raise `BadInput` for a name that is none of the names that arguments have."""
     if word := min(set(named) - set(names), default=""):
-        known = [f"{near}=" for near in get_close_matches(word, names, 1)]
+        known = [f"{near}=" for near in get_close_matches(word, names, 1, 0.75)]
         for said in _ALSO_CALLED.get(word, ()):
             if said.partition("=")[0] in names:
                 known = [said]

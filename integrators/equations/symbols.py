@@ -189,6 +189,8 @@ class SceneSymbols:
         except AttributeError as error:
             parameters = ", ".join(vars(self.parameters)) or "none"
             there = getattr(error.obj, "offers", f"the parameters are: {parameters}")
+            if "NDimArray" in str(error):
+                there = remedy(error)
             raise BadInput(
                 f"{self._at(function, what, error)} asks for what is not there ({error}); {there}."
             ) from error

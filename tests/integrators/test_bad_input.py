@@ -136,6 +136,12 @@ CASES = {
         lambda: with_lagrangian(lambda x, v, p: v[0] ** 2 / (2 * (p.a - 2)), parameters={"a": 2})
         .flow(1).trajectory(1),
         "bad: its Lagrangian is no finite real number at x0, v0; begin elsewhere, or give other"),
+    "time where the parameters are": (
+        lambda: with_lagrangian(lambda x, v, t: v[0] ** 2 / 2 - t * x[0]).flow(1),
+        "the third argument is p, the parameters, one of them p.name; the time is a fourth, t"),
+    "damping": (
+        lambda: Scene("bad", pair(1), lambda x, v, p: v[0] ** 2, x0=[0], v0=[0], dissipation=1),
+        r"there is no dissipation=; say force=lambda x, v, p: \[...\]"),
     "a strange function": (
         lambda: with_lagrangian(
             lambda x, v, p: v[0] ** 2 / 2 + sympy.gamma(x[0])).flow(1).trajectory(1),
