@@ -45,8 +45,11 @@ class Written:
     residual: Sequence[tuple[Terms, Terms]]
 
 
-def written(scheme: Scheme) -> Written:
-    """The equations of a scheme; of a rule with stages what defines them, which is short."""
+def written(scheme: Scheme, most: int | None = None) -> Written:
+    """The equations of a scheme; of a rule with stages what defines them, which is short.
+
+    most: of the points, momenta and equations so many, the first ones; None: all.
+    """
     from sympy import Matrix
 
     s: SceneSymbols = scheme.s
@@ -68,7 +71,7 @@ def written(scheme: Scheme) -> Written:
     # kernels have letters of their own for parts of these, which a page has not
     own = [d for d in maps.definitions(*whole) if not kept & set(d.letters)]
     plus, minus, L_d = (written_out(own, e).xreplace(s.identity_translate) for e in whole)
-    plus, minus = ([terms(e / s.h, below) for e in column] for column in (plus, minus))
+    plus, minus = ([terms(e / s.h, below) for e in column[:most]] for column in (plus, minus))
     for letter, value in below.items():
         after[letter] = _after(letter)
         for symbol, names in ((letter, ("x", "u")), (after[letter], ("y", "v"))):
@@ -77,22 +80,31 @@ def written(scheme: Scheme) -> Written:
     values = [(p.letters, p.values) for p in points]
     if len(s.x):
         values.append((s.y, of.groupoid.target(s.x, s.u, s.h)))
-    momenta: list[tuple[Terms, Terms]] = [([mu], e) for mu, e in zip(s.mu, minus, strict=True)]
+    momenta: list[tuple[Terms, Terms]] = [
+        ([mu], e) for mu, e in zip(s.mu[:most], minus, strict=True)
+    ]
     residual = [(here, [e.xreplace(after) for e in there])
                 for here, there in zip(plus, minus, strict=True)]  # fmt: skip
     vanishing: list[Any] = []
     if scheme.scene.constrained:
         leaving, arriving, mu_after, vanishing = _impulses(s, letters)
-        momenta = [(_sum(mu, push), e) for mu, push, e in zip(s.mu, leaving, minus, strict=True)]
-        residual = [(here, _sum(mu, -push))
-                    for here, mu, push in zip(plus, mu_after, arriving, strict=True)]  # fmt: skip
+        momenta = [
+            (_sum(mu, push), e)
+            for mu, push, e in zip(s.mu[:most], leaving[:most], minus, strict=True)
+        ]
+        residual = [(here, _sum(mu, -push)) for here, mu, push in
+                    zip(plus, mu_after[:most], arriving[:most], strict=True)]  # fmt: skip
     return Written(
         letters,
         terms(s.lagrangian) if scheme.scene.lagrangian else [],
         [terms(e) for e in s.force],
         [terms(e) for e in vanishing],
         terms(L_d[0]),
-        [(z, terms(b)) for column, value in values for z, b in zip(column, value, strict=True)],
+        [
+            (z, terms(b))
+            for column, value in values
+            for z, b in zip(column[:most], value[:most], strict=True)
+        ],
         momenta,
         list(below.items()),
         residual,

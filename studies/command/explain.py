@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from discmech.integrators import Discretisation, Scene, Scheme
 
 WIDTH = 100
+MOST_ROWS, FEW = 8, 2  # equations, from which some stand for all
 LONGEST = 500  # letters of a side of an equation; the report typesets all of it
 STEPS = 200  # of the run that counts Newton's corrections
 CONTACT_STEPS = 20  # of the run that is timed where there is contact, which compiles nothing
@@ -80,10 +81,14 @@ def _lines(scheme: Scheme) -> list[str]:
     if scheme.one_step and not scene.constrained:
         said = f"A one-step map on the dual algebroid, without a discrete Lagrangian: {rule.source}"
         return [*lines, *textwrap.wrap(said, WIDTH), *_contact(scheme), *method]
-    out = written(scheme)
+    most = None if len(scheme.s.u) <= MOST_ROWS else FEW
+    out = written(scheme, most)
+    left_out = len(scheme.s.u) - (most or 0)
+    others = [f"  … and {left_out} more; discmech report {scene.name} typesets all"] if most else []
 
     def formula(left: str, terms: Any, sign: str = "=") -> list[str]:
         shown = plain_text(terms, out.letters)
+        left = left if len(left) <= LONGEST else f"({len(left)} letters)"
         if len(shown) > LONGEST:
             shown = f"({len(shown)} letters; discmech report {scene.name} typesets them)"
         return textwrap.wrap(
@@ -106,6 +111,7 @@ def _lines(scheme: Scheme) -> list[str]:
     lines += ["", "Discrete Lagrangian", *formula(left, out.discrete_lagrangian)]
     for letter, terms in out.points:
         lines += formula(plain_text([letter], out.letters), terms)
+    lines += others if out.points else []
     before, after = "μ = F⁻(x, u)/h", "F⁺(x, u)/h = F⁻(y, v)/h"
     head = "Discrete Euler–Lagrange equations"
     if staged:  # their derivatives fill pages
@@ -116,12 +122,13 @@ def _lines(scheme: Scheme) -> list[str]:
     lines += ["", f"Momentum before the step, {before}"]
     for mu, terms in out.momenta:
         lines += formula(plain_text(mu, out.letters), terms)
+    lines += others
     for letter, value in out.shared:
         lines += formula(plain_text([letter], out.letters), [value])
     lines += ["", f"{head}, {after}"]
     for here, there in out.residual:
         lines += formula(plain_text(here, out.letters), there)
-    return [*lines, *method]
+    return [*lines, *others, *method]
 
 
 def _contact(scheme: Scheme) -> list[str]:

@@ -80,9 +80,10 @@ def _short(measured: dict[str, Any]) -> str:
         return "not on the unit circle"
     if "stable_to" in measured and measured["stable_to"] is None:
         return "at every hω"
-    ends = list(map(number, mapping(measured, "limits").values())) or [measured.get("stable_to")]
-    found = [end for end in ends if end is not None]
-    return f"to hω = {min(found):.3g}" if found else "at no hω"
+    if classes := mapping(measured, "classes"):  # no one cell decides
+        return f"{classes.get('bounded', 0) / (sum(classes.values()) or 1):.0%} bounded"
+    end = number(measured.get("stable_to"))
+    return "at no hω" if end is None else f"to hω = {end:.3g}"
 
 
 def _compared(case: Case) -> dict[str, Any]:

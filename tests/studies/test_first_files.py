@@ -15,6 +15,7 @@ from discmech.integrators.rules import midpoint
 from discmech.studies import explain
 from discmech.studies.command.entry import main
 from discmech.studies.command.equations import discrete, letters_of, plain_text, written
+from tests.studies.test_ordinary_scenes import dense_chain
 
 
 @pytest.fixture
@@ -94,6 +95,12 @@ def test_explain_says_order_symmetry_and_cost(capsys):
     ):  # fmt: skip
         assert words in shown
     assert max(map(len, shown.splitlines())) <= 100
+
+
+def test_of_many_equations_some_stand_for_all():
+    page = explain(dense_chain(12), midpoint)
+    assert page.count("… and 10 more; discmech report") == 3 and len(page.splitlines()) < 60
+    assert "… and" not in explain("fpu", midpoint)
 
 
 def test_python_is_given_the_page_that_the_command_prints(capsys):
