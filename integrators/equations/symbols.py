@@ -187,13 +187,10 @@ class SceneSymbols:
                 raise
             raise type(error)(f"{place}: {error}") from error
         except AttributeError as error:
-            parameters = ", ".join(vars(self.parameters)) or "none"
-            there = getattr(error.obj, "offers", f"the parameters are: {parameters}")
-            if "NDimArray" in str(error):
-                there = remedy(error)
-            raise BadInput(
-                f"{self._at(function, what, error)} asks for what is not there ({error}); {there}."
-            ) from error
+            names = ", ".join(vars(self.parameters)) or "none"
+            known = remedy(error) if "NDimArray" in str(error) else f"the parameters are: {names}"
+            said = f"{self._at(function, what, error)} asks for what is not there ({error})"
+            raise BadInput(f"{said}; {getattr(error.obj, 'offers', known)}.") from error
         except RAISED as error:
             raise BadInput(
                 f"{self._at(function, what, error)} could not be evaluated with symbols "

@@ -38,10 +38,14 @@ def run_case(
     """
     begun = time.perf_counter()
     measurement: dict[str, Any] = {"measured": {}, "rows": []}
-    from discmech.reference import ReferenceFailure
+    from discmech.reference import ReferenceFailure, progress_to
+
+    def along(_: str, share: float) -> None:
+        progress(f"{case.scene.name} {case.label}: reference", share)
 
     try:
-        measurement = study.measure(case, progress)
+        with progress_to(along):
+            measurement = study.measure(case, progress)
         verdict = study.judge(case, measurement)
         if causes and verdict.verdict != "pass":
             _diagnose(study, case, measurement, verdict)

@@ -10,8 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from discmech import Scene, midpoint, pair
+from discmech.studies import get
 from discmech.studies.command.interrupts import PATIENCE
 from discmech.studies.command.output import Estimate
+from discmech.studies.core.case import Case
+from discmech.studies.core.one_case import run_case
 from tests.studies.test_userfile import RULE
 from tests.studies.test_workers import lives, until
 
@@ -120,3 +124,14 @@ def test_an_estimate_leaves_out_what_was_there_at_once():
     now[0] = 110.0
     estimate.report(0.3)
     assert estimate.words() == "about 70 s left"
+
+
+def test_a_wait_for_a_reference_says_how_far_it_is():
+    told = []
+    scene = Scene("soft", pair(1), lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 4 / 4 - x[0] ** 2 / 3,
+                  x0=[1], v0=["1/7"], duration=4, step="1/20")  # fmt: skip
+    asked = Case("order", scene, midpoint, 16)
+    found = run_case(get("order"), asked, lambda *news: told.append(news))
+    assert found["verdict"] == "pass"
+    shares = [share for label, share in told if label == "soft midpoint: reference"]
+    assert len(shares) > 10 and any(0.2 < share < 0.8 for share in shares)

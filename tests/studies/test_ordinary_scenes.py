@@ -16,8 +16,9 @@ from discmech.integrators.scene import Conserved
 from discmech.reference import solutions
 from discmech.studies import get
 from discmech.studies.core.case import Case, Choice, silent
-from discmech.studies.core.running import run_study
+from discmech.studies.core.running import run_studies, run_study
 from discmech.studies.core.runs import energy_errors, energy_with_terms
+from discmech.studies.user.verify import studies
 from discmech.studies.work_precision import peers
 from discmech.studies.work_precision.peers.equations import equations_of
 
@@ -41,7 +42,10 @@ def chain_of_pendulums(links: int) -> Scene:
 
 
 def spherical_pendulums() -> Scene:
-    """Two spherical pendulums, one hung from the other."""
+    """Two spherical pendulums, one hung from the other, near a motion on two cones.
+
+    Far from it the motion is chaotic and comes as near to the poles of its angles as one waits for.
+    """
 
     def lagrangian(x, v, p):
         place, speed, energy = sympy.zeros(3, 1), sympy.zeros(3, 1), 0
@@ -54,7 +58,7 @@ def spherical_pendulums() -> Scene:
 
     return Scene(
         name="double-spherical", groupoid=pair(4), parameters={"gravity": 1},
-        lagrangian=lagrangian, x0=[1, 0, "3/2", "1/2"], v0=[0, "1/2", 0, "1/3"],
+        lagrangian=lagrangian, x0=["7/10", 0, "9/10", "1/10"], v0=["1/10", "9/10", 0, "17/20"],
         duration=5, step="0.01", symmetries=[Conserved("vertical", lambda x, mu, p: mu[1] + mu[3])],
     )  # fmt: skip
 
@@ -102,6 +106,16 @@ def test_it_passes_every_study_that_keeps_something(scene):
         case = Case(study, scene, midpoint, 16, None if study == "symplecticity" else 2000)
         measurement = get(study).measure(case, silent)
         assert get(study).judge(case, measurement).verdict == "pass", study
+
+
+@pytest.mark.slow
+@named
+def test_it_passes_all_that_judges_a_rule(scene):
+    chosen = Choice(scenes=(scene,), rules=(midpoint, trapezoidal))
+    asked = [study for study in map(get, studies()) if list(study.cases(chosen))]
+    results, _ = run_studies(asked, chosen)
+    cases = [case for result in results for case in result["cases"]]
+    assert {case["verdict"] for case in cases} == {"pass"}, [case["reason"] for case in cases]
 
 
 @named
