@@ -126,7 +126,8 @@ def test_an_estimate_leaves_out_what_was_there_at_once():
     assert estimate.words() == "about 70 s left"
 
 
-def test_a_wait_for_a_reference_says_how_far_it_is():
+def test_a_wait_for_a_reference_says_how_far_it_is(tmp_path, monkeypatch):
+    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path))  # in which nobody has left it
     told = []
     scene = Scene("soft", pair(1), lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 4 / 4 - x[0] ** 2 / 3,
                   x0=[1], v0=["1/7"], duration=4, step="1/20")  # fmt: skip
