@@ -26,6 +26,7 @@ from ..numbers.types import (
     Exact,
     Expression,
     Expressions,
+    Letter,
     Numbers,
     SymbolicMatrix,
 )
@@ -121,12 +122,7 @@ def _singular(
             values = {a: evaluate_matrix(asked[a], 30, point, known) for a in found}
         except NotComputed:  # which a run says, with the function that is to be mended
             return {}
-        # a root of what is negative at this point says nothing of other points
-        found = {
-            a: null_direction(matrix)
-            for a, matrix in values.items()
-            if all(e.is_real and e.is_finite for e in matrix)
-        }
+        found = {a: null_direction(matrix) for a, matrix in values.items()}
         found = {a: direction for a, direction in found.items() if direction is not None}
     return found
 
@@ -156,12 +152,17 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
             )
 
 
+def _at_start(s: SceneSymbols, scene: Scene) -> dict[Letter, Exact]:
+    """The values of x, the velocity and the parameters at the start."""
+    given = [*s.with_time(scene.x0), *scene.v0, *scene.parameter_values]
+    return dict(zip([*s.x, *s.u, *s.parameter_list], map(to_sympy, given), strict=True))
+
+
 def check_force(s: SceneSymbols, scene: Scene) -> None:
     """Raise `BadInput` where a component of the force is no real number at the start."""
     if not s.forced:
         return
-    at = dict(zip([*s.x, *s.u], map(to_sympy, [*s.with_time(scene.x0), *scene.v0]), strict=True))
-    at |= dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
+    at = _at_start(s, scene)
     for i, (component, value) in enumerate(
         zip(s.force, evaluate_matrix(s.force, 30, at), strict=True)
     ):
@@ -177,10 +178,8 @@ def check_lagrangian(s: SceneSymbols, scene: Scene) -> None:
     """Raise `BadInput` where the Lagrangian is no finite real number at the start."""
     if scene.lagrangian is None:
         return
-    at = dict(zip([*s.x, *s.u], map(to_sympy, [*s.with_time(scene.x0), *scene.v0]), strict=True))
-    at |= dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
     try:
-        (value,) = evaluate_matrix(sympy.Matrix([s.lagrangian]), 30, at)
+        (value,) = evaluate_matrix(sympy.Matrix([s.lagrangian]), 30, _at_start(s, scene))
     except NotComputed:  # which a run says, with the function that is to be mended
         return
     if not (value.is_real and value.is_finite):

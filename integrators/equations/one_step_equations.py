@@ -130,9 +130,7 @@ class OneStepEquations:
             for p, value in zip(self.s.parameter_list, scene.parameter_values, strict=True):
                 point[p] = to_sympy(value)
             matrix = evaluate_matrix(self.slope, 30, point, self.definitions(self.slope))
-            # a root of what is negative at this point says nothing of other points
-            real = all(e.is_real and e.is_finite for e in matrix)
-            direction = null_direction(matrix) if real else None
+            direction = null_direction(matrix)
             if direction is None:
                 return
         unknowns = "its stages" if self.rule.stages else "the new Z"

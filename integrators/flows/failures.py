@@ -50,7 +50,7 @@ def singular_direction(
         (_mass(context, x, u), "∂²l/∂ξ²", "ξ", "no smaller step helps, begin elsewhere"),
         (_FL(context, x, u, translate), "FL", "u", "take another step, or begin elsewhere"),
     ):
-        if matrix is None or not all(e.is_real and e.is_finite for e in matrix):
+        if matrix is None:
             continue
         # a thousand round-offs: the derivatives themselves are sums of as many terms at most
         direction = null_direction(matrix, 2**10 * float(context.numbers.eps))

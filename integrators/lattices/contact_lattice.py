@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,7 +10,6 @@ import numpy as np
 
 from ..compiler import OK
 from ..errors import BadInput, CannotMeasure, StepFailure
-from ..numbers import whole_number
 from .lattice_flow import NUMBERS, LatticeFlow, LatticeTrajectory
 from .lattice_run import LatticeRun
 from .site_contact import Moment, SiteContactSteps, SiteImpact
@@ -65,24 +63,19 @@ class ContactLatticeFlow(LatticeFlow):
         """The gaps of all sites."""
         return SiteGaps(self)
 
-    def trajectory(
-        self,
-        steps: int,
-        every: int = 1,
-        *,
-        x0: Any = None,
-        mu0: Any = None,
-        checkpoint: Any = None,
-        progress: Callable[[int], None] | None = None,
+    def _start(self, x0: Any, mu0: Any) -> tuple[np.ndarray, np.ndarray]:
+        x, mu = super()._start(x0, mu0)
+        if x0 is not None:
+            self.gaps.check(x)
+        return x, mu
+
+    def _run(
+        self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, checkpoint: Any, progress: Any
     ) -> ContactLatticeTrajectory:
-        """As of any lattice; raises `BadInput` for a checkpoint, and for a start inside."""
-        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        """A run; raises `BadInput` for a checkpoint."""
         if checkpoint is not None:
             raise BadInput(f"{self.lattice.name}: a run with contact keeps no checkpoint; leave it "
                            "out.")  # fmt: skip
-        x, mu = self._start(x0, mu0)
-        if x0 is not None:
-            self.gaps.check(x)
         return _Run(self, x, mu, steps, every, progress).taken()
 
     def _refused(self, *given: Any, **named: Any) -> Any:

@@ -85,7 +85,11 @@ class LatticeFlow:
         run, `StepFailure` (with the rows so far) if a step cannot be solved.
         """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
-        x, mu = self._start(x0, mu0)
+        return self._run(*self._start(x0, mu0), steps, every, checkpoint, progress)
+
+    def _run(
+        self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, checkpoint: Any, progress: Any
+    ) -> LatticeTrajectory:
         run = LatticeRun(self, x, mu.copy())
         kept = None
         if checkpoint is not None:

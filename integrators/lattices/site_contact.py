@@ -17,7 +17,17 @@ import numpy as np
 
 from ..contact import AGAIN, LEFT_OVER, NOISE, NOT_FOUND, STAGNANT
 from ..errors import CannotMeasure
-from .site_gaps import EPS, SiteGaps, SitePlace, impulses, pushed, rates
+from .site_gaps import (
+    EPS,
+    SiteGaps,
+    SitePlace,
+    applied,
+    flexibility,
+    impulses,
+    pushed,
+    rates,
+    scaling,
+)
 
 MOST = 400  # free steps in search of the impulses of one
 #: (y, μ′, u) of a step without contact from (x, μ), u what left x
@@ -82,7 +92,7 @@ class SiteContactSteps:
 
     def _slow(self, place: SitePlace, xi: np.ndarray, noise: np.ndarray) -> np.ndarray:
         """Rates of gaps that are round-off, (N, K)."""
-        return NOISE * EPS * ((abs(place.normal) @ abs(xi)[:, :, None])[:, :, 0] + noise)
+        return NOISE * EPS * (applied(abs(place.normal), abs(xi)) + noise)
 
     def _struck(self, m: Moment, share: int) -> tuple[Moment, np.ndarray, np.ndarray]:
         """(the moment after impacts of closed gaps that are closing, its ξ, the impulses)."""
@@ -94,13 +104,13 @@ class SiteContactSteps:
             if not closing.any():
                 return m, xi, total
             at_once = place.closed & closing.any(axis=1, keepdims=True)
-            W = self.gaps.flexibility(place)
+            W = flexibility(place)
             P = (1 + self.e) * impulses(W, before, at_once, total * 0)
-            change = (W @ P[:, :, None])[:, :, 0]
+            change = applied(W, P)
             where = np.nonzero(P > 0)
             found = (P[where], before[where], (before + change)[where])
             self.impacts.append(SiteImpact(share, where, *found))
-            noise = np.maximum(m.noise, (abs(W) @ P[:, :, None])[:, :, 0])
+            noise = np.maximum(m.noise, applied(abs(W), P))
             m, total = Moment(place, m.mu + pushed(place, P), noise), total + P
         raise CannotMeasure(f"{AGAIN} impacts at one place do not open the gaps")
 
@@ -113,7 +123,7 @@ class SiteContactSteps:
         impulses at the start alone.
         """
         gaps, place, mask = self.gaps, m.place, resting | landing
-        W = gaps.flexibility(place)
+        W = flexibility(place)
         weight = np.sqrt(abs(np.diagonal(W, axis1=1, axis2=2)))
         speed = np.sqrt(abs((m.mu * xi).sum(axis=1, keepdims=True)))
         # Newton ends at the round-off of all its solution, not of each site
@@ -122,29 +132,29 @@ class SiteContactSteps:
 
         def trial(P: np.ndarray) -> tuple[SitePlace, np.ndarray, np.ndarray]:
             y, mu, u = self.free(place.x, m.mu + pushed(place, P))
-            changed = (abs(W) @ P[:, :, None])[:, :, 0]
+            changed = applied(abs(W), P)
             return gaps.at(y, reach + self.h * changed), mu, u
 
         P = np.zeros_like(m.noise)
         there, mu, u = trial(P)
         if mask.any():
             P, there, mu, u = self._in_contact(trial, W, mask, (P, there, mu, u))
-        noise = np.maximum(m.noise, (abs(W) @ P[:, :, None])[:, :, 0])
+        noise = np.maximum(m.noise, applied(abs(W), P))
         Q, kept = np.zeros_like(P), resting & there.closed
         if kept.any():
-            W = gaps.flexibility(there)
+            W = flexibility(there)
             Q = impulses(W, rates(there, gaps.velocity(there.x, mu)), kept, Q)
             mu = mu + pushed(there, Q)
-            noise = np.maximum(noise, (abs(W) @ Q[:, :, None])[:, :, 0])
+            noise = np.maximum(noise, applied(abs(W), Q))
         return there, mu, u, P, Q, noise
 
     def _in_contact(self, trial: Any, W: np.ndarray, mask: np.ndarray, found: Any) -> Any:
         """(P, what the trial gives) with φ ≥ 0 at the end of the step, P ≥ 0, and P φ = 0."""
         P, there, mu, u = found
-        r = np.where(mask, 1 / np.where(mask, np.diagonal(W, axis1=1, axis2=2), 1), 0)
+        r = scaling(W, mask)
         before = np.inf
         for _ in range(MOST):
-            U0 = there.phi / self.h - (W @ P[:, :, None])[:, :, 0]
+            U0 = there.phi / self.h - applied(W, P)
             change = impulses(W, U0, mask, P) - P
             units = EPS * (P + r * there.size / self.h)
             size = abs(change).max() / (units.max() + EPS**4)
@@ -170,7 +180,8 @@ class SiteContactSteps:
                      gaps.energy(m.place.x, gaps.velocity(m.place.x, after), after))  # fmt: skip
         along = pushed(there, np.where(landed, P, 0))
         now = gaps.velocity(there.x, mu)
-        curve = (along * gaps.change(there.x, along)).sum()
+        changed = np.linalg.solve(there.mass, along[:, :, None])[:, :, 0]
+        curve = (along * changed).sum()
         rate = (along * now).sum()
         under = rate**2 - 2 * curve * (gaps.energy(there.x, now, mu) - wanted)
         s = float((rate + np.sqrt(max(under, 0.0))) / curve)

@@ -24,8 +24,8 @@ class SitePlace(NamedTuple):
     """The gaps at places x (N, n) of the sites, K a site.
 
     phi, own, size, slope (N, K): their values, what their round-off is a part of here, what it is
-    with the way that led here, and Σ |φ′|; normal (N, K, m): φ′ρ̂; closed (N, K): whether a gap is 0
-    to round-off, False at fixed sites.
+    with the way that led here, and Σ |φ′|; normal (N, K, m): φ′ρ̂; mass (N, m, m): ∂μ/∂ξ; closed
+    (N, K): whether a gap is 0 to round-off, False at fixed sites.
     """
 
     x: np.ndarray
@@ -34,6 +34,7 @@ class SitePlace(NamedTuple):
     size: np.ndarray
     slope: np.ndarray
     normal: np.ndarray
+    mass: np.ndarray
     closed: np.ndarray
 
 
@@ -77,30 +78,22 @@ class SiteGaps:
                                      (bond.parameter_list, scheme.bond_columns))
         )  # fmt: skip
 
-    def _columns(self, x: np.ndarray) -> list[np.ndarray]:
-        """φ, size and steepness (N, K, 1), normals (N, K, m) and masses (N, m, m) at the places."""
-        N = len(x)
-        found = self._of_place(list(x.T), self._p)
-        shaped = (e.reshape(*e.shape[:2], -1) for e in found)
-        return [np.moveaxis(np.broadcast_to(e, (*e.shape[:2], N)), 2, 0) for e in shaped]
+    def at(self, x: np.ndarray, reach: Any = 0, largest: float = 0) -> SitePlace:
+        """The gaps at the places; reach (N, K): sizes of what was added up on the way there.
 
-    def phi(self, x: np.ndarray) -> np.ndarray:
-        """φ at places x (N, n), (N, K)."""
-        found: np.ndarray = self._columns(x)[0][:, :, 0].copy()
-        return found
-
-    def at(self, x: np.ndarray, reach: Any = 0) -> SitePlace:
-        """The gaps at the places; reach (N, K): sizes of what was added up on the way there."""
-        phi, own, steep, normal, _ = self._columns(x)
-        phi, own, steep = (e[:, :, 0].copy() for e in (phi, own, steep))
-        size = own + reach
+        largest: of what every coordinate is known to the round-off.
+        """
+        found = (e.reshape(*e.shape[:2], -1) for e in self._of_place(list(x.T), self._p))
+        shaped = (np.moveaxis(np.broadcast_to(e, (*e.shape[:2], len(x))), 2, 0) for e in found)
+        *columns, normal, mass = (e.copy() for e in shaped)
+        phi, own, slope = (e[:, :, 0] for e in columns)
+        size = own + slope * largest + reach
         closed = (abs(phi) <= TOUCHING * EPS * size) & self.free
-        return SitePlace(x, phi, own, size, steep, normal.copy(), closed)
+        return SitePlace(x, phi, own, size, slope, normal, mass, closed)
 
     def at_start(self, x: np.ndarray) -> SitePlace:
         """The gaps at a start, which is known to the round-off of its largest coordinate."""
-        largest = max(abs(x).max(), abs(self.lattice.start[0]).max())
-        return self.at(x, self.at(x).slope * largest)
+        return self.at(x, largest=max(abs(x).max(), abs(self.lattice.start[0]).max()))
 
     def check(self, x: np.ndarray) -> None:
         """Raise `BadInput` unless x (N, n) is outside the obstacle, with room to move."""
@@ -124,16 +117,6 @@ class SiteGaps:
         """ξ(x, μ), (N, m), 0 at fixed sites."""
         return velocities(self.flow, x[None], mu[None], 0 * mu[None])[0]
 
-    def change(self, x: np.ndarray, dmu: np.ndarray) -> np.ndarray:
-        """By how much ξ changes with μ, (N, m) each."""
-        return np.linalg.solve(self._columns(x)[4], dmu[:, :, None])[:, :, 0]
-
-    def flexibility(self, place: SitePlace) -> np.ndarray:
-        """How impulses of a site's gaps change their rates, (N, K, K)."""
-        push = np.swapaxes(place.normal, 1, 2)
-        found: np.ndarray = place.normal @ np.linalg.solve(self._columns(place.x)[4], push)
-        return found
-
     def energy(self, x: np.ndarray, xi: np.ndarray, mu: np.ndarray) -> float:
         """H of all sites and bonds."""
         pairs = self.lattice.pairs
@@ -143,16 +126,31 @@ class SiteGaps:
         return float(np.broadcast_to(of_sites, len(x)).sum() + of_bonds)
 
 
+def applied(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Each site's matrix times its vector."""
+    found: np.ndarray = (matrices @ vectors[:, :, None])[:, :, 0]
+    return found
+
+
+def flexibility(place: SitePlace) -> np.ndarray:
+    """How impulses of a site's gaps change their rates, (N, K, K)."""
+    found: np.ndarray = place.normal @ np.linalg.solve(place.mass, np.swapaxes(place.normal, 1, 2))
+    return found
+
+
+def scaling(W: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """An impulse for a rate, of the gaps of `mask` (N, K); else 0."""
+    return np.where(mask, 1 / np.where(mask, np.diagonal(W, axis1=1, axis2=2), 1), 0)
+
+
 def rates(place: SitePlace, xi: np.ndarray) -> np.ndarray:
     """How fast the gaps open, (N, K)."""
-    found: np.ndarray = (place.normal @ xi[:, :, None])[:, :, 0]
-    return found
+    return applied(place.normal, xi)
 
 
 def pushed(place: SitePlace, P: np.ndarray) -> np.ndarray:
     """What impulses of the gaps (N, K) add to the momenta, (N, m)."""
-    found: np.ndarray = (P[:, None, :] @ place.normal)[:, 0]
-    return found
+    return applied(np.swapaxes(place.normal, 1, 2), P)
 
 
 def impulses(W: np.ndarray, U0: np.ndarray, mask: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -161,14 +159,14 @@ def impulses(W: np.ndarray, U0: np.ndarray, mask: np.ndarray, start: np.ndarray)
     One sweep where a site has one gap. Raises `CannotMeasure` where none is found.
     """
     P = np.where(mask, start, 0.0)
-    r = np.where(mask, 1 / np.where(mask, np.diagonal(W, axis1=1, axis2=2), 1), 0)
+    r = scaling(W, mask)
     for _ in range(SWEEPS):
         for k in range(P.shape[1]):
             U = U0[:, k] + (W[:, k] * P).sum(axis=1)
             P[:, k] = np.maximum(0, P[:, k] - r[:, k] * U)
-        U = U0 + (W @ P[:, :, None])[:, :, 0]
+        U = U0 + applied(W, P)
         left = abs(P - np.maximum(0, P - r * U))
-        parts = abs(U0) + (abs(W) @ P[:, :, None])[:, :, 0]
+        parts = abs(U0) + applied(abs(W), P)
         if (left <= ROUNDED * EPS * (P + r * parts)).all():
             return P
     raise CannotMeasure(NOT_FOUND)

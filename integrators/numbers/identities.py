@@ -100,12 +100,15 @@ def shown(direction: SymbolicMatrix) -> str:
 def null_direction(matrix: SymbolicMatrix, tolerance: float = 1e-20) -> SymbolicMatrix | None:
     """A column that a matrix of numbers (of 30 digits) maps to zero, or None if it is regular.
 
+    One with an entry that is no finite real number says nothing: a root of what is negative at this
+    point may be real at others.
     Rows are scaled first and pivots normalised on the way, so that masses of any size count alike.
     """
+    if not all(e.is_real and e.is_finite for e in matrix):
+        return None
     sizes = [max((abs(e) for e in matrix[i, :]), default=0) or 1 for i in range(matrix.rows)]
     scaled = sympy.Matrix(*matrix.shape, lambda i, j: matrix[i, j] / sizes[i])
-    real = all(e.is_real and e.is_finite for e in scaled)
-    if scaled and real and np.linalg.cond(np.array(scaled.tolist(), dtype=float)) < 1e8:
+    if scaled and np.linalg.cond(np.array(scaled.tolist(), dtype=float)) < 1e8:
         return None  # regular, whatever the round-off of this quick look
     reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) <= tolerance, normalize_last=False)
     free = [j for j in range(matrix.cols) if j not in pivots]

@@ -67,11 +67,11 @@ def written(scheme: Scheme, most: int | None = None) -> Written:
         return ascending(expression, s.h, base, named)
 
     maps, kept = of.at_points, {*inner, *s.y}
-    whole = (maps.plus, maps.minus, Matrix([maps.discrete_lagrangian]))
+    whole = (maps.plus[:most, :], maps.minus[:most, :], Matrix([maps.discrete_lagrangian]))
     # kernels have letters of their own for parts of these, which a page has not
     own = [d for d in maps.definitions(*whole) if not kept & set(d.letters)]
     plus, minus, L_d = (written_out(own, e).xreplace(s.identity_translate) for e in whole)
-    plus, minus = ([terms(e / s.h, below) for e in column[:most]] for column in (plus, minus))
+    plus, minus = ([terms(e / s.h, below) for e in column] for column in (plus, minus))
     for letter, value in below.items():
         after[letter] = _after(letter)
         for symbol, names in ((letter, ("x", "u")), (after[letter], ("y", "v"))):

@@ -83,8 +83,7 @@ def _lines(scheme: Scheme) -> list[str]:
         return [*lines, *textwrap.wrap(said, WIDTH), *_contact(scheme), *method]
     most = None if len(scheme.s.u) <= MOST_ROWS else FEW
     out = written(scheme, most)
-    left_out = len(scheme.s.u) - (most or 0)
-    others = [f"  … and {left_out} more; discmech report {scene.name} typesets all"] if most else []
+    others = [f"  … and so on; discmech report {scene.name} typesets all"] if most else []
 
     def formula(left: str, terms: Any, sign: str = "=") -> list[str]:
         shown = plain_text(terms, out.letters)

@@ -12,7 +12,6 @@ from typing import Any
 from discmech.integrators import BadInput, rules, scenes
 from discmech.integrators.lattices import systems
 
-from .. import NAMES
 from ..core.study import FOLDER
 from .output import write
 
@@ -39,10 +38,11 @@ def _new(options: argparse.Namespace) -> int:
     if not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", name):
         raise BadInput(f"the name is {name!r}: use small letters, digits and dashes between them.")
     word = name.replace("-", "_")
-    known = (*scenes.every_name(), *systems.NAMES, *rules.names(), *rules.MAPS, *NAMES)
-    if name in known:
+    known = (*scenes.every_name(), *systems.NAMES, *rules.names(), *rules.MAPS)
+    if kind != "study" and name in known:
         raise BadInput(f"the name {name} is discmech's own; choose another.")
-    if keyword.iskeyword(word) or word in (*sys.stdlib_module_names, *OTHERS):
+    hidden = () if kind == "study" else (*sys.stdlib_module_names, *OTHERS)
+    if keyword.iskeyword(word) or word in hidden:
         raise BadInput(
             f"{word}.py would hide a module of Python's, or of discmech's, of that name; choose "
             "another."

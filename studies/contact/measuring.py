@@ -90,10 +90,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         progress(f"{case.scene.name} {case.label}: {mode}", part / 4)
         run: Any = _flow(case, 1, mode).trajectory(steps)
         H, size = energies(case.scheme, run, case.digits)
-        rises = [_rise(H) / size]
+        rises = [rise(H) / size]
         if rises[0] > limit(case.digits):  # what is no number is told by `judge`
             finer: Any = _flow(case, 2, mode).trajectory(2 * steps)
-            rises.append(_rise(energies(case.scheme, finer, case.digits)[0]) / size)
+            rises.append(rise(energies(case.scheme, finer, case.digits)[0]) / size)
         runs[mode] = run
         measured[mode] = {**defects(case.scheme, run, case.digits), "rises": rises,
                           "impacts": len(run.impacts.t)}  # fmt: skip
@@ -114,7 +114,8 @@ def _flow(case: Case, part: int, mode: str) -> Any:
     return case.scheme.flow(case.scene.step / part, case.digits, impacts=mode)
 
 
-def _rise(H: np.ndarray) -> float:
+def rise(H: np.ndarray) -> float:
+    """The most that the energy of rows is above the least before."""
     return float((H - np.minimum.accumulate(H)).max())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import nullcontext
 from typing import Any
 
 from discmech.integrators import BadInput, StepFailure
@@ -44,7 +45,7 @@ def run_case(
         progress(f"{case.scene.name} {case.label}: reference", share)
 
     try:
-        with progress_to(along):
+        with nullcontext() if progress is silent else progress_to(along):
             measurement = study.measure(case, progress)
         verdict = study.judge(case, measurement)
         if causes and verdict.verdict != "pass":

@@ -8,7 +8,7 @@ import numpy as np
 
 from discmech.integrators.lattices import ContactLatticeTrajectory, rates
 
-from ..contact.measuring import FALLS
+from ..contact import measuring as contact
 from ..core.case import Case, Progress, Verdict
 from ..symplecticity.measuring import limit
 from .cost import costs, slopes
@@ -17,11 +17,9 @@ from .quantities import energies
 
 STEPS = 400
 SIZES = (10_000, 30_000, 100_000)  # sites; with fewer, what does not grow is most of a step
-WORDS = {
-    "penetration": "a gap is negative", "pull": "a contact pulls",
-    "complementarity": "an open gap pushes", "restitution": "a rebound is not e times the approach",
-    "missed": "a gap is closed and closing after a step",
-}  # fmt: skip
+SHARED = ("penetration", "pull", "complementarity", "restitution")
+WORDS = {name: contact.WORDS[name] for name in SHARED}
+WORDS |= {"missed": "a gap is closed and closing after a step"}
 
 
 def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str, Any]:
@@ -36,10 +34,10 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
     flow: Any = case.scheme.flow(lattice.step)
     run = flow.trajectory(steps)
     H, size = energies(case.scheme, run)
-    rises = [_rise(H) / size]
+    rises = [contact.rise(H) / size]
     if rises[0] > limit(16):
         finer = case.scheme.flow(lattice.step / 2).trajectory(2 * steps)
-        rises.append(_rise(energies(case.scheme, finer)[0]) / size)
+        rises.append(contact.rise(energies(case.scheme, finer)[0]) / size)
     rows = [{"kind": "run", "time": float(t), "error": float(e - H[0]) / size}
             for t, e in zip(run.t, H, strict=True)]  # fmt: skip
     measured = {"contact": defects(flow, run), "rises": rises,
@@ -52,10 +50,6 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
         measured["grows"] = slopes(in_turn)
         rows += in_turn
     return {"rows": rows, "measured": measured}
-
-
-def _rise(H: np.ndarray) -> float:
-    return float((H - np.minimum.accumulate(H)).max())
 
 
 def defects(flow: Any, run: ContactLatticeTrajectory) -> dict[str, float]:
@@ -95,7 +89,7 @@ def judge(measured: dict[str, Any]) -> Verdict:
     first, *finer = measured["rises"]
     if not (finer or first <= allowed):
         return Verdict("fail", "the energy is no number.", expected)
-    if finer and not finer[0] <= first / FALLS:
+    if finer and not finer[0] <= first / contact.FALLS:
         return Verdict(
             "fail", f"the energy rises by {first:.2g} of its terms, with half the step by "
             f"{finer[0]:.2g}: that does not vanish with the step.", expected,
