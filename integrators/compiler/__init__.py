@@ -11,6 +11,7 @@ from .kernels import (
     LatticeKernels,
     compile,
     compile_lattice,
+    compile_lattice_stages,
     compile_stages,
     compiled_text,
     interpreted,
@@ -19,6 +20,7 @@ from .kernels import (
     text_key,
 )
 from .kernels_at_step import KernelsAtStep, Run
+from .lattice_stage_text import LatticeStages
 from .lattice_text import FADED, GAVE_WAY, MOST_SWEEPS, Kicks, LatticeSystem
 from .layout import (
     AGE,
@@ -52,10 +54,10 @@ from .system import System
 __all__ = [
     "AGE", "BRANCH", "CONTRACTION", "CORRECTIONS", "DEGREE", "EDGE", "FADED", "FARTHEST",
     "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "LAST_SIZE", "LATTICE_ENTRIES",
-    "LatticeKernels", "LatticeSystem", "Layout", "MOST", "MOST_SWEEPS", "NOT_CONVERGED",
-    "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR", "SLACK",
-    "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System", "cache_folder",
-    "cached_text", "compile", "compile_lattice", "compile_stages", "compiled_text", "imported",
-    "interpreted",
-    "is_affine", "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
+    "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST", "MOST_SWEEPS",
+    "NOT_CONVERGED", "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR",
+    "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System",
+    "cache_folder", "cached_text", "compile", "compile_lattice", "compile_lattice_stages",
+    "compile_stages", "compiled_text", "imported", "interpreted", "is_affine", "kernel_text",
+    "names_of", "taken_over", "text_key", "write_atomically",
 ]  # fmt: skip

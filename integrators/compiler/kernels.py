@@ -20,6 +20,7 @@ from .elimination import ADJUGATE
 from .kernel_text import module_text
 from .known_zeros import KNOWN_ZEROS
 from .lanes import lane_namespace, tables
+from .lattice_stage_text import LatticeStages, collocation_text
 from .lattice_text import LatticeSystem, lattice_text
 from .layout import Layout, StageLayout
 from .llvm_values import Array
@@ -38,13 +39,12 @@ def _no_others() -> Kernels | None:
 class LatticeKernels:
     """The functions of a lattice (`lattice_driver`): `advance`, and `prepare` of each system.
 
-    widths: columns of the arrays that `advance` takes; affine: whether no iteration solves a step.
+    widths: columns of the arrays that `advance` takes.
     """
 
     advance: Callable[..., tuple[int, int]]
     prepare: tuple[Callable[[Numbers], Sequence[Number]], ...]
     widths: dict[str, int]
-    affine: bool
 
 
 def as_it_is(array: Any) -> Any:
@@ -160,18 +160,32 @@ def compile_lattice(system: LatticeSystem, shape: str, composed: bool) -> Lattic
     """
     path = f"{_file_name(system)}_lattice_{text_key(system, shape, composed)}.py"
     text = cached_text(path, lambda: lattice_text(system, shape, composed))
-    names = names_of(text, Double(), **KNOWN_ZEROS)
+    return _of_lattice(_file_name(system), text, names_of(text, Double(), **KNOWN_ZEROS))
+
+
+@lru_cache(maxsize=512)
+def compile_lattice_stages(system: LatticeStages) -> LatticeKernels:
+    """The kernels of a lattice's collocation; raises `NoShortForm` as `compile_stages`."""
+    source, numbers = system.source, Double()
+    path = f"{_file_name(source)}_lattice_stages_{text_key(*system.key)}.py"
+    text = cached_text(path, lambda: collocation_text(system))
+    given = lane_namespace(source.nodes.count, numbers, vector_width())
+    of_nodes = partial(tables, source.nodes, source.nodes.count, given["WIDTH"], numbers)
+    return _of_lattice(_file_name(source), text, names_of(text, numbers, **given), of_nodes)
+
+
+def _of_lattice(
+    name: str, text: str, names: dict[str, Any], constants: Callable[[], dict[str, Any]] = dict
+) -> LatticeKernels:
     arrays = {word: Array("i", columns=width) for word, width in
               (("ranges", 2), ("segments", 4))}  # fmt: skip
     arrays |= {"kinds": Array("i"), "totals": Array("f")}
-    n, m, S = (names[word] for word in ("n", "m", "S"))
-    widths = {"x": n, "nu": m, "mu": m, "w": S, "w1": S, "w2": S, "w3": S,
-              "work": names["WORK"], "ties": 2 * S * S, "p": names["SITES"], "q": names["BONDS"],
-              "coefficients": names["WIDTH"]}  # fmt: skip
+    n, m = names["n"], names["m"]
+    widths = {"x": n, "nu": m, "mu": m, "p": names["SITES"], "q": names["BONDS"], **names["WIDTHS"]}
     arrays |= {word: Array("f", columns=width) for word, width in widths.items()}
-    advance = compiled(_file_name(system), text, names, arrays)
+    advance = compiled(name, text, names, arrays, constants)
     prepare = tuple(kind.prepare for kind in names["SYSTEMS"])
-    return LatticeKernels(advance, prepare, widths, bool(names["RULE"].affine))
+    return LatticeKernels(advance, prepare, widths)
 
 
 def text_key(*parts: Any) -> str:

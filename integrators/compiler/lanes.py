@@ -71,7 +71,8 @@ def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[st
     """The tables of `stage_driver`, MU and others: of each part, columns of lanes.
 
     MU: μ_ij = a_ij/b_j of positions; MU_OF_MOMENTUM: 1 − μ_ji, on Gauss nodes the same table. The
-    smaller one of such a pair is 1 less the other: exact in binary.
+    smaller one of such a pair is 1 less the other: exact in binary. LEGENDRE: (2j + 1) P_j at the
+    nodes, for each degree j.
     """
     with working_digits(numbers.digits + 30):
         c, b = zip(*nodes(numbers.digits + 30), strict=True)
@@ -88,11 +89,18 @@ def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[st
         velocity = [[numbers.number(_at(e, t)) for e in basis] for t in later]
         momentum = [[numbers.number(_at(e, t)) for e in extended] for t in later]
         weights = [[numbers.number(e)] for e in b]
+        legendre = [[[numbers.number((2 * j + 1) * mpmath.legendre(j, 2 * e - 1))] for e in c]
+                    for j in range(count - (not inner))]  # fmt: skip
     none = [0 * weights[0][0]]
+
+    def single(column: list[list[Number]]) -> tuple[Vector, ...]:
+        return tuple(part[0] for part in _parts(column, width, numbers, none))
+
     return {
         "MU": _parts(mu, width, numbers, mu[-1]),
         "MU_OF_MOMENTUM": _parts(dual, width, numbers, dual[-1]),
-        "WEIGHTS": tuple(part[0] for part in _parts(weights, width, numbers, none)),
+        "WEIGHTS": single(weights),
+        "LEGENDRE": tuple(map(single, legendre)),
         "OF_VELOCITY": _parts(velocity, width, numbers, velocity[-1]),
         "OF_MOMENTUM": _parts(momentum, width, numbers, momentum[-1]),
     }

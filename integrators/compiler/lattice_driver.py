@@ -108,30 +108,6 @@ def coefficients_of(coefficients, substeps, j):
     return c, d
 
 
-def row(a, i, length):
-    """Entries of row i as a tuple."""
-    return tuple([a[i, j] for j in range(length)])
-
-
-def put(a, i, values):
-    """Write row i."""
-    for j, value in enumerate(values):
-        a[i, j] = value
-
-
-def add(a, i, values):
-    """Add to row i."""
-    for j, value in enumerate(values):
-        a[i, j] = a[i, j] + value
-
-
-def copy(a, b, ranges, parts):
-    """a = b on free sites."""
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
-            put(a, i, row(b, i, m))
-
-
 # -- a step where no bond ties unknowns of two sites -------------------------------------------
 
 

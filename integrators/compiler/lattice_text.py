@@ -67,9 +67,11 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"SITES, BONDS, BLOCK = {len(system.own)}, {len(system.bond_own)}, {BLOCK}",
         f"FADED, MOST_SWEEPS, GAVE_WAY = {FADED}, {MOST_SWEEPS}, {GAVE_WAY}",
         f"MOVING = {s - system.site.more}",
-        f"WORK, UNSEEN = {s * s * (2 if shape == 'ring' else 1) + s}, {UNSEEN}",
+        f"UNSEEN = {UNSEEN}",
         *_places([k for k in kinds if k.bond is not None], s),
         f"WIDTH = {max(k.width for k in made)}",
+        f"WIDTHS = dict(w=S, w1=S, w2=S, w3=S, work={s * s * (2 if shape == 'ring' else 1) + s}, "
+        "ties=2 * S * S, coefficients=WIDTH)",
         f"ORDER = {tuple(pivot_rows(system.site))}",
         *(f"{name} = {k.record}" for name, k in zip(("RULE", "ADJOINT"), made)),  # noqa: B905
         # a composition of a rule and its adjoint begins with the latter
@@ -78,6 +80,7 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
     ]
     driver = texts_of(
         "lattice_driver",
+        "site_rows",
         "lattice_newton",
         "lattice_elimination",
         "newton_iteration",
@@ -151,11 +154,11 @@ def _kick_text(kick: Kicks, name: str, coefficients: Coefficients) -> str:
     for word, column in (("minus", kick.minus), ("plus", kick.plus), ("whole", whole)):
         given: dict[str, Any] = {"x": kick.x, "c": coefficients, "own": kick.own}
         text = function_text(f"{word}_{name}", given, [column], (), coefficients)
-        texts.append(f"@kernel\n{_with_names(text, kick.own)}")
+        texts.append(f"@kernel\n{with_names(text, kick.own)}")
     return "\n\n".join(texts)
 
 
-def _with_names(text: str, own: Letters) -> str:
+def with_names(text: str, own: Letters) -> str:
     """The text with names for letters that are none, as p.h of a site's own parameter h."""
     for i, letter in enumerate(map(str, own)):
         if not letter.isidentifier():
@@ -179,7 +182,7 @@ class _TermText(KernelText):
 
     def _function(self, name: str, arguments: Any, results: Any, before: Any = ()) -> str:
         text = super()._function(name, {**arguments, "own": self.own}, results, before)
-        return _with_names(_called_if_long(text), self.own)
+        return with_names(_called_if_long(text), self.own)
 
     def _with_called(self, kernels: Sequence[str]) -> str:
         shared = [_called_if_long(f"@kernel\n{text}") for _, _, text in self._functions.values()]

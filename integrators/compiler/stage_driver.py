@@ -91,61 +91,6 @@ def save_lanes(state, at, parts):
         write_lanes(state, at + i * WIDTH, v, WIDTH)
 
 
-def guess(system, x, mu, xi, mz, weights, c, age):
-    """(w, π, ξ) at the nodes: velocity and momentum of the last step, which no chart has a part in,
-    continued as polynomials and brought into the chart at x."""
-    if age == 0:
-        none = tuple([tuple([0 * b for e in mu]) for b in weights])
-        return none, tuple([tuple([a + e for a, e in zip(part, mu)]) for part in none]), none
-    v, momenta = at_nodes(OF_VELOCITY, xi), at_nodes(OF_MOMENTUM, mz)
-    momenta = tuple(
-        [
-            tuple([a + table[-1] * e for a, e in zip(part, mu)])
-            for table, part in zip(OF_MOMENTUM, momenta)
-        ]
-    )
-    w = at_nodes(MU, times(weights, v))
-    if system.rotating:
-        for _ in range(INNER):
-            turned = tuple([system.moved(x, a, b, c) for a, b in zip(w, v)])
-            w = at_nodes(MU, times(weights, turned))
-        momenta = tuple([system.pulled(x, a, b, c) for a, b in zip(w, momenta)])
-    return w, momenta, v
-
-
-def at_nodes(tables, parts):
-    """Σ_j table[j] value_j at all nodes, of each component."""
-    return tuple(
-        [
-            tuple(
-                [
-                    balanced(
-                        [table[j] * lane(parts[j // WIDTH][i], j % WIDTH) for j in range(COUNT)]
-                    )
-                    for i in range(len(parts[0]))
-                ]
-            )
-            for table in tables
-        ]
-    )
-
-
-def balanced(terms):
-    """Their sum, of pairs and triples: each is a sum of products that waits for no other."""
-    half = len(terms) // 2
-    return sum(terms) if half < 2 else balanced(terms[:half]) + balanced(terms[half:])
-
-
-def times(weights, parts):
-    """Each lane of each component, weighted."""
-    return tuple([tuple([b * e for e in part]) for b, part in zip(weights, parts)])
-
-
-def totals_of(parts):
-    """Σ over all stages of each component."""
-    return tuple([sum([total(part[i]) for part in parts]) for i in range(len(parts[0]))])
-
-
 def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
     """((w₁, π₁, Σhbπ̇, Σhbf), ξ and μ at the nodes, π₀ − μ, sweeps, last change, ratio of changes
     above round-off and the sweeps between these, status).

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..numbers.types import Assignment, Column, Expression, Letters, SymbolicMatrix
+from ..numbers.types import Assignment, Column, Expression, Expressions, Letters, SymbolicMatrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +51,12 @@ class StageSystem:
     def count(self) -> int:
         """Stages."""
         return int(self.nodes.count)
+
+    @property
+    def target(self) -> Expressions:
+        """The point b(x, w; 1)."""
+        (_, values), *_ = self.before
+        return values
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ a step, in plain numbers,
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Any
@@ -41,11 +42,16 @@ def stage_text(system: StageSystem) -> str:
         "SYSTEMS = RULE,",
         "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 4",
     ]
-    driver = texts_of("stage_driver", "component_sizes", "tuple_operations")
-    for name, kind in (("at_nodes", "ordered"), ("balanced", "ordered"), ("times", "kernel")):
-        driver = driver.replace(f"def {name}(", f"@{kind}\ndef {name}(")
-    parts = [f"# {system.name}", text, "\n".join(facts), driver]
+    parts = [f"# {system.name}", text, "\n".join(facts), collocation_driver("stage_driver")]
     return with_tables("\n\n".join(parts))
+
+
+def collocation_driver(name: str) -> str:
+    """The text of a driver of collocation and of what it calls."""
+    driver = texts_of(name, "node_sums", "component_sizes", "tuple_operations")
+    for function, kind in (("at_nodes", "ordered"), ("balanced", "ordered"), ("times", "kernel")):
+        driver = driver.replace(f"def {function}(", f"@{kind}\ndef {function}(")
+    return driver
 
 
 class StageText:
@@ -86,31 +92,33 @@ class StageText:
     @cached_property
     def text(self) -> str:
         """All functions."""
+        functions = [*self.kernels.values(), self.coefficients.text("prepare")]
+        return "\n\n".join([*functions, "def carry(x, c):\n    return ()\n"])
+
+    @property
+    def kernels(self) -> dict[str, str]:
+        """Name → text of the functions that the driver calls."""
         system = self.system
-        kernels = [self._velocity(), self._force(), self._update()]
+        kernels = {"velocity": self._velocity(), "force": self._force(), "update": self._update()}
         if self.shifted:
-            kernels.append(self._shift())
+            kernels["shift"] = self._shift()
         if system.moved is not None and system.pulled is not None:
             for name, letters, values in (("moved", system.xi, system.moved),
                                           ("pulled", system.m, system.pulled)):  # fmt: skip
                 given = {"x": system.x, "w": system.w, "given": letters}
-                kernels.append(self._function(name, given, [values], []))
+                kernels[name] = self._function(name, given, [values], [])
         if system.extents:
             kinds = [[e for kind, e in system.extents if kind == wanted]
                      for wanted in ("size", "rest")]  # fmt: skip
             given = {"x": system.x, "w": system.w}
-            kernels.append(self._function("extents", given, list(kinds), []))
-        kernels.append(self.coefficients.text("prepare"))
-        kernels.append("def carry(x, c):\n    return ()\n")
-        return "\n\n".join(kernels)
+            kernels["extents"] = self._function("extents", given, list(kinds), [])
+        return kernels
 
     @property
     def record(self) -> str:
         """What the driver is given."""
         system = self.system
-        names = ["velocity", "force", "update", "prepare", "carry"]
-        names += ["shift"] * self.shifted + ["extents"] * bool(system.extents)
-        names += ["moved", "pulled"] * (system.moved is not None)
+        names = [*re.findall(r"^def (\w+)", self.text, re.MULTILINE)]
         facts = {"affine": False, "watched": bool(system.extents), "shifted": self.shifted,
                  "turning": len(self.turning),
                  "rotating": system.moved is not None,

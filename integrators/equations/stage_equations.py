@@ -39,8 +39,11 @@ from .discrete_equations import DiscreteEquations
 from .symbols import SceneSymbols, column, vector
 
 
-def no_stages(equations: DiscreteEquations) -> str:
-    """Why a step of these equations is no collocation; "" if it is one."""
+def no_stages(equations: DiscreteEquations, alone: bool = True) -> str:
+    """Why a step of these equations is no collocation; "" if it is one.
+
+    alone: whether nothing else acts; else it does not matter whether they are linear.
+    """
     s, rule = equations.s, equations.rule
     if rule.nodes is None:
         return "the rule has no stages on Gauss or Lobatto nodes"
@@ -51,7 +54,7 @@ def no_stages(equations: DiscreteEquations) -> str:
         return "the time is one of the coordinates"
     if mass_matrix(s).free_symbols & set(s.u):
         return "the Lagrangian is not quadratic in the velocity"
-    if s.groupoid.left_is_identity:
+    if alone and s.groupoid.left_is_identity:
         slope = jacobian([s.lagrangian], state)
         if not jacobian(slope, state).free_symbols & set(state):
             return "the equations are linear, and one correction solves them"

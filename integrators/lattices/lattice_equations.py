@@ -11,15 +11,15 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
-from ..compiler import Kicks, LatticeSystem, System
+from ..compiler import Kicks, LatticeStages, LatticeSystem, System
 from ..equations import (
     DiscreteEquations,
     DiscreteLagrangian,
     SceneSymbols,
     check_regular,
     natural_structure,
+    no_stages,
+    stage_source,
     step_system,
 )
 from ..errors import CannotMeasure
@@ -134,10 +134,37 @@ class LatticeEquations:
             kinetic, potential = self._split()
             kicks = (None if potential is None else self._kicks("potential", s, potential, own),
                      self._kicks("bond", bond, bond.lagrangian, of_bond))  # fmt: skip
-            site = _ordered(step_system(kinetic), (*q, *own))
+            site = replace(step_system(kinetic), q=(*q, *own))
             return LatticeSystem(self.lattice.name, q, site, own, of_bond, kicks)
         pair = _by_ends(step_system(self.bond), self.groupoid.dim_u)
         return self._tied(step_system(self.site), pair)
+
+    @cached_property
+    def stages(self) -> LatticeStages | None:
+        """One step as collocation; None where it is none, or bonds move or have constraints.
+
+        And where Newton's method takes no longer: two unknowns of a site along a chain or a ring
+        (ns a site and step, fixed point and Newton: toda 107, 72, breather 74, 67, fput 28, 29; of
+        a list, membrane 33, 107; of three unknowns, fput 46, 55; of twelve, beam 1258, 11540).
+        """
+        lattice, rule = self.lattice, self.rule
+        if rule.nodes is None or lattice.bonds_move or lattice.constraint is not None:
+            return None
+        if lattice.shape != "list" and rule.nodes.unknown * self.groupoid.dim_u < 3:
+            return None
+        word, values = "force_of_bonds", _site_values(lattice)
+        while word in values:
+            word += "_"
+        values[word] = (0,) * self.groupoid.dim_u
+        site = _scene(lattice, "", self.groupoid, _on_site(lattice), values)
+        s = SceneSymbols(replace(site, force=lambda x, v, p: [*getattr(p, word)]), rule.stages)
+        if no_stages(DiscreteEquations(s, rule), alone=False):
+            return None
+        bond, (own, bond_own) = self.bond_symbols, self.own_letters
+        pull = tuple(getattr(s.parameters, word))
+        q = (s.h, *(p for p in self.site.s.parameter_list if p not in own))
+        return LatticeStages(stage_source(s, rule.nodes), q, own, pull, tuple(bond.x), bond_own,
+                             _force_of(bond, bond.lagrangian))  # fmt: skip
 
     @cached_property
     def projection(self) -> LatticeSystem:
@@ -148,27 +175,25 @@ class LatticeEquations:
     @property
     def _letters(self) -> tuple[tuple[Letter, ...], ...]:
         """h with what all share, then what a site has of its own, and what a bond has."""
-        s = self.site.s
-        own, of_bond = _own(s, self._site_own), _own(self.bond_symbols, self._bond_own)
+        s, (own, of_bond) = self.site.s, self.own_letters
         q = (s.h, *(p for p in s.parameter_list if p not in own), *self.constants)
-        if self.constraints is not None:
-            own, of_bond = (*own, *self.constraints.own), (*of_bond, *self.constraints.bond_own)
         return q, own, of_bond
 
     def _tied(self, site: System, bond: System) -> LatticeSystem:
         """Equations of a site and of a bond, which ties unknowns of both its ends."""
         q, own, bond_own = self._letters
-        site, bond = _ordered(site, (*q, *own)), _ordered(bond, (*q, *bond_own))
+        site, bond = replace(site, q=(*q, *own)), replace(bond, q=(*q, *bond_own))
         return LatticeSystem(self.lattice.name, q, site, own, bond_own, None, bond)
 
     @property
-    def _site_own(self) -> list[str]:
-        return list(self.lattice.split_parameters["site"])
-
-    @property
-    def _bond_own(self) -> list[str]:
+    def own_letters(self) -> tuple[tuple[Letter, ...], ...]:
+        """Letters of the parameters that a site has of its own, and of those that a bond has."""
         parts = self.lattice.split_parameters
-        return [*parts["bond"], *(k for k in parts["site"] if k not in parts["bond"])]
+        of_bond = [*parts["bond"], *(k for k in parts["site"] if k not in parts["bond"])]
+        letters = _own(self.site.s, list(parts["site"])), _own(self.bond_symbols, of_bond)
+        if self.constraints is None:
+            return letters
+        return (*letters[0], *self.constraints.own), (*letters[1], *self.constraints.bond_own)
 
     def _split(self) -> tuple[DiscreteEquations, Expression | None]:
         """Equations of a site without the part of L that holds no velocity, and that part."""
@@ -191,8 +216,7 @@ class LatticeEquations:
     ) -> Kicks:
         """F⁻/h = −w₀ ρ̂ᵀ∂L/∂x and F⁺/h = w₁ ρ̂ᵀ∂L/∂x, of which a term without velocity is made."""
         assert self.end_weights is not None
-        force = natural_structure(s, s.x)[0].T * jacobian([potential], s.x).T
-        first, last = (weight * force for weight in self.end_weights)
+        first, last = (weight * _force_of(s, potential) for weight in self.end_weights)
         return Kicks(name, tuple(s.x), own, -first, last)
 
     @cached_property
@@ -202,6 +226,11 @@ class LatticeEquations:
             return is_self_adjoint(self.site) and self.end_weights[0] == self.end_weights[1]
         terms = [self.bond] if self.lattice.on_site is no_term else [self.site, self.bond]
         return all(map(is_self_adjoint, terms))
+
+
+def _force_of(s: SceneSymbols, potential: Expression) -> Column:
+    """ρ̂ᵀ∂L/∂x of a term that holds no velocity."""
+    return natural_structure(s, s.x)[0].T * jacobian([potential], s.x).T
 
 
 def _scene(lattice: Lattice, word: str, groupoid: Any, function: Any, values: Any) -> Scene:
@@ -237,18 +266,14 @@ def _shaped(lattice: Lattice) -> Callable[[Column], Column]:
 def _site_values(lattice: Lattice) -> dict[str, Any]:
     """The parameters that a site sees, with values of the first."""
     parts = lattice.split_parameters
-    return {**parts["shared"], **{k: _nested(a[0]) for k, a in parts["site"].items()}}
+    return {**parts["shared"], **{k: a[0].tolist() for k, a in parts["site"].items()}}
 
 
 def _bond_values(lattice: Lattice) -> dict[str, Any]:
     """The parameters that a bond sees, with values of the first."""
     parts, (i, j) = lattice.split_parameters, lattice.pairs[0]
-    both = {k: _nested(a[[i, j]]) for k, a in parts["site"].items()}
-    return {**parts["shared"], **both, **{k: _nested(a[0]) for k, a in parts["bond"].items()}}
-
-
-def _nested(value: np.ndarray) -> Any:
-    return value.tolist()
+    both = {k: a[[i, j]].tolist() for k, a in parts["site"].items()}
+    return {**parts["shared"], **both, **{k: a[0].tolist() for k, a in parts["bond"].items()}}
 
 
 def _own(s: SceneSymbols, names: list[str]) -> tuple[Letter, ...]:
@@ -256,10 +281,6 @@ def _own(s: SceneSymbols, names: list[str]) -> tuple[Letter, ...]:
     parameters = s.parameters
     columns = [getattr(parameters, name) for name in names]
     return tuple(e for c in columns for e in (c if hasattr(c, "shape") else [c]))
-
-
-def _ordered(system: System, q: tuple[Letter, ...]) -> System:
-    return replace(system, q=q)
 
 
 def _by_ends(system: System, m: int) -> System:

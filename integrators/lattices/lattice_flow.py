@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -10,7 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import CORRECTIONS, MOST, OK, LatticeKernels, compile_lattice, text_key
+from ..compiler import (
+    CORRECTIONS,
+    MOST,
+    OK,
+    LatticeKernels,
+    NoShortForm,
+    compile_lattice,
+    compile_lattice_stages,
+    text_key,
+)
 from ..equations import momentum
 from ..errors import BadInput
 from ..numbers import Double, exact_rational, numeric, whole_number
@@ -31,7 +41,8 @@ class LatticeTrajectory:
     t (r,), x (r, N, n), u and mu (r, N, m): row k holds x_k, μ_k in the natural basis and the u
     that leaves x_k; both are 0 at fixed sites. multipliers (r, B, k): λ of each bond's
     constraint in the step that leaves the row (k = 0 without). newton_mean: corrections a step (of
-    a site, where sites are solved by themselves), newton_max: the most of one step.
+    a site, where sites are solved by themselves; sweeps, where stages are a fixed point),
+    newton_max: the most of one step.
     """
 
     t: np.ndarray
@@ -62,9 +73,26 @@ class LatticeFlow:
             raise BadInput("step is 0: give a non-zero number.")
 
     @cached_property
+    def by_stages(self) -> bool:
+        """Whether a run begins with a fixed point of its stages, else with Newton's method."""
+        return self._of_stages is not None
+
+    @property
     def kernels(self) -> LatticeKernels:
-        """The compiled kernels."""
+        """The compiled kernels that a run begins with."""
+        return self._of_stages if self.by_stages and self._of_stages else self.newton
+
+    @property
+    def newton(self) -> LatticeKernels:
+        """The compiled kernels of Newton's method, or of sites that are solved by themselves."""
         return compile_lattice(self.scheme.system, self.lattice.shape, bool(self.scheme.substeps))
+
+    @cached_property
+    def _of_stages(self) -> LatticeKernels | None:
+        stages = self.scheme.stages
+        with suppress(NoShortForm):
+            return None if stages is None else compile_lattice_stages(stages)
+        return None
 
     def trajectory(
         self,
@@ -94,7 +122,8 @@ class LatticeFlow:
         kept = None
         if checkpoint is not None:
             counts = str((steps, every, self.lattice.shape))
-            key = text_key(self.scheme.system, run.digest.hexdigest(), counts)
+            made_of = self.scheme.stages.key if run.by_stages else (self.scheme.system,)
+            key = text_key(*made_of, run.digest.hexdigest(), counts)
             kept = Checkpoint(checkpoint, key, self.lattice.name)
         state = None if kept is None else kept.state
         if state is not None:

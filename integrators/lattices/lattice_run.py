@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..compiler import (
+    CORRECTIONS,
     KAPPA,
     LATTICE_ENTRIES,
+    MOST,
     NOT_CONVERGED,
     OK,
     PLACE,
@@ -25,27 +27,32 @@ class LatticeRun:
 
     def __init__(self, flow: Any, x: np.ndarray, mu: np.ndarray) -> None:
         self.flow, self.x, self.mu = flow, np.ascontiguousarray(x), np.ascontiguousarray(mu)
-        lattice, kernels, scheme = flow.lattice, flow.kernels, flow.scheme
-        N, S = lattice.sites, kernels.widths["w"]
         self.nu, self.totals = np.zeros_like(self.mu), np.zeros(LATTICE_ENTRIES)
-        self.past = [np.zeros((N, S)) for _ in range(4)]
-        work = np.zeros((1 if scheme.local else N, kernels.widths["work"]))
-        v0 = lattice.start[1]
-        for w in self.past:
-            w[:, : v0.shape[1]] = v0
+        self.free = flow.lattice.free
+        self.mu[~self.free] = 0
+        self.index, self.solved = 0, 0
+        self.u = flow.lattice.start[1] * self.free[:, None]
+        self._projection: LatticeRun | None = None
+        self.kernels, self.by_stages = flow.kernels, flow.by_stages
+        self._prepare()
+        self.begin()
+
+    def _prepare(self) -> None:
+        """Arrays for the flow's kernels; the search for w begins with the velocities `u`."""
+        flow, scheme, N = self.flow, self.flow.scheme, len(self.x)
+        lattice, kernels, widths = flow.lattice, self.kernels, self.kernels.widths
+        self.past = [np.zeros((N, widths[word])) for word in ("w", "w1", "w2", "w3")]
+        for w in () if self.by_stages else self.past:
+            w[:, : self.u.shape[1]] = self.u
+        work = np.zeros((1 if scheme.local else N, widths["work"]))
         order, segments = segments_of(lattice.pairs)
-        free = lattice.free
         # with constraints fixed sites have equations too: those of multipliers, and u = 0
-        solved = np.ones_like(free) if scheme.constrained else free
+        solved = np.ones_like(self.free) if scheme.constrained else self.free
         ranges = ranges_of(solved)
-        self.mu[~free] = 0
-        for w in self.past:
-            w[~free] = 0
-        self.free = free
-        ties = np.zeros((1 if scheme.local else len(order), kernels.widths["ties"]))
+        ties = np.zeros((1 if scheme.local else len(order), widths["ties"]))
         own, of_bond = scheme.own_rows(order)
-        q = [[float(e) for e in row] for row in scheme.q_values(flow.step)]
-        c = np.zeros((len(q), kernels.widths["coefficients"]))
+        q = [[float(e) for e in row] for row in scheme.q_values(flow.step, self.by_stages)]
+        c = np.zeros((len(q), widths["coefficients"]))
         for row, (kind, values) in enumerate(zip(scheme.kinds, q, strict=True)):
             try:
                 made = kernels.prepare[kind](values)
@@ -64,28 +71,36 @@ class LatticeRun:
         self.digest = hashlib.sha256()
         for array in (self.x, self.mu, own, of_bond, c, ranges, segments):
             self.digest.update(array.tobytes())
-        self.index, self.solved = 0, 0
-        self.u = np.zeros_like(self.mu)
-        more = S - self.u.shape[1] if scheme.constrained else 0
+        more = widths["w"] - self.u.shape[1] if scheme.constrained else 0
         self.multipliers = np.zeros((len(order), more))
         self._of_impulse = 2 / q[0][0]  # what makes λ of an impulse hλ/2
         self.sparse: SparseSteps | None = None
-        if lattice.shape == "list" and not scheme.local:
-            matrix = SparseMatrix(lattice.pairs[order], solved, S)
+        if lattice.shape == "list" and not (scheme.local or self.by_stages):
+            matrix = SparseMatrix(lattice.pairs[order], solved, widths["w"])
             self.sparse = SparseSteps(
                 self._task, self.past, work, ties, self.totals, matrix, len(q), self._floor,
-                moving=S - more,
+                moving=widths["w"] - more,
             )  # fmt: skip
-        self._projection: LatticeRun | None = None
-        self.begin()
 
     def begin(self) -> None:
         """Take x and μ for the start: w of the first step, from the guess that `past` holds."""
         self.totals[:] = 0
         self.totals[KAPPA] = 1e300
-        self.status = self.flow.kernels.advance(BEGIN, 0, *self.arguments)[1]
+        self.status = self.kernels.advance(BEGIN, 0, *self.arguments)[1]
         if self.sparse is not None:
             self.status = self.sparse.begin()
+        if self.status != OK and self.by_stages:
+            self._go_on_by_newton(self.mu)
+
+    def _go_on_by_newton(self, mu: np.ndarray) -> None:
+        """Begin at x and these μ with the kernels of Newton's method: no fixed point was found."""
+        self.kernels, self.by_stages = self.flow.newton, False
+        self.mu[:] = mu
+        total, most = self.totals[[CORRECTIONS, MOST]]
+        self._prepare()
+        self.begin()
+        self.totals[CORRECTIONS] += total
+        self.totals[MOST] = max(most, self.totals[MOST])
 
     def _floor(self) -> float:
         """Of corrections that do not move x (`lattice_newton.unseen`)."""
@@ -93,7 +108,7 @@ class LatticeRun:
         return float(2.0**-49 * joined * abs(self.x).sum(axis=1).max() / abs(self.flow.step))
 
     def _task(self, task: int, j: int) -> tuple[int, int]:
-        done, status = self.flow.kernels.advance(task, j, *self.arguments)
+        done, status = self.kernels.advance(task, j, *self.arguments)
         return done, status
 
     def advance(self, steps: int) -> int:
@@ -103,25 +118,31 @@ class LatticeRun:
         if self.sparse is not None:
             done, status = self.sparse.steps(steps)
         else:
-            done, status = self.flow.kernels.advance(RUN, steps, *self.arguments)
+            done, status = self.kernels.advance(RUN, steps, *self.arguments)
         self.index += done
         self.solved += done * (len(self.x) if self.flow.scheme.local else 1)
+        if status != OK and self.by_stages:
+            self._go_on_by_newton(self.nu)
+            return self.advance(steps - done)
         return status
 
     @property
     def state(self) -> dict[str, np.ndarray]:
         """All that the steps to come depend on."""
         arrays = {"x": self.x, "nu": self.nu, "totals": self.totals}
-        counts = [self.index, self.solved, *([int(self.sparse.relaxing)] if self.sparse else ())]
+        counts = [self.index, self.solved, int(self.by_stages),
+                  *([int(self.sparse.relaxing)] if self.sparse else ())]  # fmt: skip
         return {**arrays, **{f"w{i}": w for i, w in enumerate(self.past)},
                 "counts": np.array(counts)}  # fmt: skip
 
     def restore(self, state: Any) -> None:
         """Go on from a state."""
+        self.index, self.solved, by_stages, *relaxing = map(int, state["counts"])
+        if self.by_stages and not by_stages:
+            self._go_on_by_newton(self.mu)
         for name, array in self.state.items():
             if name != "counts":
                 array[:] = state[name]
-        self.index, self.solved, *relaxing = map(int, state["counts"])
         if self.sparse is not None:
             self.sparse.relaxing = bool(relaxing[0])
 
@@ -130,7 +151,7 @@ class LatticeRun:
 
         Where no iteration would find it, this looks whether the state is finite.
         """
-        _, status = self.flow.kernels.advance(SHOW, 0, *self.arguments)
+        _, status = self.kernels.advance(SHOW, 0, *self.arguments)
         self.u[:] = self.past[int(self.flow.scheme.local)][:, : self.u.shape[1]]
         if status == OK and self.multipliers.shape[1]:
             status = self._project()

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import LatticeSystem
+from ..compiler import LatticeStages, LatticeSystem
 from ..errors import CannotMeasure
 from ..geometry import order_of_step
 from ..numbers import Double, flatten, working_digits
-from ..numbers.types import Letter, Letters
+from ..numbers.types import Letter
 from ..rules import Composition, Discretisation, OneStepMap, adjoint, check_rule
 from .bond_constraints import check_constraints
 from .contact_lattice import ContactLatticeFlow
@@ -100,8 +100,16 @@ class LatticeScheme:
                                 "kind; compose another rule.")  # fmt: skip
         return replace(systems[0], adjoint=systems[1] if len(systems) > 1 else None)
 
-    def q_values(self, step: Any) -> list[list[Any]]:
-        """The values of `LatticeSystem.q`, a row a substep: its step, parameters, numbers."""
+    @cached_property
+    def stages(self) -> LatticeStages | None:
+        """One step as collocation, where it is one (`LatticeEquations.stages`)."""
+        return None if self.substeps else self.equations.stages
+
+    def q_values(self, step: Any, of_stages: bool = False) -> list[list[Any]]:
+        """The values of `LatticeSystem.q`, a row a substep: its step, parameters, numbers.
+
+        of_stages: those of `LatticeStages.q`.
+        """
         shared = flatten(tuple(self.lattice.split_parameters["shared"].values()))
         numbers, rows = Double(), []
         for j, kind in enumerate(self.kinds):
@@ -110,7 +118,8 @@ class LatticeScheme:
                 with working_digits(40):
                     size = self.substeps[j].coefficient(40) * step.numerator / step.denominator
             equations = self._parts[kind]
-            values = [size, *shared, *(c(40) for c in equations.constants.values())]
+            constants = {} if of_stages else equations.constants
+            values = [size, *shared, *(c(40) for c in constants.values())]
             rows.append([numbers.number(v) for v in values])
         return rows
 
@@ -136,15 +145,16 @@ class LatticeScheme:
     @property
     def site_columns(self) -> dict[Letter, Any]:
         """The values of all parameters' letters at the sites, numbers or columns (N,)."""
-        return self._columns(0, self.equations.system.own)
+        return self._columns(0)
 
     @property
     def bond_columns(self) -> dict[Letter, Any]:
         """The values of all parameters' letters at the bonds, numbers or columns (B,)."""
-        return self._columns(1, self.equations.system.bond_own)
+        return self._columns(1)
 
-    def _columns(self, which: int, own: Letters) -> dict[Letter, Any]:
-        s = (self.equations.site.s, self.equations.bond_symbols)[which]
+    def _columns(self, which: int) -> dict[Letter, Any]:
+        s, own = ((self.equations.site.s, self.equations.bond_symbols)[which],
+                  self.equations.own_letters[which])  # fmt: skip
         rows = self.own_rows(np.arange(len(self.lattice.pairs)))[which]
         shared = [p for p in s.parameter_list if p not in own]
         values = flatten(tuple(self.lattice.split_parameters["shared"].values()))

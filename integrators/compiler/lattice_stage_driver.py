@@ -1,0 +1,277 @@
+"""The driver of collocation on a lattice: sweeps over bonds and sites until the stages are solved.
+
+As `lattice_driver` this is text of a module, `collocation_text`; its names are those of
+`stage_driver`, with the bond's force. What bonds do at a node is a force on the sites at both ends:
+in a sweep they are added up first, then each site takes a turn of its own fixed point. So nothing
+ties the unknowns of two sites, and what is compiled grows neither with the stages nor the sites.
+
+A row of `work` holds of a site at all nodes w, π, L ξ h b, the bonds' forces and the point z, then
+(w₁, π₁ − π₀, Σhbf) and the change of π₀ − μ; w1, w2 and w3 hold ξ, μ and π₀ − μ for the next step;
+w holds the unknowns of Newton's method, u and the coefficients of Legendre polynomials.
+"""
+
+# ruff: noqa: F821, B905 (names are supplied; strict= is not of the compiled language)
+# mypy: disable-error-code="name-defined,no-untyped-def,no-untyped-call"
+
+
+def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficients, kinds, substeps,
+            ranges, parts, segments, pieces, totals):  # fmt: skip
+    """Begin (task 0), do `steps` steps (1), or show μ of now (2): (steps done, status).
+
+    w is always the solution of the step that comes.
+    """
+    c = load(coefficients[0], slice(0, RULE.width))
+    weights = tuple([c[0] * e for e in WEIGHTS])
+    done, status = 0, OK
+    if task == 2:
+        copy(mu, nu, ranges, parts)
+    else:
+        if task == 0:
+            copy(nu, mu, ranges, parts)
+            place_ends(x, work, segments, pieces)
+            for r in range(parts):
+                for i in range(ranges[r, 0], ranges[r, 1]):
+                    put(w3, i, (0.0,) * m)
+        more = True
+        while more:
+            if steps > 0:
+                update_sites(x, nu, w3, work, c, ranges, parts)
+                done += 1
+            guess_sites(x, nu, w1, w2, work, weights, c, int(totals[AGE]), ranges, parts)
+            status = collocated(x, nu, w1, w2, w3, work, p, q, weights, c, ranges, parts, segments,
+                                pieces, totals)  # fmt: skip
+            if status == OK:
+                show_unknowns(w, work, c, ranges, parts)
+            more = status == OK and done < steps
+    return done, status
+
+
+def at_site(a, i, first, count):
+    """`count` components at all nodes, from column `first` of row i."""
+    return tuple(
+        [
+            tuple(
+                [
+                    read_lanes(a, (i, first + (part * count + k) * WIDTH), WIDTH)
+                    for k in range(count)
+                ]
+            )
+            for part in range(PARTS)
+        ]
+    )
+
+
+def put_at_site(a, i, first, values):
+    """Write components at all nodes, from column `first` of row i."""
+    for k, value in enumerate(sum(values, ())):
+        write_lanes(a, (i, first + k * WIDTH), value, WIDTH)
+
+
+def entries(a, i, first, count):
+    """Entries of row i from column `first` on."""
+    return tuple([a[i, first + k] for k in range(count)])
+
+
+def put_entries(a, i, first, values):
+    """Write entries of row i from column `first` on."""
+    for k, value in enumerate(values):
+        a[i, first + k] = value
+
+
+def place_ends(x, work, segments, pieces):
+    """Let the point of each site of a bond be that of x: those of fixed sites stay there."""
+    for s in range(pieces):
+        for k in range(segments[s, 2]):
+            for end in (0, 1):
+                i = segments[s, end] + k
+                here = row(x, i, n)
+                still = tuple([tuple([0 * b + e for e in here]) for b in WEIGHTS])
+                put_at_site(work, i, POINT, still)
+
+
+def guess_sites(x, nu, w1, w2, work, weights, c, age, ranges, parts):
+    """w, π and ξ at the nodes of every free site, from those of the last step."""
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            here = row(x, i, n)
+            w, pi, xi = guess(RULE, here, row(nu, i, m), at_site(w1, i, 0, m),
+                              at_site(w2, i, 0, m), weights, c, age)  # fmt: skip
+            put_at_site(work, i, 0, w)
+            put_at_site(work, i, MOMENTA, pi)
+            put_at_site(w1, i, 0, xi)
+            put_at_site(work, i, POINT, tuple([RULE.point(here, a, c) for a in w]))
+
+
+def collocated(x, nu, w1, w2, w3, work, p, q, weights, c, ranges, parts, segments, pieces, totals):
+    """Repeat sweeps until the next one would change less than round-off; the status.
+
+    When that is, and when π₀ − μ is corrected, is as in `stage_driver.collocate`; a component has
+    one size on the whole lattice.
+    """
+    before, best, stale, count, status = HUGE, HUGE, 0, 0, OK
+    uneven, pending, going = 1 < 0, 1 < 0, True
+    sizes, left = (HUGE,) * (2 * m), (HUGE,) * (2 * m)
+    gate, whole, change = 0.0, 0.0, HUGE
+    while going:
+        pull_sites(work, q, c, ranges, parts, segments, pieces)
+        moved, now, ends = sweep(x, nu, w1, w2, w3, work, p, weights, c, ranges, parts, totals)
+        if count < 2:
+            sizes = now
+            uneven = differ(sizes[:m]) or differ(sizes[m:])
+            whole = smallest(scales(sizes[m:]))
+            gate = 1 / 64
+            if totals[AGE] > 0:
+                gate = lost_in_all(w3, ranges, parts) * whole / 8
+        scaled = scales(sizes[:m]) + scales(sizes[m:])
+        change = largest_of(tuple([a * b for a, b in zip(moved, scaled)]))
+        if uneven:
+            pending = any_shrinks(moved, left, sizes)
+            left = tuple([e if e < least else least for e, least in zip(moved, left)])
+        count = count + 1
+        rate = change / before if before < HUGE else 1.0
+        stale = 0 if change < best else stale + 1
+        best = change if change < best else best
+        before = change
+        settled = count > 1 and (
+            change * rate <= SMALLEST * EPS or (stale > 0 and change < 64 * EPS)
+        )
+        settled = settled and not pending
+        if stale > 2 or count >= MOST_SWEEPS or not ends < HUGE:
+            settled = stale > 2 and change < NOISE
+            status = OK if settled else NOT_CONVERGED
+            going = False
+        if not ends < HUGE:
+            status = SINGULAR
+        if settled or (RULE.shifted and change < gate):
+            going = going and not settled
+            if RULE.shifted:
+                off = whole * shift_sites(x, nu, w3, work, c, ranges, parts)
+                if (settled or 2 * change < off) and off > 8 * EPS and status == OK:
+                    shift_on(w3, work, ranges, parts)
+                    before, best, stale, gate = HUGE, HUGE, 0, off / 16
+                    going = count < MOST_SWEEPS
+                    status = OK if going else NOT_CONVERGED
+    totals[CORRECTIONS] += count
+    totals[LAST_SIZE] = change
+    if count > totals[MOST]:
+        totals[MOST] = count
+    totals[AGE] = 1
+    return status
+
+
+def pull_sites(work, q, c, ranges, parts, segments, pieces):
+    """Add up the forces of all bonds at all nodes."""
+    none = tuple([(0 * b,) * m for b in WEIGHTS])
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            put_at_site(work, i, PULL, none)
+    for s in range(pieces):
+        a, b, length, first = segments[s, 0], segments[s, 1], segments[s, 2], segments[s, 3]
+        for k in range(length):
+            i, j, own = a + k, b + k, row(q, first + k, BONDS)
+            ends = zip(at_site(work, i, POINT, n), at_site(work, j, POINT, n))
+            found = tuple([RULE.pull(one + other, own, c) for one, other in ends])
+            for at, half in ((i, slice(0, m)), (j, slice(m, 2 * m))):
+                so_far = at_site(work, at, PULL, m)
+                put_at_site(work, at, PULL, tuple([plus(e, f[half])
+                                                   for e, f in zip(so_far, found)]))  # fmt: skip
+
+
+def sweep(x, nu, w1, w2, w3, work, p, weights, c, ranges, parts, totals):
+    """π from w and the forces, then w from the new π, of every free site.
+
+    (the largest change of each component, its largest size, a number that is none if one is not).
+    """
+    moved, sizes, ends, worst = (0.0,) * (2 * m), (0.0,) * (2 * m), 0.0, 0.0
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            here, own = row(x, i, n), row(p, i, SITES)
+            w, pi, xi = at_site(work, i, 0, m), at_site(work, i, MOMENTA, m), at_site(w1, i, 0, m)
+            pulls = at_site(work, i, PULL, m)
+            forces = tuple([RULE.force(here, a, b, e, f, own, c)
+                            for a, b, e, f in zip(w, pi, xi, pulls)])  # fmt: skip
+            dp = times(weights, tuple([e[0] for e in forces]))
+            start = plus(row(w3, i, m), row(nu, i, m))
+            new_pi = tuple([plus(part, start) for part in at_nodes(MU_OF_MOMENTUM, dp)])
+            moves = tuple([RULE.velocity(here, a, b, own, c) for a, b in zip(w, new_pi)])
+            dw = times(weights, tuple([e[0] for e in moves]))
+            new_w = at_nodes(MU, dw)
+            changed = changes_of(w, new_w) + changes_of(pi, new_pi)
+            moved = tuple([larger(a, b) for a, b in zip(changed, moved)])
+            sizes = tuple([larger(a, b) for a, b in zip(sizes_of(new_w) + sizes_of(new_pi), sizes)])
+            put_at_site(work, i, 0, new_w)
+            put_at_site(work, i, MOMENTA, new_pi)
+            put_at_site(work, i, MOVES, dw)
+            put_at_site(work, i, POINT, tuple([RULE.point(here, a, c) for a in new_w]))
+            put_at_site(w1, i, 0, tuple([e[1] for e in moves]))
+            put_at_site(w2, i, 0, tuple([e[2] for e in moves]))
+            turned = totals_of(times(weights, tuple([e[1] for e in forces])))
+            end = totals_of(dw) + totals_of(dp) + turned
+            put_entries(work, i, ENDS, end)
+            ends = ends + norm(end)
+            if norm(changed) > worst:
+                worst = norm(changed)
+                totals[PLACE] = i
+    return moved, sizes, ends
+
+
+def ends_of(nu, w3, work, i):
+    """(w₁, π₁, Σhbπ̇, Σhbf) of a site's last sweep."""
+    end, sum_p = entries(work, i, ENDS, m), entries(work, i, ENDS + m, m)
+    last = tuple([(a + b) + e for a, b, e in zip(sum_p, row(w3, i, m), row(nu, i, m))])
+    return end, last, sum_p, entries(work, i, ENDS + 2 * m, RULE.turning)
+
+
+def shift_sites(x, nu, w3, work, c, ranges, parts):
+    """How far π₀ − μ of each site is off; the most of a site."""
+    off = 0.0
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            end, last, sum_p, sum_f = ends_of(nu, w3, work, i)
+            more = RULE.shift(row(x, i, n), end, last, sum_p, sum_f, row(w3, i, m), c)
+            put_entries(work, i, SHIFT, more)
+            off = larger(norm(more), off)
+    return off
+
+
+def shift_on(w3, work, ranges, parts):
+    """Correct π₀ − μ of each site, and π with it."""
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            more = entries(work, i, SHIFT, m)
+            add(w3, i, more)
+            pi = at_site(work, i, MOMENTA, m)
+            put_at_site(work, i, MOMENTA, tuple([plus(part, more) for part in pi]))
+
+
+def lost_in_all(w3, ranges, parts):
+    """The largest π₀ − μ of a site."""
+    size = 0.0
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            size = larger(norm(row(w3, i, m)), size)
+    return size
+
+
+def update_sites(x, nu, w3, work, c, ranges, parts):
+    """x and μ at the end of a step."""
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            here, given = row(x, i, n), row(nu, i, m)
+            end, last, sum_p, sum_f = ends_of(nu, w3, work, i)
+            if RULE.shifted:
+                last = plus(last, entries(work, i, SHIFT, m))
+            zero_x, zero = (0.0,) * n, (0.0,) * m
+            dx, dmu = RULE.update(here, end, last, sum_p, sum_f, zero_x, zero, c)
+            put(x, i, plus(here, dx))
+            put(nu, i, plus(given, dmu))
+
+
+def show_unknowns(w, work, c, ranges, parts):
+    """u = w₁/h, and the coefficients of the velocity's Legendre polynomials."""
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            dw = at_site(work, i, MOVES, m)
+            for degree, table in enumerate(LEGENDRE):
+                found = totals_of(times(table, dw))
+                put_entries(w, i, degree * m, tuple([e / c[0] for e in found]))

@@ -1,0 +1,93 @@
+"""The text of collocation on a lattice: kernels of one site and of a bond's force, and the driver.
+
+`velocity` and `force` of `stage_text`, with parameters of the site's own (and what bonds do to it);
+`point(x, w, c) → z` of a node, and `pull(x of both ends, own, c) → force on both`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..numbers import with_tables
+from ..numbers.types import Column, Letters
+from .kernel_text import texts_of
+from .lattice_text import with_names
+from .stage_system import StageSource
+from .stage_text import StageText, collocation_driver
+
+
+@dataclass(frozen=True, eq=False)
+class LatticeStages:
+    """One step of a lattice as collocation, the bonds' forces acting on its sites at the nodes.
+
+    q: h, then parameters that all share. source: the collocation of one site, in letters `own` of
+    its own and `pull` of the force on it. force: ρ̂ᵀ∂L/∂x of a bond, at both its ends x, in
+    letters `bond_own`.
+    """
+
+    source: StageSource
+    q: Letters
+    own: Letters
+    pull: Letters
+    x: Letters
+    bond_own: Letters
+    force: Column
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """All that the text is made of."""
+        source = self.source
+        return (source.nodes, source.given, self.q, self.own, self.pull, self.x, self.bond_own,
+                self.force)  # fmt: skip
+
+
+def collocation_text(system: LatticeStages) -> str:
+    """The text of the kernels and of the driver of a lattice's collocation.
+
+    Raises `NoShortForm` as `StageText` does.
+    """
+    kernels = _SiteStages(system)
+    text = kernels.text  # which finds the coefficients
+    stages = kernels.system
+    facts = [
+        f"n, m, COUNT = {len(stages.x)}, {len(stages.w)}, {stages.count}",
+        f"PARTS, NODES = -(-{stages.count} // WIDTH), '{stages.nodes.family}'",  # as `stage_text`
+        f"SITES, BONDS, S = {len(system.own)}, {len(system.bond_own)}, m * {stages.nodes.unknown}",
+        f"RULE = {kernels.record}",
+        "SYSTEMS = RULE,",
+        "MOMENTA = m * PARTS * WIDTH",
+        "MOVES, PULL, POINT = 2 * MOMENTA, 3 * MOMENTA, 4 * MOMENTA",
+        "ENDS = POINT + n * PARTS * WIDTH",
+        "SHIFT = ENDS + 2 * m + RULE.turning",
+        "WIDTHS = dict(w=S, w1=MOMENTA, w2=MOMENTA, w3=m, work=SHIFT + m, ties=1, "
+        "coefficients=RULE.width)",
+        "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 4",
+    ]
+    driver = [collocation_driver("lattice_stage_driver"), texts_of("site_rows")]
+    return with_tables("\n\n".join([f"# {stages.name}", text, "\n".join(facts), *driver]))
+
+
+class _SiteStages(StageText):
+    """Kernels of a site's collocation, with letters of its own, and the force of a bond."""
+
+    def __init__(self, given: LatticeStages) -> None:
+        self.given = given
+        super().__init__(replace(given.source.derived(), q=given.q, extents=()))
+
+    @property
+    def kernels(self) -> dict[str, str]:
+        """Those of a scene, the point b(x, w; 1) and the force of a bond."""
+        given, system = self.given, self.system
+        ends = {"x": system.x, "w": system.w}
+        pulled = self._function("pull", {"x": given.x, "own": given.bond_own}, [given.force], [])
+        return {**super().kernels, "point": self._function("point", ends, [system.target], []),
+                "pull": with_names(pulled, given.bond_own)}  # fmt: skip
+
+    def _function(self, name: str, arguments: Any, results: Any, before: Any) -> str:
+        given = self.given
+        if name == "force":
+            arguments = {**arguments, "pull": given.pull}
+        if name in ("force", "velocity"):
+            arguments = {**arguments, "own": given.own}
+        return with_names(super()._function(name, arguments, results, before), given.own)

@@ -1,0 +1,152 @@
+"""Rules with stages on lattices: a fixed point of all stages, or Newton's method."""
+
+import numpy as np
+import pytest
+
+from discmech import Lattice, Scheme, midpoint, pair
+from discmech.integrators.errors import StepFailure
+from discmech.integrators.lattices import DualStep, LatticeRun, poisson_defect, systems
+from discmech.integrators.lattices import checkpoint as checkpoints
+from discmech.integrators.rules import compose, gauss, lobatto
+from tests.integrators.lattices.as_scenes import ROUND_OFF, assert_same, slow
+from tests.integrators.lattices.test_bodies_as_sites import SITES
+from tests.integrators.lattices.test_lattices import CHAIN, SCATTERED, N, fput
+
+LIST = {"alpha": "1/4", "mass": 2, "stiff": 1}
+
+
+def newton(flow):
+    """The same flow, which begins with Newton's method."""
+    other = flow.scheme.flow(flow.step)
+    other.by_stages = False
+    return other
+
+
+@pytest.mark.parametrize("rule", [gauss(3), slow(lobatto(4)), slow(gauss(8))], ids=lambda r: r.name)
+@pytest.mark.parametrize(
+    ("lattice", "bonds"),
+    [
+        (fput(), CHAIN),
+        slow(fput(fixed=[0, 3]), CHAIN),
+        slow(fput("ring", bonds="ring", parameters=LIST), [*CHAIN, (N - 1, 0)]),
+        (fput("list", bonds=SCATTERED, parameters=LIST), SCATTERED),
+    ],
+    ids=["chain", "fixed", "ring", "list"],
+)
+def test_stages_run_as_their_scene(lattice, bonds, rule):
+    """Also with masses and stiffnesses of their own, and sites that stay where they are."""
+    if lattice.fixed:
+        run, other = (f.trajectory(60, 20) for f in both(lattice, rule))
+        assert abs(run.x - other.x).max() < ROUND_OFF
+        assert np.array_equal(run.x[:, [0, 3]], np.broadcast_to(lattice.x0[[0, 3]], (4, 2, 1)))
+    else:
+        assert Scheme(lattice, rule).flow("1/20").by_stages
+        assert_same(lattice, bonds, rule)
+
+
+def both(lattice, rule, step="1/20"):
+    flow = Scheme(lattice, rule).flow(step)
+    assert flow.by_stages
+    return flow, newton(flow)
+
+
+@pytest.mark.parametrize("kind", [*SITES])
+@pytest.mark.parametrize("rule", [gauss(2), slow(gauss(3))], ids=lambda r: r.name)
+def test_bodies_run_by_stages_as_by_newton(kind, rule):
+    """On groups and actions π₀ is not μ; w, which other kernels go on from, is that of Newton."""
+    flow, other = both(SITES[kind](), rule)
+    run, wanted = (f.trajectory(40, 10) for f in (flow, other))
+    for word in ("x", "u", "mu"):
+        assert abs(getattr(run, word) - getattr(wanted, word)).max() < ROUND_OFF, word
+    one, two = (LatticeRun(f, run.x[1].copy(), run.mu[1].copy()) for f in (flow, other))
+    assert one.by_stages and not two.by_stages
+    assert one.past[0].shape == two.past[0].shape
+    assert abs(one.past[0] - two.past[0]).max() < ROUND_OFF
+
+
+def test_the_form_is_kept_by_steps_of_stages():
+    flow, _ = both(systems.bodies(5), gauss(3))
+    run = flow.trajectory(5)
+    step = DualStep(flow, run.x[-1], run.mu[-1])
+    assert poisson_defect(step, 3, 0) < 2.0**-48
+    assert poisson_defect(step, 3, 0, bracket_sign=-1) > 2.0**-20
+
+
+# -- where it is not solved so ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("lattice", "rule"),
+    [(fput(), gauss(2)), (systems.rods(3), midpoint), (SITES["group"](), lobatto(3)),
+     (SITES["group"](), compose(gauss(2), "triple-jump")),
+     (fput(on_bond=lambda x, y, v, w, p: v[0] * w[0] / 9 - (y[0] - x[0]) ** 2), gauss(3))],
+    ids=["two unknowns", "constraints", "no collocation", "composition", "moving bonds"],
+)  # fmt: skip
+def test_newton_does_what_is_no_fixed_point_of_stages(lattice, rule):
+    assert not Scheme(lattice, rule).flow("1/20").by_stages
+
+
+def stiff(k, sites=8):
+    return Lattice(
+        "stiff", pair(1), sites, {"k": k}, lambda x, v, p: v[0] ** 2 / 2,
+        lambda x, y, p: -p.k * ((y[0] - x[0]) ** 2 / 2 + (y[0] - x[0]) ** 4),
+        x0=np.sin(np.arange(sites))[:, None], v0=np.zeros((sites, 1)),
+    )  # fmt: skip
+
+
+def test_newton_takes_over_where_bonds_are_stiff():
+    """No fixed point contracts at hω = 20; it is the same run."""
+    flow, other = both(stiff(10**4), gauss(3), "1/10")
+    run, wanted = (f.trajectory(20, 5) for f in (flow, other))
+    assert not LatticeRun(flow, *flow._start(None, None)).by_stages
+    assert np.array_equal(run.x, wanted.x) and np.array_equal(run.mu, wanted.mu)
+    assert run.newton_max >= wanted.newton_max
+
+
+def colliding(power=8):
+    """Two sites that meet: their bond is soft until then."""
+    return Lattice(
+        "colliding", pair(1), 2, {}, lambda x, v, p: v[0] ** 2 / 2,
+        lambda x, y, p: -1 / (1000 * (y[0] - x[0]) ** power), x0=np.array([[0.0], [3]]),
+        v0=np.array([[0.8], [-0.8]]),
+    )  # fmt: skip
+
+
+def test_newton_takes_over_on_the_way(tmp_path, monkeypatch):
+    """Rows before it are of the fixed point; a run goes on from a file as it would have gone on."""
+    monkeypatch.setattr(checkpoints, "SECONDS", 0)
+    flow, other = both(colliding(), gauss(3), "1/4")
+    run = flow.trajectory(24)
+    start = LatticeRun(flow, *flow._start(None, None))
+    steps = 0
+    while start.by_stages and steps < 24:
+        start.checked(start.advance(1))
+        steps += 1
+    assert 4 < steps < 24
+    rest = other.trajectory(24 - steps, x0=run.x[steps], mu0=run.mu[steps])
+    assert abs(rest.x - run.x[steps:]).max() < ROUND_OFF
+    path, stop = tmp_path / "run.npz", steps + 2
+
+    def interrupt(done):
+        if done == stop:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        flow.trajectory(24, checkpoint=path, progress=interrupt)
+    again = flow.trajectory(24, checkpoint=path)
+    assert np.array_equal(again.x, run.x) and np.array_equal(again.mu, run.mu)
+
+
+def test_a_step_that_nothing_finds_keeps_its_rows():
+    flow, _ = both(colliding(power=6), gauss(3), "1/3")
+    with pytest.raises(StepFailure) as failure:
+        flow.trajectory(24)
+    assert failure.value.trajectory.newton_max > 10
+    assert len(failure.value.trajectory.t) == 5
+
+
+def test_a_parameter_may_have_any_name():
+    named = fput(parameters={"mass": 2, "stiff": 1, "alpha": 0, "force_of_bonds": 3},
+                 on_site=lambda x, v, p: p.force_of_bonds * v[0] ** 2 / 2)  # fmt: skip
+    run, wanted = (f.trajectory(20).x for f in both(named, gauss(3)))
+    assert abs(run - wanted).max() < ROUND_OFF
