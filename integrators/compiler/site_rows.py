@@ -6,19 +6,22 @@
 
 def row(a, i, length):
     """Entries of row i as a tuple."""
-    return tuple([a[i, j] for j in range(length)])
+    here = a[i]
+    return tuple([here[j] for j in range(length)])
 
 
 def put(a, i, values):
     """Write row i."""
+    here = a[i]
     for j, value in enumerate(values):
-        a[i, j] = value
+        here[j] = value
 
 
 def add(a, i, values):
     """Add to row i."""
+    here = a[i]
     for j, value in enumerate(values):
-        a[i, j] = a[i, j] + value
+        here[j] = here[j] + value
 
 
 def copy(a, b, ranges, parts):

@@ -25,6 +25,7 @@ from .hamilton_field import field_parts
 from .legendre_inverse import legendre_inverse
 from .nonsmooth import blamed
 from .one_step_equations import OneStepEquations
+from .products import times
 from .rule_view import answers_of
 from .stage_equations import no_stages, stage_source
 from .symbols import SceneSymbols, vector
@@ -39,5 +40,5 @@ __all__ = [
     "energy_terms", "field_parts",
     "force_points", "initial_momentum", "legendre_inverse", "mass_matrix", "momentum",
     "natural_structure", "no_stages", "on_constraints", "power", "rates", "stage_source",
-    "step_system", "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field",
+    "step_system", "times", "vanishing_at_states", "vanishing_in_a_step", "vector", "vector_field",
 ]  # fmt: skip

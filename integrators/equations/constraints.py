@@ -7,6 +7,7 @@ from typing import Any
 from ..errors import BadInput
 from ..numbers import jacobian
 from ..numbers.types import Column, SymbolicMatrix
+from .products import times
 from .symbols import SceneSymbols, entries_of
 
 
@@ -25,7 +26,7 @@ def constraint(s: SceneSymbols, x: Column) -> Column:
 def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
     """A, k×m, of A(x) ξ = 0: φ′(x) ρ̂(x), or the rows as they are given."""
     if s.holonomic:
-        return jacobian(constraint(s, x), x) * s.groupoid.rho(x, s.h) / s.h
+        return times(jacobian(constraint(s, x), x), s.groupoid.rho(x, s.h) / s.h)
     m, given = len(s.u), _given(s, x)
     rows = [entries_of(row) for row in given]
     if not rows or any(len(row) != m for row in rows):

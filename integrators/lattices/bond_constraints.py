@@ -14,6 +14,7 @@ too: they change no x. What a row shows is projected, ∂l/∂ξ(x, v) = μ + Σ
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from ..equations import (
     constraint_matrix,
     momentum,
     step_system,
+    times,
     vector,
 )
 from ..errors import BadInput
@@ -84,7 +86,7 @@ class BondConstraints:
         rows = momentum(own)
         site = self._of_site(replace(site, rows=rows, slope=jacobian(rows, own.u)))
         unknowns = s.u.col_join(of.multipliers)
-        rows = (-self.matrix.T * of.multipliers).col_join(self.matrix * s.u)
+        rows = times(-self.matrix.T, of.multipliers).col_join(times(self.matrix, s.u))
         return site, self._of_bond(bond, rows, jacobian(rows, unknowns), 0 * s.u, unknowns)
 
     def _of_site(self, system: System) -> System:
@@ -105,16 +107,16 @@ class BondConstraints:
         """A bond's system from rows of (u_i, u_j, λ): i has places of multipliers too, unused."""
         m, k = self.m, self.count
         free_i, free_j, bound = self.bond_own
-        kept = sympy.diag(*[free_i] * m, *[free_j] * m, *[bound] * k)
+        kept = [*[free_i] * m, *[free_j] * m, *[bound] * k]
         at = [*range(m), *range(m + k, 2 * (m + k))]  # of (u_i, u_j, λ) among both ends' unknowns
-        placed = sympy.zeros(2 * (m + k), len(at))
-        for column, row in enumerate(at):
-            placed[row, column] = 1
+        by_ends, by_both = sympy.zeros(2 * (m + k), 1), sympy.zeros(2 * (m + k))
+        for i, (row, keep) in enumerate(zip(at, kept, strict=True)):
+            by_ends[row, 0] = keep * rows[i]
+            for j, column in enumerate(at):
+                by_both[row, column] = keep * slope[i, j]
         letters = [*unknowns[:m], *vector("nu", k), *unknowns[m:]]
-        return replace(
-            system, w=tuple(letters), rows=placed * kept * rows, more=k,
-            slope=placed * kept * slope * placed.T, gain=kept[: 2 * m, : 2 * m] * gain,
-        )  # fmt: skip
+        held = sympy.Matrix([keep * e for keep, e in zip(kept, gain)])  # noqa: B905
+        return replace(system, w=tuple(letters), rows=by_ends, more=k, slope=by_both, gain=held)
 
 
 def _letters(*names: str) -> tuple[Letter, ...]:
@@ -131,13 +133,7 @@ def check_constraints(
     of its size, Σ |∂f/∂zᵢ| max |z| and its absolute terms, z being x and v of both ends.
     """
     pairs, free, N, m = lattice.pairs, lattice.free, lattice.sites, v.shape[1]
-    matrix = constraint_matrix(s, s.x)
-    k, n = matrix.rows, len(s.x)
-    rows = constraint(s, s.x).col_join(matrix * s.u)
-    slope = jacobian(rows, s.x.col_join(s.u))
-    terms = sympy.Matrix([sum(map(abs, sympy.Add.make_args(e))) for e in rows])
-    given = {"x": s.x, "u": s.u, "h": s.h, "p": list(values)}
-    f = numeric(given, [rows, slope, terms, matrix], Double(), columns=True)
+    (k, f), n = _of_start(s, tuple(values)), len(s.x)
     base, velocity = (a[pairs].reshape(len(pairs), -1).T for a in (x, v))
     found = f(list(base), list(velocity), 1.0, list(values.values()))
     off, by, size, A = (np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(pairs)))
@@ -162,6 +158,20 @@ def check_constraints(
         bond = np.flatnonzero(active)[dependent]
         raise BadInput(f"{lattice.name}: the constraints are redundant: at x0 a row of bond {bond} "
                        "follows from other rows; leave one out.")  # fmt: skip
+
+
+@lru_cache(maxsize=8)
+def _of_start(s: SceneSymbols, letters: tuple[Letter, ...]) -> tuple[int, Any]:
+    """(rows a bond, (φ, A u), their slope by x and u, the sums of absolute terms, A as a function).
+
+    letters: of the parameters.
+    """
+    matrix = constraint_matrix(s, s.x)
+    rows = constraint(s, s.x).col_join(times(matrix, s.u))
+    slope = jacobian(rows, s.x.col_join(s.u))
+    terms = sympy.Matrix([sum(map(abs, sympy.Add.make_args(e))) for e in rows])
+    given = {"x": s.x, "u": s.u, "h": s.h, "p": list(letters)}
+    return matrix.rows, numeric(given, [rows, slope, terms, matrix], Double(), columns=True)
 
 
 def _dependent(A: np.ndarray, pairs: np.ndarray, N: int) -> int | None:
