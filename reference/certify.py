@@ -15,21 +15,22 @@ import math
 from collections.abc import Hashable
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import mpmath
 
 from .agreement import Blocks, agreement, said
 from .bounded import bounded_integration
+from .closed_forms import ClosedForm
 from .equations import Equations, equations_of
 from .exact import parameter_values
+from .extrapolation import extrapolate
 from .failures import ReferenceFailure, Unproven
 from .invariants import Invariants, invariants_of
 from .result import Finding, Solution
 from .series import SeriesProgram, compile_series
 from .states import all_blocks, blocks_of
 from .taylor import Sweep, TaylorSettings, integrate
-
-if TYPE_CHECKING:
-    from .closed_forms import ClosedForm
 
 ATTEMPTS = 4
 PATIENCE = 50  # steps of the second method for each of the first
@@ -123,8 +124,6 @@ def form_at(
     equations: Equations, parameters: Any, form: ClosedForm, t: Fraction, working: int
 ) -> Blocks:
     """What the closed form says at t, in ``working`` digits; with the attitude if both have it."""
-    import mpmath
-
     n, m = equations.dim_x, equations.dim_u
     with mpmath.workdps(working):
         time = mpmath.mpf(t.numerator) / t.denominator
@@ -242,8 +241,6 @@ def _second_method(
     most: int,
 ) -> dict[Fraction, int] | None:
     """The digits to which extrapolation agrees; once more with a smaller tolerance if need be."""
-    from .extrapolation import extrapolate
-
     agreed: dict[Fraction, int] = {}
     for more in (0, 10):
         try:

@@ -20,16 +20,15 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import sympy
 
 from .algebroid import Algebroid, algebroid_of
 from .constrained_start import on_constraints
 from .elimination import explicit_rates
 from .exact import exact_number, parameter_values, without_floats
 from .failures import ReferenceFailure
-
-if TYPE_CHECKING:
-    import sympy
 
 
 @dataclass(frozen=True)
@@ -65,8 +64,6 @@ class Equations:
 
 def base_and_velocity(scene: Any) -> tuple[sympy.Matrix, sympy.Matrix]:
     """Symbols x (dim_x x 1) and xi (dim_u x 1)."""
-    import sympy
-
     x = sympy.Matrix(scene.groupoid.dim_x, 1, lambda i, _: sympy.Symbol(f"x{i}", real=True))
     v = sympy.Matrix(scene.groupoid.dim_u, 1, lambda i, _: sympy.Symbol(f"v{i}", real=True))
     return x, v
@@ -74,8 +71,6 @@ def base_and_velocity(scene: Any) -> tuple[sympy.Matrix, sympy.Matrix]:
 
 def time_symbol() -> sympy.Symbol:
     """t, of which a Lagrangian or a force may be a function."""
-    import sympy
-
     return sympy.Symbol("t", real=True)
 
 
@@ -104,8 +99,6 @@ def exact_force(scene: Any, x: sympy.Matrix, v: sympy.Matrix) -> tuple[sympy.Exp
 
 def exact_constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> sympy.Matrix:
     """A (k x dim_u) of the constraints A xi = 0: phi' rho of phi(x) = 0, or rows as given."""
-    import sympy
-
     m, values = structure.dim_u, parameter_values(scene)
     if getattr(scene, "holonomic", None) is not None:
         return _phi(scene, x).jacobian(x) * structure.rho
@@ -118,8 +111,6 @@ def exact_constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> symp
 
 def _phi(scene: Any, x: sympy.Matrix) -> sympy.Matrix:
     """phi(x), k x 1; none where no constraint is holonomic."""
-    import sympy
-
     given = getattr(scene, "holonomic", None)
     entries = given(x, parameter_values(scene)) if given is not None else []
     return sympy.Matrix(len(entries), 1, [without_floats(sympy.sympify(e)) for e in entries])
@@ -129,8 +120,6 @@ def _exact(
     scene: Any, what: str, function: Any, x: sympy.Matrix, v: sympy.Matrix
 ) -> tuple[sympy.Expr, ...]:
     """The entries of a function of (x, v, p) or (x, v, p, t)."""
-    import sympy
-
     values, t = parameter_values(scene), time_symbol()
     try:
         given = list(inspect.signature(function).parameters.values())
@@ -188,8 +177,6 @@ class Balance:
 
 def balance_of(scene: Any) -> Balance:
     """The Euler-Lagrange equations of a scene, with its forces and constraints."""
-    import sympy
-
     x, v = base_and_velocity(scene)
     lagrangian = exact_lagrangian(scene, x, v)
     structure = algebroid_of(scene, x)
@@ -217,8 +204,6 @@ def balance_of(scene: Any) -> Balance:
 
 def equations_of(scene: Any, attitude: bool = False) -> Equations:
     """The explicit Euler-Lagrange equations of a scene, with dA/dt = A xi^ if asked for."""
-    import sympy
-
     balance = balance_of(scene)
     x, v, structure, admitted = balance.x, balance.v, balance.structure, balance.admitted
     mass, force, momentum, timed = balance.mass, balance.force, balance.momentum, balance.timed
@@ -282,8 +267,6 @@ def exact_start(
 
 
 def _with_symbolic_parameters(values: Any, entries: Any) -> list[sympy.Expr]:
-    import sympy
-
     substitution: dict[Any, Any] = {}
     symbols = type(values)()
     for name, value in vars(values).items():
@@ -301,8 +284,6 @@ def _force(
     structure: Algebroid, lagrangian: Any, momentum: Any, x: Any, v: Any, g: int
 ) -> sympy.Expr:
     """rho^i_g dl/dx^i - C^n_{gm} xi^m dl/dxi^n."""
-    import sympy
-
     terms = [structure.rho[i, g] * lagrangian.diff(x[i]) for i in range(structure.dim_x)]
     terms += [
         -constant * v[b] * momentum[n]

@@ -11,27 +11,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import gmpy2
+import sympy
+from sympy.printing.pycode import PythonCodePrinter
+
+from .equations import Equations
 from .exact import is_short, number_to_mpfr
 from .failures import ReferenceFailure
 from .progress import tell
 from .taylor import BITS, Sweep
-
-if TYPE_CHECKING:
-    import sympy
-
-    from .equations import Equations
 
 Field = Callable[[list[Any], list[Any]], list[Any]]
 
 
 def compile_field(equations: Equations) -> tuple[Field, tuple[sympy.Expr, ...]]:
     """rates(z, constants) as plain Python code, and the exact constants in it."""
-    import gmpy2
-    import sympy
-    from sympy.printing.pycode import PythonCodePrinter
-
     constants: dict[sympy.Expr, sympy.Symbol] = {}
 
     def held(expression: sympy.Expr) -> sympy.Expr:
@@ -79,8 +75,6 @@ def extrapolate(
 
     The arithmetic has ``guard`` digits more, and those that the alternating weights cost.
     """
-    import gmpy2
-
     field, numbers = compile_field(equations)
     columns = max(6, round(0.36 * digits))
     weights = neville_weights(columns)
@@ -148,8 +142,6 @@ def _basic_step(
     weights: tuple[list[Fraction], list[Fraction]],
 ) -> tuple[list[Any], Any]:
     """One step and the distance between its last two extrapolations, relative to the state."""
-    import gmpy2
-
     ends = []
     slope = field(state, constants)
     for n in range(2, 2 * columns + 1, 2):

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from .algebroid import Algebroid
+import sympy
+
+from .algebroid import Algebroid
 
 
 def fingerprint(
@@ -31,8 +32,6 @@ def fingerprint(
 
 def _digest(expression: Any, known: dict[Any, str]) -> str:
     """Of the expression's tree; the order of terms and factors does not count."""
-    import sympy
-
     expression = sympy.sympify(expression)
     if expression not in known:
         parts = [_digest(part, known) for part in expression.args]

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .equations import Balance, balance_of, time_symbol
 from .failures import ReferenceFailure
 from .problem import scene_of
 from .result import Solution
 
-_balance = lru_cache(balance_of)
+if TYPE_CHECKING:
+    from .equations import Balance
+
+
+@lru_cache
+def _balance(scene: Any) -> Balance:
+    from .equations import balance_of
+
+    return balance_of(scene)
 
 
 def multipliers(scene: Any, at: Solution) -> list[Any]:
@@ -23,8 +30,10 @@ def multipliers(scene: Any, at: Solution) -> list[Any]:
     import mpmath
     import sympy
 
+    from .equations import time_symbol
+
     scene = scene_of(scene)
-    balance: Balance = _balance(scene)
+    balance = _balance(scene)
     k = balance.admitted.rows
     if not k:
         raise ReferenceFailure(f"scene {scene.name} has no constraints, so no multipliers")

@@ -7,7 +7,6 @@ from difflib import get_close_matches
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from .exact import parameter_values
 from .failures import ReferenceFailure
 from .result import Solution
 
@@ -57,6 +56,7 @@ class Problem:
         """The closed form that solves it, or None."""
         from .closed_forms import closed_form_of
         from .equations import exact_constraints, exact_force, time_symbol
+        from .exact import parameter_values
 
         restricted = exact_constraints(self.scene, self.structure, self.x).rows
         acting = exact_force(self.scene, self.x, self.v)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import gmpy2
+import sympy
+
+from .equations import Equations
 from .exact import number_to_mpfr
 from .tape import Linear, Tape
-
-if TYPE_CHECKING:
-    import sympy
-
-    from .equations import Equations
 
 # What k = 0 and each k >= 1 append to a node's series; {a}, {b} are arguments, {n} the node.
 FIRST = {
@@ -45,8 +44,6 @@ SLOPES = {
 
 def half_square(a: list[Any]) -> Any:
     """The last coefficient of the square of the polynomial with coefficients a."""
-    import gmpy2
-
     half, odd = divmod(len(a), 2)
     total = 2 * gmpy2.fsum(map(gmpy2.mul, a[:half], reversed(a)))
     return total + a[half] * a[half] if odd else total
@@ -91,8 +88,6 @@ class _Printer:
         return f"dn{node}"
 
     def constant(self, value: Any) -> str:
-        import sympy
-
         value = sympy.sympify(value)
         if value not in self.constants:
             self.constants.append(value)
@@ -141,9 +136,6 @@ class _Printer:
 
 def compile_series(equations: Equations) -> SeriesProgram:
     """Flatten the equations to a tape and print it."""
-    import gmpy2
-    import sympy
-
     tape = Tape(equations.states, equations.name)
     for symbol, expression in equations.assignments:
         tape.assign(symbol, expression)

@@ -14,7 +14,6 @@ from fractions import Fraction
 from typing import Any
 
 from . import cache, frozen
-from .exact import exact_time
 from .failures import ReferenceFailure
 from .problem import Problem, scene_of
 from .result import Solution
@@ -43,6 +42,8 @@ def solutions(
     proof: bool = True,
 ) -> list[Solution]:
     """The references at several times, computed in one sweep and kept for later calls."""
+    from .exact import exact_time
+
     if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
         raise ReferenceFailure(f"digits={digits!r} is no positive whole number; ask for e.g. 50")
     exact_times = [exact_time(t) for t in times]
@@ -66,6 +67,7 @@ def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
     that takes more steps or the scene has no reference.
     """
     from .certify import derived
+    from .exact import exact_time
     from .taylor import TaylorSettings, integrate
 
     equations, program, _ = derived(scene_of(scene), False)

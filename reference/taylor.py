@@ -12,16 +12,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+import gmpy2
+
+from .equations import Equations
 from .exact import number_to_mpfr
 from .failures import MotionEnds, ReferenceFailure
+from .independence import Independence
 from .progress import tell
-
-if TYPE_CHECKING:
-    from .equations import Equations
-    from .independence import Independence
-    from .series import SeriesProgram
+from .series import SeriesProgram
 
 BITS = math.log2(10)
 STEP_BITS = 30  # short steps add up exactly
@@ -89,10 +89,6 @@ def integrate(
     Raises `MotionEnds` where it is singular or passes a time at which the constraints are dependent
     (`independence`), `ReferenceFailure` where it takes too many steps or has no series at 0.
     """
-    import gmpy2
-
-    from .independence import Independence
-
     tied = Independence(equations) if equations.constraints else None
     with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
         digits = settings.digits + settings.guard
@@ -119,8 +115,6 @@ def _one_way(
     watch: Watch | None,
     tied: Independence | None,
 ) -> int:
-    import gmpy2
-
     order = settings.order
     away = gmpy2.context(gmpy2.get_context(), round=gmpy2.RoundAwayZero)
     tolerance = gmpy2.mpfr(10) ** -settings.digits
@@ -186,8 +180,6 @@ def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
     Of an entire solution no term may grow far beyond the state, or digits cancel: all terms up to
     half the order stay below about twice its size.
     """
-    import gmpy2
-
     scale = max(abs(coefficients[0]) for coefficients in series)
     if scale == 0:
         scale = gmpy2.mpfr(1)

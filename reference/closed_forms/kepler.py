@@ -14,19 +14,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import mpmath
+import sympy
+
+from ..exact import number_to_mpf
 from .form import ClosedForm, Motion, Numbers, is_zero, sign
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
-    import sympy
-
     return v.dot(v) / 2 + p.strength / sympy.sqrt(x.dot(x))
 
 
 def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
     """Ellipses and hyperbolas of an attracting centre; no collision, no parabola."""
-    import sympy
-
     if len(x0) < 2 or sign(p.strength) <= 0 or all(is_zero(a) for a in x0):
         return False
     moment = any(
@@ -36,17 +36,10 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def _inverse_axis(p: Any, x0: Any, v0: Any) -> Any:
-    import sympy
-
     return 2 / sympy.sqrt(x0.dot(x0)) - v0.dot(v0) / p.strength
 
 
 def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
-    import mpmath
-    import sympy
-
-    from ..exact import number_to_mpf
-
     exact = _inverse_axis(p, sympy.Matrix(x0), sympy.Matrix(v0))
     closed = sign(exact) > 0
     k, a = number_to_mpf(p.strength), 1 / number_to_mpf(exact)
@@ -83,8 +76,6 @@ def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
 
 def increasing_root(function: Callable[[Any], Any], slope: Callable[[Any], Any], goal: Any) -> Any:
     """The root of function(d) = goal for an increasing function: Newton inside a bracket."""
-    import mpmath
-
     low = high = mpmath.mpf(0)
     width = mpmath.mpf(1)
     while function(high) < goal:
