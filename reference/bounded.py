@@ -70,7 +70,7 @@ def _findings(
     equations: Equations, bounds: BlockBounds, found: Enclosed, settings: TaylorSettings
 ) -> dict[Fraction, Finding]:
     """What the bounds say at each time."""
-    blocks = all_blocks(equations, found.sweep, settings.digits + settings.guard)
+    blocks = all_blocks(equations, found.sweep, settings.working)
     findings = {}
     for t, errors in found.bounds.items():
         with working(settings.precision + 32):
@@ -83,8 +83,7 @@ def _findings(
             else "their defect is bounded, its growth estimated to first order"
         )  # fmt: skip
         evidence = (
-            f"Taylor polynomials of order {settings.order} (tolerance 1e-{settings.digits}, "
-            f"{settings.digits + settings.guard} digits): {how}, "
+            f"Taylor polynomials {settings.said}: {how}, "
             f"at most {mpmath.nstr(bound, 2)} of the largest component"
         )
         certainty: Certainty = "enclosure" if proven else "defect bound"

@@ -173,7 +173,7 @@ def enclose(
 def _check_constants(program: SeriesProgram, settings: TaylorSettings) -> None:
     """Each constant of the series is as near to its number as `remainders` takes it to be."""
     with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
-        constants = program.constants_at(settings.digits + settings.guard)
+        constants = program.constants_at(settings.working)
     unit = arb(2) ** (1 - settings.precision)
     for used, number in zip(constants, map(enclosed, program.constants), strict=True):
         if not abs(exact(used) - number) <= unit * abs(number):

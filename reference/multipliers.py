@@ -30,14 +30,14 @@ def multipliers(scene: Any, at: Solution) -> list[Any]:
     import mpmath
     import sympy
 
-    from .equations import time_symbol
+    from .equations import T
 
     scene = scene_of(scene)
     balance = _balance(scene)
-    k = balance.admitted.rows
+    k = balance.mechanics.admitted.rows
     if not k:
         raise ReferenceFailure(f"scene {scene.name} has no constraints, so no multipliers")
-    symbols = [*balance.x, *balance.v, time_symbol()]
+    symbols = [*balance.mechanics.x, *balance.mechanics.v, T]
     functions = sympy.lambdify(symbols, [balance.mass, balance.force], "mpmath")
     with mpmath.workdps(at.certain_digits + 15):
         t = mpmath.mpf(at.t.numerator) / at.t.denominator

@@ -38,14 +38,24 @@ class TaylorSettings:
     stretch: float = 1.0
 
     @property
+    def working(self) -> int:
+        """Digits of the arithmetic."""
+        return self.digits + self.guard
+
+    @property
     def precision(self) -> int:
-        """Bits of the arithmetic."""
-        return math.ceil((self.digits + self.guard) * BITS)
+        """Its bits."""
+        return math.ceil(self.working * BITS)
 
     @property
     def order(self) -> int:
         """Degree of the local polynomials, about half as many as nats of precision (Jorba, Zou)."""
         return max(8, math.ceil(self.stretch * (self.digits * math.log(10) / 2 + 1)))
+
+    @property
+    def said(self) -> str:
+        """The settings in words."""
+        return f"of order {self.order} (tolerance 1e-{self.digits}, {self.working} digits)"
 
 
 @dataclass(frozen=True)
@@ -91,9 +101,10 @@ def integrate(
     """
     tied = Independence(equations) if equations.constraints else None
     with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
-        digits = settings.digits + settings.guard
-        constants = program.constants_at(digits)
-        start = [number_to_mpfr(value, digits) + gmpy2.mpfr(0) for value in equations.start]
+        constants = program.constants_at(settings.working)
+        start = [
+            number_to_mpfr(value, settings.working) + gmpy2.mpfr(0) for value in equations.start
+        ]
         found = {Fraction(0): start}
         steps = 0
         for direction in (1, -1):

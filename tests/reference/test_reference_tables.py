@@ -149,7 +149,7 @@ def test_no_two_systems_share_a_fingerprint():
         force = replace(scene, lagrangian=lambda x, v, p: scene.lagrangian(x, v, p) + more * x[0])
         return Problem.of(force.with_values(**changes)).key
 
-    x = Problem.of(scene).x[0]
+    x = Problem.of(scene).mechanics.x[0]
     points = [
         sympy.Rational(2 * i + 3 * k + 5, 7 * i + 11 + 4 * k) for i in (0, 1) for k in (0, 1, 2)
     ]

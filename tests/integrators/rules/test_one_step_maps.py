@@ -1,7 +1,5 @@
 """Laws of one-step maps on the dual algebroid, over groupoids and maps."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 
