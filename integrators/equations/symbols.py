@@ -16,7 +16,6 @@ from ..groupoids import Clocked
 from ..numbers import Arithmetic, floats_exact, refuse_large, sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene, takes_fourth
-from .sums import summing_at_once
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(
@@ -180,7 +179,7 @@ class SceneSymbols:
     def evaluated(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
         """Whatever a function of the user's gives for symbols; raises as `call`."""
         try:
-            return summing_at_once(function)(*arguments)
+            return function(*arguments)
         except BadInput as error:
             place = line_of(function, error)
             if not place or place in str(error):
