@@ -4,11 +4,16 @@ from .absolute_terms import absolute_terms, energy_terms
 from .checks import check_force, check_momentum, check_regular, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import check_on_constraints, on_constraints
-from .constraint_values import vanishing_at_states, vanishing_in_a_step
-from .constraints import constraint, constraint_matrix
+from .constraints import (
+    constraint,
+    constraint_matrix,
+    vanishing_at_states,
+    vanishing_in_a_step,
+)
 from .continuous import (
     closed_velocity,
     energy,
+    field_parts,
     initial_momentum,
     mass_matrix,
     momentum,
@@ -21,7 +26,6 @@ from .discrete_equations import DiscreteEquations
 from .discrete_lagrangian import DiscreteLagrangian
 from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
-from .hamilton_field import field_parts
 from .legendre_inverse import legendre_inverse
 from .nonsmooth import blamed
 from .one_step_equations import OneStepEquations

@@ -71,11 +71,6 @@ class DiscreteLagrangian:
         """Whether L is asked for at points of the straight step only, all of them in `asked`."""
         return not self._curves
 
-    @property
-    def gave_velocities(self) -> bool:
-        """Whether the rule takes velocities from curves, and so serves every chart alike."""
-        return self.G.gave_velocities
-
     def _taken_apart(self, given: Expression) -> Expression:
         """L_d from an expression in x, u, s, q and in answers; its parts go to `covectors`."""
         L = self.L
