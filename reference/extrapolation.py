@@ -65,20 +65,16 @@ def compile_field(equations: Equations) -> tuple[Field, tuple[sympy.Expr, ...]]:
 
 
 def extrapolate(
-    equations: Equations,
-    times: Sequence[Fraction],
-    digits: int,
-    guard: int = 9,
-    max_steps: int = 100_000,
+    equations: Equations, times: Sequence[Fraction], digits: int, max_steps: int = 100_000
 ) -> Sweep:
     """The solution at the given times, forward and backward from 0, tolerance 10^-digits a step.
 
-    The arithmetic has ``guard`` digits more, and those that the alternating weights cost.
+    The arithmetic has nine digits more, and those that the alternating weights cost.
     """
     field, numbers = compile_field(equations)
     columns = max(6, round(0.36 * digits))
     weights = neville_weights(columns)
-    working = digits + guard + round(math.log10(sum(map(abs, weights[0]))))
+    working = digits + 9 + round(math.log10(sum(map(abs, weights[0]))))
     with gmpy2.context(gmpy2.get_context(), precision=math.ceil(working * BITS)):
         constants = [number_to_mpfr(value, working) for value in numbers]
         start = [number_to_mpfr(value, working) + gmpy2.mpfr(0) for value in equations.start]

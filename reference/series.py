@@ -51,12 +51,15 @@ def half_square(a: list[Any]) -> Any:
 
 @dataclass(frozen=True)
 class SeriesProgram:
-    """Taylor coefficients of the solution through a given state."""
+    """Taylor coefficients of the solution through a given state.
+
+    ``nodes(order, state, constants)`` gives one list z_0 ... z_order for each state, then those of
+    the other nodes of the tape, which end at order - 1.
+    """
 
     name: str
     constants: tuple[sympy.Expr, ...]
-    function: Callable[[int, list[Any], list[Any]], list[list[Any]]]
-    source: str
+    nodes: Callable[[int, list[Any], list[Any]], list[list[Any]]]
     products: int
     size: int
     operations: tuple[tuple[Any, ...], ...]
@@ -65,14 +68,6 @@ class SeriesProgram:
     def constants_at(self, digits: int) -> list[Any]:
         """The constants, rounded once to the current gmpy2 precision."""
         return [number_to_mpfr(constant, digits) for constant in self.constants]
-
-    def coefficients(self, order: int, state: list[Any], constants: list[Any]) -> list[list[Any]]:
-        """One list z_0 ... z_order for each state."""
-        return self.nodes(order, state, constants)[: self.size]
-
-    def nodes(self, order: int, state: list[Any], constants: list[Any]) -> list[list[Any]]:
-        """The same for every node of the tape; those that are no states end at order - 1."""
-        return self.function(order, state, constants)
 
 
 class _Printer:
@@ -178,6 +173,6 @@ def compile_series(equations: Equations) -> SeriesProgram:
     exec(compile(source, f"<Taylor series of {equations.name}>", "exec"), scope)
     products = sum(op[0] not in ("linear", "state") for op in tape.operations)
     return SeriesProgram(
-        equations.name, tuple(printer.constants), scope["series"], source, products, size,
+        equations.name, tuple(printer.constants), scope["series"], products, size,
         tuple(tape.operations), tuple(forms),
     )  # fmt: skip
