@@ -15,7 +15,6 @@ from typing import Any
 
 import gmpy2
 import sympy
-from sympy.printing.pycode import PythonCodePrinter
 
 from .equations import Equations
 from .exact import is_short, number_to_mpfr
@@ -43,25 +42,12 @@ def compile_field(equations: Equations) -> tuple[Field, tuple[sympy.Expr, ...]]:
         return expression.func(*(held(argument) for argument in expression.args), evaluate=False)
 
     shared, rates = sympy.cse(equations.rates, symbols=sympy.numbered_symbols("s", real=True))
-    printer = PythonCodePrinter({"fully_qualified_modules": False, "allow_unknown_functions": True})
-    lines = ["def field(z, constants):"]
-    lines += [f"    {symbol} = z[{i}]" for i, symbol in enumerate(equations.states)]
-    body = [
-        f"    {symbol} = {printer.doprint(held(expression))}"
-        for symbol, expression in (*equations.assignments, *shared)
-    ]
-    result = ", ".join(printer.doprint(held(rate)) for rate in rates)
-    lines += [f"    {symbol} = constants[{i}]" for i, symbol in enumerate(constants.values())]
-    source = "\n".join([*lines, *body, f"    return [{result}]", ""])
-    scope: dict[str, Any] = {
-        name: getattr(gmpy2, name)
-        for name in ("sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "atan", "asin",
-                     "acos", "asinh", "acosh", "atanh", "sec", "csc", "cot", "sech", "csch", "coth",
-                     "sign")
-    }  # fmt: skip
-    scope["sqrt_"] = gmpy2.sqrt
-    exec(compile(source, f"<rates of {equations.name}>", "exec"), scope)
-    return scope["field"], tuple(constants)
+    before = [(symbol, held(value)) for symbol, value in (*equations.assignments, *shared)]
+    results = [held(rate) for rate in rates]
+    functions = [{"sqrt_": gmpy2.sqrt}, vars(gmpy2)]
+    letters = [equations.states, tuple(constants.values())]
+    field = sympy.lambdify(letters, results, functions, cse=lambda e: (before, e))
+    return field, tuple(constants)
 
 
 def extrapolate(

@@ -120,24 +120,11 @@ def _with_size(value: Any) -> tuple[Any, Any]:
 def _rates(equations: Equations, mu: Any, values: list[Any]) -> Any:
     """(dJ/dt, the sum of the absolute terms of the chain rule) of each as a function of state."""
     momentum = dict(zip(mu, equations.momentum, strict=True))
-    speeds = [sympy.Symbol(f"rate {state}", real=True) for state in equations.states]
+    speeds = [sympy.Symbol(f"rate_{state}", real=True) for state in equations.states]
     rows = []
     for value in values:
         plain = value.xreplace(momentum)
         terms = [plain.diff(z) * w for z, w in zip(equations.states, speeds, strict=True)]
         rows.append((sympy.Add(*terms), sum(map(abs, terms), sympy.S.Zero)))
-    names = [symbol for symbol, _ in equations.assignments]
-    chain = sympy.lambdify([*equations.states, *speeds], rows, "mpmath", cse=True)
-    steps = [
-        sympy.lambdify([*equations.states, *names[:i]], expression, "mpmath")
-        for i, (_, expression) in enumerate(equations.assignments)
-    ]
-    last = sympy.lambdify([*equations.states, *names], list(equations.rates), "mpmath")
-
-    def rates(*state: Any) -> Any:
-        held: list[Any] = []
-        for step in steps:
-            held.append(step(*state, *held))
-        return chain(*state, *last(*state, *held))
-
-    return rates
+    before = [*equations.assignments, *zip(speeds, equations.rates, strict=True)]
+    return sympy.lambdify(equations.states, rows, "mpmath", cse=lambda e: (before, e))
