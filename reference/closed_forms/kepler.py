@@ -75,26 +75,22 @@ def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
 
 
 def increasing_root(function: Callable[[Any], Any], slope: Callable[[Any], Any], goal: Any) -> Any:
-    """The root of function(d) = goal for an increasing function: Newton inside a bracket."""
+    """The root of function(d) = goal for an increasing function: a bracket, then Newton."""
     low = high = mpmath.mpf(0)
     width = mpmath.mpf(1)
     while function(high) < goal:
         low, high, width = high, high + width, 2 * width
     while function(low) > goal:
         low, high, width = low - width, low, 2 * width
-    d = (low + high) / 2
-    for _ in range(20 * mpmath.mp.prec):
-        miss = function(d) - goal
-        if miss > 0:
-            high = d
-        else:
-            low = d
-        move = miss / slope(d)
-        if not low <= d - move <= high:
-            move = d - (low + high) / 2
-        d -= move
-        if abs(move) <= mpmath.ldexp(max(abs(d), 1), 8 - mpmath.mp.prec):
-            break  # Newton's error behind this step is of the order of its square
+
+    def miss(d: Any) -> Any:
+        return function(d) - goal
+
+    d = low
+    if low < high:
+        d = mpmath.findroot(miss, (low, high), solver="anderson", maxsteps=999, verify=False)
+    for _ in range(2):  # what is left is of the order of the square of the last one's
+        d -= miss(d) / slope(d)
     return d
 
 
