@@ -75,16 +75,14 @@ def named(scene: str, rule: Discretisation) -> str:
     return (f"{place}: " if place else "") + f"{scene} with {rule.name}"
 
 
-def check_regular(
-    derived: Callable[[], LegendreMaps], s: SceneSymbols, w: Column, scene: Scene,
-    rule: Discretisation,
-) -> None:  # fmt: skip
+def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     """Raise `BadInput` if ∂E/∂w (FL, without stages) or ∂²l/∂ξ² is singular at two random points.
 
     The second too: where it is singular, terms O(h²) of the potential can make FL regular, but
     there is no system on the dual that the map approximates. A discrete Lagrangian that stands for
     no continuous one is asked for FL only.
     """
+    s, w = equations.s, equations.w
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
     mass = {}
     if scene.lagrangian is not None:
@@ -92,9 +90,9 @@ def check_regular(
     found = singular(mass, s, s.x, w, scene)
     if mass and not found and rule.nodes is not None and s.given is None:
         return  # as h → 0 ∂E/∂w of these stages is as regular as the mass matrix
-    maps = derived()
-    known = maps.definitions(maps.slope)
-    found = singular({("FL", of_what): maps.slope}, s, s.x, w, scene, known) | found
+    slope = equations.at_points.slope
+    known = equations.definitions(slope)
+    found = singular({("FL", of_what): slope}, s, s.x, w, scene, known) | found
     for (name, of_what), direction in found.items():
         raise BadInput(
             f"{named(scene.name, rule)}: {name} is singular everywhere, in the direction "

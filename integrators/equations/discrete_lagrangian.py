@@ -16,10 +16,9 @@ from ..numbers.types import Column, Expression, Expressions, Replacement
 from ..rules import Discretisation
 from ..scene import OnGroup
 from .chain_rule import Block, ChainRule, partials
-from .covectors import Covectors, key_of
+from .covectors import Covectors, key_of, times
 from .on_group import Element
 from .point_motion import lettered_motion
-from .products import times
 from .rule_view import GroupoidForRule, LagrangianForRule, answers_of, value_of_rule
 from .symbols import SceneSymbols, column, vector
 from .terms import CurveTerm, Node, Term

@@ -54,6 +54,8 @@ class DualSystem:
 
     def __init__(self, s: SceneSymbols, unknowns: Sequence[Column] = ()) -> None:
         self._s, self.groupoid, self.parameters = s, s.groupoid, s.parameters
+        #: a letter for an exact number, given as a function digits → mpf
+        self.constant = s.constant
         self.n, self.m = len(s.x), len(s.mu)
         self.chain = ChainRule()
         #: columns of letters that stand for nothing else
@@ -128,10 +130,6 @@ class DualSystem:
     def join(self, x: Column, mu: Column) -> Column:
         """The state (x, μ), (n+m)×1."""
         return column([*x, *mu])
-
-    def constant(self, value: Callable[[int], Any]) -> Letter:
-        """A letter for an exact number, given as a function digits → mpf."""
-        return self._s.constant(value)
 
     def act(self, x: Column, sigma: Column) -> Column:
         """x·τ(σ), n×1, where the groupoid is that of a group or its action; the time stays."""

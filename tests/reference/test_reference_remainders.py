@@ -72,6 +72,11 @@ def cut_off(a, b):
     return sum(x * y for i, x in enumerate(a) for j, y in enumerate(b) if i + j >= 2)
 
 
+def residual(a, b):
+    """And what their products are rounded by."""
+    return Fraction(8, 2**20) * sum(a) * sum(b) + cut_off(a, b)
+
+
 def times_h_derivative(a):
     return [k * x for k, x in enumerate(a)]
 
@@ -85,9 +90,6 @@ def test_bounds_of_arithmetic_are_those_of_their_derivation(remainders_by_hand):
             by_hand((4, 0.25, 0.5), 0.0625),
         )  # fmt: skip
         least_a, least_b = 2 - Fraction(3, 4) - e, 4 - Fraction(3, 4) - f
-
-        def residual(x, y):
-            return 8 * u * sum(x) * sum(y) + cut_off(x, y)
 
         wanted = {
             r._times(n, a, b): residual(A, B) + sum(A) * f + sum(B) * e + e * f,
@@ -115,9 +117,6 @@ def test_bounds_of_functions_are_those_of_their_derivation(remainders_by_hand):
         )  # fmt: skip
         dA, dN = times_h_derivative(A), times_h_derivative(N)
         least, tail = Fraction(25, 8), Fraction(3, 4)
-
-        def residual(x, y):
-            return 8 * u * sum(x) * sum(y) + cut_off(x, y)
 
         drift = 8 * u * sum(N) + residual(dA, N)
         near = drift * math.exp(2 * tail)
