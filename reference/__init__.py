@@ -8,10 +8,9 @@
 from __future__ import annotations
 
 from .failures import MotionEnds, ReferenceFailure
-from .multipliers import multipliers
 from .progress import progress_to
 from .result import Solution
-from .solution import follow, solution, solutions
+from .solution import follow, multipliers, solution, solutions
 
 __all__ = [
     "MotionEnds", "ReferenceFailure", "Solution", "follow", "multipliers", "progress_to",

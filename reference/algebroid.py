@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import sympy
 
 from .exact import exact_array, without_floats
 from .failures import ReferenceFailure
-
-if TYPE_CHECKING:
-    import sympy
 
 
 @dataclass(frozen=True)
@@ -33,8 +32,6 @@ def algebroid_of(scene: Any, x: sympy.Matrix) -> Algebroid:
 
 
 def _algebroid(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
-    import sympy
-
     n, m = groupoid.dim_x, groupoid.dim_u
     if groupoid.kind == "pair":
         return Algebroid(sympy.eye(n), {}, n, m)
@@ -64,8 +61,6 @@ def _algebroid(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
 
 def _product(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
     """Both algebroids side by side; with a connection A in the frame e_i - A^a_i e_a, e_a."""
-    import sympy
-
     one, two = groupoid.parts
     at = one.dim_x
     parts = [_algebroid(one, x[:at, :], name), _algebroid(two, x[at:, :], name)]
@@ -90,8 +85,6 @@ def _product(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
 
 def _product_basis(parts: list[Algebroid]) -> tuple[sympy.Matrix, ...]:
     """Matrices of the attitude's velocity, where one part is a group: zero for the other's."""
-    import sympy
-
     groups = [p for p in parts if p.basis and not p.dim_x]
     if len(groups) != 1:
         return ()
@@ -107,8 +100,6 @@ def in_frame(algebroid: Algebroid, frame: sympy.Matrix, x: sympy.Matrix) -> Alge
 
     [f_m, f_n] = f_m^a f_n^b [e_a, e_b] + (rho(f_m) f_n - rho(f_n) f_m), by the Leibniz rule.
     """
-    import sympy
-
     m, back = algebroid.dim_u, frame.inv()
     fields = [frame[:, i] for i in range(m)]
     moves = [algebroid.rho * f for f in fields]
@@ -132,8 +123,6 @@ def _moved_anchor(
     basis: tuple[sympy.Matrix, ...], moved: Any, x: sympy.Matrix, name: str
 ) -> sympy.Matrix:
     """rho with columns d/ds x.(e + s e_g) at s = 0, for a right action that a user gave."""
-    import sympy
-
     s, one = sympy.Symbol("s", real=True), sympy.eye(basis[0].rows)
     try:
         curves = [sympy.Matrix(x.rows, 1, list(moved(x, one + s * e))) for e in basis]
@@ -148,8 +137,6 @@ def _moved_anchor(
 
 def _row_anchor(basis: tuple[sympy.Matrix, ...], x: sympy.Matrix, name: str) -> sympy.Matrix:
     """rho with columns x e_g; x is one row vector, or several below each other, flattened."""
-    import sympy
-
     size = basis[0].rows
     if x.rows % size:
         raise ReferenceFailure(
@@ -164,8 +151,6 @@ def structure_constants(
     basis: tuple[sympy.Matrix, ...], name: str
 ) -> dict[tuple[int, int, int], sympy.Expr]:
     """C^g_{mn} with [e_m, e_n] = C^g_{mn} e_g, from the commutators of the matrices."""
-    import sympy
-
     columns = sympy.Matrix.hstack(*(e.reshape(e.rows * e.cols, 1) for e in basis))
     gram = columns.T * columns
     if gram.det() == 0:
@@ -193,8 +178,6 @@ def structure_constants(
 
 def _local(groupoid: Any, x: sympy.Matrix, name: str) -> Algebroid:
     """rho and C of a groupoid given by its target b(x, u; h) and product p(x, u, v; h)."""
-    import sympy
-
     n, m = groupoid.dim_x, groupoid.dim_u
     u = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"u{i}", real=True))
     w = sympy.Matrix(m, 1, lambda i, _: sympy.Symbol(f"u'{i}", real=True))

@@ -7,19 +7,19 @@ Nothing else is trusted where a bound is called proven. What comes from elsewher
 from __future__ import annotations
 
 from functools import lru_cache, reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import flint
+import gmpy2
+import mpmath
+import sympy
 from flint import arb, arb_mat, fmpq
+from mpmath.libmp import from_man_exp
 
 from .agreement import EXACT
 from .failures import Unproven
-
-if TYPE_CHECKING:
-    import sympy
-
-    from .series import SeriesProgram
-    from .tape import Linear
+from .series import SeriesProgram
+from .tape import Linear
 
 BITS = 64  # of the arithmetic of bounds
 NAMED = {"exp", "log", "sin", "cos", "tan", "cot", "sec", "csc", "sinh", "cosh", "tanh", "coth",
@@ -43,8 +43,6 @@ def exact(value: Any) -> Any:
 
 def rounded(number: Any) -> Any:
     """The end of a ball as an mpfr number, rounded as the current context says."""
-    import gmpy2
-
     if not number.is_finite():
         return gmpy2.mpfr("nan")
     mantissa, exponent = map(int, number.man_exp())
@@ -58,8 +56,6 @@ def enclosed(number: sympy.Expr) -> Any:
 
 @lru_cache(maxsize=4096)
 def _enclosed(number: Any, bits: int) -> Any:
-    import sympy
-
     number = sympy.sympify(number)
     if number.is_Rational:
         return arb(fmpq(int(number.p), int(number.q)))
@@ -91,9 +87,6 @@ def largest(balls: Any) -> Any:
 
 def upper(ball: Any) -> Any:
     """No number of the ball is larger in size: an mpf, perhaps infinite."""
-    import mpmath
-    from mpmath.libmp import from_man_exp
-
     end = ball.abs_upper()
     if not end.is_finite():
         return mpmath.inf

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import mpmath
 
 from .agreement import Blocks
 from .balls import exact, largest, upper, whole_digits, working
 from .enclosure import Enclosed, enclose
+from .equations import Equations
 from .failures import Unproven
 from .result import Certainty, Finding
+from .series import SeriesProgram
 from .states import BlockBounds, all_blocks
 from .taylor import Sweep, TaylorSettings
-
-if TYPE_CHECKING:
-    from .equations import Equations
-    from .series import SeriesProgram
 
 ATTEMPTS = 3
 PILOT = 18  # digits of the run that finds out how many the bound will lose
@@ -62,8 +62,6 @@ def bounded_integration(
 
 def _lost(findings: dict[Fraction, Finding], settings: TaylorSettings) -> float:
     """Digits between the tolerance and the largest bound."""
-    import mpmath
-
     worst = max(finding.bound for finding in findings.values())
     return max(0.0, float(mpmath.log10(worst)) + settings.digits) if worst else 0.0
 
@@ -72,9 +70,7 @@ def _findings(
     equations: Equations, bounds: BlockBounds, found: Enclosed, settings: TaylorSettings
 ) -> dict[Fraction, Finding]:
     """What the bounds say at each time."""
-    import mpmath
-
-    blocks = all_blocks(equations, found.sweep, settings.digits + settings.guard)
+    blocks = all_blocks(equations, found.sweep, settings.working)
     findings = {}
     for t, errors in found.bounds.items():
         with working(settings.precision + 32):
@@ -87,8 +83,7 @@ def _findings(
             else "their defect is bounded, its growth estimated to first order"
         )  # fmt: skip
         evidence = (
-            f"Taylor polynomials of order {settings.order} (tolerance 1e-{settings.digits}, "
-            f"{settings.digits + settings.guard} digits): {how}, "
+            f"Taylor polynomials {settings.said}: {how}, "
             f"at most {mpmath.nstr(bound, 2)} of the largest component"
         )
         certainty: Certainty = "enclosure" if proven else "defect bound"

@@ -13,14 +13,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import mpmath
 
 from .agreement import Blocks, agreement, said
 from .bounded import bounded_integration
+from .closed_forms import ClosedForm
 from .equations import Equations, equations_of
 from .exact import parameter_values
+from .extrapolation import extrapolate
 from .failures import ReferenceFailure, Unproven
 from .invariants import Invariants, invariants_of
 from .result import Finding, Solution
@@ -28,12 +33,30 @@ from .series import SeriesProgram, compile_series
 from .states import all_blocks, blocks_of
 from .taylor import Sweep, TaylorSettings, integrate
 
-if TYPE_CHECKING:
-    from .closed_forms import ClosedForm
-
 ATTEMPTS = 4
 PATIENCE = 50  # steps of the second method for each of the first
 CHEAP = 4e6  # products of coefficients; a few tenths of a second
+
+
+@dataclass(frozen=True)
+class Question:
+    """States at the times, to so many digits; ``form`` is the closed form that has to agree."""
+
+    equations: Equations
+    program: SeriesProgram
+    times: list[Fraction]
+    digits: int
+    parameters: Any = None
+    form: ClosedForm | None = None
+
+    def run(self, settings: TaylorSettings) -> tuple[Sweep, dict[Fraction, Blocks]]:
+        """A Taylor integration, and its states at the times and at 0."""
+        sweep = integrate(self.equations, self.program, [*self.times, Fraction(0)], settings)
+        return sweep, all_blocks(self.equations, sweep, settings.working)
+
+    def by_form(self, t: Fraction, working: int) -> Blocks:
+        """What the closed form says at t, in ``working`` digits."""
+        return form_at(self.equations, self.parameters, self.form, t, working)
 
 
 def certified_integration(
@@ -52,40 +75,33 @@ def certified_integration(
     """
     derive = derived if isinstance(scene, Hashable) else derived.__wrapped__
     equations, program, invariants = derive(scene, attitude)
+    asked = Question(equations, program, times, digits, parameter_values(scene), form)
+    alone = form is None or (attitude and not form.attitude)
     try:
         if not proof:
             raise Unproven("none was asked for")
         findings, sweep, settings = bounded_integration(equations, program, times, digits)
     except Unproven as failure:
-        if form is None or (attitude and not form.attitude):
-            findings, sweep, settings = _two_settings(
-                equations, program, times, digits, str(failure)
-            )
-        else:
-            findings, sweep, settings = _one_setting(scene, equations, program, times, digits, form)
-    start = findings[Fraction(0)]
+        findings, sweep, settings = (
+            _two_settings(asked, str(failure)) if alone else _one_setting(asked)
+        )
+    start = findings[Fraction(0)].blocks
     cheap = sweep.steps * sweep.order**2 * max(1, program.products) < CHEAP
-    alone = form is None or (attitude and not form.attitude)
     if thorough or (cheap and alone):
         trusted = {t: finding.blocks for t, finding in findings.items()}
         most = PATIENCE * (sweep.steps + 10)
-        other = _second_method(equations, times, digits, settings.digits, trusted, most)
-        findings = {
-            t: finding.remarked("extrapolation could not be run")
-            if other is None
-            else finding.limited(
-                other[t], f"Gragg-Bulirsch-Stoer extrapolation agrees {said(other[t])}", digits
-            )
-            for t, finding in findings.items()
-            if t in times
-        }
-    parameters = parameter_values(scene)
+        other = _second_method(asked, settings.digits, trusted, most)
+        for t in times:
+            if other is None:
+                findings[t] = findings[t].remarked("extrapolation could not be run")
+            else:
+                remark = f"Gragg-Bulirsch-Stoer extrapolation agrees {said(other[t])}"
+                findings[t] = findings[t].limited(other[t], remark, digits)
     found = {}
     for t in times:
-        working = settings.digits + settings.guard
-        finding = _kept(equations.name, findings[t], invariants, start.blocks, working)
+        finding = _kept(equations.name, findings[t], invariants, start, settings.working)
         if form is not None:
-            finding = _beside(form, finding, equations, parameters, digits, start.blocks)
+            finding = _beside(asked, finding, start)
         found[t] = finding.solution(digits, attitude)
     return found
 
@@ -97,34 +113,24 @@ def derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invar
     return equations, compile_series(equations), invariants_of(scene, equations)
 
 
-def _beside(
-    form: ClosedForm,
-    finding: Finding,
-    equations: Equations,
-    parameters: Any,
-    digits: int,
-    start: Blocks,
-) -> Finding:
+def _beside(asked: Question, finding: Finding, start: Blocks) -> Finding:
     """The finding, no more certain than the digits to which the closed form agrees with it.
 
     The form's own round-off is seen as a disagreement: more working digits are tried.
     """
-    working, agreed = digits + 15, 0
+    assert asked.form is not None
+    working, agreed = asked.digits + 15, 0
     for _ in range(ATTEMPTS):
-        other = form_at(equations, parameters, form, finding.t, working)
-        agreed = agreement(finding.blocks, other, start)
-        if agreed >= digits:
+        agreed = agreement(finding.blocks, asked.by_form(finding.t, working), start)
+        if agreed >= asked.digits:
             break
-        working += working + digits - agreed
-    return finding.limited(agreed, f"closed form: {form.formula} agrees {said(agreed)}", digits)
+        working += working + asked.digits - agreed
+    remark = f"closed form: {asked.form.formula} agrees {said(agreed)}"
+    return finding.limited(agreed, remark, asked.digits)
 
 
-def form_at(
-    equations: Equations, parameters: Any, form: ClosedForm, t: Fraction, working: int
-) -> Blocks:
+def form_at(equations: Equations, parameters: Any, form: Any, t: Fraction, working: int) -> Blocks:
     """What the closed form says at t, in ``working`` digits; with the attitude if both have it."""
-    import mpmath
-
     n, m = equations.dim_x, equations.dim_u
     with mpmath.workdps(working):
         time = mpmath.mpf(t.numerator) / t.denominator
@@ -151,99 +157,54 @@ def _kept(
     return finding.limited(kept, words, kept)
 
 
-def _one_setting(
-    scene: Any,
-    equations: Equations,
-    program: SeriesProgram,
-    times: list[Fraction],
-    digits: int,
-    form: ClosedForm,
-) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
+def _one_setting(asked: Question) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
     """One integration, its tolerance lowered until the closed form agrees: no bound."""
-    settings = TaylorSettings(digits + 4)
-    parameters, working = parameter_values(scene), digits + 30
-    wanted = {t: form_at(equations, parameters, form, t, working) for t in times}
+    digits, settings = asked.digits, TaylorSettings(asked.digits + 4)
+    wanted = {t: asked.by_form(t, digits + 30) for t in asked.times}
     for attempt in range(ATTEMPTS):
-        sweep = integrate(equations, program, [*times, Fraction(0)], settings)
-        found = all_blocks(equations, sweep, settings.digits + settings.guard)
-        worst = min(agreement(found[t], wanted[t], found[Fraction(0)]) for t in times)
+        sweep, found = asked.run(settings)
+        worst = min(agreement(found[t], wanted[t], found[Fraction(0)]) for t in asked.times)
         if worst >= digits or attempt == ATTEMPTS - 1:
             break
         settings = TaylorSettings(settings.digits + digits - worst + 4)
-    evidence = (
-        f"one Taylor integration, of order {sweep.order} (tolerance 1e-{settings.digits}, "
-        f"{settings.digits + settings.guard} digits) and a closed form; no bound"
-    )
-    return (
-        {
-            t: Finding(t, found[t], settings.digits, "agreement", "Taylor series", evidence)
-            for t in found
-        },
-        sweep,
-        settings,
-    )
+    evidence = f"one Taylor integration, {settings.said} and a closed form; no bound"
+    findings = {t: _agreeing(t, found[t], settings.digits, evidence) for t in found}
+    return findings, sweep, settings
 
 
 def _two_settings(
-    equations: Equations,
-    program: SeriesProgram,
-    times: list[Fraction],
-    digits: int,
-    why: str,
+    asked: Question, why: str
 ) -> tuple[dict[Fraction, Finding], Sweep, TaylorSettings]:
     """Two orders, tolerances and precisions, raised until they agree."""
-    sweeps: dict[TaylorSettings, Sweep] = {}
-
-    def run(settings: TaylorSettings) -> dict[Fraction, Blocks]:
-        sweeps[settings] = integrate(equations, program, [*times, Fraction(0)], settings)
-        return all_blocks(equations, sweeps[settings], settings.digits + settings.guard)
-
-    first = TaylorSettings(digits + 4)
-    second = TaylorSettings(digits + 12, guard=12, stretch=1.2)
-    rough, fine = run(first), run(second)
-    agreed = {t: agreement(rough[t], fine[t], fine[Fraction(0)]) for t in fine}
-    for attempt in range(ATTEMPTS):
-        worst = min(agreed.values())
-        if worst >= digits:
-            break
-        more = second.digits + math.ceil(digits - worst) + 4 + 10 * attempt
-        first = second
-        second = TaylorSettings(more, guard=12 + attempt, stretch=2.2 - first.stretch)
-        rough, fine = fine, run(second)
+    first = TaylorSettings(asked.digits + 4)
+    second = TaylorSettings(asked.digits + 12, guard=12, stretch=1.2)
+    rough = asked.run(first)[1]
+    for attempt in range(ATTEMPTS + 1):
+        sweep, fine = asked.run(second)
         agreed = {t: agreement(rough[t], fine[t], fine[Fraction(0)]) for t in fine}
-    evidence = (
-        f"two Taylor integrations, of order {first.order} (tolerance 1e-{first.digits}, "
-        f"{first.digits + first.guard} digits) and of order {second.order} (tolerance "
-        f"1e-{second.digits}, {second.digits + second.guard} digits), agree {{}}; no bound: {why}"
-    )
-    return (
-        {
-            t: Finding(
-                t,
-                fine[t],
-                agreed[t],
-                "agreement",
-                "Taylor series",
-                evidence.format(said(agreed[t])),
-            )
-            for t in fine
-        },
-        sweeps[second],
-        second,
-    )
+        worst = min(agreed.values())
+        if worst >= asked.digits or attempt == ATTEMPTS:
+            break
+        more = second.digits + math.ceil(asked.digits - worst) + 4 + 10 * attempt
+        first, rough = second, fine
+        second = TaylorSettings(more, guard=12 + attempt, stretch=2.2 - first.stretch)
+    settings = f"two Taylor integrations, {first.said} and {second.said}"
+    findings = {
+        t: _agreeing(t, fine[t], agreed[t], f"{settings}, agree {said(agreed[t])}; no bound: {why}")
+        for t in fine
+    }
+    return findings, sweep, second
+
+
+def _agreeing(t: Fraction, blocks: Blocks, certain: int, evidence: str) -> Finding:
+    return Finding(t, blocks, certain, "agreement", "Taylor series", evidence)
 
 
 def _second_method(
-    equations: Equations,
-    times: list[Fraction],
-    digits: int,
-    tolerance: int,
-    trusted: dict[Fraction, Blocks],
-    most: int,
+    asked: Question, tolerance: int, trusted: dict[Fraction, Blocks], most: int
 ) -> dict[Fraction, int] | None:
     """The digits to which extrapolation agrees; once more with a smaller tolerance if need be."""
-    from .extrapolation import extrapolate
-
+    equations, times = asked.equations, asked.times
     agreed: dict[Fraction, int] = {}
     for more in (0, 10):
         try:
@@ -252,6 +213,6 @@ def _second_method(
             return None
         found = all_blocks(equations, sweep, tolerance + more + 14)
         agreed = {t: agreement(found[t], trusted[t], trusted[Fraction(0)]) for t in times}
-        if min(agreed.values()) >= digits:
+        if min(agreed.values()) >= asked.digits:
             break
     return agreed

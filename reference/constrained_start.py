@@ -6,12 +6,13 @@ with the least change, first x0, then v0. What is off by more is refused.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import mpmath
+import sympy
+from mpmath.libmp import to_rational
 
 from .failures import ReferenceFailure
-
-if TYPE_CHECKING:
-    import sympy
 
 DIGITS = 130  # of the arithmetic
 MET = 100  # digits to which a start that is left alone meets its constraints
@@ -31,8 +32,6 @@ def on_constraints(
     An entry of x0 counts as known to 4 units of round-off of the largest, and so does v0. Raises
     `ReferenceFailure` for a start that is farther off, with one that is not.
     """
-    import mpmath
-
     n, both = len(x), [*x, *v]
     found, said = start, ""
     with mpmath.workdps(DIGITS):
@@ -63,10 +62,6 @@ def _projected(
     Only the letters at ``own`` change; None where Newton's method does not converge. A row's size
     is the sum of its terms and of what a relative change by one of each block's largest entry does.
     """
-    import mpmath
-    import sympy
-    from mpmath.libmp import to_rational
-
     if not len(rows):
         return 0, 0, start
     terms = [sum((abs(e) for e in sympy.Add.make_args(row)), sympy.S.Zero) for row in rows]

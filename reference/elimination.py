@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import sympy
 
 from .failures import ReferenceFailure
-
-if TYPE_CHECKING:
-    import sympy
 
 
 def explicit_rates(
@@ -19,8 +18,6 @@ def explicit_rates(
     ``velocities`` come first, whose mass matrix is regular: a constraint's row as a pivot may pass
     through zero later.
     """
-    import sympy
-
     m = mass.rows
     singular = ReferenceFailure(
         f"the mass matrix d2l/dxi2 of scene {name} is singular at the start; "

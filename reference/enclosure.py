@@ -13,20 +13,20 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import gmpy2
+import numpy as np
 from flint import arb, arb_mat, arb_poly, fmpq
 
 from .balls import BallRates, around_zero, enclosed, exact, largest, working
+from .equations import Equations
 from .failures import Unproven
 from .majorants import upward
 from .propagation import STRETCH, Carried, balance, row_norm
 from .remainders import SLACK, Remainders
+from .series import SeriesProgram
 from .taylor import STEP_BITS, Step, Sweep, TaylorSettings, integrate
-
-if TYPE_CHECKING:
-    from .equations import Equations
-    from .series import SeriesProgram
 
 ROOM = 1e-9  # half-width of the tube, relative to the largest component of a block
 NEGLIGIBLE = 2.0**-40  # terms of a polynomial that only widen the tube
@@ -89,8 +89,6 @@ class _Witness:
         elimination. An ordinary node's coefficients exceed the states' by N^3: those of a rate by
         N, of an acceleration by N^2, and one for a function of a state.
         """
-        import gmpy2
-
         order, n = self.settings.order, self.program.size
 
         def excess(size: Any) -> Any:
@@ -111,8 +109,6 @@ class _Witness:
             return shorter if excess(shorter) <= gmpy2.sqrt(now) else size
 
     def __call__(self, step: Step) -> None:
-        import gmpy2
-
         order, n = self.settings.order, self.program.size
         with upward(), working():
             found = self.found[step.size]
@@ -176,10 +172,8 @@ def enclose(
 
 def _check_constants(program: SeriesProgram, settings: TaylorSettings) -> None:
     """Each constant of the series is as near to its number as `remainders` takes it to be."""
-    import gmpy2
-
     with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
-        constants = program.constants_at(settings.digits + settings.guard)
+        constants = program.constants_at(settings.working)
     unit = arb(2) ** (1 - settings.precision)
     for used, number in zip(constants, map(enclosed, program.constants), strict=True):
         if not abs(exact(used) - number) <= unit * abs(number):
@@ -215,8 +209,6 @@ def _carry(
 
 def _balanced(rates: BallRates, piece: _Piece) -> tuple[list[Any], float]:
     """Those of the error during a step, and the norm of its Jacobian in them."""
-    import numpy as np
-
     n = len(piece.paths)
     boxes = [piece.box(share, Fraction(0), [0] * n) for share in SHARES]
     entries = [(rates(box)[1] * piece.size).mid().entries() for box in boxes]

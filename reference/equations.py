@@ -20,16 +20,15 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import sympy
 
 from .algebroid import Algebroid, algebroid_of
 from .constrained_start import on_constraints
 from .elimination import explicit_rates
 from .exact import exact_number, parameter_values, without_floats
 from .failures import ReferenceFailure
-
-if TYPE_CHECKING:
-    import sympy
 
 
 @dataclass(frozen=True)
@@ -63,63 +62,69 @@ class Equations:
         return slice(ends[at], ends[at + 1])
 
 
-def base_and_velocity(scene: Any) -> tuple[sympy.Matrix, sympy.Matrix]:
-    """Symbols x (dim_x x 1) and xi (dim_u x 1)."""
-    import sympy
+#: of which a Lagrangian or a force may be a function
+T = sympy.Symbol("t", real=True)
 
+
+@dataclass(frozen=True)
+class Mechanics:
+    """What a scene says, exactly: l(x, v) or l(x, v, t), its force's components (none where none
+    acts), the start, and A (k x dim_u) of the constraints A xi = 0.
+    """
+
+    x: sympy.Matrix
+    v: sympy.Matrix
+    structure: Algebroid
+    lagrangian: sympy.Expr
+    acting: tuple[sympy.Expr, ...]
+    admitted: sympy.Matrix
+    start: tuple[sympy.Expr, ...]
+
+    @property
+    def timed(self) -> bool:
+        """Whether something depends on the time."""
+        return any(e.has(T) for e in (self.lagrangian, *self.acting))
+
+
+def mechanics_of(scene: Any) -> Mechanics:
+    """Raises `ReferenceFailure` for a scene that no reference can be of."""
     x = sympy.Matrix(scene.groupoid.dim_x, 1, lambda i, _: sympy.Symbol(f"x{i}", real=True))
     v = sympy.Matrix(scene.groupoid.dim_u, 1, lambda i, _: sympy.Symbol(f"v{i}", real=True))
-    return x, v
-
-
-def time_symbol() -> sympy.Symbol:
-    """t, of which a Lagrangian or a force may be a function."""
-    import sympy
-
-    return sympy.Symbol("t", real=True)
-
-
-def exact_lagrangian(scene: Any, x: sympy.Matrix, v: sympy.Matrix) -> sympy.Expr:
-    """l(x, v), or l(x, v, t), with the scene's parameters in it; floats in it count as exact."""
     if scene.lagrangian is None:
         raise ReferenceFailure(
             f"scene {scene.name} has no continuous Lagrangian, so nothing to refer to; "
             "give it lagrangian=..., or measure it without a reference"
         )
-    return _exact(scene, "Lagrangian", scene.lagrangian, x, v)[0]
+    lagrangian = _exact(scene, "Lagrangian", scene.lagrangian, x, v)[0]
+    structure = algebroid_of(scene, x)
+    phi = _phi(scene, x)
+    admitted = _constraints(scene, structure, x, phi)
+    start = _start(scene, x, v, phi, admitted)
+    acting: tuple[sympy.Expr, ...] = ()
+    if getattr(scene, "force", None) is not None:
+        acting = _exact(scene, "force", scene.force, x, v)
+        if len(acting) != len(v):
+            raise ReferenceFailure(
+                f"the force of scene {scene.name} has {len(acting)} components where its groupoid "
+                f"has dim_u = {len(v)}; give {len(v)}"
+            )
+    return Mechanics(x, v, structure, lagrangian, acting, admitted, start)
 
 
-def exact_force(scene: Any, x: sympy.Matrix, v: sympy.Matrix) -> tuple[sympy.Expr, ...]:
-    """The components of the scene's force, like `exact_lagrangian`; none where none acts."""
-    if getattr(scene, "force", None) is None:
-        return ()
-    found = _exact(scene, "force", scene.force, x, v)
-    if len(found) != len(v):
-        raise ReferenceFailure(
-            f"the force of scene {scene.name} has {len(found)} components where its groupoid has "
-            f"dim_u = {len(v)}; give {len(v)}"
-        )
-    return found
-
-
-def exact_constraints(scene: Any, structure: Algebroid, x: sympy.Matrix) -> sympy.Matrix:
-    """A (k x dim_u) of the constraints A xi = 0: phi' rho of phi(x) = 0, or rows as given."""
-    import sympy
-
-    m, values = structure.dim_u, parameter_values(scene)
-    if getattr(scene, "holonomic", None) is not None:
-        return _phi(scene, x).jacobian(x) * structure.rho
-    if getattr(scene, "nonholonomic", None) is not None:
-        rows = [[without_floats(sympy.sympify(e)) for e in row]
-                for row in scene.nonholonomic(x, values)]  # fmt: skip
-        return sympy.Matrix(rows)
-    return sympy.zeros(0, m)
+def _constraints(
+    scene: Any, structure: Algebroid, x: sympy.Matrix, phi: sympy.Matrix
+) -> sympy.Matrix:
+    """phi' rho of phi(x) = 0, or rows as given."""
+    if len(phi):
+        return phi.jacobian(x) * structure.rho
+    if getattr(scene, "nonholonomic", None) is None:
+        return sympy.zeros(0, structure.dim_u)
+    rows = scene.nonholonomic(x, parameter_values(scene))
+    return sympy.Matrix([[without_floats(sympy.sympify(e)) for e in row] for row in rows])
 
 
 def _phi(scene: Any, x: sympy.Matrix) -> sympy.Matrix:
     """phi(x), k x 1; none where no constraint is holonomic."""
-    import sympy
-
     given = getattr(scene, "holonomic", None)
     entries = given(x, parameter_values(scene)) if given is not None else []
     return sympy.Matrix(len(entries), 1, [without_floats(sympy.sympify(e)) for e in entries])
@@ -129,9 +134,7 @@ def _exact(
     scene: Any, what: str, function: Any, x: sympy.Matrix, v: sympy.Matrix
 ) -> tuple[sympy.Expr, ...]:
     """The entries of a function of (x, v, p) or (x, v, p, t)."""
-    import sympy
-
-    values, t = parameter_values(scene), time_symbol()
+    values = parameter_values(scene)
     try:
         given = list(inspect.signature(function).parameters.values())
     except (TypeError, ValueError):  # of a callable that tells nothing: then without the time
@@ -139,7 +142,7 @@ def _exact(
     timed = sum(p.kind < p.VAR_POSITIONAL and p.default is p.empty for p in given) == 4
 
     def entries(parameters: Any) -> list[sympy.Expr]:
-        value = function(x, v, parameters, *([t] if timed else []))
+        value = function(x, v, parameters, *([T] if timed else []))
         many = hasattr(value, "shape") or isinstance(value, (list, tuple))
         return [sympy.sympify(e) for e in (list(value) if many else [value])]
 
@@ -152,7 +155,7 @@ def _exact(
             f"the {what} of scene {scene.name} cannot be evaluated on symbols "
             f"({type(error).__name__}: {error}); write it with sympy functions of x, v and p"
         ) from error
-    unknown = set().union(*(e.free_symbols for e in found)) - {*x, *v, *([t] if timed else [])}
+    unknown = set().union(*(e.free_symbols for e in found)) - {*x, *v, *([T] if timed else [])}
     if unknown:
         raise ReferenceFailure(
             f"the {what} of scene {scene.name} contains unknown symbols "
@@ -173,59 +176,46 @@ class Balance:
     Under k constraints the multipliers are further unknowns, and A xi' = -(dA/dt) xi further rows.
     """
 
-    x: sympy.Matrix
-    v: sympy.Matrix
-    structure: Algebroid
-    lagrangian: sympy.Expr
+    mechanics: Mechanics
     momentum: sympy.Matrix
-    acting: tuple[sympy.Expr, ...]
-    admitted: sympy.Matrix
     x_rates: sympy.Matrix
     mass: sympy.Matrix
     force: sympy.Matrix
-    timed: bool
 
 
 def balance_of(scene: Any) -> Balance:
     """The Euler-Lagrange equations of a scene, with its forces and constraints."""
-    import sympy
-
-    x, v = base_and_velocity(scene)
-    lagrangian = exact_lagrangian(scene, x, v)
-    structure = algebroid_of(scene, x)
+    mechanics = mechanics_of(scene)
+    x, v, structure, lagrangian = (
+        mechanics.x, mechanics.v, mechanics.structure, mechanics.lagrangian,
+    )  # fmt: skip
     n, m = structure.dim_x, structure.dim_u
     momentum = sympy.Matrix([lagrangian.diff(v[g]) for g in range(m)])
     x_rates = structure.rho * v if n else sympy.zeros(0, 1)
     force = sympy.Matrix([_force(structure, lagrangian, momentum, x, v, g) for g in range(m)])
-    acting, t = exact_force(scene, x, v), time_symbol()
-    for g, component in enumerate(acting):
+    for g, component in enumerate(mechanics.acting):
         force[g] += component
-    timed = any(e.has(t) for e in (lagrangian, *acting))
     for g in range(m):
-        force[g] -= momentum[g].diff(t)
+        force[g] -= momentum[g].diff(T)
         force[g] -= sum((momentum[g].diff(x[i]) * x_rates[i] for i in range(n)), sympy.S.Zero)
     mass = sympy.Matrix(m, m, lambda i, j: momentum[i].diff(v[j]))
-    admitted = exact_constraints(scene, structure, x)
+    admitted = mechanics.admitted
     if k := admitted.rows:
         turning = (admitted * v).jacobian(x) * x_rates if n else sympy.zeros(k, 1)
         mass = mass.row_join(-admitted.T).col_join(admitted.row_join(sympy.zeros(k, k)))
         force = force.col_join(-turning)
-    return Balance(
-        x, v, structure, lagrangian, momentum, acting, admitted, x_rates, mass, force, timed
-    )
+    return Balance(mechanics, momentum, x_rates, mass, force)
 
 
 def equations_of(scene: Any, attitude: bool = False) -> Equations:
     """The explicit Euler-Lagrange equations of a scene, with dA/dt = A xi^ if asked for."""
-    import sympy
-
     balance = balance_of(scene)
-    x, v, structure, admitted = balance.x, balance.v, balance.structure, balance.admitted
-    mass, force, momentum, timed = balance.mass, balance.force, balance.momentum, balance.timed
-    x_rates, lagrangian, t = balance.x_rates, balance.lagrangian, time_symbol()
-    n, m = structure.dim_x, structure.dim_u
-    start = exact_start(scene, structure, x, v)
-    at_start = dict(zip([*x, *v, t], [*start, sympy.S.Zero], strict=True))
+    mechanics, momentum, mass, force = (
+        balance.mechanics, balance.momentum, balance.mass, balance.force,
+    )  # fmt: skip
+    x, v, structure, admitted = mechanics.x, mechanics.v, mechanics.structure, mechanics.admitted
+    n, m, start = structure.dim_x, structure.dim_u, mechanics.start
+    at_start = dict(zip([*x, *v, T], [*start, sympy.S.Zero], strict=True))
     assignments, v_rates = explicit_rates(scene.name, mass, force, at_start, m)
     if admitted.rows and not mass[:m, :m].free_symbols:
         turned = mass[:m, :m].inv() * admitted.T
@@ -235,55 +225,42 @@ def equations_of(scene: Any, attitude: bool = False) -> Equations:
             free = mass[:m, :m].inv() * force[:m, :]
             v_rates = free + turned * tied.adjugate() * (force[m:, :] - admitted * free) / size
             assignments, v_rates = [], list(v_rates.applyfunc(sympy.simplify))
-    states, rates, size = [*x, *v], [*x_rates, *v_rates[:m]], 0
+    states, rates, size = [*x, *v], [*balance.x_rates, *v_rates[:m]], 0
     if attitude:
-        if not structure.basis:
-            raise ReferenceFailure(
-                f"scene {scene.name} lives on a {scene.groupoid.kind} groupoid, which has no "
-                "attitude; ask with attitude=False"
-            )
         size = structure.basis[0].rows
         matrix = sympy.Matrix(size, size, lambda i, j: sympy.Symbol(f"A{i}_{j}", real=True))
         velocity = sum((structure.basis[g] * v[g] for g in range(m)), sympy.zeros(size, size))
         states += list(matrix)
         rates += list(matrix * velocity)
         start = (*start, *sympy.eye(size))
-    if timed:
-        states, rates, start = [*states, t], [*rates, sympy.S.One], (*start, sympy.S.Zero)
-    energy = sum((momentum[g] * v[g] for g in range(m)), sympy.S.Zero) - lagrangian
+    if mechanics.timed:
+        states, rates, start = [*states, T], [*rates, sympy.S.One], (*start, sympy.S.Zero)
+    energy = sum((momentum[g] * v[g] for g in range(m)), sympy.S.Zero) - mechanics.lagrangian
     return Equations(
-        scene.name, tuple(states), start, tuple(assignments), tuple(rates), lagrangian,
-        tuple(momentum), energy, n, m, size, timed, bool(balance.acting), tuple(admitted),
+        scene.name, tuple(states), start, tuple(assignments), tuple(rates), mechanics.lagrangian,
+        tuple(momentum), energy, n, m, size, mechanics.timed, bool(mechanics.acting),
+        tuple(admitted),
     )  # fmt: skip
 
 
-def exact_start(
-    scene: Any, structure: Algebroid, x: sympy.Matrix, v: sympy.Matrix
+def _start(
+    scene: Any, x: sympy.Matrix, v: sympy.Matrix, phi: sympy.Matrix, admitted: sympy.Matrix
 ) -> tuple[sympy.Expr, ...]:
     """(x0, v0) as exact sympy numbers, on the scene's constraints (`constrained_start`)."""
-    for name, given, wanted in (
-        ("x0", scene.x0, scene.groupoid.dim_x),
-        ("v0", scene.v0, scene.groupoid.dim_u),
-    ):
+    start: tuple[sympy.Expr, ...] = ()
+    for name, given, wanted in (("x0", scene.x0, len(x)), ("v0", scene.v0, len(v))):
         if len(given) != wanted:
             raise ReferenceFailure(
                 f"{name} of scene {scene.name} has {len(given)} entries where its groupoid "
                 f"has {wanted}; give {wanted}"
             )
-    start = tuple(
-        exact_number(value, f"{name}[{i}] of scene {scene.name}")
-        for name, given in (("x0", scene.x0), ("v0", scene.v0))
-        for i, value in enumerate(given)
-    )
-    matrix = exact_constraints(scene, structure, x)
-    if not matrix.rows:
-        return start
-    return on_constraints(scene.name, start, _phi(scene, x), matrix, x, v)
+        start += tuple(
+            exact_number(e, f"{name}[{i}] of scene {scene.name}") for i, e in enumerate(given)
+        )
+    return on_constraints(scene.name, start, phi, admitted, x, v) if admitted.rows else start
 
 
 def _with_symbolic_parameters(values: Any, entries: Any) -> list[sympy.Expr]:
-    import sympy
-
     substitution: dict[Any, Any] = {}
     symbols = type(values)()
     for name, value in vars(values).items():
@@ -301,8 +278,6 @@ def _force(
     structure: Algebroid, lagrangian: Any, momentum: Any, x: Any, v: Any, g: int
 ) -> sympy.Expr:
     """rho^i_g dl/dx^i - C^n_{gm} xi^m dl/dxi^n."""
-    import sympy
-
     terms = [structure.rho[i, g] * lagrangian.diff(x[i]) for i in range(structure.dim_x)]
     terms += [
         -constant * v[b] * momentum[n]

@@ -10,14 +10,14 @@ from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from numbers import Rational
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import gmpy2
+import mpmath
+import sympy
+from mpmath.libmp import from_man_exp
 
 from .failures import ReferenceFailure
-
-if TYPE_CHECKING:
-    import mpmath
-    import sympy
-
 
 FARTHEST = 1000  # decimal exponent: powers of ten beyond would be written out
 
@@ -53,8 +53,6 @@ def _magnitude(text: str) -> int:
 
 def exact_number(value: Any, where: str, real: bool = True) -> sympy.Expr:
     """The value as an exact sympy number, real unless told; ``where`` names it in the error."""
-    import sympy
-
     if isinstance(value, (sympy.Expr, complex)):
         number = without_floats(sympy.sympify(value))
     else:
@@ -74,8 +72,6 @@ def exact_number(value: Any, where: str, real: bool = True) -> sympy.Expr:
 
 def exact_array(value: Any, where: str, real: bool = True) -> Any:
     """A scalar as a sympy number, a list as a column matrix, a nested list as a matrix."""
-    import sympy
-
     if isinstance(value, (tuple, list)):
         rows = [
             [exact_number(entry, where, real) for entry in row]
@@ -101,16 +97,11 @@ def parameter_values(scene: Any) -> SimpleNamespace:
 
 def without_floats(expression: sympy.Expr) -> sympy.Expr:
     """The expression with each floating-point number replaced by its exact binary value."""
-    import sympy
-
     return expression.xreplace({f: sympy.Rational(f) for f in expression.atoms(sympy.Float)})
 
 
 def to_mpf(value: Any) -> mpmath.mpf:
     """An mpfr number as an mpf, exactly (whatever mpmath's precision is)."""
-    import mpmath
-    from mpmath.libmp import from_man_exp
-
     if value == 0:
         return mpmath.mpf(0)
     mantissa, exponent = value.as_mantissa_exp()
@@ -119,8 +110,6 @@ def to_mpf(value: Any) -> mpmath.mpf:
 
 def number_to_mpf(number: sympy.Expr) -> mpmath.mpf:
     """An exact sympy number as an mpf at mpmath's working precision."""
-    import mpmath
-
     if number.is_Rational:
         return mpmath.mpf(int(number.p)) / int(number.q)
     digits = mpmath.mp.dps + 10
@@ -134,8 +123,6 @@ def is_short(number: sympy.Expr) -> bool:
 
 def number_to_mpfr(number: sympy.Expr, digits: int) -> Any:
     """An exact sympy number as an mpfr at the current gmpy2 precision, or as a short integer."""
-    import gmpy2
-
     if is_short(number):
         return int(number)
     if number.is_Rational:

@@ -11,27 +11,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import gmpy2
+import sympy
+
+from .equations import Equations
 from .exact import is_short, number_to_mpfr
 from .failures import ReferenceFailure
 from .progress import tell
 from .taylor import BITS, Sweep
-
-if TYPE_CHECKING:
-    import sympy
-
-    from .equations import Equations
 
 Field = Callable[[list[Any], list[Any]], list[Any]]
 
 
 def compile_field(equations: Equations) -> tuple[Field, tuple[sympy.Expr, ...]]:
     """rates(z, constants) as plain Python code, and the exact constants in it."""
-    import gmpy2
-    import sympy
-    from sympy.printing.pycode import PythonCodePrinter
-
     constants: dict[sympy.Expr, sympy.Symbol] = {}
 
     def held(expression: sympy.Expr) -> sympy.Expr:
@@ -47,44 +42,25 @@ def compile_field(equations: Equations) -> tuple[Field, tuple[sympy.Expr, ...]]:
         return expression.func(*(held(argument) for argument in expression.args), evaluate=False)
 
     shared, rates = sympy.cse(equations.rates, symbols=sympy.numbered_symbols("s", real=True))
-    printer = PythonCodePrinter({"fully_qualified_modules": False, "allow_unknown_functions": True})
-    lines = ["def field(z, constants):"]
-    lines += [f"    {symbol} = z[{i}]" for i, symbol in enumerate(equations.states)]
-    body = [
-        f"    {symbol} = {printer.doprint(held(expression))}"
-        for symbol, expression in (*equations.assignments, *shared)
-    ]
-    result = ", ".join(printer.doprint(held(rate)) for rate in rates)
-    lines += [f"    {symbol} = constants[{i}]" for i, symbol in enumerate(constants.values())]
-    source = "\n".join([*lines, *body, f"    return [{result}]", ""])
-    scope: dict[str, Any] = {
-        name: getattr(gmpy2, name)
-        for name in ("sin", "cos", "tan", "exp", "log", "sinh", "cosh", "tanh", "atan", "asin",
-                     "acos", "asinh", "acosh", "atanh", "sec", "csc", "cot", "sech", "csch", "coth",
-                     "sign")
-    }  # fmt: skip
-    scope["sqrt_"] = gmpy2.sqrt
-    exec(compile(source, f"<rates of {equations.name}>", "exec"), scope)
-    return scope["field"], tuple(constants)
+    before = [(symbol, held(value)) for symbol, value in (*equations.assignments, *shared)]
+    results = [held(rate) for rate in rates]
+    functions = [{"sqrt_": gmpy2.sqrt}, vars(gmpy2)]
+    letters = [equations.states, tuple(constants.values())]
+    field = sympy.lambdify(letters, results, functions, cse=lambda e: (before, e))
+    return field, tuple(constants)
 
 
 def extrapolate(
-    equations: Equations,
-    times: Sequence[Fraction],
-    digits: int,
-    guard: int = 9,
-    max_steps: int = 100_000,
+    equations: Equations, times: Sequence[Fraction], digits: int, max_steps: int = 100_000
 ) -> Sweep:
     """The solution at the given times, forward and backward from 0, tolerance 10^-digits a step.
 
-    The arithmetic has ``guard`` digits more, and those that the alternating weights cost.
+    The arithmetic has nine digits more, and those that the alternating weights cost.
     """
-    import gmpy2
-
     field, numbers = compile_field(equations)
     columns = max(6, round(0.36 * digits))
     weights = neville_weights(columns)
-    working = digits + guard + round(math.log10(sum(map(abs, weights[0]))))
+    working = digits + 9 + round(math.log10(sum(map(abs, weights[0]))))
     with gmpy2.context(gmpy2.get_context(), precision=math.ceil(working * BITS)):
         constants = [number_to_mpfr(value, working) for value in numbers]
         start = [number_to_mpfr(value, working) + gmpy2.mpfr(0) for value in equations.start]
@@ -148,8 +124,6 @@ def _basic_step(
     weights: tuple[list[Fraction], list[Fraction]],
 ) -> tuple[list[Any], Any]:
     """One step and the distance between its last two extrapolations, relative to the state."""
-    import gmpy2
-
     ends = []
     slope = field(state, constants)
     for n in range(2, 2 * columns + 1, 2):

@@ -8,31 +8,29 @@ some points; the same formula written otherwise may have another, and is then co
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from .algebroid import Algebroid
+import sympy
+
+from .equations import Mechanics
 
 
-def fingerprint(
-    lagrangian: Any, structure: Algebroid, start: Sequence[Any], force: Sequence[Any] = ()
-) -> str:
+def fingerprint(system: Mechanics) -> str:
     """SHA-256 of the system."""
     known: dict[Any, str] = {}
-    entries = [entry for matrix in structure.basis for entry in matrix]
+    structure = system.structure
+    basis = [entry for matrix in structure.basis for entry in matrix]
+    parts = [system.lagrangian, *system.start, *structure.rho, *basis]
     texts = [f"{structure.dim_x} {structure.dim_u}"]
-    texts += [_digest(part, known) for part in (lagrangian, *start, *structure.rho, *entries)]
+    texts += [_digest(part, known) for part in parts]
     for index, constant in sorted(structure.constants.items()):
         texts.append(f"{index} {_digest(constant, known)}")
-    texts += [f"force {_digest(component, known)}" for component in force]
+    texts += [f"force {_digest(e, known)}" for e in (*system.acting, *system.admitted)]
     return _sha("\n".join(texts))
 
 
 def _digest(expression: Any, known: dict[Any, str]) -> str:
     """Of the expression's tree; the order of terms and factors does not count."""
-    import sympy
-
     expression = sympy.sympify(expression)
     if expression not in known:
         parts = [_digest(part, known) for part in expression.args]

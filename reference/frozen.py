@@ -67,12 +67,6 @@ def _mend(name: str) -> str:
 def _read(path: Path) -> Table | None:
     if not path.exists():
         return None
-    stamp = path.stat()
-    return _parsed(path, (stamp.st_mtime_ns, stamp.st_size))
-
-
-@cache
-def _parsed(path: Path, stamp: tuple[int, int]) -> Table:
     try:
         return read(path)
     except Damaged as damage:

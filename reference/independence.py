@@ -10,13 +10,15 @@ B (as in Krawczyk's test). A box that does not is halved.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import numpy as np
+from flint import arb_mat, arb_poly
 
 from .balls import BallRates, around_zero, exact, working
+from .equations import Equations
 from .failures import MotionEnds, Unproven
-
-if TYPE_CHECKING:
-    from .equations import Equations
+from .series import compile_series
 
 #: halvings of a step after which its part counts as one time: rows that come as near to dependence
 #: as 1e-8 of a step's way are not told from such that get there
@@ -27,8 +29,6 @@ class Independence:
     """The rows A of a scene's constraints, in balls."""
 
     def __init__(self, equations: Equations) -> None:
-        from .series import compile_series
-
         self.name, self.size = equations.name, len(equations.states)
         self.width = equations.dim_u
         self.program = compile_series(
@@ -44,8 +44,6 @@ class Independence:
 
         series: the coefficients of all states.
         """
-        from flint import arb_poly
-
         if self.rows is None:
             return
         with working():
@@ -72,9 +70,6 @@ class Independence:
 
     def _of_full_rank(self, middle: list[Any], box: list[Any]) -> bool:
         """Whether the rows are proven to be independent in all of the box."""
-        import numpy as np
-        from flint import arb_mat
-
         assert self.rows is not None
         m, (centre, _), (values, _) = self.width, self.rows(middle), self.rows(box)
         k = len(values) // m

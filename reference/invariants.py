@@ -9,14 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import mpmath
+import sympy
 
 from .agreement import EXACT, Blocks, said
+from .equations import Equations
 from .exact import parameter_values
 from .failures import ReferenceFailure
-
-if TYPE_CHECKING:
-    from .equations import Equations
 
 
 @dataclass(frozen=True)
@@ -32,8 +33,6 @@ class Invariants:
 
         A drift is measured relative to the quantity's sum of absolute terms, here or at the start.
         """
-        import mpmath
-
         worst, least = math.inf, ""
         kept: dict[str, None] = {}
         broken: dict[str, None] = {}
@@ -79,8 +78,6 @@ def _listed(names: Iterable[str]) -> str:
 
 def invariants_of(scene: Any, equations: Equations) -> Invariants:
     """Those of the scene; of its attitude only if the equations carry one."""
-    import sympy
-
     n, m, size = equations.dim_x, equations.dim_u, equations.attitude_size
     states = list(equations.states)
     x = sympy.Matrix(n, 1, states[:n])
@@ -117,34 +114,17 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
 
 def _with_size(value: Any) -> tuple[Any, Any]:
     """The value and the sum of its absolute terms."""
-    import sympy
-
     return value, sum((abs(term) for term in sympy.Add.make_args(value)), sympy.S.Zero)
 
 
 def _rates(equations: Equations, mu: Any, values: list[Any]) -> Any:
     """(dJ/dt, the sum of the absolute terms of the chain rule) of each as a function of state."""
-    import sympy
-
     momentum = dict(zip(mu, equations.momentum, strict=True))
-    speeds = [sympy.Symbol(f"rate {state}", real=True) for state in equations.states]
+    speeds = [sympy.Symbol(f"rate_{state}", real=True) for state in equations.states]
     rows = []
     for value in values:
         plain = value.xreplace(momentum)
         terms = [plain.diff(z) * w for z, w in zip(equations.states, speeds, strict=True)]
         rows.append((sympy.Add(*terms), sum(map(abs, terms), sympy.S.Zero)))
-    names = [symbol for symbol, _ in equations.assignments]
-    chain = sympy.lambdify([*equations.states, *speeds], rows, "mpmath", cse=True)
-    steps = [
-        sympy.lambdify([*equations.states, *names[:i]], expression, "mpmath")
-        for i, (_, expression) in enumerate(equations.assignments)
-    ]
-    last = sympy.lambdify([*equations.states, *names], list(equations.rates), "mpmath")
-
-    def rates(*state: Any) -> Any:
-        held: list[Any] = []
-        for step in steps:
-            held.append(step(*state, *held))
-        return chain(*state, *last(*state, *held))
-
-    return rates
+    before = [*equations.assignments, *zip(speeds, equations.rates, strict=True)]
+    return sympy.lambdify(equations.states, rows, "mpmath", cse=lambda e: (before, e))

@@ -11,6 +11,7 @@ from functools import reduce
 from itertools import accumulate
 from typing import Any
 
+import gmpy2
 from flint import arb, arb_poly
 
 from .balls import around_zero, exact, rounded, working
@@ -19,8 +20,6 @@ from .failures import Unproven
 
 def upward() -> Any:
     """The arithmetic of bounds: 53 bits, rounded up."""
-    import gmpy2
-
     return gmpy2.context(gmpy2.get_context(), precision=53, round=gmpy2.RoundUp)
 
 
@@ -41,8 +40,6 @@ class Majorant:
 
     def least(self) -> Any:
         """A positive lower bound of the true |node| on the step; raises `Unproven`."""
-        import gmpy2
-
         head = abs_exact(self.series[0])
         bound = -(self.tails[1] + self.error - head)
         if not 8 * bound > head:
@@ -64,8 +61,6 @@ class Majorant:
 
     def slopes(self) -> Majorant:
         """k |a_k| H^k: the derivative, times H."""
-        import gmpy2
-
         return majorant([], list(map(gmpy2.mul, self.terms, range(len(self.terms)))))
 
 
@@ -82,6 +77,4 @@ def majorant(series: list[Any], terms: list[Any], size: Any = 0) -> Majorant:
 
 def high(a: Majorant, b: Majorant) -> Any:
     """sum_{i+j >= N} |a_i||b_j| H^{i+j}."""
-    import gmpy2
-
     return gmpy2.fsum(map(gmpy2.mul, a.terms, reversed(b.tails)))

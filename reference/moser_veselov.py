@@ -20,6 +20,10 @@ from __future__ import annotations
 from itertools import product
 from typing import Any
 
+import mpmath
+import numpy as np
+from scipy.linalg import schur, solve_sylvester
+
 from .failures import ReferenceFailure
 
 
@@ -34,9 +38,6 @@ def step(g: Any, mass: Any, digits: int = 16) -> Any:
 
 
 def _double(g: Any, mass: Any) -> Any:
-    import numpy as np
-    from scipy.linalg import schur, solve_sylvester
-
     g, mass = np.asarray(g, dtype=float), np.diag(np.asarray(mass, dtype=float))
     n = len(g)
     m = mass @ g - g.T @ mass
@@ -59,8 +60,6 @@ def _double(g: Any, mass: Any) -> Any:
 
 def _multiple(g: Any, mass: Any, digits: int) -> Any:
     """The same from eigenvectors: complex pairs go together, so S comes out real."""
-    import mpmath
-
     with mpmath.workdps(digits + 15):
         n, eye = len(mass), mpmath.eye(len(mass))
         g, mass = mpmath.matrix(g), mpmath.diag(list(mass))

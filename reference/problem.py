@@ -7,65 +7,44 @@ from difflib import get_close_matches
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from .exact import parameter_values
 from .failures import ReferenceFailure
 from .result import Solution
 
 if TYPE_CHECKING:
     from .closed_forms import ClosedForm
+    from .equations import Mechanics
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A scene with what was derived from it; ``key`` is its `fingerprint`."""
+    """A scene with what it says (`equations.Mechanics`); ``key`` is its `fingerprint`."""
 
     scene: Any
-    x: Any
-    v: Any
-    lagrangian: Any
-    structure: Any
-    start: tuple[Any, ...]
+    mechanics: Mechanics
     key: str
 
     @classmethod
     def of(cls, scene: Any) -> Problem:
         """Raises `ReferenceFailure` if the scene cannot be used."""
-        from .algebroid import algebroid_of
-        from .equations import (
-            base_and_velocity,
-            exact_constraints,
-            exact_force,
-            exact_lagrangian,
-            exact_start,
-        )  # fmt: skip
+        from .equations import mechanics_of
         from .fingerprint import fingerprint
 
-        x, v = base_and_velocity(scene)
-        lagrangian = exact_lagrangian(scene, x, v)
-        structure = algebroid_of(scene, x)
-        start = exact_start(scene, structure, x, v)
-        more = [*exact_force(scene, x, v), *exact_constraints(scene, structure, x)]
-        key = fingerprint(lagrangian, structure, start, more)
-        return cls(scene, x, v, lagrangian, structure, start, key)
+        mechanics = mechanics_of(scene)
+        return cls(scene, mechanics, fingerprint(mechanics))
 
     @property
     def has_attitude(self) -> bool:
         """Whether the groupoid comes from a matrix group."""
-        return bool(self.structure.basis)
+        return bool(self.mechanics.structure.basis)
 
     def form(self) -> ClosedForm | None:
         """The closed form that solves it, or None."""
         from .closed_forms import closed_form_of
-        from .equations import exact_constraints, exact_force, time_symbol
 
-        restricted = exact_constraints(self.scene, self.structure, self.x).rows
-        acting = exact_force(self.scene, self.x, self.v)
-        if acting or restricted or self.lagrangian.has(time_symbol()):
+        mechanics = self.mechanics
+        if mechanics.acting or mechanics.admitted.rows or mechanics.timed:
             return None  # the closed forms are of Lagrangians alone
-        return closed_form_of(
-            self.scene, self.x, self.v, self.lagrangian, self.structure,
-            parameter_values(self.scene), self.start,
-        )  # fmt: skip
+        return closed_form_of(self.scene, mechanics)
 
     def solve(
         self,

@@ -24,6 +24,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 from flint import arb, arb_mat
 
 from .balls import around_zero, largest
@@ -42,8 +43,6 @@ def balance(sizes: Any) -> tuple[list[Any], float]:
     vector d = (1 - |J|/c)^-1 e is positive, and |J| d = c (d - e) < c d. Repeated, it tends to
     Perron's vector, in which an oscillation is a circle, in whatever units its states are told.
     """
-    import numpy as np
-
     if not np.isfinite(sizes).all():
         return [arb(1)] * len(sizes), math.inf
     norm = max(FROM_LEAST * float(max(abs(np.linalg.eigvals(sizes)))), STRETCH)
@@ -109,8 +108,6 @@ class Carried:
         return passed(before) + spill
 
     def _new_frame(self, weights: list[Any]) -> None:
-        import numpy as np
-
         self.age = 0
         n = self.along.nrows()
         whole = largest(self.error().entries())

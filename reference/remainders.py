@@ -24,16 +24,16 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 from itertools import accumulate, chain, repeat
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import gmpy2
 
 from .balls import enclosed, rounded, working
 from .failures import Unproven
 from .majorants import Majorant, abs_exact, high, majorant
+from .series import SeriesProgram
 from .tape import Linear
-
-if TYPE_CHECKING:
-    from .series import SeriesProgram
-    from .taylor import Step
+from .taylor import Step
 
 SLACK = 8  # in u: no less than the roundings of one coefficient
 
@@ -47,8 +47,6 @@ def size_of(factor: Any) -> Any:
 
 def finite(bound: Any) -> bool:
     """Whether it bounds anything."""
-    import gmpy2
-
     return bool(gmpy2.is_finite(bound))
 
 
@@ -56,8 +54,6 @@ class Remainders:
     """Errors of all nodes over one step; to be made and used in the `upward` context."""
 
     def __init__(self, program: SeriesProgram, step: Step, order: int, precision: int) -> None:
-        import gmpy2
-
         self.order = order
         self.unit = gmpy2.mpfr(2) ** (1 - precision)
         size = gmpy2.mpfr(abs_exact(step.size))
@@ -77,8 +73,6 @@ class Remainders:
 
     def form(self, form: Linear) -> Any:
         """Error of a linear form in nodes as it was computed, with its rounding and cut-off."""
-        import gmpy2
-
         total = gmpy2.mpfr(0)
         rounding = (len(form) + SLACK) * self.unit
         for node, factor in form.items():
@@ -132,8 +126,6 @@ class Remainders:
 
     def _power(self, n: Majorant, a: Majorant, r: Any) -> Any:
         """n = w a^r with w' = (n' a - r a' n) / a^(r+1)."""
-        import gmpy2
-
         least = a.least()
         drift = self._residual(n.slopes(), a) + r * self._residual(a.slopes(), n)
         start = SLACK * self.unit * n.norm * (1 + r * abs(gmpy2.log(a.series[0])))
@@ -142,16 +134,12 @@ class Remainders:
 
     def _exp(self, n: Majorant, a: Majorant) -> Any:
         """n = w exp(a) with w' = (n' - a' n) exp(-a)."""
-        import gmpy2
-
         drift = SLACK * self.unit * n.norm + self._residual(a.slopes(), n)
         near = drift * gmpy2.exp(2 * a.tails[1])
         return near + (n.norm + near) * gmpy2.expm1(a.error)
 
     def _sin(self, n: Majorant, a: Majorant, mate: Majorant, growth: Any = 1) -> Any:
         """Both errors obey the pair's own linear equations, driven by the two residuals."""
-        import gmpy2
-
         both, slopes = n.norm + mate.norm, a.slopes()
         drift = SLACK * self.unit * both + self._residual(slopes, n) + self._residual(slopes, mate)
         near = drift * growth
@@ -160,8 +148,6 @@ class Remainders:
     _cos = _sin
 
     def _sinh(self, n: Majorant, a: Majorant, mate: Majorant) -> Any:
-        import gmpy2
-
         return self._sin(n, a, mate, gmpy2.exp(2 * a.tails[1]))
 
     _cosh = _sinh

@@ -66,14 +66,7 @@ class Finding:
 
     def solution(self, digits: int, attitude: bool) -> Solution:
         """As it is handed out, for so many digits asked for."""
-        import mpmath
-
-        matrix = None
-        if attitude:
-            size = math.isqrt(len(self.blocks["attitude"]))
-            matrix = mpmath.matrix(size, size)
-            for index, value in enumerate(self.blocks["attitude"]):
-                matrix[index // size, index % size] = value
+        matrix = square(self.blocks["attitude"]) if attitude else None
         evidence = self.evidence
         if self.certain < digits:
             evidence += f": fewer than the {digits} asked for, so trust only the certain ones"
@@ -81,3 +74,11 @@ class Finding:
             self.t, self.blocks["x"], self.blocks["mu"], self.blocks["v"], matrix,
             min(digits, self.certain), self.method, evidence, self.certainty, self.bound,
         )  # fmt: skip
+
+
+def square(entries: list[Any]) -> Any:
+    """The N x N mpmath matrix of these entries, row by row."""
+    import mpmath
+
+    size = math.isqrt(len(entries))
+    return mpmath.matrix([entries[i * size : (i + 1) * size] for i in range(size)])

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import gmpy2
+import sympy
+
+from .equations import Equations
 from .exact import number_to_mpfr
 from .tape import Linear, Tape
-
-if TYPE_CHECKING:
-    import sympy
-
-    from .equations import Equations
 
 # What k = 0 and each k >= 1 append to a node's series; {a}, {b} are arguments, {n} the node.
 FIRST = {
@@ -45,8 +44,6 @@ SLOPES = {
 
 def half_square(a: list[Any]) -> Any:
     """The last coefficient of the square of the polynomial with coefficients a."""
-    import gmpy2
-
     half, odd = divmod(len(a), 2)
     total = 2 * gmpy2.fsum(map(gmpy2.mul, a[:half], reversed(a)))
     return total + a[half] * a[half] if odd else total
@@ -54,12 +51,15 @@ def half_square(a: list[Any]) -> Any:
 
 @dataclass(frozen=True)
 class SeriesProgram:
-    """Taylor coefficients of the solution through a given state."""
+    """Taylor coefficients of the solution through a given state.
+
+    ``nodes(order, state, constants)`` gives one list z_0 ... z_order for each state, then those of
+    the other nodes of the tape, which end at order - 1.
+    """
 
     name: str
     constants: tuple[sympy.Expr, ...]
-    function: Callable[[int, list[Any], list[Any]], list[list[Any]]]
-    source: str
+    nodes: Callable[[int, list[Any], list[Any]], list[list[Any]]]
     products: int
     size: int
     operations: tuple[tuple[Any, ...], ...]
@@ -68,14 +68,6 @@ class SeriesProgram:
     def constants_at(self, digits: int) -> list[Any]:
         """The constants, rounded once to the current gmpy2 precision."""
         return [number_to_mpfr(constant, digits) for constant in self.constants]
-
-    def coefficients(self, order: int, state: list[Any], constants: list[Any]) -> list[list[Any]]:
-        """One list z_0 ... z_order for each state."""
-        return self.nodes(order, state, constants)[: self.size]
-
-    def nodes(self, order: int, state: list[Any], constants: list[Any]) -> list[list[Any]]:
-        """The same for every node of the tape; those that are no states end at order - 1."""
-        return self.function(order, state, constants)
 
 
 class _Printer:
@@ -91,8 +83,6 @@ class _Printer:
         return f"dn{node}"
 
     def constant(self, value: Any) -> str:
-        import sympy
-
         value = sympy.sympify(value)
         if value not in self.constants:
             self.constants.append(value)
@@ -141,9 +131,6 @@ class _Printer:
 
 def compile_series(equations: Equations) -> SeriesProgram:
     """Flatten the equations to a tape and print it."""
-    import gmpy2
-    import sympy
-
     tape = Tape(equations.states, equations.name)
     for symbol, expression in equations.assignments:
         tape.assign(symbol, expression)
@@ -186,6 +173,6 @@ def compile_series(equations: Equations) -> SeriesProgram:
     exec(compile(source, f"<Taylor series of {equations.name}>", "exec"), scope)
     products = sum(op[0] not in ("linear", "state") for op in tape.operations)
     return SeriesProgram(
-        equations.name, tuple(printer.constants), scope["series"], source, products, size,
+        equations.name, tuple(printer.constants), scope["series"], products, size,
         tuple(tape.operations), tuple(forms),
     )  # fmt: skip

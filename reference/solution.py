@@ -11,13 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
-from typing import Any
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 from . import cache, frozen
-from .exact import exact_time
 from .failures import ReferenceFailure
 from .problem import Problem, scene_of
 from .result import Solution
+
+if TYPE_CHECKING:
+    from .equations import Balance
 
 _known: dict[tuple[Any, ...], dict[Fraction, Solution]] = {}
 
@@ -43,6 +46,8 @@ def solutions(
     proof: bool = True,
 ) -> list[Solution]:
     """The references at several times, computed in one sweep and kept for later calls."""
+    from .exact import exact_time
+
     if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
         raise ReferenceFailure(f"digits={digits!r} is no positive whole number; ask for e.g. 50")
     exact_times = [exact_time(t) for t in times]
@@ -66,10 +71,49 @@ def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
     that takes more steps or the scene has no reference.
     """
     from .certify import derived
+    from .exact import exact_time
     from .taylor import TaylorSettings, integrate
 
     equations, program, _ = derived(scene_of(scene), False)
     integrate(equations, program, [exact_time(t)], TaylorSettings(30), max_steps)
+
+
+def multipliers(scene: Any, at: Solution) -> list[Any]:
+    """lambda (k) of a scene (or of the scene of that name) at one of its references, as mpf.
+
+    They follow from (x, v, t) by one linear system, M xi' - A^T lambda = f and A xi' = -(dA/dt) xi,
+    to the digits of the reference but for what that system loses. Raises `ReferenceFailure` for a
+    scene without constraints, and where they are dependent.
+    """
+    import mpmath
+    import sympy
+
+    from .equations import T
+
+    scene = scene_of(scene)
+    balance = _balance(scene)
+    k = balance.mechanics.admitted.rows
+    if not k:
+        raise ReferenceFailure(f"scene {scene.name} has no constraints, so no multipliers")
+    symbols = [*balance.mechanics.x, *balance.mechanics.v, T]
+    functions = sympy.lambdify(symbols, [balance.mass, balance.force], "mpmath")
+    with mpmath.workdps(at.certain_digits + 15):
+        t = mpmath.mpf(at.t.numerator) / at.t.denominator
+        mass, force = functions(*at.x, *at.v, t)
+        try:
+            found = mpmath.lu_solve(mass, force)
+        except ZeroDivisionError:
+            raise ReferenceFailure(
+                f"the constraints of scene {scene.name} are dependent at t = {float(at.t):.3g}"
+            ) from None
+        return list(found)[-k:]
+
+
+@lru_cache
+def _balance(scene: Any) -> Balance:
+    from .equations import balance_of
+
+    return balance_of(scene)
 
 
 def _answers(

@@ -5,28 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import mpmath
+import sympy
 
 from .agreement import Blocks
+from .balls import BallRates, around_zero, exact, largest
+from .equations import Equations
 from .exact import to_mpf
-
-if TYPE_CHECKING:
-    from .equations import Equations
-    from .taylor import Sweep
+from .series import compile_series
+from .taylor import Sweep
 
 
 def momentum_function(equations: Equations) -> Callable[..., list[Any]]:
     """dl/dv as a function of x, v and the time if it counts, in mpmath."""
-    import sympy
-
     blocks = (equations.states[equations.block(name)] for name in ("x", "v", "time"))
     return sympy.lambdify([z for part in blocks for z in part], list(equations.momentum), "mpmath")
 
 
 def blocks_of(equations: Equations, state: list[Any], working: int, momentum: Any = None) -> Blocks:
     """One state (mpf numbers in the equations' order) as blocks, with its momentum."""
-    import mpmath
-
     at = equations.block
     with mpmath.workdps(working):
         mu = (momentum or momentum_function(equations))(
@@ -50,8 +49,6 @@ class BlockBounds:
     """Bounds of |error| of a state, as a bound of each block's worst entry."""
 
     def __init__(self, equations: Equations) -> None:
-        from .series import compile_series
-
         self.equations = equations
         self.program = compile_series(replace(equations, assignments=(), rates=equations.momentum))
 
@@ -60,8 +57,6 @@ class BlockBounds:
 
         ``blocks`` are the state as it was computed, with its momentum.
         """
-        from .balls import BallRates, around_zero, exact, largest
-
         names = "x", "v", "attitude", "time"
         parts = {name: errors[self.equations.block(name)] for name in names}
         found = {name: largest(part) for name, part in parts.items() if part}

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .failures import Damaged
-from .result import Solution
+from .result import Solution, square
 
 SCHEMA = 1
 GUARD = 3  # digits written beyond the certain ones
@@ -110,21 +110,12 @@ def _decimals(numbers: Iterable[Any], digits: int) -> list[str]:
 
 
 def _from_text(row: dict[str, Any]) -> Solution:
-    import math
-
     import mpmath
 
     with mpmath.workdps(row["certain_digits"] + 2 * GUARD):
-        blocks = {
-            name: [mpmath.mpf(number) for number in row[name]]
-            for name in ("x", "v", "mu", "attitude")
-            if name in row
-        }
-        attitude = None
-        if "attitude" in blocks:
-            size = math.isqrt(len(blocks["attitude"]))
-            entries = blocks["attitude"]
-            attitude = mpmath.matrix([entries[i * size : (i + 1) * size] for i in range(size)])
+        names = [name for name in ("x", "v", "mu", "attitude") if name in row]
+        blocks = {name: [mpmath.mpf(number) for number in row[name]] for name in names}
+        attitude = square(blocks["attitude"]) if "attitude" in blocks else None
         bound = None if row["bound"] is None else mpmath.mpf(row["bound"])
     return Solution(
         Fraction(row["t"]), blocks["x"], blocks["mu"], blocks["v"], attitude,

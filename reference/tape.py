@@ -14,12 +14,11 @@ The tape is printed as one Python function over gmpy2 numbers: the inner product
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import sympy
 
 from .failures import ReferenceFailure
-
-if TYPE_CHECKING:
-    import sympy
 
 Linear = dict[int | None, Any]  # node (None: the constant term) -> exact coefficient
 
@@ -84,8 +83,6 @@ class Tape:
         return self._add("square", a) if a == b else self._add("times", *sorted((a, b)))
 
     def _product(self, expression: sympy.Expr) -> Linear:
-        import sympy
-
         factor: Any = sympy.S.One
         above: list[int] = []
         below: list[int] = []
@@ -122,8 +119,6 @@ class Tape:
         return result
 
     def _power(self, base: sympy.Expr, exponent: sympy.Expr) -> Linear:
-        import sympy
-
         if exponent.free_symbols:
             if base.free_symbols:
                 inner = self.linear(exponent * sympy.log(base))
@@ -151,8 +146,6 @@ class Tape:
         return result
 
     def _function(self, expression: sympy.Expr) -> int:
-        import sympy
-
         name = type(expression).__name__
         if len(expression.args) == 1:
             argument = expression.args[0]

@@ -12,16 +12,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+import gmpy2
+
+from .equations import Equations
 from .exact import number_to_mpfr
 from .failures import MotionEnds, ReferenceFailure
+from .independence import Independence
 from .progress import tell
-
-if TYPE_CHECKING:
-    from .equations import Equations
-    from .independence import Independence
-    from .series import SeriesProgram
+from .series import SeriesProgram
 
 BITS = math.log2(10)
 STEP_BITS = 30  # short steps add up exactly
@@ -38,14 +38,24 @@ class TaylorSettings:
     stretch: float = 1.0
 
     @property
+    def working(self) -> int:
+        """Digits of the arithmetic."""
+        return self.digits + self.guard
+
+    @property
     def precision(self) -> int:
-        """Bits of the arithmetic."""
-        return math.ceil((self.digits + self.guard) * BITS)
+        """Its bits."""
+        return math.ceil(self.working * BITS)
 
     @property
     def order(self) -> int:
         """Degree of the local polynomials, about half as many as nats of precision (Jorba, Zou)."""
         return max(8, math.ceil(self.stretch * (self.digits * math.log(10) / 2 + 1)))
+
+    @property
+    def said(self) -> str:
+        """The settings in words."""
+        return f"of order {self.order} (tolerance 1e-{self.digits}, {self.working} digits)"
 
 
 @dataclass(frozen=True)
@@ -89,15 +99,12 @@ def integrate(
     Raises `MotionEnds` where it is singular or passes a time at which the constraints are dependent
     (`independence`), `ReferenceFailure` where it takes too many steps or has no series at 0.
     """
-    import gmpy2
-
-    from .independence import Independence
-
     tied = Independence(equations) if equations.constraints else None
     with gmpy2.context(gmpy2.get_context(), precision=settings.precision):
-        digits = settings.digits + settings.guard
-        constants = program.constants_at(digits)
-        start = [number_to_mpfr(value, digits) + gmpy2.mpfr(0) for value in equations.start]
+        constants = program.constants_at(settings.working)
+        start = [
+            number_to_mpfr(value, settings.working) + gmpy2.mpfr(0) for value in equations.start
+        ]
         found = {Fraction(0): start}
         steps = 0
         for direction in (1, -1):
@@ -119,8 +126,6 @@ def _one_way(
     watch: Watch | None,
     tied: Independence | None,
 ) -> int:
-    import gmpy2
-
     order = settings.order
     away = gmpy2.context(gmpy2.get_context(), round=gmpy2.RoundAwayZero)
     tolerance = gmpy2.mpfr(10) ** -settings.digits
@@ -186,8 +191,6 @@ def safe_step(series: list[list[Any]], order: int, tolerance: Any) -> Any:
     Of an entire solution no term may grow far beyond the state, or digits cancel: all terms up to
     half the order stay below about twice its size.
     """
-    import gmpy2
-
     scale = max(abs(coefficients[0]) for coefficients in series)
     if scale == 0:
         scale = gmpy2.mpfr(1)

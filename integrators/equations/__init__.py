@@ -4,11 +4,16 @@ from .absolute_terms import absolute_terms, energy_terms
 from .checks import check_force, check_momentum, check_regular, check_start
 from .constrained_equations import ConstrainedEquations
 from .constrained_start import check_on_constraints, on_constraints
-from .constraint_values import vanishing_at_states, vanishing_in_a_step
-from .constraints import constraint, constraint_matrix
+from .constraints import (
+    constraint,
+    constraint_matrix,
+    vanishing_at_states,
+    vanishing_in_a_step,
+)
 from .continuous import (
     closed_velocity,
     energy,
+    field_parts,
     initial_momentum,
     mass_matrix,
     momentum,
@@ -17,15 +22,14 @@ from .continuous import (
     rates,
     vector_field,
 )
+from .covectors import times
 from .discrete_equations import DiscreteEquations
 from .discrete_lagrangian import DiscreteLagrangian
 from .discretised_scene import DiscretisedScene
 from .dual_system import DualSystem
-from .hamilton_field import field_parts
 from .legendre_inverse import legendre_inverse
 from .nonsmooth import blamed
 from .one_step_equations import OneStepEquations
-from .products import times
 from .rule_view import answers_of
 from .stage_equations import no_stages, stage_source
 from .symbols import SceneSymbols, vector

@@ -25,7 +25,6 @@ from ..numbers.types import (
     Column,
     Exact,
     Expression,
-    Expressions,
     Letter,
     Numbers,
     SymbolicMatrix,
@@ -76,26 +75,24 @@ def named(scene: str, rule: Discretisation) -> str:
     return (f"{place}: " if place else "") + f"{scene} with {rule.name}"
 
 
-def check_regular(
-    derived: Callable[[], LegendreMaps], s: SceneSymbols, w: Column, scene: Scene,
-    rule: Discretisation,
-) -> None:  # fmt: skip
+def check_regular(equations: Any, scene: Scene, rule: Discretisation) -> None:
     """Raise `BadInput` if ∂E/∂w (FL, without stages) or ∂²l/∂ξ² is singular at two random points.
 
     The second too: where it is singular, terms O(h²) of the potential can make FL regular, but
     there is no system on the dual that the map approximates. A discrete Lagrangian that stands for
     no continuous one is asked for FL only.
     """
+    s, w = equations.s, equations.w
     of_what = "(u, s); every velocity and every stage" if len(s.stages) else "u; every velocity"
     mass = {}
     if scene.lagrangian is not None:
         mass["the mass matrix ∂²l/∂ξ²", "ξ; every velocity"] = mass_matrix(s)
-    found = _singular(mass, s, w, scene)
+    found = singular(mass, s, s.x, w, scene)
     if mass and not found and rule.nodes is not None and s.given is None:
         return  # as h → 0 ∂E/∂w of these stages is as regular as the mass matrix
-    maps = derived()
-    known = maps.definitions(maps.slope)
-    found = _singular({("FL", of_what): maps.slope}, s, w, scene, known) | found
+    slope = equations.at_points.slope
+    known = equations.definitions(slope)
+    found = singular({("FL", of_what): slope}, s, s.x, w, scene, known) | found
     for (name, of_what), direction in found.items():
         raise BadInput(
             f"{named(scene.name, rule)}: {name} is singular everywhere, in the direction "
@@ -103,21 +100,20 @@ def check_regular(
         )
 
 
-def _singular(
-    asked: dict[tuple[str, str], SymbolicMatrix],
+def singular(
+    asked: dict[Any, SymbolicMatrix],
     s: SceneSymbols,
+    state: Column,
     w: Column,
     scene: Scene,
     known: Sequence[Definition] = (),
-) -> dict[tuple[str, str], Any]:
+) -> dict[Any, Any]:
     """{which: a direction that it takes to 0}, of matrices that are singular at two points."""
     found = dict.fromkeys(asked)
     for seed in range(2):
-        point = random_point([*s.x, *w, *s.q], (*w, s.h), seed)
+        point = random_point([*state, *w, *s.q], (*w, s.h), seed) | s.exact_parameters(scene)
         if known or any(m.free_symbols & s.constants.keys() for m in asked.values()):
             point |= s.constant_values(40)
-        for p, value in zip(s.parameter_list, scene.parameter_values, strict=True):
-            point[p] = to_sympy(value)
         try:
             values = {a: evaluate_matrix(asked[a], 30, point, known) for a in found}
         except NotComputed:  # which a run says, with the function that is to be mended
@@ -142,7 +138,7 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
             elif scene.lagrangian is None:
                 continue  # the start's momentum is only given with the run
             else:
-                mu = _with_parameters(s, scene, momentum(s))
+                mu = momentum(s).xreplace(s.exact_parameters(scene))
             formula = formula.xreplace(dict(zip(s.mu, mu, strict=True)))
         value = formula.xreplace(at)
         if sympy.simplify(value - wanted) != 0:
@@ -154,8 +150,8 @@ def check_start(s: SceneSymbols, scene: Scene) -> None:
 
 def _at_start(s: SceneSymbols, scene: Scene) -> dict[Letter, Exact]:
     """The values of x, the velocity and the parameters at the start."""
-    given = [*s.with_time(scene.x0), *scene.v0, *scene.parameter_values]
-    return dict(zip([*s.x, *s.u, *s.parameter_list], map(to_sympy, given), strict=True))
+    given = map(to_sympy, [*s.with_time(scene.x0), *scene.v0])
+    return dict(zip([*s.x, *s.u], given, strict=True)) | s.exact_parameters(scene)
 
 
 def check_force(s: SceneSymbols, scene: Scene) -> None:
@@ -226,13 +222,7 @@ def _constraints(s: SceneSymbols, scene: Scene) -> Iterator[tuple[str, Expressio
         if quantity.value is not None:
             formula = s.call(quantity.formula, quantity.name, s.position, s.mu, s.parameters)
             wanted = to_sympy(exact(quantity.value, quantity.name))
-            yield quantity.name, *_with_parameters(s, scene, [formula]), wanted
-
-
-def _with_parameters(s: SceneSymbols, scene: Scene, expressions: Expressions) -> list[Expression]:
-    """The expressions with the parameters' exact values."""
-    values = dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
-    return [e.xreplace(values) for e in expressions]
+            yield quantity.name, formula.xreplace(s.exact_parameters(scene)), wanted
 
 
 def _compared(value: Exact, wanted: Exact) -> str:

@@ -114,8 +114,8 @@ class ConstrainedEquations(OneStepEquations):
         """Raise `BadInput` where constraints follow from others, or one vanishes, at the start."""
         s = self.s
         at = dict(zip(s.position, map(to_sympy, scene.x0), strict=True))
-        at |= dict(zip(s.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
-        matrix: SymbolicMatrix = evaluate_matrix(constraint_matrix(s, s.x).xreplace(at), 30)
+        A = constraint_matrix(s, s.x).xreplace(at | s.exact_parameters(scene))
+        matrix: SymbolicMatrix = evaluate_matrix(A, 30)
         for i in range(matrix.rows):
             if all(abs(e) < 1e-20 for e in matrix[i, :]):
                 raise BadInput(

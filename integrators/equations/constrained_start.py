@@ -45,9 +45,7 @@ def on_constraints(s: SceneSymbols, scene: Scene) -> Scene:
         return scene
     numbers = arithmetic(DIGITS)
     with numbers.working():
-        start = [
-            numbers.array([numbers.number(e) for e in z], len(z)) for z in (scene.x0, scene.v0)
-        ]
+        start = [_in(numbers, z) for z in (scene.x0, scene.v0)]
         gaps, found = _projected(s, scene, numbers, start)
         far = [gap for gap in gaps if not gap.part <= UNITS * Fraction(1, 2**53)]
         x0, v0 = found or start
@@ -78,9 +76,7 @@ def check_on_constraints(
         return
     finer = arithmetic(DIGITS)
     with finer.working():
-        start = [
-            finer.array([finer.number(e) for e in numbers.public(part)], len(part)) for part in z
-        ]
+        start = [_in(finer, numbers.public(part)) for part in z]
         _, found = _projected(s, scene, finer, start)
         offered = {}
         if found:

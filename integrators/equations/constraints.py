@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from ..errors import BadInput
-from ..numbers import jacobian
+from ..numbers import jacobian, sympy
 from ..numbers.types import Column, SymbolicMatrix
-from .products import times
-from .symbols import SceneSymbols, entries_of
+from .covectors import times
+from .discrete_lagrangian import DiscreteLagrangian
+from .rule_view import written
+from .symbols import SceneSymbols, column, entries_of
 
 
 def constraint(s: SceneSymbols, x: Column) -> Column:
@@ -35,6 +37,30 @@ def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
             "entries, each a constraint of the velocity."
         )
     return _column(s, x, [e for row in rows for e in row]).reshape(len(rows), m)
+
+
+def vanishing_at_states(s: SceneSymbols) -> Column:
+    """φ(x), where it is holonomic, and A(x) ξ of the velocity at x, in (x, ξ = v).
+
+    What steps are held against: nothing here is made of the rows that they solve.
+    """
+    found = constraint(s, s.x) if s.holonomic else sympy.zeros(0, 1)
+    return found.col_join(constraint_matrix(s, s.x) * s.v)
+
+
+def vanishing_in_a_step(of: DiscreteLagrangian) -> Column:
+    """Σ ω_i/h A(x_i) u over the points x_i where a rule asks for L with the weights ω_i, in (x, u).
+
+    Only of a nonholonomic scene: a holonomic one asks nothing of the way (0×1).
+    """
+    s, n = of.s, len(of.s.x)
+    if s.holonomic:
+        return sympy.zeros(0, 1)
+    terms = [
+        written(weight) / s.h * constraint_matrix(s, column(map(written, call.args[:n]))) * s.u
+        for weight, call in of.asked
+    ]
+    return sum(terms[1:], terms[0])
 
 
 def _column(s: SceneSymbols, x: Column, entries: list[Any]) -> Column:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 from ..errors import BadInput, CannotMeasure
 from ..numbers import Arithmetic, jacobian, numeric, sympy
@@ -80,6 +81,14 @@ def rates(s: SceneSymbols) -> Column:
     if s.clocked:
         x_dot[-1] += 1
     return x_dot.col_join(mu_dot + s.force if s.forced else mu_dot)
+
+
+def field_parts(s: SceneSymbols) -> list[Any]:
+    """At (x, ξ, μ), ξ in the letters `s.u`: f = (ẋ, μ̇), its derivatives by z = (x, μ) and by ξ,
+    and ∂ξ/∂z·M = (−∂²l/∂ξ∂x, 1), M the mass matrix: columns of sympy."""
+    f, states = rates(s), [*s.x, *s.mu]
+    moving = (-jacobian(momentum(s), s.x)).row_join(sympy.eye(len(s.mu)))
+    return [list(f), jacobian(f, states), jacobian(f, s.u), moving]
 
 
 def vector_field(s: SceneSymbols) -> Column:

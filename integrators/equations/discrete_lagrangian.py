@@ -16,10 +16,9 @@ from ..numbers.types import Column, Expression, Expressions, Replacement
 from ..rules import Discretisation
 from ..scene import OnGroup
 from .chain_rule import Block, ChainRule, partials
-from .covectors import Covectors, key_of
+from .covectors import Covectors, key_of, times
 from .on_group import Element
 from .point_motion import lettered_motion
-from .products import times
 from .rule_view import GroupoidForRule, LagrangianForRule, answers_of, value_of_rule
 from .symbols import SceneSymbols, column, vector
 from .terms import CurveTerm, Node, Term
@@ -70,11 +69,6 @@ class DiscreteLagrangian:
     def straight(self) -> bool:
         """Whether L is asked for at points of the straight step only, all of them in `asked`."""
         return not self._curves
-
-    @property
-    def gave_velocities(self) -> bool:
-        """Whether the rule takes velocities from curves, and so serves every chart alike."""
-        return self.G.gave_velocities
 
     def _taken_apart(self, given: Expression) -> Expression:
         """L_d from an expression in x, u, s, q and in answers; its parts go to `covectors`."""

@@ -48,7 +48,7 @@ class DiscretisedScene:
             if equations is None:
                 derived.check_regular(scene)
         elif equations is None:
-            check_regular(lambda: derived.at_points, derived.s, derived.w, scene, rule)
+            check_regular(derived, scene, rule)
         self.scene, self.equations = scene, cast(Any, derived)
         self.rule = rule if isinstance(rule, Composition) else derived.rule
 

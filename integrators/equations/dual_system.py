@@ -54,6 +54,8 @@ class DualSystem:
 
     def __init__(self, s: SceneSymbols, unknowns: Sequence[Column] = ()) -> None:
         self._s, self.groupoid, self.parameters = s, s.groupoid, s.parameters
+        #: a letter for an exact number, given as a function digits → mpf
+        self.constant = s.constant
         self.n, self.m = len(s.x), len(s.mu)
         self.chain = ChainRule()
         #: columns of letters that stand for nothing else
@@ -89,11 +91,9 @@ class DualSystem:
     def H(self, z: Column) -> Expression:
         """The energy ⟨μ, ξ⟩ − l(x, ξ) at z."""
         at = self._at(z)
-        if "zh" not in at.answers:
-            value = column(replaced([energy(self._s)], self._letters(at)))
-            by = [(at.x, self._force(at).T), (at.mu, at.xi.T)]
-            at.answers["zh"] = self._named("zh", value, [part for part in by if len(part[0])])
-        return self._shown(at.answers["zh"])[0]
+        by = [(at.x, self._force(at).T), (at.mu, at.xi.T)]
+        slopes = [part for part in by if len(part[0])]
+        return self._shown(self._placed(at, "zh", lambda: [energy(self._s)], slopes))[0]
 
     def dH(self, z: Column) -> Column:
         """The gradient (∂H/∂x, ∂H/∂μ) of the energy at z, (n+m)×1; the second part is ξ."""
@@ -107,9 +107,7 @@ class DualSystem:
         rates_of_x = [int(s.clocked and i == self.n - 1) for i in range(self.n)]
         if not s.forced:
             return column(map(sympy.Integer, [*rates_of_x, *[0] * self.m]))
-        if "zp" not in at.answers:
-            at.answers["zp"] = self._named("zp", column(replaced(s.force, self._letters(at))))
-        return self._shown(column([*rates_of_x, *at.answers["zp"]]))
+        return self._shown(column([*rates_of_x, *self._placed(at, "zp", lambda: s.force)]))
 
     def B(self, z: Column) -> SymbolicMatrix:
         """The Poisson tensor at z, (n+m)×(n+m): the vector field is B dH + force.
@@ -132,10 +130,6 @@ class DualSystem:
     def join(self, x: Column, mu: Column) -> Column:
         """The state (x, μ), (n+m)×1."""
         return column([*x, *mu])
-
-    def constant(self, value: Callable[[int], Any]) -> Letter:
-        """A letter for an exact number, given as a function digits → mpf."""
-        return self._s.constant(value)
 
     def act(self, x: Column, sigma: Column) -> Column:
         """x·τ(σ), n×1, where the groupoid is that of a group or its action; the time stays."""
@@ -249,18 +243,18 @@ class DualSystem:
 
     def _field(self, at: Point) -> Column:
         """(ẋ, μ̇) at a point, as letters."""
-        if "zf" not in at.answers:
-            values = column(replaced(rates(self._s), self._letters(at)))
-            at.answers["zf"] = self._named("zf", values)
-        return at.answers["zf"]
+        return self._placed(at, "zf", lambda: rates(self._s))
 
     def _force(self, at: Point) -> Column:
         """∂H/∂x = −∂l/∂x at a point, as letters, n×1."""
-        if "zg" not in at.answers:
-            slope = jacobian([self._s.lagrangian], self._s.x)
-            values = -column(replaced(slope, self._letters(at)))
-            at.answers["zg"] = self._named("zg", values)
-        return at.answers["zg"]
+        return self._placed(at, "zg", lambda: -jacobian([self._s.lagrangian], self._s.x))
+
+    def _placed(self, at: Point, name: str, entries: Callable[[], Any], by: Any = None) -> Column:
+        """Letters for entries in (x, ξ, μ) at a point, the same whenever they are asked for."""
+        if name not in at.answers:
+            values = column(replaced(entries(), self._letters(at)))
+            at.answers[name] = self._named(name, values, by)
+        return at.answers[name]
 
     def _letters(self, at: Point) -> dict[Expression, Expression]:
         s = self._s

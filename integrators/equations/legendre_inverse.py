@@ -6,7 +6,6 @@ factorial of its size, and exists for a Lagrangian that is quadratic in the velo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any
 
@@ -21,12 +20,6 @@ MOST = 100  # corrections, and halvings of each
 #: stationary in ξ, does not see that
 LAST = 2.0**-30
 ENTRIES = 2**20  # of all the mass matrices that are held at once
-
-
-@lru_cache(maxsize=256)
-def legendre_inverse(s: SceneSymbols, numbers: Any) -> LegendreInverse:
-    """The inverse for a scene's symbols in an arithmetic."""
-    return LegendreInverse(s, numbers)
 
 
 class LegendreInverse:
@@ -82,7 +75,8 @@ class LegendreInverse:
                 break
             state = (rows, x, mu, xi, step, size, left)
             rows, x, mu, xi, step, size, left = (e[kept] for e in state)
-            for part in _halvings(len(rows)):
+            part = np.ones(len(rows))  # the share of its correction that each row makes
+            for _ in range(MOST):
                 new, mass = self._left(x, xi + part[:, None] * step, mu, p)
                 worse = ~(np.linalg.norm(new, axis=1) < np.linalg.norm(left, axis=1))
                 if not worse.any():
@@ -100,11 +94,8 @@ class LegendreInverse:
         return mu - np.broadcast_to(value.T, mu.shape), np.moveaxis(mass, (0, 1), (-2, -1))
 
 
-def _halvings(rows: int) -> Iterator[np.ndarray]:
-    """The share of a correction that each row makes, again and again: its user halves it."""
-    part = np.ones(rows)
-    for _ in range(MOST):
-        yield part
+#: the inverse for a scene's symbols in an arithmetic
+legendre_inverse = lru_cache(maxsize=256)(LegendreInverse)
 
 
 def _solved(mass: np.ndarray, right: np.ndarray) -> np.ndarray:

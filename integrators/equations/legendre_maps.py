@@ -15,9 +15,9 @@ from typing import Any
 
 from ..numbers import Definition, needed, opaque, replaced, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
+from .covectors import times
 from .discrete_lagrangian import DiscreteLagrangian
 from .point_motion import gradient_along
-from .products import times
 
 
 class LegendreMaps:

@@ -12,19 +12,10 @@ from typing import Any
 
 from ..compiler import System
 from ..errors import BadInput, CannotMeasure, line_of
-from ..numbers import (
-    Definition,
-    evaluate_matrix,
-    needed,
-    null_direction,
-    random_point,
-    shown,
-    symbols_of,
-    sympy,
-    to_sympy,
-)
+from ..numbers import Definition, needed, shown, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from ..rules import OneStepMap
+from .checks import singular
 from .dual_system import DualSystem
 from .symbols import SceneSymbols, column, vector
 
@@ -124,19 +115,14 @@ class OneStepEquations:
 
     def check_regular(self, scene: Any) -> None:
         """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
-        for seed in range(2):
-            point = random_point([*self.z, *self.w, *self.s.q], (*self.w, self.h), seed)
-            point |= self.s.constant_values(40)
-            for p, value in zip(self.s.parameter_list, scene.parameter_values, strict=True):
-                point[p] = to_sympy(value)
-            matrix = evaluate_matrix(self.slope, 30, point, self.definitions(self.slope))
-            direction = null_direction(matrix)
-            if direction is None:
-                return
+        known = self.definitions(self.slope)
+        found = singular({"": self.slope}, self.s, self.z, self.w, scene, known)
+        if not found:
+            return
         unknowns = "its stages" if self.rule.stages else "the new Z"
         raise self._bad(
             f"does not determine {unknowns}: its residual is singular in the direction "
-            f"({shown(direction)})"
+            f"({shown(found[''])})"
         )
 
     # -- asking the map --------------------------------------------------------------------------

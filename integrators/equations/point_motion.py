@@ -8,7 +8,7 @@ from ..groupoids import Motion
 from ..numbers import slopes, symbols_of, sympy
 from ..numbers.types import Column, Expression, Expressions, SymbolicMatrix
 from .chain_rule import Block, ChainRule
-from .products import times
+from .covectors import times
 from .symbols import SceneSymbols, column, vector
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from ..errors import BadInput, line_of
 from ..numbers import first_violation, floats_exact, sympy
-from ..numbers.types import Column, Expression, Expressions, Letter, SymbolicMatrix
+from ..numbers.types import Column, Expression, Expressions, Letter
 from ..rules import Discretisation
 from .symbols import SceneSymbols, column
 
@@ -60,6 +60,10 @@ class GroupoidForRule:
             return (s.groupoid.inverse_left(x, w, a[-1]) * dw)[int(i)]
 
         self.Target, self.Velocity = answer("target", target), answer("velocity", velocity)
+        #: the matrix τ(hu); ι(x, u; h) of (x, u)⁻¹ = (b, ι); a letter for an exact number, given
+        #: as a function digits → mpf
+        self.element, self.inversion = s.groupoid.element, s.groupoid.inversion
+        self.constant = s.constant
         #: whether the rule takes velocities from curves, and so serves every chart alike
         self.gave_velocities = False
 
@@ -85,18 +89,6 @@ class GroupoidForRule:
             return dw.applyfunc(floats_exact)
         return self._each(self.Velocity, len(dw), *x, *w, *dw, h)
 
-    def element(self, u: Column, h: Expression) -> SymbolicMatrix:
-        """The matrix τ(hu)."""
-        return self.groupoid.element(u, h)
-
-    def inversion(self, x: Column, u: Column, h: Expression) -> Column:
-        """ι(x, u; h) of (x, u)⁻¹ = (b, ι)."""
-        return self.groupoid.inversion(x, u, h)
-
-    def constant(self, value: Callable[[int], Any]) -> Letter:
-        """A letter for an exact number, given as a function digits → mpf."""
-        return self.s.constant(value)
-
     def _check(self, *given: tuple[Column, int, str]) -> None:
         for entries, length, name in given:
             if len(entries) != length:
@@ -121,6 +113,8 @@ class LagrangianForRule:
 
     def __init__(self, s: SceneSymbols, written: bool = False) -> None:
         self.s, self.parameters, self.written = s, s.parameters, written
+        #: the discrete Lagrangian that the scene gives itself, at an arrow (x, u; h)
+        self.discrete = s.discrete_lagrangian_at
         n = len(s.x)
         self.Value = answer("lagrangian", lambda *a: s.lagrangian_at(column(a[:n]), column(a[n:])))
         self.Fast = answer("fast", lambda *a: s.fast_at(column(a)))
@@ -134,10 +128,6 @@ class LagrangianForRule:
         """The fast part of the potential at x."""
         value = self.s.fast_at(x if self.written else self.s.x)  # raises where there is none
         return value if self.written else self.Fast(*x)
-
-    def discrete(self, x: Column, u: Column, h: Expression) -> Expression:
-        """The discrete Lagrangian that the scene gives itself, at an arrow (x, u; h)."""
-        return self.s.discrete_lagrangian_at(x, u, h)
 
 
 def value_of_rule(rule: Discretisation, L: LagrangianForRule, G: GroupoidForRule) -> Expression:

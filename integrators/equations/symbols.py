@@ -13,10 +13,9 @@ import numpy as np
 
 from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy
 from ..groupoids import Clocked
-from ..numbers import Arithmetic, floats_exact, refuse_large, sympy
+from ..numbers import Arithmetic, floats_exact, refuse_large, sympy, to_sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene, takes_fourth
-from .sums import summing_at_once
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(
@@ -61,6 +60,7 @@ class SceneSymbols:
         #: the discrete Lagrangian that the scene gives itself, or None
         self.given = scene.discrete_lagrangian
         self._lagrangian, self._fast, self._force = scene.lagrangian, scene.fast, scene.force
+        self.forced = scene.force is not None
         #: the function of the constraints, and whether they are φ(x) = 0 (`constraints`)
         self.restricted = scene.holonomic or scene.nonholonomic
         self.holonomic = scene.holonomic is not None
@@ -152,6 +152,10 @@ class SceneSymbols:
         """The constants as sympy numbers of that many digits."""
         return {c: sympy.Float(value(digits), digits) for c, value in self.constants.items()}
 
+    def exact_parameters(self, scene: Scene) -> Replacement:
+        """The parameters' values in a scene, exactly."""
+        return dict(zip(self.parameter_list, map(to_sympy, scene.parameter_values), strict=True))
+
     @property
     def position(self) -> Column:
         """x without the time, n×1."""
@@ -164,11 +168,6 @@ class SceneSymbols:
         given = list(x)
         return [*given, t] if len(given) == self.n else given
 
-    @property
-    def forced(self) -> bool:
-        """Whether a force acts."""
-        return self._force is not None
-
     def call(self, function: Callable[..., Any], what: str, *arguments: Any) -> Expression:
         """The scalar that a function of the user's gives for symbols.
 
@@ -180,7 +179,7 @@ class SceneSymbols:
     def evaluated(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
         """Whatever a function of the user's gives for symbols; raises as `call`."""
         try:
-            return summing_at_once(function)(*arguments)
+            return function(*arguments)
         except BadInput as error:
             place = line_of(function, error)
             if not place or place in str(error):

@@ -40,7 +40,7 @@ def order_of_step(rule: Any, equations: Any, self_adjoint: Callable[[], bool]) -
     one wherever it turns out self-adjoint, as on a group, where every rule is h·l(u).
     """
     order, groupoid = rule.order, equations.groupoid
-    every_chart = groupoid.symmetric_chart or equations.of.gave_velocities
+    every_chart = groupoid.symmetric_chart or equations.of.G.gave_velocities
     if order is not None and order > 1 and not every_chart:
         return 1  # u is not the velocity of the middle of the step
     if order is None or order % 2 == 0:

@@ -56,7 +56,7 @@ class LatticeEquations:
         of = DiscreteLagrangian(s, rule) if lattice.bonds_move else None
         self.site = DiscreteEquations(s, rule, of)
         if not lattice.bonds_move:
-            check_regular(lambda: self.site.at_points, s, self.site.w, scene, rule)
+            check_regular(self.site, scene, rule)
         if not self.site.of.weighted:
             raise CannotMeasure(
                 f"{lattice.name}: {rule.name} is no weighted sum of values of L, so its step "

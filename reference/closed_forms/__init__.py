@@ -7,10 +7,12 @@ Lagrangian falls to the Taylor integrator.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..algebroid import Algebroid
 from .form import ClosedForm, Motion
+
+if TYPE_CHECKING:
+    from ..equations import Mechanics
 
 
 def registry() -> dict[str, ClosedForm]:
@@ -23,36 +25,25 @@ def registry() -> dict[str, ClosedForm]:
     return {form.name: form for form in forms}
 
 
-def closed_form_of(
-    scene: Any,
-    x: Any,
-    v: Any,
-    lagrangian: Any,
-    structure: Algebroid,
-    parameters: Any,
-    start: Any,
-) -> ClosedForm | None:
+def closed_form_of(scene: Any, mechanics: Mechanics) -> ClosedForm | None:
     """The closed form that solves exactly this scene, or None."""
     import sympy
 
-    form = registry().get(scene.name)
+    from ..exact import parameter_values
+
+    form, structure = registry().get(scene.name), mechanics.structure
     if form is None or form.kind != scene.groupoid.kind:
         return None
     if form.basis is not None and structure.basis != form.basis():
         return None
-    n = structure.dim_x
+    n, parameters = structure.dim_x, parameter_values(scene)
     try:
-        own = form.lagrangian(x, v, parameters)
-    except (
-        AttributeError,
-        IndexError,
-        TypeError,
-        ValueError,
-    ):  # it has other parameters or dimensions
+        own = form.lagrangian(mechanics.x, mechanics.v, parameters)
+    except (AttributeError, IndexError, TypeError, ValueError):
+        return None  # it has other parameters or dimensions
+    if sympy.simplify(sympy.expand(mechanics.lagrangian - own)).free_symbols:
         return None
-    difference = sympy.simplify(sympy.expand(lagrangian - own))
-    if difference.free_symbols:
-        return None
+    start = mechanics.start
     return form if form.applies(parameters, start[:n], start[n:]) else None
 
 

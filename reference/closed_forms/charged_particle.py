@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import mpmath
+
+from ..exact import number_to_mpf
 from .form import ClosedForm, Motion, Numbers, is_zero
 
 
@@ -22,10 +25,6 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
-    import mpmath
-
-    from ..exact import number_to_mpf
-
     w = number_to_mpf(p.charge * p.field / p.mass)
     x, v = [number_to_mpf(c) for c in x0], [number_to_mpf(c) for c in v0]
     speed = mpmath.mpc(v[0], v[1])

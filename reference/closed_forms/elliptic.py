@@ -1,6 +1,6 @@
 """Jacobi's functions with their amplitude unwound, and Legendre's integrals for any amplitude.
 
-Parameter m = k^2, 0 <= m < 1. mpmath evaluates the functions on one period; the rest is here.
+Parameter m = k^2, 0 <= m < 1. mpmath evaluates the functions on one period, the integrals anywhere.
 """
 
 from __future__ import annotations
@@ -24,15 +24,9 @@ def jacobi(u: Any, m: Any) -> tuple[Any, Any, Any, Any]:
 
 def first_kind(amplitude: Any, m: Any) -> Any:
     """F(amplitude | m) for any real amplitude."""
-    if m == 0:
-        return amplitude
-    turns = mpmath.nint(amplitude / mpmath.pi)
-    rest = amplitude - turns * mpmath.pi
-    return 2 * turns * mpmath.ellipk(m) + mpmath.re(mpmath.ellipf(rest, m))
+    return mpmath.re(mpmath.ellipf(amplitude, m))
 
 
 def third_kind(n: Any, amplitude: Any, m: Any) -> Any:
     """Pi(n; amplitude | m), the integral of du / (1 - n sn^2 u), for n < 1."""
-    turns = mpmath.nint(amplitude / mpmath.pi)
-    rest = amplitude - turns * mpmath.pi
-    return 2 * turns * mpmath.re(mpmath.ellippi(n, m)) + mpmath.re(mpmath.ellippi(n, rest, m))
+    return mpmath.re(mpmath.ellippi(n, amplitude, m))

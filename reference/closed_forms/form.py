@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import sympy
+
 Numbers = Sequence[Any]
 
 
@@ -39,8 +41,6 @@ class ClosedForm:
 
 def is_zero(number: Any) -> bool:
     """Whether an exact sympy number is zero: decided by value first, then symbolically."""
-    import sympy
-
     number = sympy.sympify(number)
     if number.is_Rational:
         return bool(number == 0)

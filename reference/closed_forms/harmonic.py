@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import mpmath
+
+from ..exact import number_to_mpf
 from .form import ClosedForm, Motion, Numbers, sign
 
 
@@ -16,10 +19,6 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
-    import mpmath
-
-    from ..exact import number_to_mpf
-
     w = mpmath.sqrt(number_to_mpf(p.stiffness / p.mass))
     x, v = number_to_mpf(x0[0]), number_to_mpf(v0[0])
     c, s = mpmath.cos(w * t), mpmath.sin(w * t)

@@ -14,19 +14,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import mpmath
+import sympy
+
+from ..exact import number_to_mpf
 from .form import ClosedForm, Motion, Numbers, is_zero, sign
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
-    import sympy
-
     return v.dot(v) / 2 + p.strength / sympy.sqrt(x.dot(x))
 
 
 def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
     """Ellipses and hyperbolas of an attracting centre; no collision, no parabola."""
-    import sympy
-
     if len(x0) < 2 or sign(p.strength) <= 0 or all(is_zero(a) for a in x0):
         return False
     moment = any(
@@ -36,17 +36,10 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def _inverse_axis(p: Any, x0: Any, v0: Any) -> Any:
-    import sympy
-
     return 2 / sympy.sqrt(x0.dot(x0)) - v0.dot(v0) / p.strength
 
 
 def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
-    import mpmath
-    import sympy
-
-    from ..exact import number_to_mpf
-
     exact = _inverse_axis(p, sympy.Matrix(x0), sympy.Matrix(v0))
     closed = sign(exact) > 0
     k, a = number_to_mpf(p.strength), 1 / number_to_mpf(exact)
@@ -82,28 +75,22 @@ def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
 
 
 def increasing_root(function: Callable[[Any], Any], slope: Callable[[Any], Any], goal: Any) -> Any:
-    """The root of function(d) = goal for an increasing function: Newton inside a bracket."""
-    import mpmath
-
+    """The root of function(d) = goal for an increasing function: a bracket, then Newton."""
     low = high = mpmath.mpf(0)
     width = mpmath.mpf(1)
     while function(high) < goal:
         low, high, width = high, high + width, 2 * width
     while function(low) > goal:
         low, high, width = low - width, low, 2 * width
-    d = (low + high) / 2
-    for _ in range(20 * mpmath.mp.prec):
-        miss = function(d) - goal
-        if miss > 0:
-            high = d
-        else:
-            low = d
-        move = miss / slope(d)
-        if not low <= d - move <= high:
-            move = d - (low + high) / 2
-        d -= move
-        if abs(move) <= mpmath.ldexp(max(abs(d), 1), 8 - mpmath.mp.prec):
-            break  # Newton's error behind this step is of the order of its square
+
+    def miss(d: Any) -> Any:
+        return function(d) - goal
+
+    d = low
+    if low < high:
+        d = mpmath.findroot(miss, (low, high), solver="anderson", maxsteps=999, verify=False)
+    for _ in range(2):  # what is left is of the order of the square of the last one's
+        d -= miss(d) / slope(d)
     return d
 
 

@@ -14,12 +14,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import mpmath
+import sympy
+
+from ..exact import number_to_mpf
+from .elliptic import first_kind, jacobi
 from .form import ClosedForm, Motion, Numbers, is_zero, sign
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
-    import sympy
-
     kinetic = p.mass * p.length**2 * v[0] ** 2 / 2
     return kinetic + p.mass * p.gravity * p.length * sympy.cos(x[0])
 
@@ -29,12 +32,6 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
-    import mpmath
-    import sympy
-
-    from ..exact import number_to_mpf
-    from .elliptic import first_kind, jacobi
-
     square = p.gravity / p.length
     exact_m = (v0[0] ** 2 / (2 * square) + 1 - sympy.cos(x0[0])) / 2
     angle, speed = number_to_mpf(x0[0]), number_to_mpf(v0[0])

@@ -17,7 +17,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import mpmath
+import sympy
+
+from ..exact import number_to_mpf
+from .elliptic import first_kind, jacobi, third_kind
 from .form import ClosedForm, Motion, Numbers, is_zero, sign
+from .rotations import cross, momentum_frame, rotation
 
 
 def lagrangian(x: Any, v: Any, p: Any) -> Any:
@@ -28,8 +34,6 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 def basis() -> tuple[Any, ...]:
     """so(3) with the hat map: hat(a) b = a x b."""
-    import sympy
-
     return tuple(sympy.Matrix(3, 3, lambda i, j, g=g: -sympy.LeviCivita(g, i, j)) for g in range(3))
 
 
@@ -50,11 +54,6 @@ def axis_order(moments: list[Any], v0: Numbers) -> tuple[int, int, int]:
 
 
 def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
-    import mpmath
-
-    from ..exact import number_to_mpf
-    from .rotations import cross, rotation
-
     moments = [moment for moment in p.inertia]
     start = [number_to_mpf(value) for value in v0]
     torque = cross([moments[i] * v0[i] for i in range(3)], list(v0))
@@ -73,12 +72,6 @@ def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
 
 def _ordered_motion(moments: list[Any], v0: list[Any], t: Any) -> tuple[list[Any], Any]:
     """Angular velocity and attitude when axis 3 is the circled one and nothing is steady."""
-    import mpmath
-
-    from ..exact import number_to_mpf
-    from .elliptic import first_kind, jacobi, third_kind
-    from .rotations import momentum_frame, rotation
-
     exact_energy = sum(i * w**2 for i, w in zip(moments, v0, strict=True))
     exact_square = sum((i * w) ** 2 for i, w in zip(moments, v0, strict=True))
     separatrix = is_zero(exact_square - exact_energy * moments[1])
@@ -118,8 +111,6 @@ def _ordered_motion(moments: list[Any], v0: list[Any], t: Any) -> tuple[list[Any
 
 def _separatrix_integral(n: Any, u: Any) -> Any:
     """The integral of du / (1 - n tanh^2 u), n < 0."""
-    import mpmath
-
     root = mpmath.sqrt(-n)
     return (u + root * mpmath.atan(root * mpmath.tanh(u))) / (1 - n)
 

@@ -12,6 +12,10 @@ from itertools import combinations
 from types import SimpleNamespace
 from typing import Any
 
+import mpmath
+import sympy
+
+from ..exact import number_to_mpf
 from . import rigid_body
 from .form import ClosedForm, Motion, Numbers, is_zero, sign
 
@@ -24,8 +28,6 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 def basis() -> tuple[Any, ...]:
     """E_ji - E_ij for i < j."""
-    import sympy
-
     return tuple(
         sympy.Matrix(4, 4, lambda r, c, i=i, j=j: int((r, c) == (j, i)) - int((r, c) == (i, j)))
         for i, j in PAIRS
@@ -53,10 +55,6 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
-    import mpmath
-
-    from ..exact import number_to_mpf
-
     axes = _space(v0)
     if axes is None:  # two planes turn at their own speeds
         attitude = mpmath.eye(4)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import mpmath
+
 
 def cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
     """a × b of two vectors of length 3."""
@@ -17,8 +19,6 @@ def cross(a: Sequence[Any], b: Sequence[Any]) -> list[Any]:
 
 def rotation(vector: Sequence[Any]) -> Any:
     """exp of the hat of the vector (Rodrigues)."""
-    import mpmath
-
     angle = mpmath.sqrt(mpmath.fdot(vector, vector))
     if angle == 0:
         return mpmath.eye(3)
@@ -29,8 +29,6 @@ def rotation(vector: Sequence[Any]) -> Any:
 
 def momentum_frame(momentum: Sequence[Any]) -> Any:
     """The rotation that takes the momentum to axis 3 and the node (momentum x e3) to axis 1."""
-    import mpmath
-
     size = mpmath.sqrt(mpmath.fdot(momentum, momentum))
     up = [component / size for component in momentum]
     across = mpmath.sqrt(up[0] ** 2 + up[1] ** 2)

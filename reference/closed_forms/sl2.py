@@ -17,6 +17,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import mpmath
+import sympy
+
+from ..exact import number_to_mpf
+from .elliptic import first_kind, jacobi
 from .form import ClosedForm, Motion, Numbers, is_zero, sign
 
 
@@ -28,15 +33,11 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 def basis() -> tuple[Any, ...]:
     """The diagonal matrix, then E12 and E21."""
-    import sympy
-
     return tuple(sympy.Matrix(e) for e in ([[1, 0], [0, -1]], [[0, 1], [0, 0]], [[0, 0], [1, 0]]))
 
 
 def _constants(p: Any, v0: Numbers) -> tuple[Any, Any, Any, Any, Any, Any, Any]:
     """p, q, w, X, Y at the start, F, G: exact."""
-    import sympy
-
     a, b, c = p.inertia
     root = 1 / sympy.sqrt(b * c)
     slow, fast = 2 / a - root, 2 / a + root
@@ -54,10 +55,6 @@ def applies(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
-    import mpmath
-
-    from ..exact import number_to_mpf
-
     exact = _constants(p, v0)
     slow, fast, w, x, y, f, g = map(number_to_mpf, exact)
     regime = sign(exact[0] * exact[6] - exact[1] * exact[5])
@@ -73,10 +70,6 @@ def _ordered(
     p: Any, w: Any, x: Any, y: Any, f: Any, g: Any, regime: int, q: Any, t: Any
 ) -> tuple[Any, Any, Any]:
     """w, X, Y at t when Y never vanishes (or, for regime 0, only in the limit)."""
-    import mpmath
-
-    from .elliptic import first_kind, jacobi
-
     s = -1 if y < 0 else 1
     top, speed = mpmath.sqrt(2 * f / p), mpmath.sqrt(2 * p * g)
     if regime == 0:  # X and Y vanish together: sech has no sign of its own

@@ -20,8 +20,13 @@ from __future__ import annotations
 
 from typing import Any
 
+import mpmath
+
+from ..exact import number_to_mpf
+from .elliptic import first_kind, jacobi, third_kind
 from .form import ClosedForm, Motion, Numbers, is_zero, sign
 from .rigid_body import basis
+from .rotations import cross, rotation
 
 
 def lagrange_top(x: Any, v: Any, p: Any) -> Any:
@@ -87,10 +92,6 @@ def _steady(p: Any, x0: Numbers, v0: Numbers) -> bool:
 
 
 def motion(p: Any, x0: Numbers, v0: Numbers, t: Any) -> Motion:
-    import mpmath
-
-    from ..exact import number_to_mpf
-
     flip = sign(_top(p)[2])
     a, c, w = (number_to_mpf(value) for value in _top(p))
     w = abs(w)
@@ -122,10 +123,6 @@ def _nutation(
     cubic: list[Any], z0: Any, rising: int, g: Any, ratio: Any, t: Any, steady: bool
 ) -> tuple[Any, Any, Any, Any]:
     """z, z' and the integrals of 1/(g - z) and 1/(g + z) from 0 to t; ratio = W/A."""
-    import mpmath
-
-    from .elliptic import first_kind, jacobi, third_kind
-
     if steady:
         return z0, mpmath.mpf(0), t / (g - z0), t / (g + z0)
     with mpmath.extradps(15):
@@ -155,10 +152,6 @@ def _attitude(before: list[Any], after: list[Any], precession: Any) -> Any:
 
     Horizontal-axial frames: rows (level, node, axis 3) in the body, and their images in space.
     """
-    import mpmath
-
-    from .rotations import cross, rotation
-
     g = mpmath.sqrt(mpmath.fdot(before, before))
 
     def frame(vertical: list[Any]) -> Any:

@@ -10,7 +10,6 @@ from itertools import pairwise
 import mpmath
 import numpy as np
 import pytest
-import sympy
 from sympy import Matrix, Rational
 
 from discmech.integrators import (
@@ -182,17 +181,6 @@ def test_the_other_rules_take_the_connection_elsewhere_and_agree_in_the_limit(ru
         gaps.append(gap(one, two))
     assert abs(np.log2(gaps[1] / gaps[2]) - rule.order) < 0.1
     assert gaps[2] > 1e-6
-
-
-def test_wongs_field_is_the_same_wherever_it_is_taken_along_a_step():
-    """A(x)ẋ = ½ ẋ × x: A(x + θhw)w does not depend on θ, so here all rules agree with plain ones.
-
-    Found by the test above, which was written for this scene first.
-    """
-    x, w = (Matrix(sympy.symbols(f"{name}0:3")) for name in "xw")
-    connection = scenes.get("wong").groupoid.connection
-    along = Matrix(connection(x + Rational(1, 3) * w)) * w
-    assert (along - Matrix(connection(x)) * w).expand() == sympy.zeros(3, 1)
 
 
 def operations(scene, rule):

@@ -75,7 +75,6 @@ REFERENCE = (
     _reference("equations", "equations", "constraints", "answers", "bounds"),
     _reference("extrapolation", "integrators", "closed_forms"),
     _reference("frozen", "tables", "equations", "answers"),
-    _reference("multipliers", "constraints", "certainty"),
     _reference("problem", "answers", "certainty", "equations", "algebroids"),
     _reference("series", "equations", "answers", "integrators"),
     _reference("states", "answers", "tables", "closed_forms"),
@@ -92,7 +91,7 @@ REFERENCE = (
     _reference("invariants", "certainty", "constraints", "integrators", "closed_forms"),
     _reference("progress", "store", "answers", "closed_forms"),
     _reference("result", "agreement", "answers", "tables"),
-    _reference("solution", "tables", "answers", "algebroids"),
+    _reference("solution", "tables", "answers", "algebroids", "constraints"),
     _reference("store", "store", "tables", "algebroids"),
     # formulas
     *(_reference(f"closed_forms/{name}", "closed_forms")

@@ -234,13 +234,3 @@ def test_a_very_early_time():
     with mpmath.workdps(60):
         wanted = -mpmath.sin(2) * mpmath.mpf(10) ** -400
         assert abs(found.mu[0] / wanted - 1) < mpmath.mpf(10) ** -50
-
-
-def test_a_row_that_vanishes_on_the_way_is_said_and_not_passed_over():
-    """At t = 1/2 the row of the constraint is 0, and does not say how the motion goes on."""
-    scene = Scene("vanishing", pair(2), lambda x, v, p: v.dot(v) / 2 + x[1],
-                  nonholonomic=lambda x, p: [[0, x[0]]], x0=["0.5", 0], v0=[-1, 0])  # fmt: skip
-    for t in ("0.5", 2):
-        with pytest.raises(ReferenceFailure, match=r"vanishing are dependent at t = 0\.5"):
-            solution(scene, t)
-    assert solution(scene, "0.3").certainty == "enclosure"

@@ -17,6 +17,7 @@ from discmech.reference.problem import Problem
 
 T = Fraction(3)
 EQUATIONS = SimpleNamespace(name="made up", dim_x=1, dim_u=0, start=(), attitude_size=0)
+ASKED = certify.Question(EQUATIONS, None, [T], 30)
 
 
 @pytest.fixture
@@ -50,7 +51,7 @@ def test_two_settings_are_raised_until_they_agree(runs, given, count):
     """Orders in turn; each has the digits that lacked at least, and none is far more precise."""
     made, right = runs
     right |= given
-    found, sweep, settings = certify._two_settings(EQUATIONS, None, [T], 30, "why not")
+    found, sweep, settings = certify._two_settings(ASKED, "why not")
     assert len(made) == sweep.steps == count and settings == made[-1]
     for k, (one, two) in enumerate(pairwise(made)):
         lacking = max(0, 30 - right.get(k, one.digits)) if k else 0
@@ -80,8 +81,7 @@ def test_one_setting_is_raised_until_the_form_agrees(runs, monkeypatch, given, c
         return {"x": [mpf(1)]}
 
     monkeypatch.setattr(certify, "form_at", exactly)
-    scene = SimpleNamespace(name="made up", parameters={})
-    found, _, settings = certify._one_setting(scene, EQUATIONS, None, [T], 30, None)
+    found, _, settings = certify._one_setting(ASKED)
     assert len(made) == count and settings == made[-1] and 30 < made[0].digits < 40 < min(asked)
     for k, (one, two) in enumerate(pairwise(made), 1):
         assert 30 - right[k] < two.digits - one.digits < 30 - right[k] + 10
@@ -95,11 +95,11 @@ def test_one_setting_is_raised_until_the_form_agrees(runs, monkeypatch, given, c
 def test_a_second_method_has_a_second_try(runs, monkeypatch, given, agreed, tolerances):
     made, right = runs
     right |= given
-    monkeypatch.setattr("discmech.reference.extrapolation.extrapolate",
+    monkeypatch.setattr("discmech.reference.certify.extrapolate",
                         lambda e, times, digits, max_steps: certify.integrate(
                             e, None, times, certify.TaylorSettings(digits)))  # fmt: skip
     trusted = {t: {"x": [mpf(1)]} for t in (Fraction(0), T)}
-    assert certify._second_method(EQUATIONS, [T], 30, 44, trusted, 7) == {T: agreed}
+    assert certify._second_method(ASKED, 44, trusted, 7) == {T: agreed}
     assert [s.digits for s in made] == [44, 54][:tolerances]
 
 
@@ -108,7 +108,7 @@ def test_a_second_method_that_cannot_be_run_is_said(monkeypatch, failure):
     def fails(*_, **__):
         raise failure("no")
 
-    monkeypatch.setattr("discmech.reference.extrapolation.extrapolate", fails)
+    monkeypatch.setattr("discmech.reference.certify.extrapolate", fails)
     found = solution("henon-heiles", "1/7", 20)
     assert "extrapolation could not be run" in found.evidence and found.certain_digits == 20
 

@@ -53,6 +53,10 @@ def test_chaotic_scenes_are_followed_far():
         assert max(row.t for row in store.read(frozen.file_of(name)).rows) >= 20
 
 
+def first(rows):
+    return rows[:1]
+
+
 DEAR = ("outer-solar-system",)  # takes a minute
 
 
@@ -95,9 +99,6 @@ def test_a_wrong_digit_does_not_fit_the_checksum(copies):
 
 
 def test_a_table_may_be_off_by_two_roundings(monkeypatch):
-    def first(rows):
-        return rows[:1]
-
     (row,) = first(store.read(frozen.file_of("harmonic")).rows)
     assert row.certain_digits % 2 == 0
     monkeypatch.setattr(frozen, "agreement", lambda *_: row.certain_digits - 1)
@@ -149,7 +150,7 @@ def test_no_two_systems_share_a_fingerprint():
         force = replace(scene, lagrangian=lambda x, v, p: scene.lagrangian(x, v, p) + more * x[0])
         return Problem.of(force.with_values(**changes)).key
 
-    x = Problem.of(scene).x[0]
+    x = Problem.of(scene).mechanics.x[0]
     points = [
         sympy.Rational(2 * i + 3 * k + 5, 7 * i + 11 + 4 * k) for i in (0, 1) for k in (0, 1, 2)
     ]
@@ -247,9 +248,6 @@ def test_a_table_is_checked_whole_and_must_be_there(copies):
     """Also its attitude, and only what is in it."""
     name = "rigid-body"
     table = store.read(frozen.file_of(name))
-
-    def first(rows):
-        return rows[:1]
 
     assert frozen.check(name, first) >= 49
     (row,) = first(table.rows)

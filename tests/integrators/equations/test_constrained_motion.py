@@ -1,7 +1,5 @@
 """Constraints: RATTLE comes out, closed forms, what is kept, and what must not be demanded."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath

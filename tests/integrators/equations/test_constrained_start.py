@@ -1,7 +1,5 @@
 """Starts under constraints: what round-off hides is projected, what is off by more is refused."""
 
-from __future__ import annotations
-
 import math
 import re
 

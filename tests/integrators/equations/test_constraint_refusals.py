@@ -1,7 +1,5 @@
 """Constraints that fit nothing: a sentence each."""
 
-from __future__ import annotations
-
 import pytest
 import sympy
 

@@ -1,14 +1,12 @@
 """Explicit time: each point of a rule has its own, and a start may be at any time."""
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 import sympy
 
 from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
 from discmech.integrators.rules import compose, discretisation
-from discmech.reference import solution
+from tests.integrators.equations.forced_scenes import errors, order
 from tests.objects import flow, scheme
 from tests.studies.cached_results import measured
 
@@ -34,31 +32,18 @@ SWELLING = held(name="swelling", groupoid=lie_group(so(3)), lagrangian=swelling,
 ORDERS = {"rectangle": 1, "midpoint": 2, "trapezoidal": 2, "gauss-2": 4, "lobatto-3": 4}
 
 
-def errors(one, steps):
-    """‖(x, μ) − reference‖ at t = 1."""
-    exact = solution(one.scene, 1, 30)
-    wanted = np.array([float(e) for e in (*exact.x, *exact.mu)])
-    runs = [one.flow(Fraction(1, n)).trajectory(n, every=n) for n in steps]
-    return [float(np.linalg.norm(np.concatenate([r.x[-1], r.mu[-1]]) - wanted)) for r in runs]
-
-
-def order(one, steps=(16, 32)):
-    coarse, fine = errors(one, steps)
-    return float(np.log2(coarse / fine))
-
-
 @pytest.mark.sampled
 @pytest.mark.parametrize("rule", ORDERS)
 @pytest.mark.parametrize("scene", [SWUNG, SWELLING], ids=lambda s: s.name)
 def test_every_point_of_a_rule_has_its_time(scene, rule):
     one = Scheme(scene, rules.get(rule))
-    assert order(one) == pytest.approx(ORDERS[rule], abs=0.15)
+    assert order(one, 1, (16, 32)) == pytest.approx(ORDERS[rule], abs=0.15)
 
 
 @pytest.mark.parametrize("scene", [SWUNG, SWELLING], ids=lambda s: s.name)
 def test_substeps_and_adjoints_have_theirs(scene):
     one = Scheme(scene, compose(rules.get("rectangle"), "triple-jump"))
-    assert order(one) == pytest.approx(4, abs=0.2)
+    assert order(one, 1, (16, 32)) == pytest.approx(4, abs=0.2)
 
 
 @discretisation(order=2, stages=1)
@@ -73,7 +58,7 @@ def two_halves(L, G, x, u, h, s):
 def test_a_point_that_a_stage_leads_to_has_its_time(force):
     scene = held(name="pushed", force=force)
     wanted, found = (
-        errors(Scheme(scene, rule), (32, 64)) for rule in (two_halves, rules.get("trapezoidal"))
+        errors(Scheme(scene, rule), 1, (32, 64)) for rule in (two_halves, rules.get("trapezoidal"))
     )
     assert np.log2(wanted[0] / wanted[1]) == pytest.approx(2, abs=0.05)
     assert 3 < found[0] / wanted[0] < 5  # steps half as long
@@ -96,8 +81,8 @@ def late(L, G, x, u, h):
 
 
 def test_everything_at_the_time_of_the_start_is_of_first_order():
-    assert order(Scheme(SWUNG, late), (64, 128)) == pytest.approx(1, abs=0.1)
-    assert order(Scheme(SWUNG, rules.get("midpoint")), (64, 128)) == pytest.approx(2, abs=0.1)
+    assert order(Scheme(SWUNG, late), 1, (64, 128)) == pytest.approx(1, abs=0.1)
+    assert order(Scheme(SWUNG, rules.get("midpoint")), 1, (64, 128)) == pytest.approx(2, abs=0.1)
 
 
 @pytest.mark.sampled

@@ -8,7 +8,7 @@ import sympy
 from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
 from discmech.integrators.compiler import kernel_text
 from discmech.reference import solution
-from tests.integrators.equations.forced_scenes import FORCED, forced, rubbed, with_force
+from tests.integrators.equations.forced_scenes import FORCED, forced, order, rubbed, with_force
 from tests.objects import GROUPOIDS, arrows, scheme, with_wrong_force
 
 DIGITS = 50
@@ -154,23 +154,11 @@ def test_the_derivative_of_a_step_is_exact(name, rule):
                 assert max(abs((up[part] - down[part]) / (2 * eps) - slopes)) < 1e-20
 
 
-def errors(one, steps):
-    """‖(x, μ) − reference‖ at the end of half a unit of time, of a scheme at these steps."""
-    exact = solution(one.scene, "0.5", 30)
-    wanted = np.array([float(e) for e in (*exact.x, *exact.mu)])
-    runs = [one.flow(sympy.Rational(1, 2 * n)).trajectory(n, every=n) for n in steps]
-    return [float(np.linalg.norm(np.concatenate([r.x[-1], r.mu[-1]]) - wanted)) for r in runs]
-
-
-def order(found):
-    return float(np.log2(found[0] / found[1]))
-
-
 @pytest.mark.sampled
 @pytest.mark.parametrize(("name", "rule"), MET)
 def test_orders_against_the_forced_equations(name, rule):
     one = forced(name, rule)
-    assert order(errors(one, (16, 32))) == pytest.approx(one.order, abs=0.12)
+    assert order(one, "0.5", (16, 32)) == pytest.approx(one.order, abs=0.12)
 
 
 def test_a_force_ends_symmetry_of_the_rectangle_rule_on_a_group():
@@ -183,7 +171,7 @@ def test_a_force_ends_symmetry_of_the_rectangle_rule_on_a_group():
 @pytest.mark.parametrize("name", SOME)
 def test_a_force_at_one_end_only_is_of_first_order(name):
     one = with_wrong_force(forced(name, "trapezoidal"), 2, 0)
-    assert order(errors(one, (512, 1024))) == pytest.approx(1, abs=0.1)
+    assert order(one, "0.5", (512, 1024)) == pytest.approx(1, abs=0.1)
 
 
 @pytest.mark.parametrize("name", SOME)

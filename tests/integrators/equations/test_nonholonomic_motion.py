@@ -1,7 +1,5 @@
 """Nonholonomic constraints: closed forms, multipliers, and what no reversibility helps."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

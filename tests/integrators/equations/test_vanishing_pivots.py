@@ -1,7 +1,5 @@
 """Steps where an entry of a matrix is exactly 0 are no worse than any other step."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import pytest

@@ -308,12 +308,3 @@ def test_the_defects_of_a_composition_are_those_of_all_its_substeps():
     assert flow.step_defect(x, mu, after_x, after_mu, u0=u) < 1e-48
     other = scheme("pendulum", "midpoint").flow("0.1", 50).trajectory(1)
     assert flow.step_defect(x, mu, other.x[1], other.mu[1], u0=u) > 1e-8
-
-
-def test_a_composition_shrinks_its_steps_at_the_edge():
-    """Substeps beyond the reach are halved, all of a step alike, and |μ| stays what it is."""
-    scene = SCENES["rigid-body"].with_values(v0=[30, 20, 9])
-    f = Scheme(scene, get("triple-jump:trapezoidal")).flow("2", on_edge="shrink")
-    run = f.trajectory(10)
-    assert run.edges > 5 and run.margin > 8**-0.5
-    assert np.allclose(np.linalg.norm(run.mu, axis=1), np.linalg.norm(run.mu[0]), rtol=1e-14)

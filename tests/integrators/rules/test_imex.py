@@ -1,7 +1,5 @@
 """The fast potential of a scene, and the rule that treats it apart."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What has no meaning for a one-step map, and wrong maps: a sentence each."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import sympy
