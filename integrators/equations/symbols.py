@@ -16,6 +16,7 @@ from ..groupoids import Clocked
 from ..numbers import Arithmetic, floats_exact, refuse_large, sympy, to_sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene, takes_fourth
+from .sums import summing_at_once
 
 #: names that coordinates, coefficients and intermediate results have
 _TAKEN = re.compile(
@@ -179,7 +180,7 @@ class SceneSymbols:
     def evaluated(self, function: Callable[..., Any], what: str, *arguments: Any) -> Any:
         """Whatever a function of the user's gives for symbols; raises as `call`."""
         try:
-            return function(*arguments)
+            return summing_at_once(function)(*arguments)
         except BadInput as error:
             place = line_of(function, error)
             if not place or place in str(error):
