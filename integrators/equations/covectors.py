@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 from ..numbers import sympy
 from ..numbers.types import Column, Letter, SymbolicMatrix
-from .symbols import column
 
 
 @dataclass
