@@ -24,10 +24,10 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
     weights = tuple([c[0] * e for e in WEIGHTS])
     done, status = 0, OK
     if task == 2:
-        copy(mu, nu, ranges, parts)
+        copy(mu, nu, m, ranges, parts)
     else:
         if task == 0:
-            copy(nu, mu, ranges, parts)
+            copy(nu, mu, m, ranges, parts)
             place_ends(x, work, segments, pieces)
             for r in range(parts):
                 for i in range(ranges[r, 0], ranges[r, 1]):

@@ -24,8 +24,8 @@ def add(a, i, values):
         here[j] = here[j] + value
 
 
-def copy(a, b, ranges, parts):
-    """a = b on free sites."""
+def copy(a, b, width, ranges, parts):
+    """a = b on free sites, in rows of that width."""
     for r in range(parts):
         for i in range(ranges[r, 0], ranges[r, 1]):
-            put(a, i, row(b, i, m))
+            put(a, i, row(b, i, width))
