@@ -130,11 +130,6 @@ def watch(system, x, w, guard, c):
     return (farthest, reach, last, slack), OK, near
 
 
-def of_rest(rest):
-    """The size of what is 0 at the edge and negative beyond."""
-    return 1 / (rest * rest) if rest > 0 else HUGE
-
-
 def forget(memo):
     """Forget what was seen of u near a chart's edge: it is large there and nowhere else.
 

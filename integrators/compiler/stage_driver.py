@@ -19,16 +19,13 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     x, mu, ex, emu = tuple([load(state, at) for at in LAYOUT.parts[:4]])
     c = load(coefficients[0], slice(0, RULE.width))
     weights = tuple([c[0] * e for e in WEIGHTS])
-    age = int(state[LAYOUT.memory])
-    memory = LAYOUT.memory + 1
-    u = load(state, slice(memory, memory + LAYOUT.m))
-    lost = load(state, slice(memory + LAYOUT.m, memory + 2 * LAYOUT.m))
-    stages = memory + 2 * LAYOUT.m
+    stages = LAYOUT.memory + 1 + 2 * LAYOUT.m
+    kept = load(state, slice(LAYOUT.memory, stages))
+    age, u, lost = int(kept[0]), kept[1 : 1 + LAYOUT.m], kept[1 + LAYOUT.m :]
     xi = load_lanes(state, stages)
     mz = load_lanes(state, stages + LAYOUT.m * LAYOUT.lanes)
-    total_count, most, size = load(totals, slice(CORRECTIONS, FARTHEST))
-    farthest, reach = totals[FARTHEST], totals[REACH]
-    shrunk, sweeps = totals[CONTRACTION], totals[SWEEPS]
+    total_count, most, size, farthest, reach = load(totals, slice(CORRECTIONS, BRANCH))
+    shrunk, sweeps = load(totals, slice(CONTRACTION, ENTRIES))
     status = OK
     row = (index + every - 1) // every
     wait = row * every - index
@@ -61,28 +58,19 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
         age = 1
         wait -= 1
         index += 1
-    save(state, 0, x + mu + ex + emu)
-    state[LAYOUT.memory] = 1.0 * age
-    save(state, memory, u + lost)
+    save(state, 0, x + mu + ex + emu + (1.0 * age,) + u + lost)
     save_lanes(state, stages, xi)
     save_lanes(state, stages + LAYOUT.m * LAYOUT.lanes, mz)
-    save(totals, CORRECTIONS, (total_count, most, size))
-    totals[FARTHEST] = farthest
-    totals[CONTRACTION] = shrunk
-    totals[SWEEPS] = sweeps
+    save(totals, CORRECTIONS, (total_count, most, size, farthest))
+    save(totals, CONTRACTION, (shrunk, sweeps))
     return index, status
 
 
 def load_lanes(state, at):
     """All parts of m components."""
-    return tuple(
-        [
-            tuple(
-                [read_lanes(state, at + (q * LAYOUT.m + i) * WIDTH, WIDTH) for i in range(LAYOUT.m)]
-            )
-            for q in range(PARTS)
-        ]
-    )
+    m = LAYOUT.m
+    lanes = tuple([read_lanes(state, at + k * WIDTH, WIDTH) for k in range(PARTS * m)])
+    return tuple([lanes[q * m : q * m + m] for q in range(PARTS)])
 
 
 def save_lanes(state, at, parts):
@@ -103,14 +91,8 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
     more than the stages: it would hand their errors on undamped.
     """
     none = tuple([0.0 for e in mu])
-    of_w, of_p, end, sum_p, sum_f, last = (
-        none,
-        none,
-        none,
-        none,
-        tuple([0.0 for _ in range(system.turning)]),
-        none,
-    )
+    of_w, of_p, end, sum_p, last = none, none, none, none, none
+    sum_f = tuple([0.0 for _ in range(system.turning)])
     before, best, stale, count, status = HUGE, HUGE, 0, 0, OK
     first, ratio, apart = HUGE, 0.0, 0
     uneven, pending = 1 < 0, 1 < 0
@@ -181,8 +163,3 @@ def watch(system, x, w, farthest, reach, c):
             return farthest, EDGE
         farthest = size if size > farthest else farthest
     return farthest, OK
-
-
-def of_rest(rest):
-    """The size of what is 0 at the edge and negative beyond."""
-    return 1 / (rest * rest) if rest > 0 else HUGE
