@@ -2,7 +2,7 @@
 
 import pytest
 import sympy
-from sympy import Matrix, Symbol
+from sympy import Symbol
 
 from discmech.integrators import (
     BadInput,
@@ -160,12 +160,6 @@ def test_a_right_action_of_a_complex_group_is_asked_for_real_matrices():
 def test_pair_of_what(n):
     with pytest.raises(BadInput, match="the dimension of the base is a whole number from 1"):
         pair(n)
-
-
-def test_only_matrix_groups_have_elements():
-    u = Matrix([1])
-    with pytest.raises(BadInput, match=r"pair\(1\) has no group elements"):
-        pair(1).element(u, 1)
 
 
 def test_names_and_retractions():
