@@ -60,6 +60,33 @@ def save(a, at, v):
         a[at + i] = p
 
 
+def row(a, i, length):
+    """Entries of row i as a tuple."""
+    here = a[i]
+    return tuple([here[j] for j in range(length)])
+
+
+def put(a, i, values):
+    """Write row i."""
+    here = a[i]
+    for j, value in enumerate(values):
+        here[j] = value
+
+
+def add(a, i, values):
+    """Add to row i."""
+    here = a[i]
+    for j, value in enumerate(values):
+        here[j] = here[j] + value
+
+
+def copy(a, b, width, ranges, parts):
+    """a = b on the free sites of a lattice, in rows of that width."""
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            put(a, i, row(b, i, width))
+
+
 def eliminate(a, m):
     """Gaussian elimination with row exchanges, on the m rows (entries, right side) of `a`.
 
