@@ -62,15 +62,12 @@ def save(a, at, v):
 
 def row(a, i, length):
     """Entries of row i as a tuple."""
-    here = a[i]
-    return tuple([here[j] for j in range(length)])
+    return load(a[i], slice(0, length))
 
 
 def put(a, i, values):
     """Write row i."""
-    here = a[i]
-    for j, value in enumerate(values):
-        here[j] = value
+    save(a[i], 0, values)
 
 
 def add(a, i, values):
