@@ -109,14 +109,8 @@ def collocated(x, nu, w1, w2, w3, work, p, q, weights, c, ranges, parts, segment
             pending = any_shrinks(moved, left, sizes)
             left = tuple([e if e < least else least for e, least in zip(moved, left)])
         count = count + 1
-        rate = change / before if before < HUGE else 1.0
-        stale = 0 if change < best else stale + 1
-        best = change if change < best else best
+        settled, best, stale = settle(change, before, best, stale, count, pending)
         before = change
-        settled = count > 1 and (
-            change * rate <= SMALLEST * EPS or (stale > 0 and change < 64 * EPS)
-        )
-        settled = settled and not pending
         if stale > 2 or count >= MOST_SWEEPS or not ends < HUGE:
             settled = stale > 2 and change < NOISE
             status = OK if settled else NOT_CONVERGED

@@ -120,18 +120,12 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
             pending = any_shrinks(moved, left, sizes)
             left = tuple([e if e < least else least for e, least in zip(moved, left)])
         w, p, count = new_w, new_p, count + 1
-        rate = change / before if before < HUGE else 1.0
-        stale = 0 if change < best else stale + 1
-        best = change if change < best else best
+        settled, best, stale = settle(change, before, best, stale, count, pending)
         if count == 2:
             first = change
         elif count > 2 and change > NOISE:
             ratio, apart = change / first, count - 2
         before = change
-        settled = count > 1 and (
-            change * rate <= SMALLEST * EPS or (stale > 0 and change < 64 * EPS)
-        )
-        settled = settled and not pending
         if stale > 2 or count >= MOST_SWEEPS or not change < HUGE:
             settled = stale > 2 and change < NOISE
             status = OK if settled else NOT_CONVERGED if change < HUGE else SINGULAR
