@@ -24,7 +24,8 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     age, u, lost = int(kept[0]), kept[1 : 1 + LAYOUT.m], kept[1 + LAYOUT.m :]
     xi = load_lanes(state, stages)
     mz = load_lanes(state, stages + LAYOUT.m * LAYOUT.lanes)
-    total_count, most, size, farthest, reach = load(totals, slice(CORRECTIONS, BRANCH))
+    total_count, most, size = load(totals, slice(CORRECTIONS, FARTHEST))
+    guard = load(totals, slice(FARTHEST, TOTALS))
     shrunk, sweeps = load(totals, slice(CONTRACTION, ENTRIES))
     status = OK
     row = (index + every - 1) // every
@@ -42,10 +43,9 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
             most, shrunk, sweeps = count, ratio, 1.0 * apart
         if status != OK:
             break
-        if RULE.watched:
-            farthest, status = watch(RULE, x, end[0], farthest, reach, c)
-            if status != OK:
-                break
+        guard, status, near = watch(RULE, x, end[0], guard, c)
+        if status != OK:
+            break
         u = tuple([e / c[0] for e in end[0]])
         if wait == 0:
             save(us[row], 0, u)
@@ -61,7 +61,7 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     save(state, 0, x + mu + ex + emu + (1.0 * age,) + u + lost)
     save_lanes(state, stages, xi)
     save_lanes(state, stages + LAYOUT.m * LAYOUT.lanes, mz)
-    save(totals, CORRECTIONS, (total_count, most, size, farthest))
+    save(totals, CORRECTIONS, (total_count, most, size) + guard)
     save(totals, CONTRACTION, (shrunk, sweeps))
     return index, status
 
@@ -147,13 +147,3 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
     if not norm(end) + norm(last) < HUGE:
         status = SINGULAR
     return (end, last, sum_p, sum_f), xi, mz, lost, count, change, ratio, apart, status
-
-
-def watch(system, x, w, farthest, reach, c):
-    """(the largest size so far, status): whether the step is beyond the edge of its chart."""
-    sizes, rests = system.extents(x, w, c)
-    for size in tuple([abs(e) for e in sizes]) + tuple([of_rest(e) for e in rests]):
-        if not size <= reach:
-            return farthest, EDGE
-        farthest = size if size > farthest else farthest
-    return farthest, OK

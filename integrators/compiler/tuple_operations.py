@@ -28,11 +28,6 @@ def distance(a, b):
     return norm(tuple([p - q for p, q in zip(a, b)]))
 
 
-def of_rest(rest):
-    """The size of what is 0 at the edge and negative beyond."""
-    return 1 / (rest * rest) if rest > 0 else HUGE
-
-
 def load(a, at):
     """Entries of an array as a tuple."""
     return tuple([a[i] for i in range(at.start, at.stop)])
