@@ -1,8 +1,4 @@
-"""From one step as plain data to machine code, or to functions of numbers of any precision.
-
-`compile(system, numbers, omit)` is all of it: the text of the kernels and of the driver is derived
-and stored in the cache; Python runs it (any precision), or it is written as machine code (double).
-"""
+"""Kernels of a step: their text from the cache, run by Python or written as machine code."""
 
 from __future__ import annotations
 
@@ -65,8 +61,7 @@ class Kernels:
 def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozenset()) -> Kernels:
     """The kernels of a system: machine code in double precision, else functions of its numbers.
 
-    omit: names of `SAVINGS` that are not made, so that they can be measured, and "order" where
-    every elimination exchanges rows.
+    omit: as `KernelText` takes it.
     """
     text = kernel_text(system, omit)
     multiple = isinstance(numbers, Multiple)
