@@ -45,6 +45,7 @@ from .layout import (
     SWEEPS,
     Layout,
 )
+from .machine_code import address
 from .omissions import SAVINGS, is_affine
 from .stage_system import StageSource, StageSystem
 from .stage_text import NoShortForm
@@ -56,7 +57,7 @@ __all__ = [
     "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "LAST_SIZE", "LATTICE_ENTRIES",
     "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST", "MOST_SWEEPS",
     "NOT_CONVERGED", "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR",
-    "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System",
+    "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System", "address",
     "cache_folder", "cached_text", "compile", "compile_lattice", "compile_lattice_stages",
     "compile_stages", "compiled_text", "imported", "interpreted", "is_affine", "kernel_text",
     "names_of", "taken_over", "text_key", "write_atomically",

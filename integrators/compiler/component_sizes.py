@@ -35,6 +35,19 @@ def changes_of(parts, new):
     )
 
 
+def settle(change, before, best, stale, count, pending):
+    """(whether sweeps are at their end, the least change, for how many sweeps it has been so).
+
+    They are where the next change would be less than round-off, or changes are round-off and do
+    not shrink; pending: unless a component still does.
+    """
+    rate = change / before if before < HUGE else 1.0
+    stale = 0 if change < best else stale + 1
+    best = change if change < best else best
+    ended = change * rate <= SMALLEST * EPS or (stale > 0 and change < 64 * EPS)
+    return count > 1 and ended and not pending, best, stale
+
+
 def any_shrinks(moved, left, sizes):
     """Whether a component's change is above its own round-off, and less than half the least one.
 

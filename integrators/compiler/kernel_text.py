@@ -70,7 +70,7 @@ def module_text(system: System, omit: frozenset[str] = frozenset()) -> str:
 
 def driver_text() -> str:
     """The text that is part of every module."""
-    text = texts_of("driver", "newton_iteration", "tuple_operations")
+    text = texts_of("driver", "edge_watch", "newton_iteration", "tuple_operations")
     for name, kind in CALLED.items():
         text = text.replace(f"def {name}(", f"@{kind}\ndef {name}(")
     return text

@@ -1,8 +1,4 @@
-"""From one step as plain data to machine code, or to functions of numbers of any precision.
-
-`compile(system, numbers, omit)` is all of it: the text of the kernels and of the driver is derived
-and stored in the cache; Python runs it (any precision), or it is written as machine code (double).
-"""
+"""Kernels of a step: their text from the cache, run by Python or written as machine code."""
 
 from __future__ import annotations
 
@@ -24,15 +20,10 @@ from .lattice_stage_text import LatticeStages, collocation_text
 from .lattice_text import LatticeSystem, lattice_text
 from .layout import Layout, StageLayout
 from .llvm_values import Array
-from .machine_code import address, compiled, vector_width
+from .machine_code import compiled, vector_width
 from .stage_system import StageSource
 from .stage_text import stage_text
 from .system import System, written
-
-
-def _no_others() -> Kernels | None:
-    """None: there is no elimination that could exchange rows."""
-    return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,20 +38,14 @@ class LatticeKernels:
     widths: dict[str, int]
 
 
-def as_it_is(array: Any) -> Any:
-    """What functions of Python take for an array: the array."""
-    return array
-
-
 @dataclass(frozen=True, eq=False)
 class Kernels:
     """The functions of one system in one arithmetic.
 
-    advance: the driver (`driver.advance`), place: what stands for an array among its arguments, the
-    address in machine code. prepare, carry: one of each system, of the rule and of
+    advance: the driver (`driver.advance`). prepare, carry: one of each system, of the rule and of
     its adjoint; q ↦ c and (x, c) ↦ k. affine: whether one correction solves a substep of it.
-    huge: what no size reaches; root_eps: √ε. exchanging: gives the kernels with row exchanges in
-    each elimination, None where these have no other.
+    huge: what no size reaches. exchanging: gives the kernels with row exchanges in each
+    elimination, None where these have no other.
     """
 
     advance: Callable[..., tuple[int, int]]
@@ -69,23 +54,18 @@ class Kernels:
     affine: tuple[bool, ...]
     layout: Layout
     huge: Number
-    root_eps: Number
-    place: Callable[[Any], Any] = as_it_is
-    exchanging: Callable[[], Kernels | None] = _no_others
+    exchanging: Callable[[], Kernels | None] | None = None
 
 
 @lru_cache(maxsize=512)
 def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozenset()) -> Kernels:
     """The kernels of a system: machine code in double precision, else functions of its numbers.
 
-    omit: names of `SAVINGS` that are not made, so that they can be measured, and "order" where
-    every elimination exchanges rows.
+    omit: as `KernelText` takes it.
     """
     text = kernel_text(system, omit)
-    if isinstance(numbers, Multiple):
-        kernels = interpreted(text, numbers)
-    else:
-        kernels = _compiled(system, text, names_of(text, numbers))
+    multiple = isinstance(numbers, Multiple)
+    kernels = interpreted(text, numbers) if multiple else compiled_text(system, text)
     return replace(kernels, exchanging=partial(_exchanging, system, numbers, omit))
 
 
@@ -108,9 +88,8 @@ def _compiled(
     names: dict[str, Any],
     constants: Callable[[], dict[str, Any]] = dict,
 ) -> Kernels:
-    """Kernels in machine code."""
     advance = compiled(_file_name(system), text, names, _arrays(names["LAYOUT"]), constants)
-    return replace(_kernels(names, advance), place=address)
+    return _kernels(names, advance)
 
 
 def _arrays(at: Layout) -> dict[str, Array]:
@@ -120,9 +99,9 @@ def _arrays(at: Layout) -> dict[str, Array]:
     return arrays | {name: Array("f", columns=width) for name, width in columns.items()}
 
 
-def interpreted(text: str, numbers: Arithmetic) -> Kernels:
-    """Kernels that Python runs, of a text as `kernel_text` gives it."""
-    names = names_of(text, numbers)
+def interpreted(text: str, numbers: Arithmetic, **given: Any) -> Kernels:
+    """Kernels that Python runs, of a text as `kernel_text` gives it and names it is `given`."""
+    names = names_of(text, numbers, **given)
     return _kernels(names, names["advance"])
 
 
@@ -147,8 +126,7 @@ def compile_stages(source: StageSource, numbers: Arithmetic) -> Kernels:
     given = lane_namespace(nodes.count, numbers, vector_width())
     of_nodes = partial(tables, nodes, nodes.count, given["WIDTH"], numbers)
     if isinstance(numbers, Multiple):
-        names = names_of(text, numbers, **given, **of_nodes())
-        return _kernels(names, names["advance"])
+        return interpreted(text, numbers, **given, **of_nodes())
     return _compiled(source, text, names_of(text, numbers, **given), of_nodes)
 
 
@@ -208,5 +186,4 @@ def names_of(text: str, numbers: Arithmetic, **more: Any) -> dict[str, Any]:
 def _kernels(names: dict[str, Any], advance: Callable[..., tuple[int, int]]) -> Kernels:
     prepare, carry, affine = (tuple(getattr(system, name) for system in names["SYSTEMS"])
                               for name in ("prepare", "carry", "affine"))  # fmt: skip
-    facts = (names[name] for name in ("LAYOUT", "HUGE", "ROOT_EPS"))
-    return Kernels(advance, prepare, carry, affine, *facts)
+    return Kernels(advance, prepare, carry, affine, names["LAYOUT"], names["HUGE"])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 from threading import RLock
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -26,8 +26,7 @@ class Run:
 
     state: x, μ and what stands behind them (`Layout`); c: the coefficients in use, one row each
     substep. translates: of each row, the translate that its u is written in; changes: how often
-    an edge was met; by_newton: steps taken by Newton's method. places: what the driver is
-    given for `placed`, state, coefficients and totals, and for the rows.
+    an edge was met; by_newton: steps taken by Newton's method.
     """
 
     state: Vector
@@ -44,13 +43,16 @@ class Run:
     translate: int = 0
     changes: int = 0
     by_newton: int = 0
-    places: Any = ()
-    placed: tuple[Any, ...] = (None, None, None)
 
     @property
     def lead(self) -> Lead:
         """What a further run would go on from."""
         return self.state, self.c
+
+    @property
+    def rows(self) -> tuple[Vector, ...]:
+        """What the driver writes."""
+        return self.xs, self.us, self.mus, self.counts, self.totals
 
 
 class KernelsAtStep:
@@ -73,8 +75,6 @@ class KernelsAtStep:
         self.layout = kernels.layout
         self._known: dict[tuple[int, int], Matrix] = {}
         self._translates: dict[int, tuple[Matrix, Matrix] | None] = {}
-        self.kinds_place = kernels.place(self.kinds)
-        self._places: dict[int, Any] = {}
         self._lock = RLock()  # members of an ensemble share what is known
 
     @cached_property
@@ -90,24 +90,17 @@ class KernelsAtStep:
         A translate of None is e. Raises `BadInput` if a coefficient is not finite.
         """
         with self._lock:
-            return self._coefficients(key, translate, halvings)
-
-    def _coefficients(
-        self, key: int, translate: tuple[Matrix, Matrix] | None, halvings: int
-    ) -> Matrix:
-        if (key, halvings) not in self._known:
-            table = self.numbers.zeros(len(self.qs), self.layout.width)
-            letters = [
-                e for matrix in (() if translate is None else translate) for e in matrix.ravel()
-            ]
-            rows: dict[tuple[int, Number], Vector] = {}  # substeps of one size are many
-            for entries, kind, (h, *rest) in zip(table, self.kinds, self.qs, strict=True):
-                if (kind, h) not in rows:
-                    q = [h / 2**halvings, *rest[: len(rest) - len(letters)], *letters]
-                    rows[kind, h] = self._prepared(self.kernels.prepare[kind], q)
-                entries[: len(rows[kind, h])] = rows[kind, h]
-            self._known[key, halvings], self._translates[key] = table, translate
-        return self._known[key, halvings]
+            if (key, halvings) not in self._known:
+                table = self.numbers.zeros(len(self.qs), self.layout.width)
+                letters = [e for matrix in translate or () for e in matrix.ravel()]
+                rows: dict[tuple[int, Number], Vector] = {}  # substeps of one size are many
+                for entries, kind, (h, *rest) in zip(table, self.kinds, self.qs, strict=True):
+                    if (kind, h) not in rows:
+                        q = [h / 2**halvings, *rest[: len(rest) - len(letters)], *letters]
+                        rows[kind, h] = self._prepared(self.kernels.prepare[kind], q)
+                    entries[: len(rows[kind, h])] = rows[kind, h]
+                self._known[key, halvings], self._translates[key] = table, translate
+            return self._known[key, halvings]
 
     def _prepared(self, prepare: Callable[[Numbers], Sequence[Number]], q: list[Number]) -> Vector:
         try:
@@ -133,46 +126,13 @@ class KernelsAtStep:
                 f"{rows} rows do not fit into memory: keep fewer (every=, --every)."
             ) from None
         totals = block[:ENTRIES]
-        totals[:] = self._totals
+        totals[:] = self.numbers.zeros(ENTRIES)
+        totals[REACH] = totals[BRANCH] = totals[SLACK] = self.kernels.huge
         xs, us, mus = (
             block[start : start + rows * k].reshape(rows, k)
             for start, k in zip(ends, (n, w, m), strict=False)
         )
-        run = Run(state, c, steps, every, xs, us, mus, whole[:rows], totals, whole[rows:])
-        place = self.kernels.place
-        first, counts = place(block), place(run.counts)
-        if isinstance(first, int):
-            x, u, mu = (first + 8 * end for end in ends[:3])
-            run.places = place(state), self._place_of(c), (x, u, mu, counts, first)
-            run.placed = state, c, totals
-        return run
-
-    def _place_of(self, c: Matrix) -> Any:
-        """What stands for coefficients; those of this step are asked for again and again."""
-        with self._lock:
-            if id(c) not in self._places:
-                if not any(c is known for known in self._known.values()):
-                    return self.kernels.place(c)
-                self._places[id(c)] = self.kernels.place(c)
-            return self._places[id(c)]
-
-    def placed(self, run: Run) -> tuple[Any, Any, tuple[Any, ...]]:
-        """The places of a run's state, coefficients and rows."""
-        if not all(
-            a is b for a, b in zip(run.placed, (run.state, run.c, run.totals), strict=False)
-        ):
-            place = self.kernels.place
-            rows = (run.xs, run.us, run.mus, run.counts, run.totals)
-            run.places = place(run.state), self._place_of(run.c), tuple(map(place, rows))
-            run.placed = run.state, run.c, run.totals
-        return run.places
-
-    @cached_property
-    def _totals(self) -> Vector:
-        """Totals of a run that has not begun."""
-        totals = self.numbers.zeros(ENTRIES)
-        totals[REACH] = totals[BRANCH] = totals[SLACK] = self.kernels.huge
-        return totals
+        return Run(state, c, steps, every, xs, us, mus, whole[:rows], totals, whole[rows:])
 
     def lead(self, x: Numbers, mu: Numbers, c: Matrix, guess: Numbers) -> Lead:
         """(state, c) at (x, μ), nothing lost yet, one guess of each substep's u."""
@@ -184,14 +144,9 @@ class KernelsAtStep:
 
     def place(self, state: Vector, x: Numbers, mu: Numbers, c: Matrix) -> None:
         """Put (x, μ) into a state."""
-        first, second = self._point
+        first, second = self.layout.parts[:2]
         state[first], state[second] = x, mu
         self.recarry(state, c)
-
-    @cached_property
-    def _point(self) -> tuple[slice, slice]:
-        first, second, *_ = self.layout.parts
-        return first, second
 
     def point(self, state: Vector) -> tuple[Vector, Vector]:
         """(x, μ) of a state."""
@@ -265,15 +220,14 @@ class KernelsAtStep:
 
     @cached_property
     def _exchanging(self) -> KernelsAtStep | None:
-        kernels = self.kernels.exchanging()
-        of = self.numbers, self.qs, list(self.kinds), self.name
-        return None if kernels is None else KernelsAtStep(kernels, *of)
+        if not self.kernels.exchanging or (kernels := self.kernels.exchanging()) is None:
+            return None
+        return KernelsAtStep(kernels, self.numbers, self.qs, list(self.kinds), self.name)
 
     def _driven(self, run: Run, stop: int, substeps: int) -> int:
         first = -(-run.index // run.every)
-        state, c, rows = self.placed(run)
         run.index, status = self.kernels.advance(
-            state, c, self.kinds_place, substeps, run.index, stop, run.every, *rows
+            *(run.state, run.c, self.kinds, substeps, run.index, stop, run.every), *run.rows
         )
         if run.translate:
             run.translates[first : -(-run.index // run.every)] = run.translate

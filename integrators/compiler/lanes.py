@@ -6,10 +6,10 @@ And the tables of Gauss and Lobatto nodes, which machine code has as constants.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import reduce
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.polynomial.polynomial import polyfromroots, polyint, polyval
 
 from ..numbers import Arithmetic, LazyModule, working_digits
 from ..numbers.types import Mpf, Number, Vector
@@ -77,7 +77,7 @@ def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[st
     with working_digits(numbers.digits + 30):
         c, b = zip(*nodes(numbers.digits + 30), strict=True)
         basis = [_lagrange(c, j) for j in range(count)]
-        pairs = [[_pair(_integral(basis[j], c[i]) / b[j], numbers) for j in range(count)]
+        pairs = [[_pair(polyval(c[i], polyint(basis[j])) / b[j], numbers) for j in range(count)]
                  for i in range(count)]  # fmt: skip
         mu = [[pair[0] for pair in row] for row in pairs]
         dual = [[pairs[j][i][1] for j in range(count)] for i in range(count)]
@@ -86,8 +86,8 @@ def tables(nodes: Nodes, count: int, width: int, numbers: Arithmetic) -> dict[st
         inner = c[-1] < 1
         ends = (*c, mpmath.mpf(1)) if inner else c
         extended = [_lagrange(ends, j) for j in range(len(ends))] + [[mpmath.mpf(0)]] * (not inner)
-        velocity = [[numbers.number(_at(e, t)) for e in basis] for t in later]
-        momentum = [[numbers.number(_at(e, t)) for e in extended] for t in later]
+        velocity = [[numbers.number(polyval(t, e)) for e in basis] for t in later]
+        momentum = [[numbers.number(polyval(t, e)) for e in extended] for t in later]
         weights = [[numbers.number(e)] for e in b]
         legendre = [[[numbers.number((2 * j + 1) * mpmath.legendre(j, 2 * e - 1))] for e in c]
                     for j in range(count - (not inner))]  # fmt: skip
@@ -123,20 +123,7 @@ def _parts(
     )
 
 
-def _lagrange(nodes: Sequence[Mpf], j: int) -> list[Mpf]:
+def _lagrange(nodes: Sequence[Mpf], j: int) -> np.ndarray:
     """Coefficients, from the constant on, of the polynomial that is 1 at node j, 0 at others."""
-    p = [mpmath.mpf(1)]
-    for k, node in enumerate(nodes):
-        if k != j:
-            shifted, same = [0, *p], [*p, 0]
-            p = [(a - node * e) / (nodes[j] - node) for a, e in zip(shifted, same, strict=True)]
-    return p
-
-
-def _at(p: list[Mpf], t: Mpf) -> Mpf:
-    return reduce(lambda total, e: total * t + e, reversed(p))
-
-
-def _integral(p: list[Mpf], t: Mpf) -> Mpf:
-    """∫₀ᵗ of a polynomial."""
-    return _at([mpmath.mpf(0), *(e / (i + 1) for i, e in enumerate(p))], t)
+    p = polyfromroots([node for k, node in enumerate(nodes) if k != j])
+    return np.asarray(p / polyval(nodes[j], p))

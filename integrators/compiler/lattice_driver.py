@@ -5,7 +5,8 @@ Names that are supplied: RULE and ADJOINT, records of kernels, and FIRST, that o
 substep; COMPOSED (a step is several substeps), MIXED (substeps of the adjoint occur); LOCAL (no
 bond ties unknowns of two sites), SPLIT, RING, LISTED; n, m and S, the entries of a site's x, of its
 μ and of its unknowns w; ORDER, in which elimination takes a site's equations; WIDTH, SITES and
-BONDS, entries of coefficients and of the parameters of a site and of a bond; BLOCK.
+BONDS, entries of coefficients and of the parameters of a site and of a bond; BLOCK. The arrays go
+from function to function as one record a.
 
 A segment is a row (a, b, length, k): bonds k, k+1, … join sites a and b, a+1 and b+1, …, so that a
 chain is one segment and a grid in the plane a few. Free sites are those of `ranges`.
@@ -25,126 +26,131 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
     substep `steps` is assembled and done by tasks 3 and 4; 5 does so many steps, or of none solves
     the first substep, site by site (`lattice_newton`).
     """
+    a = Record(
+        x=x, nu=nu, mu=mu, w=w, w1=w1, w2=w2, w3=w3, work=work, ties=ties, p=p, q=q,
+        coefficients=coefficients, kinds=kinds, substeps=substeps, ranges=ranges, parts=parts,
+        segments=segments, pieces=pieces, totals=totals,
+    )  # fmt: skip
     done, status = 0, OK
     if LOCAL:
         if task == 1:
-            done, status = local_steps(steps, x, nu, w, w1, p, q, coefficients, kinds, substeps,
-                                       ranges, parts, segments, pieces, totals)  # fmt: skip
+            done, status = local_steps(steps, a)
         else:
-            status = to_show(task, x, nu, mu, w, w1, p, q, coefficients, ranges, parts, segments,
-                             pieces)  # fmt: skip
+            status = to_show(task, a)
     elif task == 2:
-        copy(mu, nu, ranges, parts)
+        copy(mu, nu, m, ranges, parts)
     elif LISTED and task == 5:
-        done, status = tied_steps(steps, x, nu, w, w1, w2, w3, work, ties, p, q, coefficients,
-                                  kinds, substeps, ranges, parts, segments, pieces,
-                                  totals)  # fmt: skip
+        done, status = tied_steps(steps, a)
     elif LISTED:
         c = load(coefficients[steps], slice(0, WIDTH))
         if task == 0:
-            copy(nu, mu, ranges, parts)
+            copy(nu, mu, m, ranges, parts)
         elif task == 3:
-            if not MIXED or kinds[steps] == 0:
-                assemble(True, RULE, x, nu, w, work, ties, p, q, c, ranges, parts, segments, pieces)
-            else:
-                assemble(True, ADJOINT, x, nu, w, work, ties, p, q, c, ranges, parts, segments,
-                         pieces)  # fmt: skip
-        elif not MIXED or kinds[steps] == 0:
-            update_listed(RULE, x, nu, w, work, p, q, c, ranges, parts, segments, pieces)
+            by_kind(assemble_tied, a, steps, c)
         else:
-            update_listed(ADJOINT, x, nu, w, work, p, q, c, ranges, parts, segments, pieces)
+            by_kind(update_sites, a, steps, c)
     else:
         if task == 0:  # of 0 steps
-            copy(nu, mu, ranges, parts)
-        done, status = tied_steps(
-            steps, x, nu, w, w1, w2, w3, work, ties, p, q, coefficients, kinds, substeps, ranges,
-            parts, segments, pieces, totals,
-        )  # fmt: skip
+            copy(nu, mu, m, ranges, parts)
+        done, status = tied_steps(steps, a)
     return done, status
 
 
-def local_steps(steps, x, nu, w, w1, p, q, coefficients, kinds, substeps, ranges, parts, segments,
-                pieces, totals):  # fmt: skip
+def by_kind(function, a, j, c):
+    """function(RULE, a, c), or of the ADJOINT where substep j is one of its."""
+    if not MIXED or a.kinds[j] == 0:
+        return function(RULE, a, c)
+    return function(ADJOINT, a, c)
+
+
+def local_steps(steps, a):
     """Steps where each site is solved by itself: (steps done, status)."""
     done, status = 0, OK
     while done < steps:
-        for j in range(substeps):
-            c, d = coefficients_of(coefficients, substeps, j)
-            if not MIXED or kinds[j] == 0:
-                status = drift(RULE, x, nu, w, w1, p, c, ranges, parts, totals)
-            else:
-                status = drift(ADJOINT, x, nu, w, w1, p, c, ranges, parts, totals)
+        for j in range(a.substeps):
+            c, d, after = coefficients_of(a, j)
+            status = by_kind(drift, a, j, c)
             if status != OK:
                 break
-            kicks(x, nu, p, q, c, d, kinds, substeps, j, ranges, parts, segments, pieces)
+            if not MIXED:
+                kick(0, RULE, RULE, a, a.nu, c, d)
+            elif a.kinds[j] == 1:
+                kick(0, ADJOINT, RULE, a, a.nu, c, d)
+            elif a.kinds[after] == 1:
+                kick(0, RULE, ADJOINT, a, a.nu, c, d)
+            else:
+                kick(0, RULE, RULE, a, a.nu, c, d)
         if status != OK:
             break
         done += 1
     return done, status
 
 
-def to_show(task, x, nu, mu, w, w1, p, q, coefficients, ranges, parts, segments, pieces):
+def to_show(task, a):
     """ν from μ (task 0), or μ from ν, and u into w1; the status."""
-    c, status = load(coefficients[0], slice(0, WIDTH)), OK
+    c, status = load(a.coefficients[0], slice(0, WIDTH)), OK
     if task == 0:
-        copy(nu, mu, ranges, parts)
-        on_sites(-1, FIRST, FIRST, x, nu, p, c, c, ranges, parts)
-        on_bonds(-1, FIRST, FIRST, x, nu, q, c, c, segments, pieces)
+        copy(a.nu, a.mu, m, a.ranges, a.parts)
+        kick(-1, FIRST, FIRST, a, a.nu, c, c)
     else:
-        copy(mu, nu, ranges, parts)
-        on_sites(1, FIRST, FIRST, x, mu, p, c, c, ranges, parts)
-        on_bonds(1, FIRST, FIRST, x, mu, q, c, c, segments, pieces)
-        status = velocities(FIRST, x, nu, w, w1, p, c, ranges, parts)
+        copy(a.mu, a.nu, m, a.ranges, a.parts)
+        kick(1, FIRST, FIRST, a, a.mu, c, c)
+        status = velocities(FIRST, a, c)
     return status
 
 
-def coefficients_of(coefficients, substeps, j):
-    """The coefficients of substep j and of the one after it."""
+def coefficients_of(a, j):
+    """The coefficients of substep j, those of the one after it, and that one's number."""
     after = j + 1
-    if after == substeps:
+    if after == a.substeps:
         after = 0
-    c = load(coefficients[j], slice(0, WIDTH))
-    d = load(coefficients[after], slice(0, WIDTH))
-    return c, d
+    c = load(a.coefficients[j], slice(0, WIDTH))
+    return c, load(a.coefficients[after], slice(0, WIDTH)), after
 
 
 # -- a step where no bond ties unknowns of two sites -------------------------------------------
 
 
-def drift(system, x, nu, w, w1, p, c, ranges, parts, totals):
+def drift(system, a, c):
     """The step of every free site without its kicks; the status."""
     status, most, sum_ = OK, 0, 0
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
-            here, given, own = row(x, i, n), row(nu, i, m), row(p, i, SITES)
-            found, count, status = alone(system, here, given, row(w, i, S), c, own)
+    for r in range(a.parts):
+        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
+            found, count, status = alone(system, a, c, i)
             if not system.affine:
                 if status != OK:
-                    totals[PLACE] = i
+                    a.totals[PLACE] = i
                     break
-                put(w1, i, row(w, i, S))
-                put(w, i, found)
+                put(a.w1, i, row(a.w, i, S))
+                put(a.w, i, found)
                 sum_ = sum_ + count
                 if count > most:
                     most = count
-            zero_x, zero = (0.0,) * n, (0.0,) * m
-            dx, gain, none = system.update(here, found, given, (), zero_x, zero, c, own)
-            put(x, i, plus(here, dx))
-            put(nu, i, plus(given, gain))
+            move(system, a, c, i, found, ())
         if status != OK:
             break
     if not system.affine:
-        totals[CORRECTIONS] += sum_
-        if most > totals[MOST]:
-            totals[MOST] = most
+        a.totals[CORRECTIONS] += sum_
+        if most > a.totals[MOST]:
+            a.totals[MOST] = most
     return status
 
 
-def alone(system, x, mu, w, c, own):
+def move(system, a, c, i, w, gain):
+    """x and μ of a site at the end of a substep; gain: what its bonds add to μ, if they do."""
+    here, given = row(a.x, i, n), row(a.nu, i, m)
+    zero_x, zero = (0.0,) * n, (0.0,) * m
+    dx, own, none = system.update(here, w, given, (), zero_x, zero, c, row(a.p, i, SITES))
+    put(a.x, i, plus(here, dx))
+    put(a.nu, i, plus(given, plus(own, gain) if gain else own))
+
+
+def alone(system, a, c, i):
     """(w, corrections, status) of one site by itself, from a start that is near."""
+    here, given, w, own = row(a.x, i, n), row(a.nu, i, m), row(a.w, i, S), row(a.p, i, SITES)
     if system.affine:
-        return system.solver(x, mu, (), c, own), 0, OK
-    return by_newton(system, x, mu, w, c, own)
+        return system.solver(here, given, (), c, own), 0, OK
+    return by_newton(system, here, given, w, c, own)
 
 
 def by_newton(system, x, mu, w, c, own):
@@ -159,40 +165,28 @@ def by_newton(system, x, mu, w, c, own):
     return w, count, status
 
 
-def velocities(system, x, nu, w, w1, p, c, ranges, parts):
+def velocities(system, a, c):
     """Solve for the w of the step that begins here; w1 then holds the start of that search."""
     status = OK
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
-            here, given, own = row(x, i, n), row(nu, i, m), row(p, i, SITES)
-            found, count, status = alone(system, here, given, row(w, i, S), c, own)
+    for r in range(a.parts):
+        for i in range(a.ranges[r, 0], a.ranges[r, 1]):
+            found, count, status = alone(system, a, c, i)
             if not system.affine and status != OK:
                 break
-            put(w1, i, found)
+            put(a.w1, i, found)
         if status != OK:
             break
     return status
 
 
-def kicks(x, nu, p, q, c, d, kinds, substeps, j, ranges, parts, segments, pieces):
-    """ν between substep j and the one after it."""
-    if not MIXED:
-        on_sites(0, RULE, RULE, x, nu, p, c, d, ranges, parts)
-        on_bonds(0, RULE, RULE, x, nu, q, c, d, segments, pieces)
-    else:
-        after = j + 1
-        if after == substeps:
-            after = 0
-        if kinds[j] == 0:
-            if kinds[after] == 0:
-                on_sites(0, RULE, RULE, x, nu, p, c, d, ranges, parts)
-                on_bonds(0, RULE, RULE, x, nu, q, c, d, segments, pieces)
-            else:
-                on_sites(0, RULE, ADJOINT, x, nu, p, c, d, ranges, parts)
-                on_bonds(0, RULE, ADJOINT, x, nu, q, c, d, segments, pieces)
-        else:
-            on_sites(0, ADJOINT, RULE, x, nu, p, c, d, ranges, parts)
-            on_bonds(0, ADJOINT, RULE, x, nu, q, c, d, segments, pieces)
+def kick(way, one, other, a, out, c, d):
+    """Add the `forces` of all terms without a velocity to `out`."""
+    if RULE.potential:
+        for r in range(a.parts):
+            for i in range(a.ranges[r, 0], a.ranges[r, 1]):
+                x, own = row(a.x, i, n), row(a.p, i, SITES)
+                add(out, i, forces(way, one.potential, other.potential, x, own, c, d))
+    on_bonds(way, one, other, a, out, c, d)
 
 
 def forces(way, one, other, x, own, c, d):
@@ -207,30 +201,21 @@ def forces(way, one, other, x, own, c, d):
     return tuple([f - g for f, g in zip(one.plus(x, c, own), minus)])
 
 
-def on_sites(way, one, other, x, out, p, c, d, ranges, parts):
-    """Add the forces of the sites' own terms."""
-    if RULE.potential:
-        for r in range(parts):
-            for i in range(ranges[r, 0], ranges[r, 1]):
-                own = row(p, i, SITES)
-                add(out, i, forces(way, one.potential, other.potential, row(x, i, n), own, c, d))
-
-
-def on_bonds(way, one, other, x, out, q, c, d, segments, pieces):
+def on_bonds(way, one, other, a, out, c, d):
     """Add the forces of the bonds.
 
     SPLIT: forces are cheap, and computed twice, for one end and then for the other: such loops are
     taken by the compiler for several bonds at once, a block at a time that stays in the cache.
     """
-    for s in range(pieces):
-        a, b, length, first = segments[s, 0], segments[s, 1], segments[s, 2], segments[s, 3]
-        if b - a == 1:  # each force goes on to the next bond: vectors take that in one loop
+    for s in range(a.pieces):
+        i, j, length, first = row(a.segments, s, 4)
+        if j - i == 1:  # each force goes on to the next bond: vectors take that in one loop
             ahead = (0.0,) * m
             for k in range(length):
-                f = of_bond(way, one, other, x, q, c, d, a + k, b + k, first + k)
-                add(out, a + k, plus(f[:m], ahead))
+                f = of_bond(way, one, other, a, c, d, i + k, j + k, first + k)
+                add(out, i + k, plus(f[:m], ahead))
                 ahead = f[m:]
-            add(out, a + length, ahead)
+            add(out, i + length, ahead)
         elif SPLIT:
             start = 0
             while start < length:
@@ -238,20 +223,20 @@ def on_bonds(way, one, other, x, out, q, c, d, segments, pieces):
                 if stop > length:
                     stop = length
                 for k in range(start, stop):
-                    f = of_bond(way, one, other, x, q, c, d, a + k, b + k, first + k)
-                    add(out, a + k, f[:m])
+                    f = of_bond(way, one, other, a, c, d, i + k, j + k, first + k)
+                    add(out, i + k, f[:m])
                 for k in range(start, stop):
-                    f = of_bond(way, one, other, x, q, c, d, a + k, b + k, first + k)
-                    add(out, b + k, f[m:])
+                    f = of_bond(way, one, other, a, c, d, i + k, j + k, first + k)
+                    add(out, j + k, f[m:])
                 start = stop
         else:
             for k in range(length):
-                f = of_bond(way, one, other, x, q, c, d, a + k, b + k, first + k)
-                add(out, a + k, f[:m])
-                add(out, b + k, f[m:])
+                f = of_bond(way, one, other, a, c, d, i + k, j + k, first + k)
+                add(out, i + k, f[:m])
+                add(out, j + k, f[m:])
 
 
-def of_bond(way, one, other, x, q, c, d, i, j, k):
+def of_bond(way, one, other, a, c, d, i, j, k):
     """The forces of bond k on its sites i and j."""
-    ends = row(x, i, n) + row(x, j, n)
-    return forces(way, one.bond, other.bond, ends, row(q, k, BONDS), c, d)
+    ends = row(a.x, i, n) + row(a.x, j, n)
+    return forces(way, one.bond, other.bond, ends, row(a.q, k, BONDS), c, d)

@@ -52,6 +52,16 @@ def as_vector(A):
     return tuple([r[0] for r in A])
 
 
+def applied(A, v):
+    """A v."""
+    return as_vector(times(A, as_column(v)))
+
+
+def minus(a, b):
+    """a − b of vectors."""
+    return tuple([p - q for p, q in zip(a, b)])
+
+
 def beside(A, B):
     """The columns of A, then those of B."""
     return tuple([a + b for a, b in zip(A, B)])
@@ -97,77 +107,73 @@ def unpacked(entries, places):
 # -- elimination along a chain ---------------------------------------------------------------------
 
 
-def of_site(system, x, mu, w, p, c, i):
+def of_site(system, a, c, i):
     """(what is missing in the equations of a site by itself, their slope)."""
-    rows, slope = system.equations(row(x, i, n), row(w, i, S), c, row(p, i, SITES))
-    wanted = row(mu, i, m) + (0.0,) * (S - m)
-    return tuple([a - b for a, b in zip(wanted, rows)]), block(slope, 0, 0, S)
+    rows, slope = system.equations(row(a.x, i, n), row(a.w, i, S), c, row(a.p, i, SITES))
+    return minus(row(a.nu, i, m) + (0.0,) * (S - m), rows), block(slope, 0, 0, S)
 
 
-def of_pair(system, x, w, q, c, i, j, k):
+def of_pair(system, a, c, i, j, k):
     """Rows of bond k at i and j, and their slopes by the unknowns of i and of j: ii, ij, ji, jj."""
-    rows, slope = system.bond_equations(row(x, i, n) + row(x, j, n), row(w, i, S) + row(w, j, S), c,
-                                        row(q, k, BONDS))  # fmt: skip
+    ends, w = row(a.x, i, n) + row(a.x, j, n), row(a.w, i, S) + row(a.w, j, S)
+    rows, slope = system.bond_equations(ends, w, c, row(a.q, k, BONDS))
     rows = tuple([1.0 * e for e in rows])
     return (rows[:S], rows[S:], block(slope, 0, 0, 2 * S), block(slope, 0, 1, 2 * S),
             block(slope, 1, 0, 2 * S), block(slope, 1, 1, 2 * S))  # fmt: skip
 
 
-def correction(system, x, mu, w, work, p, q, c, ranges, parts, segments, pieces, totals):
+def correction(system, a, c):
     """One Newton correction of all w: (largest correction, largest solution of a site)."""
-    totals[MOVED] = 0.0
-    last = segments[pieces - 1, 2]  # the last site
-    if RING:
-        return ring_correction(system, x, mu, w, work, p, q, c, last, totals)
-    return chain_correction(system, x, mu, w, work, p, q, c, ranges, parts, last, totals)
+    a.totals[MOVED] = 0.0
+    last = a.segments[a.pieces - 1, 2]  # the last site
+    return ring_correction(system, a, c, last) if RING else chain_correction(system, a, c, last)
 
 
-def chain_correction(system, x, mu, w, work, p, q, c, ranges, parts, last, totals):
+def chain_correction(system, a, c, last):
     """Correction of runs of free sites, each by itself."""
     size, here = 0.0, 0.0
-    for r in range(parts):
-        start, stop = ranges[r, 0], ranges[r, 1]
+    for r in range(a.parts):
+        start, stop = a.ranges[r, 0], a.ranges[r, 1]
         force, there, behind = (0.0,) * S, (0.0,) * len(THERE), (0.0,) * len(BEHIND)
         left, g = (0.0,) * len(ELIMINATED), (0.0,) * S
         if start > 0:
-            pair = of_pair(system, x, w, q, c, start - 1, start, start - 1)
+            pair = of_pair(system, a, c, start - 1, start, start - 1)
             force, there = pair[1], packed(pair[5], THERE)
         for i in range(start, stop):
-            missing, own = of_site(system, x, mu, w, p, c, i)
+            missing, own = of_site(system, a, c, i)
             lower, before = unpacked(behind, BEHIND), unpacked(left, ELIMINATED)
             kept = less(summed(own, unpacked(there, THERE)), times(lower, before))
-            missing = tuple([a - b for a, b in zip(missing, force)])
-            missing = tuple([a - b for a, b in zip(missing, as_vector(times(lower, as_column(g))))])
+            missing = minus(minus(missing, force), applied(lower, g))
             at_this, ahead = (0.0,) * len(HERE), (0.0,) * len(AHEAD)
             if i < last:
-                of_i, force, ii, ij, ji, jj = of_pair(system, x, w, q, c, i, i + 1, i)
-                missing = tuple([a - b for a, b in zip(missing, of_i)])
+                of_i, force, ii, ij, ji, jj = of_pair(system, a, c, i, i + 1, i)
+                missing = minus(missing, of_i)
                 at_this, ahead = packed(ii, HERE), packed(ij, AHEAD)
                 behind, there = packed(ji, BEHIND), packed(jj, THERE)
             both = solved(summed(kept, unpacked(at_this, HERE)),
                           beside(unpacked(ahead, AHEAD), as_column(missing)))  # fmt: skip
             left, g = packed(part(both, 0, S), ELIMINATED), as_vector(part(both, S, S + 1))
-            put(work, i, left + g)
+            put(a.work, i, left + g)
         dw = (0.0,) * S
         for i in range(stop - 1, start - 1, -1):
-            stored = row(work, i, len(ELIMINATED) + S)
+            stored = row(a.work, i, len(ELIMINATED) + S)
             C, g = unpacked(stored[: len(ELIMINATED)], ELIMINATED), stored[len(ELIMINATED) :]
-            dw = tuple([a - b for a, b in zip(g, as_vector(times(C, as_column(dw))))])
-            new = plus(row(w, i, S), dw)
-            put(w, i, new)
-            size, here = watched(size, here, dw, new, i, totals)
+            dw = minus(g, applied(C, dw))
+            size, here = corrected(a, i, dw, size, here)
     return size, here
 
 
-def watched(size, here, dw, new, i, totals):
-    """The largest sizes so far; a correction that is no number counts as infinite."""
-    step, now, moved = norm(dw), norm(new), norm(dw[:MOVING])
-    if moved > totals[MOVED]:
-        totals[MOVED] = moved
+def corrected(a, i, dw, size, here):
+    """Add a correction to w; the largest sizes so far, where no number counts as infinite."""
+    new = plus(row(a.w, i, S), dw)
+    put(a.w, i, new)
+    step, moved = norm(dw), norm(dw[:MOVING])
+    if moved > a.totals[MOVED]:
+        a.totals[MOVED] = moved
     if not step <= size:
         size = step if step < HUGE else HUGE
-        totals[PLACE] = i
-    return size, larger(here, now)
+        a.totals[PLACE] = i
+    return size, larger(here, norm(new))
 
 
 def flattened(A):
@@ -175,43 +181,37 @@ def flattened(A):
     return sum(A, ())
 
 
-def ring_correction(system, x, mu, w, work, p, q, c, last, totals):
+def ring_correction(system, a, c, last):
     """The same on a ring: G is what a site has with the last one, P what that has with a site."""
     size, here = 0.0, 0.0
-    at_last, force, corner, P, F, own = of_pair(system, x, w, q, c, last, 0, 0)
-    rest, Z = of_site(system, x, mu, w, p, c, last)
-    rest, Z = tuple([a - b for a, b in zip(rest, at_last)]), summed(Z, corner)
+    at_last, force, corner, P, F, own = of_pair(system, a, c, last, 0, 0)
+    rest, Z = of_site(system, a, c, last)
+    rest, Z = minus(rest, at_last), summed(Z, corner)
     lower, C, g, G = zero_block(), zero_block(), (0.0,) * S, zero_block()
     for i in range(last):
-        missing, D = of_site(system, x, mu, w, p, c, i)
-        of_i, ahead, ii, upper, below, beyond = of_pair(system, x, w, q, c, i, i + 1, i + 1)
-        missing = tuple([a - b - e for a, b, e in zip(missing, force, of_i)])
-        missing = tuple([a - b for a, b in zip(missing, as_vector(times(lower, as_column(g))))])
+        missing, D = of_site(system, a, c, i)
+        of_i, ahead, ii, upper, below, beyond = of_pair(system, a, c, i, i + 1, i + 1)
+        missing = minus(minus(minus(missing, force), of_i), applied(lower, g))
         D = less(summed(summed(D, own), ii), times(lower, C))
         F = less(F, times(lower, G))
         if i == last - 1:
             F, P = summed(F, upper), summed(P, below)
-            rest, Z = tuple([a - b for a, b in zip(rest, ahead)]), summed(Z, beyond)
+            rest, Z = minus(rest, ahead), summed(Z, beyond)
             upper = zero_block()
         all_ = solved(D, beside(beside(upper, F), as_column(missing)))
         C, G = part(all_, 0, S), part(all_, S, 2 * S)
         g = as_vector(part(all_, 2 * S, 2 * S + 1))
-        put(work, i, flattened(C) + flattened(G) + g)
-        rest = tuple([a - b for a, b in zip(rest, as_vector(times(P, as_column(g))))])
+        put(a.work, i, flattened(C) + flattened(G) + g)
+        rest = minus(rest, applied(P, g))
         Z = less(Z, times(P, G))
         P = less(zero_block(), times(P, C))
         force, own, lower, F = ahead, beyond, below, zero_block()
     far = as_vector(solved(Z, as_column(rest)))
-    new = plus(row(w, last, S), far)
-    put(w, last, new)
-    size, here = watched(size, here, far, new, last, totals)
+    size, here = corrected(a, last, far, size, here)
     dw = (0.0,) * S
     for i in range(last - 1, -1, -1):
-        kept = row(work, i, 2 * S * S + S)
+        kept = row(a.work, i, 2 * S * S + S)
         C, G, g = block(kept, 0, 0, S), block(kept, 1, 0, S), kept[2 * S * S :]
-        known = plus(as_vector(times(C, as_column(dw))), as_vector(times(G, as_column(far))))
-        dw = tuple([a - b for a, b in zip(g, known)])
-        new = plus(row(w, i, S), dw)
-        put(w, i, new)
-        size, here = watched(size, here, dw, new, i, totals)
+        dw = minus(g, plus(applied(C, dw), applied(G, far)))
+        size, here = corrected(a, i, dw, size, here)
     return size, here

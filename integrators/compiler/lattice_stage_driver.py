@@ -24,10 +24,10 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
     weights = tuple([c[0] * e for e in WEIGHTS])
     done, status = 0, OK
     if task == 2:
-        copy(mu, nu, ranges, parts)
+        copy(mu, nu, m, ranges, parts)
     else:
         if task == 0:
-            copy(nu, mu, ranges, parts)
+            copy(nu, mu, m, ranges, parts)
             place_ends(x, work, segments, pieces)
             for r in range(parts):
                 for i in range(ranges[r, 0], ranges[r, 1]):
@@ -48,34 +48,15 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
 
 def at_site(a, i, first, count):
     """`count` components at all nodes, from column `first` of row i."""
-    return tuple(
-        [
-            tuple(
-                [
-                    read_lanes(a, (i, first + (part * count + k) * WIDTH), WIDTH)
-                    for k in range(count)
-                ]
-            )
-            for part in range(PARTS)
-        ]
-    )
+    places = [first + k * WIDTH for k in range(PARTS * count)]
+    lanes = tuple([read_lanes(a, (i, at), WIDTH) for at in places])
+    return tuple([lanes[k * count : k * count + count] for k in range(PARTS)])
 
 
 def put_at_site(a, i, first, values):
     """Write components at all nodes, from column `first` of row i."""
     for k, value in enumerate(sum(values, ())):
         write_lanes(a, (i, first + k * WIDTH), value, WIDTH)
-
-
-def entries(a, i, first, count):
-    """Entries of row i from column `first` on."""
-    return tuple([a[i, first + k] for k in range(count)])
-
-
-def put_entries(a, i, first, values):
-    """Write entries of row i from column `first` on."""
-    for k, value in enumerate(values):
-        a[i, first + k] = value
 
 
 def place_ends(x, work, segments, pieces):
@@ -128,14 +109,8 @@ def collocated(x, nu, w1, w2, w3, work, p, q, weights, c, ranges, parts, segment
             pending = any_shrinks(moved, left, sizes)
             left = tuple([e if e < least else least for e, least in zip(moved, left)])
         count = count + 1
-        rate = change / before if before < HUGE else 1.0
-        stale = 0 if change < best else stale + 1
-        best = change if change < best else best
+        settled, best, stale = settle(change, before, best, stale, count, pending)
         before = change
-        settled = count > 1 and (
-            change * rate <= SMALLEST * EPS or (stale > 0 and change < 64 * EPS)
-        )
-        settled = settled and not pending
         if stale > 2 or count >= MOST_SWEEPS or not ends < HUGE:
             settled = stale > 2 and change < NOISE
             status = OK if settled else NOT_CONVERGED
@@ -207,7 +182,7 @@ def sweep(x, nu, w1, w2, w3, work, p, weights, c, ranges, parts, totals):
             put_at_site(w2, i, 0, tuple([e[2] for e in moves]))
             turned = totals_of(times(weights, tuple([e[1] for e in forces])))
             end = totals_of(dw) + totals_of(dp) + turned
-            put_entries(work, i, ENDS, end)
+            save(work[i], ENDS, end)
             ends = ends + norm(end)
             if norm(changed) > worst:
                 worst = norm(changed)
@@ -217,9 +192,10 @@ def sweep(x, nu, w1, w2, w3, work, p, weights, c, ranges, parts, totals):
 
 def ends_of(nu, w3, work, i):
     """(w₁, π₁, Σhbπ̇, Σhbf) of a site's last sweep."""
-    end, sum_p = entries(work, i, ENDS, m), entries(work, i, ENDS + m, m)
+    ends = load(work[i], slice(ENDS, SHIFT))
+    end, sum_p, sum_f = ends[:m], ends[m : 2 * m], ends[2 * m :]
     last = tuple([(a + b) + e for a, b, e in zip(sum_p, row(w3, i, m), row(nu, i, m))])
-    return end, last, sum_p, entries(work, i, ENDS + 2 * m, RULE.turning)
+    return end, last, sum_p, sum_f
 
 
 def shift_sites(x, nu, w3, work, c, ranges, parts):
@@ -229,7 +205,7 @@ def shift_sites(x, nu, w3, work, c, ranges, parts):
         for i in range(ranges[r, 0], ranges[r, 1]):
             end, last, sum_p, sum_f = ends_of(nu, w3, work, i)
             more = RULE.shift(row(x, i, n), end, last, sum_p, sum_f, row(w3, i, m), c)
-            put_entries(work, i, SHIFT, more)
+            save(work[i], SHIFT, more)
             off = larger(norm(more), off)
     return off
 
@@ -238,7 +214,7 @@ def shift_on(w3, work, ranges, parts):
     """Correct π₀ − μ of each site, and π with it."""
     for r in range(parts):
         for i in range(ranges[r, 0], ranges[r, 1]):
-            more = entries(work, i, SHIFT, m)
+            more = load(work[i], slice(SHIFT, SHIFT + m))
             add(w3, i, more)
             pi = at_site(work, i, MOMENTA, m)
             put_at_site(work, i, MOMENTA, tuple([plus(part, more) for part in pi]))
@@ -260,7 +236,7 @@ def update_sites(x, nu, w3, work, c, ranges, parts):
             here, given = row(x, i, n), row(nu, i, m)
             end, last, sum_p, sum_f = ends_of(nu, w3, work, i)
             if RULE.shifted:
-                last = plus(last, entries(work, i, SHIFT, m))
+                last = plus(last, load(work[i], slice(SHIFT, SHIFT + m)))
             zero_x, zero = (0.0,) * n, (0.0,) * m
             dx, dmu = RULE.update(here, end, last, sum_p, sum_f, zero_x, zero, c)
             put(x, i, plus(here, dx))
@@ -274,4 +250,4 @@ def show_unknowns(w, work, c, ranges, parts):
             dw = at_site(work, i, MOVES, m)
             for degree, table in enumerate(LEGENDRE):
                 found = totals_of(times(table, dw))
-                put_entries(w, i, degree * m, tuple([e / c[0] for e in found]))
+                save(w[i], degree * m, tuple([e / c[0] for e in found]))

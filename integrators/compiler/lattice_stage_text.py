@@ -11,7 +11,6 @@ from typing import Any
 
 from ..numbers import with_tables
 from ..numbers.types import Column, Letters
-from .kernel_text import texts_of
 from .lattice_text import with_names
 from .stage_system import StageSource
 from .stage_text import StageText, collocation_driver
@@ -64,8 +63,8 @@ def collocation_text(system: LatticeStages) -> str:
         "coefficients=RULE.width)",
         "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 4",
     ]
-    driver = [collocation_driver("lattice_stage_driver"), texts_of("site_rows")]
-    return with_tables("\n\n".join([f"# {stages.name}", text, "\n".join(facts), *driver]))
+    driver = collocation_driver("lattice_stage_driver")
+    return with_tables("\n\n".join([f"# {stages.name}", text, "\n".join(facts), driver]))
 
 
 class _SiteStages(StageText):

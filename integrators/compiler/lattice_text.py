@@ -78,14 +78,8 @@ def lattice_text(system: LatticeSystem, shape: str, composed: bool) -> str:
         f"FIRST = {'ADJOINT' if len(made) > 1 else 'RULE'}",
         f"SYSTEMS = RULE,{' ADJOINT' if len(made) > 1 else ''}",
     ]
-    driver = texts_of(
-        "lattice_driver",
-        "site_rows",
-        "lattice_newton",
-        "lattice_elimination",
-        "newton_iteration",
-        "tuple_operations",
-    )
+    parts = "lattice_driver", "lattice_newton", "lattice_elimination"
+    driver = texts_of(*parts, "newton_iteration", "tuple_operations")
     for name in ("forces", "plus", "times", "less", "summed", "reduced"):
         driver = driver.replace(f"def {name}(", f"@kernel\ndef {name}(")
     texts = (k.text for k in made)

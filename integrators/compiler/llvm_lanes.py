@@ -5,20 +5,9 @@ A lane is a stage of a rule, and one instruction computes four or eight of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
-from .llvm_values import OF_LANES, TYPES, Array, Value, lanes_among
-
-
-def of_lanes(name: str) -> Callable[[Any], Any]:
-    """Decorator: this computes the function of that name in all lanes."""
-
-    def keep(function: Any) -> Any:
-        OF_LANES[name] = function
-        return function
-
-    return keep
+from .llvm_values import OF_LANES, TYPES, Array, Routine, Value, lanes_among
 
 
 def _intrinsic(routine: Any, name: str, *lanes: Value) -> Value:
@@ -38,11 +27,6 @@ OF_LANES["fabs"] = lambda routine, x: _intrinsic(routine, "fabs", x)
 # -- what the driver of the stages asks for --------------------------------------------------------
 
 
-def lane(routine: Any, numbers: Any, j: int) -> Any:
-    """Lane j as a number."""
-    return routine.lane(numbers, j)
-
-
 def total(routine: Any, numbers: Any) -> Any:
     """The sum of all lanes, in any order."""
     kind = numbers.kind
@@ -57,9 +41,7 @@ def larger(routine: Any, one: Any, other: Any) -> Any:
     kind = lanes_among([one, other]) or "f"
     a, b = routine.operand(kind, one), routine.operand(kind, other)
     test = f"<{kind[1:]} x i1>" if kind != "f" else "i1"
-    bare = b.removeprefix(f"{TYPES[kind]} ")
-    above = routine.get("b", f"fcmp ogt {a}, {bare}").name
-    return routine.get(kind, f"select {test} {above}, {a}, {b}")
+    return routine.get(kind, f"select {test} {routine.binary('gt', one, other).name}, {a}, {b}")
 
 
 def largest(routine: Any, numbers: Any) -> Any:
@@ -88,4 +70,6 @@ def write_lanes(routine: Any, array: Array, index: Any, numbers: Any, count: int
     routine.do(f"store {routine.operand(f'v{count}', numbers)}, ptr {place}, align 8")
 
 
-PRIMITIVES = {f.__name__: f for f in (lane, total, larger, largest, read_lanes, write_lanes)}
+PRIMITIVES = {
+    f.__name__: f for f in (Routine.lane, total, larger, largest, read_lanes, write_lanes)
+}

@@ -14,10 +14,9 @@ from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
-from .llvm_decisions import mathematical, whole
 from .llvm_lanes import PRIMITIVES
 from .llvm_sines import LARGEST  # noqa: F401 - with it sine and cosine are known
-from .llvm_statements import CONDITIONS, runnable
+from .llvm_statements import CONDITIONS, mathematical, runnable, whole
 from .llvm_values import TYPES, Array, Routine, Value, filled, flat, form, lanes_among
 
 #: decorators: flags of the arithmetic (sums in any order, or in the order written), whether it is
@@ -60,9 +59,7 @@ class Module:
             return partial(self._foreign, node.name)
         words = decorators(node)
         fast, shared = next((kind for word, kind in KINDS.items() if word in words), ("", False))
-        run = cache(
-            partial(runnable, self, node, function)
-        )  # a text has more functions than are called
+        run = cache(partial(runnable, self, node, function))  # of those that are called
 
         def inline(*arguments: Any) -> Any:
             if "helper" in words and (kind := lanes_among(arguments)):

@@ -142,10 +142,12 @@ def _callable(engine: Any, names: Sequence[str], arrays: Mapping[str, Array]) ->
     return advance
 
 
-def address(array: np.ndarray) -> int:
+_NOTHING = ctypes.c_char * 0
+
+
+def address(array: Any) -> int:
     """Where an array's numbers begin."""
-    place: int = array.__array_interface__["data"][0]
-    return place
+    return ctypes.addressof(_NOTHING.from_buffer(array))
 
 
 def _tables(

@@ -15,12 +15,8 @@ def guess(system, x, mu, xi, mz, weights, c, age):
         none = tuple([tuple([0 * b for e in mu]) for b in weights])
         return none, tuple([tuple([a + e for a, e in zip(part, mu)]) for part in none]), none
     v, momenta = at_nodes(OF_VELOCITY, xi), at_nodes(OF_MOMENTUM, mz)
-    momenta = tuple(
-        [
-            tuple([a + table[-1] * e for a, e in zip(part, mu)])
-            for table, part in zip(OF_MOMENTUM, momenta)
-        ]
-    )
+    momenta = tuple([tuple([a + table[-1] * e for a, e in zip(part, mu)])
+                     for table, part in zip(OF_MOMENTUM, momenta)])  # fmt: skip
     w = at_nodes(MU, times(weights, v))
     if system.rotating:
         for _ in range(INNER):
@@ -32,19 +28,14 @@ def guess(system, x, mu, xi, mz, weights, c, age):
 
 def at_nodes(tables, parts):
     """Σ_j table[j] value_j at all nodes, of each component."""
-    return tuple(
-        [
-            tuple(
-                [
-                    balanced(
-                        [table[j] * lane(parts[j // WIDTH][i], j % WIDTH) for j in range(COUNT)]
-                    )
-                    for i in range(len(parts[0]))
-                ]
-            )
-            for table in tables
-        ]
-    )
+    size = range(len(parts[0]))
+    return tuple([
+        tuple([
+            balanced([table[j] * lane(parts[j // WIDTH][i], j % WIDTH) for j in range(COUNT)])
+            for i in size
+        ])
+        for table in tables
+    ])  # fmt: skip
 
 
 def balanced(terms):

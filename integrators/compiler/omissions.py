@@ -5,8 +5,8 @@ Decided once, when kernels are generated, so that a step asks nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from functools import lru_cache, partial
+from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
@@ -35,17 +35,14 @@ def is_affine(system: System) -> bool:
     first |= random_point(system.mu)
     second = {**first, **{u: other[u] for u in system.w}}
 
-    @lru_cache
     def changes(digits: int) -> list[Number]:
         """What the entries of the slope change by from one point to the other."""
         ends = (_at(system, point, digits) for point in (first, second))
         return [a - b for a, b in zip(*ends, strict=True)]
 
-    return all(vanishes(short, partial(_entry, changes, i)) for i, short in enumerate(changes(60)))
-
-
-def _entry(changes: Callable[[int], list[Number]], place: int) -> Number:
-    return changes(400)[place]
+    short = changes(60)
+    long = changes(400) if any(short) else short
+    return all(vanishes(a, partial(abs, b)) for a, b in zip(short, long, strict=True))
 
 
 def pivot_rows(system: System) -> list[int]:

@@ -19,16 +19,14 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
     x, mu, ex, emu = tuple([load(state, at) for at in LAYOUT.parts[:4]])
     c = load(coefficients[0], slice(0, RULE.width))
     weights = tuple([c[0] * e for e in WEIGHTS])
-    age = int(state[LAYOUT.memory])
-    memory = LAYOUT.memory + 1
-    u = load(state, slice(memory, memory + LAYOUT.m))
-    lost = load(state, slice(memory + LAYOUT.m, memory + 2 * LAYOUT.m))
-    stages = memory + 2 * LAYOUT.m
+    stages = LAYOUT.memory + 1 + 2 * LAYOUT.m
+    kept = load(state, slice(LAYOUT.memory, stages))
+    age, u, lost = int(kept[0]), kept[1 : 1 + LAYOUT.m], kept[1 + LAYOUT.m :]
     xi = load_lanes(state, stages)
     mz = load_lanes(state, stages + LAYOUT.m * LAYOUT.lanes)
     total_count, most, size = load(totals, slice(CORRECTIONS, FARTHEST))
-    farthest, reach = totals[FARTHEST], totals[REACH]
-    shrunk, sweeps = totals[CONTRACTION], totals[SWEEPS]
+    guard = load(totals, slice(FARTHEST, TOTALS))
+    shrunk, sweeps = load(totals, slice(CONTRACTION, ENTRIES))
     status = OK
     row = (index + every - 1) // every
     wait = row * every - index
@@ -45,10 +43,9 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
             most, shrunk, sweeps = count, ratio, 1.0 * apart
         if status != OK:
             break
-        if RULE.watched:
-            farthest, status = watch(RULE, x, end[0], farthest, reach, c)
-            if status != OK:
-                break
+        guard, status, near = watch(RULE, x, end[0], guard, c)
+        if status != OK:
+            break
         u = tuple([e / c[0] for e in end[0]])
         if wait == 0:
             save(us[row], 0, u)
@@ -61,28 +58,19 @@ def advance(state, coefficients, kinds, substeps, index, stop, every, xs, us, mu
         age = 1
         wait -= 1
         index += 1
-    save(state, 0, x + mu + ex + emu)
-    state[LAYOUT.memory] = 1.0 * age
-    save(state, memory, u + lost)
+    save(state, 0, x + mu + ex + emu + (1.0 * age,) + u + lost)
     save_lanes(state, stages, xi)
     save_lanes(state, stages + LAYOUT.m * LAYOUT.lanes, mz)
-    save(totals, CORRECTIONS, (total_count, most, size))
-    totals[FARTHEST] = farthest
-    totals[CONTRACTION] = shrunk
-    totals[SWEEPS] = sweeps
+    save(totals, CORRECTIONS, (total_count, most, size) + guard)
+    save(totals, CONTRACTION, (shrunk, sweeps))
     return index, status
 
 
 def load_lanes(state, at):
     """All parts of m components."""
-    return tuple(
-        [
-            tuple(
-                [read_lanes(state, at + (q * LAYOUT.m + i) * WIDTH, WIDTH) for i in range(LAYOUT.m)]
-            )
-            for q in range(PARTS)
-        ]
-    )
+    m = LAYOUT.m
+    lanes = tuple([read_lanes(state, at + k * WIDTH, WIDTH) for k in range(PARTS * m)])
+    return tuple([lanes[q * m : q * m + m] for q in range(PARTS)])
 
 
 def save_lanes(state, at, parts):
@@ -103,14 +91,8 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
     more than the stages: it would hand their errors on undamped.
     """
     none = tuple([0.0 for e in mu])
-    of_w, of_p, end, sum_p, sum_f, last = (
-        none,
-        none,
-        none,
-        none,
-        tuple([0.0 for _ in range(system.turning)]),
-        none,
-    )
+    of_w, of_p, end, sum_p, last = none, none, none, none, none
+    sum_f = tuple([0.0 for _ in range(system.turning)])
     before, best, stale, count, status = HUGE, HUGE, 0, 0, OK
     first, ratio, apart = HUGE, 0.0, 0
     uneven, pending = 1 < 0, 1 < 0
@@ -138,18 +120,12 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
             pending = any_shrinks(moved, left, sizes)
             left = tuple([e if e < least else least for e, least in zip(moved, left)])
         w, p, count = new_w, new_p, count + 1
-        rate = change / before if before < HUGE else 1.0
-        stale = 0 if change < best else stale + 1
-        best = change if change < best else best
+        settled, best, stale = settle(change, before, best, stale, count, pending)
         if count == 2:
             first = change
         elif count > 2 and change > NOISE:
             ratio, apart = change / first, count - 2
         before = change
-        settled = count > 1 and (
-            change * rate <= SMALLEST * EPS or (stale > 0 and change < 64 * EPS)
-        )
-        settled = settled and not pending
         if stale > 2 or count >= MOST_SWEEPS or not change < HUGE:
             settled = stale > 2 and change < NOISE
             status = OK if settled else NOT_CONVERGED if change < HUGE else SINGULAR
@@ -171,18 +147,3 @@ def collocate(system, x, mu, w, p, lost, xi, mz, weights, c, age):
     if not norm(end) + norm(last) < HUGE:
         status = SINGULAR
     return (end, last, sum_p, sum_f), xi, mz, lost, count, change, ratio, apart, status
-
-
-def watch(system, x, w, farthest, reach, c):
-    """(the largest size so far, status): whether the step is beyond the edge of its chart."""
-    sizes, rests = system.extents(x, w, c)
-    for size in tuple([abs(e) for e in sizes]) + tuple([of_rest(e) for e in rests]):
-        if not size <= reach:
-            return farthest, EDGE
-        farthest = size if size > farthest else farthest
-    return farthest, OK
-
-
-def of_rest(rest):
-    """The size of what is 0 at the edge and negative beyond."""
-    return 1 / (rest * rest) if rest > 0 else HUGE

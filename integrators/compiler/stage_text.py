@@ -48,7 +48,7 @@ def stage_text(system: StageSystem) -> str:
 
 def collocation_driver(name: str) -> str:
     """The text of a driver of collocation and of what it calls."""
-    driver = texts_of(name, "node_sums", "component_sizes", "tuple_operations")
+    driver = texts_of(name, "node_sums", "component_sizes", "edge_watch", "tuple_operations")
     for function, kind in (("at_nodes", "ordered"), ("balanced", "ordered"), ("times", "kernel")):
         driver = driver.replace(f"def {function}(", f"@{kind}\ndef {function}(")
     return driver
@@ -119,8 +119,8 @@ class StageText:
         """What the driver is given."""
         system = self.system
         names = [*re.findall(r"^def (\w+)", self.text, re.MULTILINE)]
-        facts = {"affine": False, "watched": bool(system.extents), "shifted": self.shifted,
-                 "turning": len(self.turning),
+        facts = {"affine": False, "watched": bool(system.extents), "branched": False,
+                 "shifted": self.shifted, "turning": len(self.turning),
                  "rotating": system.moved is not None,
                  "width": len(self.coefficients.values)}  # fmt: skip
         entries = {name: name for name in names} | facts

@@ -55,6 +55,30 @@ def save(a, at, v):
         a[at + i] = p
 
 
+def row(a, i, length):
+    """Entries of row i as a tuple."""
+    return load(a[i], slice(0, length))
+
+
+def put(a, i, values):
+    """Write row i."""
+    save(a[i], 0, values)
+
+
+def add(a, i, values):
+    """Add to row i."""
+    here = a[i]
+    for j, value in enumerate(values):
+        here[j] = here[j] + value
+
+
+def copy(a, b, width, ranges, parts):
+    """a = b on the free sites of a lattice, in rows of that width."""
+    for r in range(parts):
+        for i in range(ranges[r, 0], ranges[r, 1]):
+            put(a, i, row(b, i, width))
+
+
 def eliminate(a, m):
     """Gaussian elimination with row exchanges, on the m rows (entries, right side) of `a`.
 

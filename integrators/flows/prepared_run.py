@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..bisections import EdgePolicy
-from ..compiler import Run
+from ..compiler import Run, address
 from ..numbers import Matrix, Vector
 from .initial_state import Start
 from .run import SHORT, Trajectory, counted, rows_of
@@ -32,7 +32,6 @@ class PreparedRun:
         self.block, self.counts = np.asarray(run.totals.base), run.counts
         self.out = machine.kernels.advance.pair()
         self.beginning = run.state.copy(), run.totals.copy()
-        state, c, rows = machine.placed(run)
         function, substeps = machine.kernels.advance.function, len(machine.kinds)
         # the row at the end gets its u, for which the first substep of one more step is enough
         whole = substeps == 1
@@ -40,9 +39,10 @@ class PreparedRun:
         calls.append((1, 0 if whole else steps, steps + 1))
         self.parts = []
         for call in calls:
-            given = (state, c, machine.kinds_place, *call, every, *rows)
+            given = (run.state, run.c, machine.kinds, *call, every, *run.rows)
             kinds = function.argtypes  # what is given in these need not be converted in each call
-            given = tuple(kind(e) for kind, e in zip(kinds, given, strict=False))
+            places = (address(e) if isinstance(e, np.ndarray) else e for e in given)
+            given = tuple(kind(e) for kind, e in zip(kinds, places, strict=False))
             self.parts.append(partial(function, *given, self.out))
         run.index = steps
         self.same = dict(vars(rows_of(edge, run, len(run.counts), start.t0)))

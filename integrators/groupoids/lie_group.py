@@ -55,7 +55,6 @@ class RetractionGroupoid(Groupoid):
         return [(self, h * u)]
 
     def element(self, u: Column, h: Expression) -> SymbolicMatrix:
-        """τ(hu), N×N."""
         return self._fitting.element(self.algebra, h * u)
 
     def displacement(self, u: Column, h: Expression) -> SymbolicMatrix:

@@ -32,11 +32,9 @@ class PairGroupoid(Groupoid):
         return u + v
 
     def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
-        """hI."""
         return h * sympy.eye(self.dim_u)
 
     def L(self, x: Column, u: Column, h: Expression) -> SymbolicMatrix:
-        """I."""
         return sympy.eye(self.dim_u)
 
     R = inverse_left = L  # type: ignore[assignment]

@@ -50,11 +50,10 @@ from .identities import (
     vanishes,
     vanishes_as,
 )
-from .lazy import LazyModule, sympy
+from .lazy import LazyModule, sympy, working_digits
 from .multi_output import InArithmetic, as_one_number, collect, entry, opaque
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
-from .precision import working_digits
 from .printing import code
 from .registered import register, with_tables
 from .running_error import (

@@ -55,6 +55,9 @@ class InArithmetic:
 
     is_number: bool
 
+    def _eval_is_real(self) -> Any:
+        return True
+
     def _eval_evalf(self, prec: int) -> Expression | None:
         return sympy.Float._new(number(self, prec)._mpf_, prec) if self.is_number else None
 
@@ -63,9 +66,6 @@ class InArithmetic:
 def _classes() -> tuple[Any, Any]:
     class Entry(InArithmetic, sympy.Function):
         nargs = 2
-
-        def _eval_is_real(self) -> bool:
-            return True
 
         def _eval_derivative(self, s: Letter) -> Expression:
             return self.args[0].slope(int(self.args[1]), s)

@@ -168,7 +168,7 @@ def _size(matrix: Matrix) -> Number:
 
 
 def _coth(z: Column) -> Expression:
-    """Q with g(s) = 1 + s² Q(−s²): (c₂ − c₃)/(4c₁) at z/4, with poles at whole turns."""
+    """Q with g(s) = 1 + s² Q(−s²), which has poles at whole turns."""
     c1, c2, c3 = (stumpff(k, z / 4) for k in (1, 2, 3))
     return (c2 - c3) / (4 * c1)
 

@@ -33,9 +33,6 @@ def _class(tau: Any, algebra: MatrixAlgebra) -> Any:
     class Product(InArithmetic, sympy.Function):
         """Entry i of the product; the other arguments are ξ and η."""
 
-        def _eval_is_real(self) -> bool:
-            return True
-
         def _eval_derivative(self, s: Letter) -> Expression:
             xi, eta = map(sympy.ImmutableMatrix, (self.args[1 : m + 1], self.args[m + 1 :]))
             d_xi, d_eta = xi.diff(s), eta.diff(s)

@@ -76,12 +76,11 @@ class MatrixFunction:
 def _table(function: MatrixFunction, order: int) -> Any:
     """The sympy function whose entries are the partial derivatives of that order."""
     size = len(function.basis[0]) ** 2
-    places = {d: i for i, d in enumerate(function.directions(order))}
 
     class Table(sympy.Function):
         def slope(self, index: int, s: Letter) -> Expression:
             which, at = divmod(index, size)
-            chosen = list(places)[which]
+            chosen = function.directions(order)[which]
             higher, total = None, 0
             for k, xi in enumerate(self.args):
                 inner = xi.diff(s)

@@ -10,10 +10,7 @@ from sympy import Matrix, Rational, zeros
 from discmech.integrators import (
     BadInput,
     MatrixAlgebra,
-    Scene,
-    Scheme,
     lie_group,
-    midpoint,
     se,
     sl,
     so,
@@ -244,9 +241,3 @@ def test_irrational_bases_have_both_charts(given):
             p = decimals(tau.product(algebra, xi, eta))
             both = element(tau, algebra, xi) * element(tau, algebra, eta)
             assert close(element(tau, algebra, p), both)
-
-
-def test_cayley_on_sl3_says_why():
-    scene = Scene("s", lie_group(sl(3)), lambda x, v, p: v.dot(v) / 2, v0=[0] * 8)
-    with pytest.raises(BadInput, match="use the exponential"):
-        Scheme(scene, midpoint)
