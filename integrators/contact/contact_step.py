@@ -27,7 +27,15 @@ import numpy as np
 from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
 from .gaps import Gaps, Place
-from .impacts import AGAIN, NOISE, Active, active, given_back, in_cones, velocity_law, width
+from .impacts import (
+    AGAIN,
+    NOISE,
+    Active,
+    active,
+    given_back,
+    in_cones,
+    velocity_law,
+)
 
 LEFT_OVER = 2**12  # units of round-off that a gap may be negative by
 ZENO = 64  # impacts of one gap in one step, after which it closes without a rebound
@@ -93,11 +101,6 @@ class ContactSteps:
         """The noise of a start."""
         return self.gaps.numbers.zeros(self.gaps.count)
 
-    def still_impulses(self) -> np.ndarray:
-        """No impulses, (K, 1 + D)."""
-        found: np.ndarray = self.gaps.numbers.zeros(self.gaps.count, width(self.gaps))
-        return found
-
     def free_steps(self, x: np.ndarray) -> tuple[int, np.ndarray]:
         """(how many free steps, from row to row of x (r, n), are surely without contact; φ)."""
         phi = self.gaps.phi(x)
@@ -115,13 +118,13 @@ class ContactSteps:
         Raises `CannotMeasure` where no impulses are found, or impacts do not end.
         """
         m = m._replace(noise=m.noise / 4)  # within a step it does not shrink
-        return self._taken(m, [0] * self.gaps.count, [])
+        return self._taken(m, np.zeros(self.gaps.count, dtype=np.int64), [])
 
-    def resting(self, m: Moment, xi: Vector) -> list[int]:
+    def resting(self, m: Moment, xi: Vector) -> np.ndarray:
         """The gaps that are closed and do not open."""
         place = m.place
         slow = self._slow(place.normal, xi, m.noise)
-        return [int(i) for i in np.flatnonzero(place.closed & (place.normal @ xi <= slow))]
+        return np.flatnonzero(place.closed & (place.normal @ xi <= slow))
 
     def _slow(self, rows: np.ndarray, xi: Vector, noise: Vector) -> Vector:
         """Velocities along rows that are round-off."""
@@ -136,7 +139,7 @@ class ContactSteps:
     # -- impacts ---------------------------------------------------------------------------------
 
     def _struck(
-        self, m: Moment, share: Number, counts: list[int], impacts: list[Impact]
+        self, m: Moment, share: Number, counts: np.ndarray, impacts: list[Impact]
     ) -> tuple[Moment, Vector]:
         """The moment after the impacts of closed gaps that are still closing, and its ξ, twice."""
         place = m.place
@@ -146,29 +149,22 @@ class ContactSteps:
             closing = place.closed & (place.normal @ xi < -slow)
             if not closing.any():
                 return m._replace(u=xi), xi
-            struck = [int(i) for i in np.flatnonzero(closing)]
-            for i in struck:
-                counts[i] += 1
-            tired = self.e < 1 and max(counts[i] for i in struck) > ZENO
+            counts += closing
+            tired = self.e < 1 and counts[closing].max() > ZENO
             e = 0 * self.one if tired else self.e
-            contacts = active(self.gaps, place, [int(i) for i in np.flatnonzero(place.closed)])
+            struck = self.gaps.struck_with(place.closed, closing)
+            contacts = active(self.gaps, place, np.flatnonzero(struck))
             P, after, changed = velocity_law(self.gaps, place, m.mu, m.u, contacts, e)
             impacts.append(Impact(share, place.x, m.mu, after, contacts.total(P)))
-            m = Moment(place, after, m.u, np.maximum(m.noise, self._noise(contacts, changed)))
+            m = Moment(place, after, m.u, np.maximum(m.noise, contacts.noise(changed)))
         raise CannotMeasure(f"{AGAIN} impacts at one place do not open the gaps")
 
-    def _noise(self, contacts: Active, changed: Vector) -> Vector:
-        noise = self.still()
-        for i, change in zip(contacts.owners, changed, strict=True):
-            noise[i] = max(noise[i], change)
-        return noise
-
     def _slips(
-        self, m: Moment, xi: Vector, resting: list[int], stuck: set[int]
+        self, m: Moment, xi: Vector, resting: np.ndarray, stuck: set[int]
     ) -> dict[int, Vector]:
         """The directions in which resting gaps with friction slip."""
         found, place = {}, m.place
-        for i in resting:
+        for i in resting if self.gaps.rough else ():
             if i in stuck or not self.gaps.friction[i] > 0:
                 continue
             slip = place.slip[i] @ xi
@@ -183,9 +179,9 @@ class ContactSteps:
         m: Moment,
         xi: Vector,
         share: Number,
-        resting: Sequence[int],
+        resting: np.ndarray,
         slips: Mapping[int, Vector],
-        landing: Sequence[int] = (),
+        landing: Sequence[int] | np.ndarray = (),
         held: bool = False,
     ) -> Taken:
         """A part of a step in which the resting gaps stay closed, or open.
@@ -204,16 +200,15 @@ class ContactSteps:
             pushed = m.mu + start.push.T @ P
             near = gaps.velocity(place.x, pushed, m.u) if len(P) else m.u
             y, mu, u = self.free.part(share, place.x, pushed, near)
-            there = gaps.at(y, reach + self.free.h * self._noise(start, abs(W) @ abs(P)))
-            F, unit = gaps.numbers.zeros(len(P)), gaps.numbers.zeros(len(P))
-            for cone, i in zip(start.cones, [*resting, *landing], strict=True):
-                F[cone.normal], unit[cone.normal] = there.phi[i] / h, there.size[i] / h
-                if cone.tangent.start < cone.tangent.stop:
-                    F[cone.tangent] = place.moved(i, there) / h
-                    unit[cone.tangent] = max(abs(there.where[i])) / h
+            there = gaps.at(y, reach + self.free.h * start.noise(abs(W) @ abs(P)))
+            F, unit = there.phi[start.owners] / h, there.size[start.owners] / h
+            for n, (plane, _) in start.cones.planes.items():
+                i = start.owners[n]
+                F[plane] = place.moved(i, there) / h
+                unit[plane] = max(abs(there.where[i])) / h
             return F, unit, (there, mu, u)
 
-        P = gaps.numbers.zeros(len(start.rows))
+        P = gaps.numbers.zeros(len(start.owners))
         if not len(P):
             _, _, (there, mu, u) = trial(P)
             return Taken(there, mu, u, start.total(P), m.noise, start, P)
@@ -221,45 +216,45 @@ class ContactSteps:
         onward = {i: e for i, e in slips.items() if held or e @ place.moved(i, there) > 0}
         if len(onward) < len(slips):
             return self._moved(m, xi, share, resting, onward, landing)
-        kept = [i for i in resting if there.closed[i]]
+        kept = resting[there.closed[resting]]
         turned = {i: carried(place, there, i, e) for i, e in slips.items()} if held else {}
         end = active(gaps, there, kept, (), turned)
-        total, noise = start.total(P), np.maximum(m.noise, self._noise(start, abs(W) @ abs(P)))
-        if kept:
+        total, noise = start.total(P), np.maximum(m.noise, start.noise(abs(W) @ abs(P)))
+        if len(kept):
             Q, mu, changed = velocity_law(gaps, there, mu, u, end, 0)
-            total, noise = total + end.total(Q), np.maximum(noise, self._noise(end, changed))
+            total, noise = total + end.total(Q), np.maximum(noise, end.noise(changed))
         return Taken(there, mu, u, total, noise, start, P)
 
     def _taken(
-        self, m: Moment, counts: list[int], impacts: list[Impact]
+        self, m: Moment, counts: np.ndarray, impacts: list[Impact]
     ) -> tuple[Moment, Vector, np.ndarray, list[Impact]]:
         """`step`, of which counts (K,) and impacts are written on the way."""
         m, xi = self._struck(m, 0 * self.one, counts, impacts)
         resting = self.resting(m, xi)
-        gaps, landing = self.gaps, list[int]()
+        gaps, landing = self.gaps, resting[:0]
         slips = self._slips(m, xi, resting, set())
         while True:
             taken = self._moved(m, xi, self.one, resting, slips, landing)
             there = taken.place
             low = np.flatnonzero((there.phi < 0) & ~there.closed)
-            new = [int(i) for i in low if i not in {*resting, *landing}]
-            if not new:
+            new = np.setdiff1d(low, np.append(resting, landing))
+            if not len(new):
                 break
-            landing += new
+            landing = np.append(landing, new)
         total, mu = taken.impulses, taken.mu
-        pushed = [k for k, i in enumerate(taken.start.owners) if i in landing]
-        landed = [k for k in pushed if taken.at_start[k] > 0]
-        if landed:
+        pushed = slice(len(resting), len(resting) + len(landing))
+        landed = np.flatnonzero(taken.at_start[pushed] > 0) + len(resting)
+        if len(landed):
             others = taken.at_start.copy()
             others[pushed] = 0
             after = m.mu + taken.start.push.T @ others
             pushed_off = gaps.velocity(m.place.x, after, m.u)
             wanted = min(gaps.energy(m.place.x, xi, m.mu),
                          gaps.energy(m.place.x, pushed_off, after))  # fmt: skip
-            owners = [taken.start.owners[k] for k in landed]
+            owners = taken.start.owners[landed]
             along = taken.at_start[landed] @ there.normal[owners]
             back = given_back(gaps, there, mu, taken.u, along, wanted)
-            part = (mu - back) @ along / (along @ along)
+            part = ((mu - back) * along).sum() / (along * along).sum()
             total[owners, 0] -= part * taken.at_start[landed]
             mu = back
         m = Moment(there, mu, taken.u, taken.noise)

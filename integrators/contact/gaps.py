@@ -7,7 +7,6 @@ that the scene gives, or x itself without its part along φ′, in an orthonorma
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -25,7 +24,7 @@ from ..errors import BadInput
 from ..numbers import Arithmetic, flatten, jacobian, numeric, sympy
 from ..numbers.types import Column, Number, Vector
 from ..scene import Scene
-from .cones import Cone, impulses
+from .cones import Cones, impulses
 
 TOUCHING = 128  # units of round-off of its size within which a gap is closed
 
@@ -44,7 +43,7 @@ class Place(NamedTuple):
     phi: Vector
     own: Vector
     size: Vector
-    normal: np.ndarray
+    normal: Any
     slip: list[np.ndarray]
     bases: list[Any]
     where: list[Vector]
@@ -70,8 +69,9 @@ class Gaps:
     def __init__(self, s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> None:
         self.s, self.scene, self.numbers, self.n = s, scene, numbers, s.n
         self.p = [numbers.number(e) for e in scene.parameter_values]
-        phi, coordinates = gap_expressions(s, scene.contact)
-        self.count = len(phi)
+        made = gap_functions(s, scene.contact, numbers)
+        self.coordinates, self._place, self._phi, self._motion, self._energy = made
+        self.count = len(self.coordinates)
         given = flatten((scene.friction,))
         if isinstance(scene.friction, tuple) and len(given) != self.count:
             raise BadInput(
@@ -79,14 +79,13 @@ class Gaps:
             )
         spread = given if isinstance(scene.friction, tuple) else given * self.count
         self.friction = [numbers.number(e) for e in spread]
-        for i, (e, own) in enumerate(zip(self.friction, coordinates, strict=True)):
+        self.rough = any(e > 0 for e in self.friction)
+        for i, (e, own) in enumerate(zip(self.friction, self.coordinates, strict=True)):
             if e > 0 and own is None and s.n == 1:
                 raise BadInput(
                     f"{s.name}: gap {i} has friction, but a base of 1 has no plane of contact; "
                     "give the coordinates along which it slips, (φ, [t, …])."
                 )
-        self.coordinates = coordinates
-        self._place, self._phi, self._motion, self._energy = _functions(s, scene.contact, numbers)
         self._legendre = legendre_inverse(s, numbers)
         #: whether ξ is affine in μ
         self.quadratic = self._legendre.quadratic
@@ -137,6 +136,10 @@ class Gaps:
         changed: np.ndarray = rows @ self.inverse_mass(x, xi) @ push.T
         return changed
 
+    def struck_with(self, closed: Vector, closing: Vector) -> Vector:
+        """Which of the closed gaps may push where some are closing: all, being of one system."""
+        return closed
+
     def fastest(self, place: Place, xi: Vector) -> Vector:
         """How fast each gap could close with the kinetic energy of ξ, (K,), in any units.
 
@@ -153,7 +156,7 @@ class Gaps:
         found: np.ndarray = self.numbers.solve(mass, self.numbers.identity(len(xi)))
         return found
 
-    def impulses(self, W: np.ndarray, U0: Vector, cones: Sequence[Cone], start: Vector) -> Vector:
+    def impulses(self, W: np.ndarray, U0: Vector, cones: Cones, start: Vector) -> Vector:
         """P in the cones with the velocities U₀ + W P (`cones.impulses`)."""
         return impulses(W, U0, cones, self.numbers, start)
 
@@ -201,8 +204,11 @@ def _listed(given: Any) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _functions(s: SceneSymbols, contact: Any, numbers: Arithmetic) -> tuple[Any, ...]:
-    """What `Gaps.at` needs; φ, of columns where there are any; M and ∂l/∂ξ; H."""
+def gap_functions(
+    s: SceneSymbols, contact: Any, numbers: Arithmetic, columns: bool = False
+) -> tuple[Any, ...]:
+    """The coordinates (`gap_expressions`), and functions: what `Gaps.at` needs; φ, of columns in
+    double precision; M and ∂l/∂ξ; H. columns: of all."""
     phi, coordinates = gap_expressions(s, contact)
     own = sympy.Matrix([e for part in coordinates for e in part or ()])
     rho = natural_structure(s, s.x)[0][: s.n, :]
@@ -218,8 +224,9 @@ def _functions(s: SceneSymbols, contact: Any, numbers: Arithmetic) -> tuple[Any,
     moving = {"x": s.x, "u": s.u, "p": s.parameter_list}
     with_momentum = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return (
-        numeric(given, results, numbers),
+        coordinates,
+        numeric(given, results, numbers, columns=columns),
         numeric(given, [list(phi)], numbers, columns=numbers.dtype is not object),
-        numeric(moving, [mass_matrix(s), list(momentum(s))], numbers),
-        numeric(with_momentum, [energy(s)], numbers),
+        numeric(moving, [mass_matrix(s), list(momentum(s))], numbers, columns=columns),
+        numeric(with_momentum, [energy(s)], numbers, columns=columns),
     )

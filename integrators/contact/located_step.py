@@ -17,6 +17,7 @@ from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
 from .contact_step import ContactSteps, Impact, Moment, Taken, carried
 from .gaps import Place
+from .impacts import still_impulses
 
 EVENTS = 2**14  # in one step
 HALVINGS = 200  # of the search for an event
@@ -36,10 +37,10 @@ class LocatedSteps(ContactSteps):
         return found
 
     def _taken(
-        self, m: Moment, counts: list[int], impacts: list[Impact]
+        self, m: Moment, counts: np.ndarray, impacts: list[Impact]
     ) -> tuple[Moment, Vector, np.ndarray, list[Impact]]:
         passed, left_with = 0 * self.one, None
-        total, stuck = self.still_impulses(), set[int]()
+        total, stuck = still_impulses(self.gaps), set[int]()
         for _ in range(EVENTS):
             m, xi = self._struck(m, passed, counts, impacts)
             resting = self.resting(m, xi)
@@ -60,7 +61,7 @@ class LocatedSteps(ContactSteps):
         raise CannotMeasure(f"there are more than {EVENTS} impacts in one step")
 
     def _first_event(
-        self, m: Moment, xi: Vector, taken: Taken, share: Number, resting: list[int],
+        self, m: Moment, xi: Vector, taken: Taken, share: Number, resting: np.ndarray,
         slips: Mapping[int, Vector],
     ) -> tuple[Number, Taken, int | None] | None:  # fmt: skip
         """(share of the step, what was taken up to it, the gap that stopped slipping there).
@@ -93,7 +94,7 @@ class LocatedSteps(ContactSteps):
                 found = share, taken, stopped
 
     def _gap_after(
-        self, m: Moment, xi: Vector, resting: list[int], slips: Mapping[int, Vector], i: int,
+        self, m: Moment, xi: Vector, resting: np.ndarray, slips: Mapping[int, Vector], i: int,
         share: Number,
     ) -> tuple[Number, Number, Taken]:  # fmt: skip
         """(φ_i after a share, its round-off, what was taken), the first two divided by the share if
@@ -103,7 +104,7 @@ class LocatedSteps(ContactSteps):
         return taken.place.phi[i] / over, 4 * self.eps * taken.place.size[i] / over, taken
 
     def _slip_after(
-        self, m: Moment, xi: Vector, resting: list[int], slips: Mapping[int, Vector], i: int,
+        self, m: Moment, xi: Vector, resting: np.ndarray, slips: Mapping[int, Vector], i: int,
         share: Number,
     ) -> tuple[Number, Number, Taken]:  # fmt: skip
         """(slip i after a share of the step, its round-off, what was taken)."""
@@ -119,7 +120,7 @@ class LocatedSteps(ContactSteps):
         return carried(place, there, i, along) @ (there.slip[i] @ xi)
 
     def _closing(
-        self, place: Place, xi: Vector, taken: Taken, share: Number, resting: list[int],
+        self, place: Place, xi: Vector, taken: Taken, share: Number, resting: np.ndarray,
         done: set[int],
     ) -> tuple[int, Number, Number] | None:  # fmt: skip
         """(gap, its value at the start, a share at which it is negative) of one that closes."""

@@ -7,11 +7,10 @@ from .lattice_flow import LatticeFlow, LatticeTrajectory
 from .lattice_run import LatticeRun
 from .lattice_scheme import LatticeScheme
 from .restricted_step import Linearised, RestrictedStep, step_derivative
-from .site_gaps import rates
 from .velocities import velocities
 
 __all__ = [
     "ContactLatticeTrajectory", "DualStep", "Lattice", "LatticeFlow", "LatticeRun", "LatticeScheme",
     "LatticeTrajectory", "Linearised", "RestrictedStep", "SiteImpacts", "poisson_defect",
-    "rates", "step_derivative", "velocities",
+    "step_derivative", "velocities",
 ]  # fmt: skip

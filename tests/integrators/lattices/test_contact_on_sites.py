@@ -18,8 +18,10 @@ from discmech import (
     trapezoidal,
 )
 from discmech.integrators import rules
+from discmech.integrators.contact import ContactSteps
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices import systems
+from discmech.integrators.lattices.site_gaps import SiteGaps
 from discmech.studies.lattices import contacts
 from discmech.studies.lattices.quantities import energies
 from tests.integrators.lattices.as_scenes import ROUND_OFF, as_scene, slow
@@ -153,33 +155,27 @@ class Faults:
 
     @staticmethod
     def pulls(monkeypatch):
-        from discmech.integrators.lattices import site_contact as at
+        def stuck(self, W, U0, cones, start):
+            return -U0 / W.diagonal()
 
-        def stuck(W, U0, mask, start):
-            return np.where(mask, -U0 / W[:, 0, :], 0.0)
-
-        monkeypatch.setattr(at, "impulses", stuck)
+        monkeypatch.setattr(SiteGaps, "impulses", stuck)
 
     @staticmethod
     def misses(monkeypatch):
-        from discmech.integrators.lattices import site_contact as at
+        def unseen(self, m, share, *given):
+            return m, self.gaps.velocity(m.place.x, m.mu)
 
-        def unseen(self, m, share):
-            return m, self.gaps.velocity(m.place.x, m.mu), np.zeros_like(m.noise)
-
-        monkeypatch.setattr(at.SiteContactSteps, "_struck", unseen)
+        monkeypatch.setattr(ContactSteps, "_struck", unseen)
 
     @staticmethod
     def rebounds_wrongly(monkeypatch):
-        from discmech.integrators.lattices import site_contact as at
-
-        begin = at.SiteContactSteps.__init__
+        begin = ContactSteps.__init__
 
         def other(self, *given):
             begin(self, *given)
             self.e = 0.25
 
-        monkeypatch.setattr(at.SiteContactSteps, "__init__", other)
+        monkeypatch.setattr(ContactSteps, "__init__", other)
 
 
 @pytest.mark.parametrize("fault, seen", [("pulls", "pull"), ("misses", "missed"),
