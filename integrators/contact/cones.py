@@ -98,12 +98,12 @@ def _newton(
         for n, (t, bound) in cones.planes.items():
             slope[t] = numbers.identity(len(P))[t]
             z, radius = P[t] - r[t] * U[t], bound * max(0 * P[n], P[n])
-            length = sum(e * e for e in z) ** 0.5
+            size = length(z)
             inner = -r[t][:, None] * W[t]
             inner[:, t] += numbers.identity(len(z))
-            if length > radius:
-                along = z / length
-                inner = (radius / length) * (inner - np.outer(along, along @ inner))
+            if size > radius:
+                along = z / size
+                inner = (radius / size) * (inner - np.outer(along, along @ inner))
                 inner[:, n] += along * bound
             slope[t] -= inner
         try:
@@ -118,5 +118,10 @@ def _newton(
 
 def _on_disc(z: Vector, radius: Number) -> Vector:
     """The nearest point of the disc of a radius."""
-    length = sum(e * e for e in z) ** 0.5
-    return z if length <= radius else z * (radius / length)
+    size = length(z)
+    return z if size <= radius else z * (radius / size)
+
+
+def length(v: Vector) -> Number:
+    """|v|, in any arithmetic."""
+    return sum(e * e for e in v) ** 0.5

@@ -26,6 +26,7 @@ import numpy as np
 
 from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
+from .cones import length
 from .gaps import Gaps, Place
 from .impacts import (
     AGAIN,
@@ -118,37 +119,37 @@ class ContactSteps:
         Raises `CannotMeasure` where no impulses are found, or impacts do not end.
         """
         m = m._replace(noise=m.noise / 4)  # within a step it does not shrink
-        return self._taken(m, np.zeros(self.gaps.count, dtype=np.int64), [])
+        counts, impacts = np.zeros(self.gaps.count, dtype=np.int64), list[Impact]()
+        m, u, total = self._taken(m, counts, impacts)
+        if (m.place.phi < -LEFT_OVER * self.eps * m.place.size).any():
+            raise CannotMeasure("a contact was met that no impulse and no part of the step opens")
+        m = self._struck(m, self.one, counts, impacts)
+        return m, u, sum((e.impulses for e in impacts), total), impacts
 
-    def resting(self, m: Moment, xi: Vector) -> np.ndarray:
-        """The gaps that are closed and do not open."""
+    def resting(self, m: Moment) -> np.ndarray:
+        """The gaps that are closed and do not open; u of the moment is its ξ."""
         place = m.place
-        slow = self._slow(place.normal, xi, m.noise)
-        return np.flatnonzero(place.closed & (place.normal @ xi <= slow))
+        slow = self._slow(place.normal, m.u, m.noise)
+        return np.flatnonzero(place.closed & (place.normal @ m.u <= slow))
 
     def _slow(self, rows: np.ndarray, xi: Vector, noise: Vector) -> Vector:
         """Velocities along rows that are round-off."""
         slow: Vector = NOISE * self.eps * (abs(rows) @ abs(xi) + noise)
         return slow
 
-    def _check_open(self, place: Place) -> None:
-        """Raise `CannotMeasure` if a gap is negative by more than round-off."""
-        if (place.phi < -LEFT_OVER * self.eps * place.size).any():
-            raise CannotMeasure("a contact was met that no impulse and no part of the step opens")
-
     # -- impacts ---------------------------------------------------------------------------------
 
     def _struck(
         self, m: Moment, share: Number, counts: np.ndarray, impacts: list[Impact]
-    ) -> tuple[Moment, Vector]:
-        """The moment after the impacts of closed gaps that are still closing, and its ξ, twice."""
+    ) -> Moment:
+        """The moment after the impacts of closed gaps that are still closing; its u is its ξ."""
         place = m.place
         for _ in range(AGAIN):
-            xi = self.gaps.velocity(place.x, m.mu, m.u)
-            slow = self._slow(place.normal, xi, m.noise)
-            closing = place.closed & (place.normal @ xi < -slow)
+            m = m._replace(u=self.gaps.velocity(place.x, m.mu, m.u))
+            slow = self._slow(place.normal, m.u, m.noise)
+            closing = place.closed & (place.normal @ m.u < -slow)
             if not closing.any():
-                return m._replace(u=xi), xi
+                return m
             counts += closing
             tired = self.e < 1 and counts[closing].max() > ZENO
             e = 0 * self.one if tired else self.e
@@ -159,17 +160,15 @@ class ContactSteps:
             m = Moment(place, after, m.u, np.maximum(m.noise, contacts.noise(changed)))
         raise CannotMeasure(f"{AGAIN} impacts at one place do not open the gaps")
 
-    def _slips(
-        self, m: Moment, xi: Vector, resting: np.ndarray, stuck: set[int]
-    ) -> dict[int, Vector]:
+    def _slips(self, m: Moment, resting: np.ndarray, stuck: set[int]) -> dict[int, Vector]:
         """The directions in which resting gaps with friction slip."""
         found, place = {}, m.place
         for i in resting if self.gaps.rough else ():
             if i in stuck or not self.gaps.friction[i] > 0:
                 continue
-            slip = place.slip[i] @ xi
-            if (abs(slip) > self._slow(place.slip[i], xi, m.noise[i])).any():
-                found[i] = slip / sum(e * e for e in slip) ** 0.5
+            slip = place.slip[i] @ m.u
+            if (abs(slip) > self._slow(place.slip[i], m.u, m.noise[i])).any():
+                found[i] = slip / length(slip)
         return found
 
     # -- parts of a step -------------------------------------------------------------------------
@@ -177,7 +176,6 @@ class ContactSteps:
     def _moved(
         self,
         m: Moment,
-        xi: Vector,
         share: Number,
         resting: np.ndarray,
         slips: Mapping[int, Vector],
@@ -192,9 +190,9 @@ class ContactSteps:
         """
         gaps, h, place = self.gaps, self.free.h * share, m.place
         start = active(gaps, place, resting, landing, slips)
-        W = gaps.flexibility(place.x, xi, start.rows, start.push)
+        W = gaps.flexibility(place.x, m.u, start.rows, start.push)
         # Newton ends at the round-off of its whole solution, not of each component
-        reach = place.own + self.free.h * (gaps.fastest(place, xi) + m.noise)
+        reach = place.own + self.free.h * (gaps.fastest(place, m.u) + m.noise)
 
         def trial(P: Vector) -> tuple[Vector, Vector, Any]:
             pushed = m.mu + start.push.T @ P
@@ -215,7 +213,7 @@ class ContactSteps:
         P, (there, mu, u) = in_cones(gaps, trial, W, start.cones)
         onward = {i: e for i, e in slips.items() if held or e @ place.moved(i, there) > 0}
         if len(onward) < len(slips):
-            return self._moved(m, xi, share, resting, onward, landing)
+            return self._moved(m, share, resting, onward, landing)
         kept = resting[there.closed[resting]]
         turned = {i: carried(place, there, i, e) for i, e in slips.items()} if held else {}
         end = active(gaps, there, kept, (), turned)
@@ -227,47 +225,40 @@ class ContactSteps:
 
     def _taken(
         self, m: Moment, counts: np.ndarray, impacts: list[Impact]
-    ) -> tuple[Moment, Vector, np.ndarray, list[Impact]]:
-        """`step`, of which counts (K,) and impacts are written on the way."""
-        m, xi = self._struck(m, 0 * self.one, counts, impacts)
-        resting = self.resting(m, xi)
-        gaps, landing = self.gaps, resting[:0]
-        slips = self._slips(m, xi, resting, set())
+    ) -> tuple[Moment, Vector, np.ndarray]:
+        """(the moment at the end of the step, the u that left, the impulses that are no impacts).
+
+        counts (K,) and impacts are written on the way.
+        """
+        m = self._struck(m, 0 * self.one, counts, impacts)
+        resting = self.resting(m)
+        gaps, landing, slips = self.gaps, resting[:0], self._slips(m, resting, set())
         while True:
-            taken = self._moved(m, xi, self.one, resting, slips, landing)
+            taken = self._moved(m, self.one, resting, slips, landing)
             there = taken.place
             low = np.flatnonzero((there.phi < 0) & ~there.closed)
             new = np.setdiff1d(low, np.append(resting, landing))
             if not len(new):
                 break
             landing = np.append(landing, new)
-        total, mu = taken.impulses, taken.mu
+        mu, start, P = taken.mu, taken.start, taken.at_start
         pushed = slice(len(resting), len(resting) + len(landing))
-        landed = np.flatnonzero(taken.at_start[pushed] > 0) + len(resting)
+        landed = np.flatnonzero(P[pushed] > 0) + len(resting)
         if len(landed):
-            others = taken.at_start.copy()
+            others = P.copy()
             others[pushed] = 0
-            after = m.mu + taken.start.push.T @ others
+            after = m.mu + start.push.T @ others
             pushed_off = gaps.velocity(m.place.x, after, m.u)
-            wanted = min(gaps.energy(m.place.x, xi, m.mu),
+            wanted = min(gaps.energy(m.place.x, m.u, m.mu),
                          gaps.energy(m.place.x, pushed_off, after))  # fmt: skip
-            owners = taken.start.owners[landed]
-            along = taken.at_start[landed] @ there.normal[owners]
-            back = given_back(gaps, there, mu, taken.u, along, wanted)
-            part = ((mu - back) * along).sum() / (along * along).sum()
-            total[owners, 0] -= part * taken.at_start[landed]
-            mu = back
-        m = Moment(there, mu, taken.u, taken.noise)
-        self._check_open(there)
-        m, _ = self._struck(m, self.one, counts, impacts)
-        return m, taken.u, sum((e.impulses for e in impacts), total), impacts
+            along = P[landed] @ there.normal[start.owners[landed]]
+            s = given_back(gaps, there, mu, taken.u, along, wanted)
+            taken.impulses[start.owners[landed], 0] -= s * P[landed]
+            mu = mu - s * along
+        return Moment(there, mu, taken.u, taken.noise), taken.u, taken.impulses
 
 
 def carried(place: Place, there: Place, i: int, along: Vector) -> Vector:
     """A direction of the plane of a gap, in the basis of its plane at another place."""
-    if place.bases[i] is None:
-        return along
-    found = there.bases[i].T @ (place.bases[i] @ along)
-    length = sum(e * e for e in found) ** 0.5
-    turned: Vector = found / length
-    return turned
+    found: Vector = there.bases[i].T @ (place.bases[i] @ along)
+    return found / length(found)

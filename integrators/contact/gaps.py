@@ -24,7 +24,7 @@ from ..errors import BadInput
 from ..numbers import Arithmetic, flatten, jacobian, numeric, sympy
 from ..numbers.types import Column, Number, Vector
 from ..scene import Scene
-from .cones import Cones, impulses
+from .cones import Cones, impulses, length
 
 TOUCHING = 128  # units of round-off of its size within which a gap is closed
 
@@ -34,9 +34,9 @@ class Place(NamedTuple):
 
     phi, own, size (K,): their values, what their round-off is a part of here, and what it is with
     the way that led here; normal (K, m); slip: of each gap T (d, m); bases: of each gap an
-    orthonormal basis of its plane, or None where the scene gives coordinates; where: of each gap
-    its t(x); scale (K,): |φ′| where T is in its units, else 1; closed (K,): whether a gap is 0 to
-    round-off.
+    orthonormal basis of its plane, in the coordinates that the scene gives, or in x; where: of each
+    gap its t(x); scale (K,): |φ′| where T is in its units, else 1; closed (K,): whether a gap is 0
+    to round-off.
     """
 
     x: Vector
@@ -52,8 +52,8 @@ class Place(NamedTuple):
 
     def moved(self, i: int, other: Place) -> Vector:
         """How far the touching point of gap i has moved along its plane, from here to there."""
-        way = other.where[i] - self.where[i]
-        return way if self.bases[i] is None else way @ self.bases[i]
+        found: Vector = (other.where[i] - self.where[i]) @ self.bases[i]
+        return found
 
 
 class Gaps:
@@ -101,15 +101,17 @@ class Gaps:
         phi, own_size, slope, normal, rho, own, own_slope = self._place(x, self.p)
         slip, bases, where, scale, first = [], [], [], [], 0
         for i, coordinates in enumerate(self.coordinates):
-            basis, length = None, 1 + 0 * phi[i]
-            if coordinates is None and self.friction[i] > 0:
-                length = sum(e * e for e in slope[i]) ** 0.5
-                basis = _plane(slope[i] / length)
             last = first + len(coordinates or ())
-            slip.append(own_slope[first:last] if basis is None else basis.T @ rho)
-            where.append(own[first:last] if basis is None else x[: self.n])
+            if coordinates is None and self.friction[i] > 0:
+                scale.append(length(slope[i]))
+                basis, at, rates = _plane(slope[i] / scale[i]), x[: self.n], rho
+            else:
+                scale.append(1 + 0 * phi[i])
+                basis = self.numbers.identity(last - first)
+                at, rates = own[first:last], own_slope[first:last]
+            slip.append(basis.T @ rates)
+            where.append(at)
             bases.append(basis)
-            scale.append(length)
             first = last
         size = own_size + reach
         closed = abs(phi) <= TOUCHING * self.numbers.eps * size

@@ -86,10 +86,9 @@ def active(
             along, bound = sliding[i], gaps.against * bound
             push = push.copy() if push is rows else push
             push[n] -= bound * (along @ slip)
-            made.append((n, -bound * (along if basis is None else basis @ along)))
+            made.append((n, -bound * (basis @ along)))
         elif bound > 0:
-            of_plane = gaps.numbers.identity(len(slip)) if basis is None else basis
-            made += [(last + k, along) for k, along in enumerate(of_plane.T)]
+            made += [(last + k, along) for k, along in enumerate(basis.T)]
             planes[n] = slice(last, last + len(slip)), bound
             slips.append(slip)
             rubbing += [i] * len(slip)
@@ -173,8 +172,8 @@ def _without_gain(
 
 def given_back(
     gaps: Gaps, place: Place, mu: Vector, near: Vector, along: Vector, wanted: Number
-) -> Vector:
-    """μ − s·along, so that the energy is `wanted` and the gaps close; s = 1 undoes an impulse.
+) -> Number:
+    """s, for which μ − s·along has the energy `wanted` and the gaps close; 1 undoes an impulse.
 
     Where the place has more energy at any s, the s with the least.
     """
@@ -193,5 +192,4 @@ def given_back(
         s = s + step
         if abs(step) <= 4 * gaps.numbers.eps * abs(s):
             break
-    found: Vector = mu - s * along
-    return found
+    return s

@@ -153,9 +153,10 @@ class _Run(ContactRun):
         """Take free steps up to the first with a contact; whether there were any."""
         m, numbers = self.moment, self.numbers
         at = m.place.x
-        closed = m.place.closed.any()
-        if closed and len(self.contact.resting(m, self.gaps.velocity(at, m.mu, m.u))):
-            return False
+        if m.place.closed.any():
+            moving = m._replace(u=self.gaps.velocity(at, m.mu, m.u))
+            if len(self.contact.resting(moving)):
+                return False
         count = min(self.chunk, self.steps - self.index)
         start = Start(at, m.mu, self.flow.context.start(at, m.mu, m.u))
         try:

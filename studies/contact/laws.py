@@ -115,8 +115,7 @@ class _Run:
         length = sum(e * e for e in P[1:]) ** 0.5
         self._most(found, "cone", (length - kappa * P[0]) / hardest)
         slips = [place.slip[i] @ self.states[j][1] for j, place in ((k, here), (k + 1, there))]
-        moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])]
-        push = push if here.bases[i] is None else push @ here.bases[i]
+        moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])] @ here.bases[i]
         way, full = sum(e * e for e in moved) ** 0.5, kappa * P[0]
         slipping = way > SLOW * self.breadth[i] and all(slip @ moved > 0 for slip in slips)
         if slipping and full > 1e-9 * hardest:
@@ -138,9 +137,7 @@ class _Run:
                     found, "complementarity", P[i, 0] * abs(place.phi[i]) / (strong * widest[i])
                 )
                 if gaps.friction[i] > 0:
-                    count = len(place.where[i])
-                    push = P[i, 1 : 1 + count]
-                    push = push if place.bases[i] is None else push @ place.bases[i]
+                    push = P[i, 1 : 1 + len(place.where[i])] @ place.bases[i]
                     made = made + push @ place.slip[i]
                     length = sum(e * e for e in push) ** 0.5
                     bound = gaps.friction[i] * place.scale[i] * P[i, 0]

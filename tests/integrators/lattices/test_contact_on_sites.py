@@ -163,7 +163,7 @@ class Faults:
     @staticmethod
     def misses(monkeypatch):
         def unseen(self, m, share, *given):
-            return m, self.gaps.velocity(m.place.x, m.mu)
+            return m._replace(u=self.gaps.velocity(m.place.x, m.mu))
 
         monkeypatch.setattr(ContactSteps, "_struck", unseen)
 
