@@ -1,5 +1,6 @@
 """Lattices: many sites of one groupoid, whose equations are derived once, of a site and a bond."""
 
+from .blocks import at_ends, of_all
 from .contact_lattice import ContactLatticeTrajectory, SiteImpacts
 from .dual_step import DualStep, poisson_defect
 from .lattice import Lattice
@@ -11,6 +12,6 @@ from .velocities import velocities
 
 __all__ = [
     "ContactLatticeTrajectory", "DualStep", "Lattice", "LatticeFlow", "LatticeRun", "LatticeScheme",
-    "LatticeTrajectory", "Linearised", "RestrictedStep", "SiteImpacts", "poisson_defect",
-    "step_derivative", "velocities",
+    "LatticeTrajectory", "Linearised", "RestrictedStep", "SiteImpacts", "at_ends", "of_all",
+    "poisson_defect", "step_derivative", "velocities",
 ]  # fmt: skip

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from ..compiler import CORRECTIONS, MOST, OK, LatticeKernels, compile_lattice, text_key
-from ..equations import momentum
+from ..equations import SceneSymbols, momentum
 from ..errors import BadInput
 from ..numbers import Double, exact_rational, numeric, whole_number
+from .blocks import at_ends, of_all
 from .checkpoint import Checkpoint
 from .dual_step import poisson_defect
 from .lattice import Lattice, floats
@@ -222,28 +223,20 @@ class LatticeFlow:
     def momenta(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), of bonds too where they hold velocities."""
         moving, found = v * self.lattice.free[:, None], np.zeros(v.shape)
-        for function, values, ends in self._momenta:
+        for s, p, ends in self.scheme.terms[: 1 + self.lattice.bonds_move]:
             # of a bond both ends, those that are fixed at rest
-            at = (x, v) if ends.shape[1] == 1 else (x, moving)
-            columns = (list(a[ends].reshape(len(ends), -1).T) for a in at)
-            made = function(*columns, values)
-            rows = np.broadcast_to(made.reshape(ends.shape[1] * v.shape[1], -1),
-                                   (ends.shape[1] * v.shape[1], len(ends))).T  # fmt: skip
-            np.add.at(found, ends, rows.reshape(*ends.shape, v.shape[1]))
+            at = at_ends(ends, x, v if ends.shape[1] == 1 else moving)
+            (made,) = of_all(_momentum(s), len(ends), *at, p)
+            np.add.at(found, ends, made[:, 0].T.reshape(*ends.shape, v.shape[1]))
         return found
-
-    @cached_property
-    def _momenta(self) -> list[tuple[Callable[..., Any], list[Any], np.ndarray]]:
-        """(∂l/∂ξ, its parameters, its ends (r, 1 or 2)) of the sites, and of bonds that move."""
-        equations, scheme, lattice = self.scheme.equations, self.scheme, self.lattice
-        terms = [(equations.site.s, scheme.site_columns, np.arange(lattice.sites)[:, None])]
-        if lattice.bonds_move:
-            terms.append((equations.bond_symbols, scheme.bond_columns, lattice.pairs))
-        return [(numeric({"x": s.x, "u": s.u, "p": list(values)}, [momentum(s)], NUMBERS,
-                         columns=True), list(values.values()), ends)
-                for s, values, ends in terms]  # fmt: skip
 
     @cached_property
     def projection(self) -> LatticeFlow:
         """What takes momenta to those that the constraints admit, in place of a step."""
         return LatticeFlow(self.scheme.projection, self.step)
+
+
+@lru_cache(maxsize=32)
+def _momentum(s: SceneSymbols) -> Callable[..., Any]:
+    letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
+    return numeric(letters, [momentum(s)], NUMBERS, columns=True)

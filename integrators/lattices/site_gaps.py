@@ -27,6 +27,7 @@ from ..contact import (
 from ..equations import SceneSymbols, legendre_inverse
 from ..errors import BadInput, CannotMeasure
 from ..numbers import Double, LazyModule, numeric
+from .blocks import at_ends
 
 sparse: Any = LazyModule("scipy.sparse")
 NUMBERS = Double()
@@ -43,8 +44,8 @@ class SiteGaps(Gaps):
     def __init__(self, flow: Any) -> None:
         self.flow, self.lattice, self.numbers = flow, flow.lattice, NUMBERS
         scheme, name, free = flow.scheme, flow.lattice.name, flow.lattice.free
-        s: SceneSymbols = scheme.equations.site.s
-        bond = scheme.equations.bond_symbols
+        s: SceneSymbols
+        (s, self.p, _), (bond, self._bond_p, _) = scheme.terms
         made = gap_functions(s, scheme.equations.contact, NUMBERS, columns=True)
         coordinates, self._place, self._phi, self._motion, self._energy = made
         if any(e is not None for e in coordinates):
@@ -56,8 +57,6 @@ class SiteGaps(Gaps):
         self.quadratic, self.rough, self.friction, self.coordinates = True, False, [], []
         self._of_bond = numeric({"x": bond.x, "p": bond.parameter_list}, [-bond.lagrangian],
                                 NUMBERS, columns=True)  # fmt: skip
-        self.p = [scheme.site_columns[e] for e in s.parameter_list]
-        self._bond_p = [scheme.bond_columns[e] for e in bond.parameter_list]
         self.sites, self.K = np.flatnonzero(free), len(coordinates)
         self._free_p = [e[free] if np.ndim(e) else e for e in self.p]
         (self.N, self.n), self.m = self.lattice.start[0].shape, len(s.u)
@@ -168,8 +167,8 @@ class SiteGaps(Gaps):
 
     def energy(self, x: np.ndarray, xi: np.ndarray, mu: np.ndarray) -> float:
         """H of all sites and bonds."""
-        pairs, rows = self.lattice.pairs, x.reshape(self.N, self.n)
-        of_bonds = self._of_bond(list(rows[pairs].reshape(len(pairs), -1).T), self._bond_p)
+        pairs = self.lattice.pairs
+        of_bonds = self._of_bond(*at_ends(pairs, x.reshape(self.N, self.n)), self._bond_p)
         columns = (list(e.reshape(self.N, -1).T) for e in (x, xi, mu))
         of_sites = self._energy(*columns, self.p)
         return float(np.broadcast_to(of_sites, self.N).sum()

@@ -65,15 +65,13 @@ def rates_at(scheme: Any, x: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np
 
 def _field(scheme: Any, shape: tuple[int, int], near: np.ndarray) -> Any:
     """The vector field on all x and then all μ, as scipy calls it."""
-    s, bond, lattice = scheme.equations.site.s, scheme.equations.bond_symbols, scheme.lattice
+    lattice, ((s, of_sites, _), (bond, of_bonds, _)) = scheme.lattice, scheme.terms
     pairs, free, (N, n), m = lattice.pairs, lattice.free[:, None], shape, near.shape[1]
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     own = numeric(letters, [list(rates(s))], NUMBERS, columns=True)
     force = natural_structure(bond, bond.x)[0].T * jacobian([bond.lagrangian], bond.x).T
     letters = {"x": bond.x, "u": bond.u, "p": bond.parameter_list}
     tie = numeric(letters, [list(force)], NUMBERS, columns=True)
-    of_sites = [scheme.site_columns[e] for e in s.parameter_list]
-    of_bonds = [scheme.bond_columns[e] for e in bond.parameter_list]
     flow, asked = scheme.flow(lattice.step), itertools.count()
 
     def field(_: float, state: np.ndarray) -> np.ndarray:
