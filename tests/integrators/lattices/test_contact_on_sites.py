@@ -24,9 +24,9 @@ from discmech.integrators.lattices import systems
 from discmech.integrators.lattices.site_gaps import SiteGaps
 from discmech.studies.lattices import contacts
 from discmech.studies.lattices.quantities import energies
-from tests.integrators.lattices.as_scenes import ROUND_OFF, as_scene, slow
+from tests.integrators.lattices import as_scenes
+from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
 
-CHAIN = [(i, i + 1) for i in range(4)]
 NEAR = 50 * ROUND_OFF  # of velocities: a round-off of x over the step
 RULES = [midpoint, trapezoidal, slow(rectangle), slow(rules.get("gauss-2")),
          slow(rules.get("triple-jump:midpoint"))]  # fmt: skip
@@ -73,25 +73,9 @@ def discs(restitution):
     )  # fmt: skip
 
 
-def its_scene(lattice, bonds=CHAIN):
-    """The scene of all sites, with the gaps of all."""
-    n, k = lattice.groupoid.dim_x, lattice.matrix_size
-
-    def gaps(x, p):
-        own = [x[i * n : i * n + n, :] for i in range(lattice.sites)]
-        return [phi for e in own for phi in lattice.contact(e.reshape(k, k) if k else e, p)]
-
-    plain = as_scene(replace(lattice, contact=None, restitution=0), bonds)
-    return plain.with_values(contact=gaps, restitution=lattice.restitution)
-
-
-def assert_same(lattice, rule, steps, bonds=None):
-    bonds = lattice.pairs.tolist() if bonds is None else bonds
-    got = Scheme(lattice, rule).flow("1/50").trajectory(steps)
-    wanted = Scheme(its_scene(lattice, bonds), rule).flow("1/50").trajectory(steps)
-    for word in ("x", "u", "mu", "gaps"):
-        of_sites = getattr(got, word).reshape(len(got.t), -1)
-        assert abs(of_sites - getattr(wanted, word)).max() < NEAR, word
+def assert_same(lattice, rule, steps):
+    got, wanted = as_scenes.assert_same(lattice, rule, steps, 1, "1/50", NEAR)
+    assert abs(got.gaps.reshape(len(got.t), -1) - wanted.gaps).max() < NEAR
     assert abs(got.impulses.reshape(len(got.t), -1) - wanted.impulses[:, :, 0]).max() < NEAR
     found, there = got.impacts, wanted.impacts
     assert len(found.t) and set(np.round(found.t, 9)) == set(np.round(there.t, 9))
