@@ -154,10 +154,9 @@ class Flow:
 
     def evolve(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
         """Ψ: the (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
-        self.context.check_one_arrow()
         with self.numbers.working():
             x, u = self.context.vectors(x, u)
-            y, v = self.next_arrow(self.context.maps_at(x, u), x, u)
+            y, v = self.next_arrow(self._one_arrow(x, u), x, u)
             return self.numbers.public(y), self.numbers.public(v)
 
     def next_arrow(self, here: Maps, x: Vector, u: Vector, v0: Any = None) -> tuple[Vector, Vector]:
@@ -239,13 +238,10 @@ class Flow:
     def tangent(self, x: Numbers, u: Numbers) -> Matrix:
         """TΨ at (x, u), (n+m)×(n+m)."""
         with self.numbers.working():
-            return self.numbers.public(self.geometry.tangent(*self._two_arrows(x, u)))
-
-    def _two_arrows(self, x: Numbers, u: Numbers) -> tuple[Maps, Maps]:
-        """The maps at (x, u) and at Ψ(x, u)."""
-        x, u = self.context.vectors(x, u)
-        here = self._one_arrow(x, u)
-        return here, self.context.maps_at(*self.next_arrow(here, x, u))
+            x, u = self.context.vectors(x, u)
+            here = self._one_arrow(x, u)
+            there = self.context.maps_at(*self.next_arrow(here, x, u))
+            return self.numbers.public(self.geometry.tangent(here, there))
 
     def _one_arrow(self, x: Vector, u: Vector) -> Maps:
         self.context.check_one_arrow()

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import OK
 from ..contact import ContactRun, ContactSteps, FreeSteps, Impact, Moment, Place
 from ..errors import BadInput, CannotMeasure, StepFailure
 from .lattice_flow import NUMBERS, LatticeFlow, LatticeTrajectory
@@ -107,13 +106,10 @@ class _Run(ContactRun):
         run = self.run
         run.x[:], run.mu[:] = x.reshape(run.x.shape), mu.reshape(run.mu.shape)
         run.begin()
-        status = run.status if run.status != OK else run.show()
+        run.checked(run.status)
+        run.checked(run.show())
         u = run.u.ravel().copy()
-        if status == OK:
-            status = run.advance(1)
-        if status == OK:
-            status = run.show()
-        run.checked(status)
+        run.stepped()
         self.made += 1
         return run.x.ravel().copy(), run.mu.ravel().copy(), u
 

@@ -43,12 +43,9 @@ class DualStep:
         if scheme.constrained:
             raise CannotMeasure(f"{lattice.name}: with constraints the form lives on what they "
                                 "leave; take RestrictedStep.")  # fmt: skip
-        run = LatticeRun(flow, x.copy(), mu.copy())
-        run.checked(run.show())
+        run = LatticeRun.from_row(flow, x, mu)
         self.flow, self.free, self.before = flow, lattice.free, (x, mu)
-        w = run.past[int(scheme.local)].copy()
-        run.checked(run.advance(1))
-        run.checked(run.show())
+        w = run.stepped()
         self.after = run.x, run.mu
         self._assembled(x, w, float(flow.step))
 

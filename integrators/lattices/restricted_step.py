@@ -42,12 +42,9 @@ class RestrictedStep:
         self.flow, self.h, self.before = flow, float(flow.step), (x, mu)
         (self.N, self.m), self.pairs = mu.shape, flow.lattice.pairs
         self.free = flow.lattice.free[:, None]
-        run = LatticeRun(flow, x.copy(), mu.copy())
-        run.checked(run.show())
-        w = run.past[0].copy()
+        run = LatticeRun.from_row(flow, x, mu)
         start = Linearised(flow.scheme, x, *run.projected)
-        run.checked(run.advance(1))
-        run.checked(run.show())
+        w = run.stepped()
         self.after = run.x, run.mu
         self.start, self.end = start, Linearised(flow.scheme, run.x, *run.projected)
         u, multipliers = w[:, : self.m], w[self.pairs[:, 1], self.m :]

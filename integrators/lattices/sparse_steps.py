@@ -25,6 +25,7 @@ from ..compiler import (
     SINGULAR,
 )
 from ..numbers import LazyModule
+from .blocks import places
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
@@ -41,12 +42,10 @@ class SparseMatrix:
     """
 
     def __init__(self, pairs: np.ndarray, free: np.ndarray, S: int) -> None:
-        i, j = pairs.T
         sites = np.arange(len(free))
-        of_rows, of_columns = np.r_[sites, i, j], np.r_[sites, j, i]
-        square = np.zeros((1, S, S), dtype=np.int64)
-        rows = (S * of_rows[:, None, None] + np.arange(S)[:, None] + square).ravel()
-        columns = (S * of_columns[:, None, None] + np.arange(S) + square).ravel()
+        of_rows, of_columns = (np.r_[sites, ends.T.ravel()] for ends in (pairs, pairs[:, ::-1]))
+        at = places(of_rows[:, None], S)[:, :, None], places(of_columns[:, None], S)[:, None]
+        rows, columns = (e.ravel() for e in np.broadcast_arrays(*at))
         self.size, self.count, self.S = S * len(free), len(free), S
         self.held = np.repeat(~free, S)
         self._kept = ~(self.held[rows] | self.held[columns])

@@ -14,7 +14,7 @@ import numpy as np
 
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.lattices import LatticeRun
-from discmech.integrators.lattices.segments import segments_of
+from discmech.integrators.lattices.lattice_run import segments_of
 from discmech.integrators.numbers import (
     Double,
     errors_of,
@@ -46,13 +46,10 @@ def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
     if scheme.substeps:
         raise CannotMeasure(f"{flow.lattice.name}: a step of several substeps is not compared with "
                             "the maps of its rule.")  # fmt: skip
-    run = LatticeRun(flow, x.copy(), mu.copy())
-    run.checked(run.show())
+    run = LatticeRun.from_row(flow, x, mu)
     # with constraints a row shows μ projected, and the run goes on with what it was before
     momenta = "nu" if scheme.constrained else "mu"
-    before, w = getattr(run, momenta).copy(), run.past[int(scheme.local)].copy()
-    run.checked(run.advance(1))
-    run.checked(run.show())
+    before, w = getattr(run, momenta).copy(), run.stepped()
     after = getattr(run, momenta)
     asked, moving = _asked(flow.lattice), w[:, :m] if scheme.constrained else w
     size = _largest(moving) + _largest(x) / abs(h)
