@@ -204,9 +204,7 @@ class _Run(ContactRun):
         n, m = self.gaps.n, self.rows[1].shape[1]
 
         def table(values: list[Any], *shape: int) -> np.ndarray:
-            found: np.ndarray = numbers.public(
-                np.array(values, dtype=numbers.dtype).reshape(len(values), *shape)
-            )
+            found: np.ndarray = numbers.public(numbers.array(values, len(values), *shape))
             return found
 
         each = [e for _, e in self.impacts]
