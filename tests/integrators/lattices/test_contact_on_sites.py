@@ -134,38 +134,28 @@ def test_a_run_goes_on_from_a_row():
     assert flow.trajectory(60, 7).x == pytest.approx(whole.x[::7], abs=0)
 
 
-class Faults:
-    """What is broken in a run; the study has to see it."""
-
-    @staticmethod
-    def pulls(monkeypatch):
-        def stuck(self, W, U0, cones, start):
-            return -U0 / W.diagonal()
-
-        monkeypatch.setattr(SiteGaps, "impulses", stuck)
-
-    @staticmethod
-    def misses(monkeypatch):
-        def unseen(self, m, share, *given):
-            return m._replace(u=self.gaps.velocity(m.place.x, m.mu))
-
-        monkeypatch.setattr(ContactSteps, "_struck", unseen)
-
-    @staticmethod
-    def rebounds_wrongly(monkeypatch):
-        begin = ContactSteps.__init__
-
-        def other(self, *given):
-            begin(self, *given)
-            self.e = 0.25
-
-        monkeypatch.setattr(ContactSteps, "__init__", other)
+BEGIN = ContactSteps.__init__
 
 
-@pytest.mark.parametrize("fault, seen", [("pulls", "pull"), ("misses", "missed"),
-                                         ("rebounds_wrongly", "restitution")])  # fmt: skip
-def test_faults_of_contact_are_seen(fault, seen, monkeypatch):
-    getattr(Faults, fault)(monkeypatch)
+def pulling(self, W, U0, cones, start):
+    return -U0 / W.diagonal()
+
+
+def missing(self, m, share, *given):
+    return m._replace(u=self.gaps.velocity(m.place.x, m.mu))
+
+
+def rebounding(self, gaps, free, restitution):
+    BEGIN(self, gaps, free, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("of", "name", "fault", "seen"),
+    [(SiteGaps, "impulses", pulling, "pull"), (ContactSteps, "_struck", missing, "missed"),
+     (ContactSteps, "__init__", rebounding, "restitution")],
+)  # fmt: skip
+def test_faults_of_contact_are_seen(of, name, fault, seen, monkeypatch):
+    monkeypatch.setattr(of, name, fault)
     flow = Scheme(beads(0, v0=[[0], [0], [0], [0], [5]]), midpoint).flow("1/50")
     assert contacts.defects(flow, flow.trajectory(150))[seen] > 1e-10
 
