@@ -74,16 +74,13 @@ class Impact(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """A part of a step that was taken: where it led to, the velocity that left, the impulses.
+    """A part of a step that was taken: the moment it led to, with the u that left; the impulses.
 
     start, at_start: the contacts that pushed at the start, and their impulses.
     """
 
-    place: Place
-    mu: Vector
-    u: Vector
+    end: Moment
     impulses: np.ndarray
-    noise: Vector
     start: Active
     at_start: Vector
 
@@ -209,7 +206,7 @@ class ContactSteps:
         P = gaps.numbers.zeros(len(start.owners))
         if not len(P):
             _, _, (there, mu, u) = trial(P)
-            return Taken(there, mu, u, start.total(P), m.noise, start, P)
+            return Taken(Moment(there, mu, u, m.noise), start.total(P), start, P)
         P, (there, mu, u) = in_cones(gaps, trial, W, start.cones)
         onward = {i: e for i, e in slips.items() if held or e @ place.moved(i, there) > 0}
         if len(onward) < len(slips):
@@ -221,7 +218,7 @@ class ContactSteps:
         if len(kept):
             Q, mu, changed = velocity_law(gaps, there, mu, u, end, 0)
             total, noise = total + end.total(Q), np.maximum(noise, end.noise(changed))
-        return Taken(there, mu, u, total, noise, start, P)
+        return Taken(Moment(there, mu, u, noise), total, start, P)
 
     def _taken(
         self, m: Moment, counts: np.ndarray, impacts: list[Impact]
@@ -235,13 +232,13 @@ class ContactSteps:
         gaps, landing, slips = self.gaps, resting[:0], self._slips(m, resting, set())
         while True:
             taken = self._moved(m, self.one, resting, slips, landing)
-            there = taken.place
+            there = taken.end.place
             low = np.flatnonzero((there.phi < 0) & ~there.closed)
             new = np.setdiff1d(low, np.append(resting, landing))
             if not len(new):
                 break
             landing = np.append(landing, new)
-        mu, start, P = taken.mu, taken.start, taken.at_start
+        end, start, P = taken.end, taken.start, taken.at_start
         pushed = slice(len(resting), len(resting) + len(landing))
         landed = np.flatnonzero(P[pushed] > 0) + len(resting)
         if len(landed):
@@ -252,10 +249,10 @@ class ContactSteps:
             wanted = min(gaps.energy(m.place.x, m.u, m.mu),
                          gaps.energy(m.place.x, pushed_off, after))  # fmt: skip
             along = P[landed] @ there.normal[start.owners[landed]]
-            s = given_back(gaps, there, mu, taken.u, along, wanted)
+            s = given_back(gaps, there, end.mu, end.u, along, wanted)
             taken.impulses[start.owners[landed], 0] -= s * P[landed]
-            mu = mu - s * along
-        return Moment(there, mu, taken.u, taken.noise), taken.u, taken.impulses
+            end = end._replace(mu=end.mu - s * along)
+        return end, end.u, taken.impulses
 
 
 def carried(place: Place, there: Place, i: int, along: Vector) -> Vector:

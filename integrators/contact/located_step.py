@@ -46,12 +46,10 @@ class LocatedSteps(ContactSteps):
             resting, left = self.resting(m), self.one - passed
             slips = self._slips(m, resting, stuck)
             taken = self._moved(m, left, resting, slips)
-            left_with = taken.u if left_with is None else left_with
+            left_with = taken.end.u if left_with is None else left_with
             event = self._first_event(m, taken, left, resting, slips)
             share, taken, stopped = event or (left, taken, None)
-            total = total + taken.impulses
-            m = Moment(taken.place, taken.mu, taken.u, taken.noise)
-            passed = passed + share
+            total, m, passed = total + taken.impulses, taken.end, passed + share
             if stopped is not None:
                 stuck.add(stopped)
             if event is None or passed >= self.one:
@@ -74,21 +72,21 @@ class LocatedSteps(ContactSteps):
             """(φ_i after a share, its round-off, what was taken), the first two divided by the
             share if the gap is closed at the start."""
             taken = self._moved(m, share, resting, slips)
-            over = share if place.closed[i] else self.one
-            return taken.place.phi[i] / over, 4 * self.eps * taken.place.size[i] / over, taken
+            over, there = share if place.closed[i] else self.one, taken.end.place
+            return there.phi[i] / over, 4 * self.eps * there.size[i] / over, taken
 
         def slip_after(i: int, share: Number) -> tuple[Number, Number, Taken]:
             """(slip i after a share of the step, its round-off, what was taken)."""
             taken = self._moved(m, share, resting, slips, held=True)
-            return self._slip(place, taken, i, slips[i]), self.eps * taken.noise[i], taken
+            return self._slip(place, taken.end, i, slips[i]), self.eps * taken.end.noise[i], taken
 
         while True:
-            if gap := self._closing(m, taken, share, {*resting, *done}):
+            if gap := self._closing(m, taken.end, share, {*resting, *done}):
                 i, first, upto = gap
                 stopped, value = None, partial(gap_after, i)
             else:
                 ended = [i for i in slips if i not in done
-                         and self._slip(place, taken, i, slips[i]) <= 0]  # fmt: skip
+                         and self._slip(place, taken.end, i, slips[i]) <= 0]  # fmt: skip
                 if not ended:
                     return found
                 i = stopped = ended[0]
@@ -102,19 +100,19 @@ class LocatedSteps(ContactSteps):
                 share, taken = root
                 found = share, taken, stopped
 
-    def _slip(self, place: Place, taken: Taken, i: int, along: Vector) -> Number:
+    def _slip(self, place: Place, end: Moment, i: int, along: Vector) -> Number:
         """The slip of gap i at the end of a part, in the direction that it began with."""
-        there = taken.place
+        there = end.place
         if not there.closed[i]:
             return self.one
-        xi = self.gaps.velocity(there.x, taken.mu, taken.u)
+        xi = self.gaps.velocity(there.x, end.mu, end.u)
         return carried(place, there, i, along) @ (there.slip[i] @ xi)
 
     def _closing(
-        self, m: Moment, taken: Taken, share: Number, done: set[int]
+        self, m: Moment, end: Moment, share: Number, done: set[int]
     ) -> tuple[int, Number, Number] | None:
         """(gap, its value at the start, a share at which it is negative) of one that closes."""
-        place, there, h = m.place, taken.place, self.free.h * share
+        place, there, h = m.place, end.place, self.free.h * share
         rates = place.normal @ m.u
         for i in range(self.gaps.count):
             if i in done:
@@ -124,7 +122,7 @@ class LocatedSteps(ContactSteps):
                 return i, first, share
             if place.closed[i] or not rates[i] < 0:
                 continue
-            ending = there.normal[i] @ self.gaps.velocity(there.x, taken.mu, taken.u)
+            ending = there.normal[i] @ self.gaps.velocity(there.x, end.mu, end.u)
             if ending > 0 and (low := _dip(place.phi[i], h * rates[i], there.phi[i], h * ending)):
                 return i, first, share * low
         return None
