@@ -80,8 +80,7 @@ class RungeKuttaStep:
 
     def _at_sites(self, ties: np.ndarray) -> np.ndarray:
         found = np.zeros((self.lattice.sites, 1))
-        for end in (0, 1):
-            np.add.at(found[:, 0], self.lattice.pairs[:, end], ties[:, end])
+        np.add.at(found, self.lattice.pairs, ties[:, :, None])
         return found
 
     def _varied(self, variation: Covector) -> tuple[list[Any], list[Any], list[Any]]:

@@ -167,8 +167,7 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
             of_errors += float((errors.astype(float) ** 2).sum())
         size = float((found[:, some] ** 2).sum())
         share = 4 * of_errors / size if size else 0.0
-        for end, half in enumerate(np.split(share * found**2, 2)):
-            np.add.at(squares, pairs[:, end], half.T)
+        np.add.at(squares, pairs, (share * found.T**2).reshape(len(pairs), 2, -1))
     return squares
 
 

@@ -53,7 +53,7 @@ def test_what_does_not_fit_is_refused():
         without.trajectory(1)
 
 
-# -- constraints: its own start is checked exactly, a run's to round-off ----------------------------
+# -- constraints: its own start is checked exactly, a run's to round-off ---------------------------
 
 
 def test_a_row_of_a_run_satisfies_a_constraint_to_roundoff():
