@@ -7,6 +7,7 @@ is kept, over steps too, as long as corrections by it shrink to less than FADED 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,7 @@ def _factors(matrix: Any, order: str) -> Any:
         raise ArithmeticError(str(error)) from None
 
 
+@dataclass
 class SparseSteps:
     """Steps by a driver that assembles equations and updates the state (`lattice_newton`).
 
@@ -103,21 +105,15 @@ class SparseSteps:
     where the bonds are not stiff. Where it does not, the factorisation takes over for good.
     """
 
-    def __init__(
-        self,
-        run: Callable[[int, int], tuple[int, int]],
-        past: list[np.ndarray],
-        work: np.ndarray,
-        ties: np.ndarray,
-        totals: np.ndarray,
-        matrix: SparseMatrix,
-        substeps: int,
-        floor: Callable[[], float],
-        moving: int,
-    ) -> None:
-        self.run, self.floor = run, floor
-        self.past, self.work, self.ties, self.totals, self.matrix = past, work, ties, totals, matrix
-        self.substeps, self.moving = substeps, moving
+    run: Callable[[int, int], tuple[int, int]]
+    past: list[np.ndarray]
+    work: np.ndarray
+    ties: np.ndarray
+    totals: np.ndarray
+    matrix: SparseMatrix
+    substeps: int
+    floor: Callable[[], float]
+    moving: int
 
     def begin(self) -> int:
         """Solve the first substep for w, which holds a guess, forgetting all before; the status."""
