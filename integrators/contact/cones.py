@@ -33,8 +33,9 @@ class Cones(NamedTuple):
 def of_parts(values: Vector, cones: Cones) -> Vector:
     """The size of each normal and of each plane: what is along the plane says nothing of the other,
     so each is held against its own."""
+    normals = abs(values[: cones.normals])
     planes = [max(abs(values[t])) for t, _ in cones.planes.values()]
-    return np.append(abs(values[: cones.normals]), planes)
+    return np.append(normals, planes) if planes else normals
 
 
 def residual(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
@@ -94,9 +95,10 @@ def _newton(
 ) -> Vector | None:
     for _ in range(CORRECTIONS):
         U = U0 + W @ P
-        slope = np.where((r * U < P)[:, None], r[:, None] * W, numbers.identity(len(P)))
+        slope = numbers.identity(len(P))
+        pushing = np.flatnonzero((r * U < P)[: cones.normals])
+        slope[pushing] = r[pushing, None] * W[pushing]
         for n, (t, bound) in cones.planes.items():
-            slope[t] = numbers.identity(len(P))[t]
             z, radius = P[t] - r[t] * U[t], bound * max(0 * P[n], P[n])
             size = length(z)
             inner = -r[t][:, None] * W[t]

@@ -9,7 +9,6 @@ from typing import Any
 from ..errors import CannotMeasure, StepFailure
 from ..numbers.types import Vector
 from .contact_step import ContactSteps, Moment
-from .impacts import still_impulses
 
 
 class ContactRun:
@@ -30,7 +29,7 @@ class ContactRun:
         self.steps, self.every, self.progress, self.index = steps, every, progress, 0
         count, zeros = steps // every + 1, contact.gaps.numbers.zeros
         self.rows = [zeros(count, len(e)) for e in (moment.place.x, moment.mu, moment.u)]
-        self.impulses = zeros(count, *still_impulses(contact.gaps).shape)
+        self.impulses = zeros(count, *contact.gaps.still.shape)
         self.impacts: list[tuple[int, Any]] = []
 
     def taken(self) -> Any:

@@ -233,11 +233,11 @@ class ContactSteps:
         while True:
             taken = self._moved(m, self.one, resting, slips, landing)
             there = taken.end.place
-            low = np.flatnonzero((there.phi < 0) & ~there.closed)
-            new = np.setdiff1d(low, np.append(resting, landing))
-            if not len(new):
+            low = (there.phi < 0) & ~there.closed
+            low[resting] = low[landing] = False
+            if not low.any():
                 break
-            landing = np.append(landing, new)
+            landing = np.append(landing, np.flatnonzero(low))
         end, start, P = taken.end, taken.start, taken.at_start
         pushed = slice(len(resting), len(resting) + len(landing))
         landed = np.flatnonzero(P[pushed] > 0) + len(resting)

@@ -7,7 +7,7 @@ that the scene gives, or x itself without its part along φ′, in an orthonorma
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -79,6 +79,7 @@ class Gaps:
             )
         spread = given if isinstance(scene.friction, tuple) else given * self.count
         self.friction = [numbers.number(e) for e in spread]
+        self._own_basis = [numbers.identity(len(e or ())) for e in self.coordinates]
         self.rough = any(e > 0 for e in self.friction)
         for i, (e, own) in enumerate(zip(self.friction, self.coordinates, strict=True)):
             if e > 0 and own is None and s.n == 1:
@@ -89,6 +90,15 @@ class Gaps:
         self._legendre = legendre_inverse(s, numbers)
         #: whether ξ is affine in μ
         self.quadratic = self._legendre.quadratic
+
+    @cached_property
+    def still(self) -> np.ndarray:
+        """No impulses, (K, 1 + D): of each gap the normal one, and those along its coordinates, if
+        it has friction."""
+        rough = (e for e, kappa in zip(self.coordinates, self.friction, strict=True) if kappa > 0)
+        width = 1 + max((self.n if e is None else len(e) for e in rough), default=0)
+        found: np.ndarray = self.numbers.zeros(self.count, width)
+        return found
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
         """φ at rows of x, (r, K)."""
@@ -104,14 +114,14 @@ class Gaps:
             last = first + len(coordinates or ())
             if coordinates is None and self.friction[i] > 0:
                 scale.append(length(slope[i]))
-                basis, at, rates = _plane(slope[i] / scale[i]), x[: self.n], rho
+                bases.append(_plane(slope[i] / scale[i]))
+                where.append(x[: self.n])
+                slip.append(bases[i].T @ rho)
             else:
                 scale.append(1 + 0 * phi[i])
-                basis = self.numbers.identity(last - first)
-                at, rates = own[first:last], own_slope[first:last]
-            slip.append(basis.T @ rates)
-            where.append(at)
-            bases.append(basis)
+                bases.append(self._own_basis[i])
+                where.append(own[first:last])
+                slip.append(own_slope[first:last])
             first = last
         size = own_size + reach
         closed = abs(phi) <= TOUCHING * self.numbers.eps * size

@@ -54,15 +54,6 @@ class Active(NamedTuple):
         return found
 
 
-def still_impulses(gaps: Gaps) -> np.ndarray:
-    """No impulses, (K, 1 + D): of each gap the normal one, and those along its coordinates, if it
-    has friction."""
-    rough = (e for e, kappa in zip(gaps.coordinates, gaps.friction, strict=True) if kappa > 0)
-    width = 1 + max((gaps.n if e is None else len(e) for e in rough), default=0)
-    found: np.ndarray = gaps.numbers.zeros(gaps.count, width)
-    return found
-
-
 def active(
     gaps: Gaps,
     place: Place,
@@ -95,8 +86,8 @@ def active(
             last += len(slip)
     if slips:
         rows, push = (np.vstack([e, *slips]) for e in (rows, push))
-    cones, owners = Cones(len(owners), planes), np.append(owners, np.array(rubbing, dtype=int))
-    return Active(rows, push, cones, owners, still_impulses(gaps), made)
+    cones, owners = Cones(len(owners), planes), np.append(owners, rubbing) if slips else owners
+    return Active(rows, push, cones, owners, gaps.still, made)
 
 
 def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]:

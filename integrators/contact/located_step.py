@@ -17,7 +17,6 @@ from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
 from .contact_step import ContactSteps, Impact, Moment, Taken, carried
 from .gaps import Place
-from .impacts import still_impulses
 
 EVENTS = 2**14  # in one step
 HALVINGS = 200  # of the search for an event
@@ -40,7 +39,7 @@ class LocatedSteps(ContactSteps):
         self, m: Moment, counts: np.ndarray, impacts: list[Impact]
     ) -> tuple[Moment, Vector, np.ndarray]:
         passed, left_with = 0 * self.one, None
-        total, stuck = still_impulses(self.gaps), set[int]()
+        total, stuck = self.gaps.still, set[int]()
         for _ in range(EVENTS):
             m = self._struck(m, passed, counts, impacts)
             resting, left = self.resting(m), self.one - passed
