@@ -75,19 +75,6 @@ def test_jointed_bodies_run_as_their_scene(name, rule):
     assert_same(LATTICES[name](), rule)
 
 
-def test_rows_go_on_and_do_not_change_the_run():
-    flow = scheme("rods").flow("1/50")
-    run = flow.trajectory(40)
-    few = flow.trajectory(40, 10)
-    for word in ("x", "u", "mu", "multipliers"):
-        assert np.array_equal(getattr(run, word)[::10], getattr(few, word)), word
-    rest = flow.trajectory(20, x0=run.x[20], mu0=run.mu[20])
-    assert abs(rest.x - run.x[20:]).max() < ROUND_OFF
-    assert abs(rest.mu - run.mu[20:]).max() < ROUND_OFF
-    there = scheme("rods").flow("-1/50").trajectory(40, 40, x0=run.x[-1], mu0=run.mu[-1])
-    assert abs(there.x[-1] - run.x[0]).max() < ROUND_OFF
-
-
 @pytest.mark.parametrize("name", ["rods", "tree"])
 def test_a_killed_run_goes_on(tmp_path, monkeypatch, name):
     flow = scheme(name).flow("1/50")

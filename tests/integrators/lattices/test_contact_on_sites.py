@@ -126,14 +126,6 @@ def test_fixed_sites_stay_and_meet_nothing():
     assert len(run.impacts.t) and run.gaps[:, 1:-1].min() > -1e-15
 
 
-def test_a_run_goes_on_from_a_row():
-    flow = Scheme(systems.bead_chain(), midpoint).flow("1/50")
-    whole = flow.trajectory(60)
-    rest = flow.trajectory(20, x0=whole.x[40], mu0=whole.mu[40])
-    assert abs(rest.x - whole.x[40:]).max() < 1e-12
-    assert flow.trajectory(60, 7).x == pytest.approx(whole.x[::7], abs=0)
-
-
 BEGIN = ContactSteps.__init__
 
 
