@@ -160,26 +160,19 @@ class StepContext:
 
     def check_one_arrow(self) -> None:
         """Raise `CannotMeasure` where a step is no map of arrows (x, u)."""
-        if self.scene.contact is not None:
-            raise CannotMeasure(
-                f"{self.scene.name} has contact: a step is a map on (x, mu) with impulses in it, "
-                "not on arrows (x, u); use dual_step."
-            )
-        if self.scene.constrained:
-            raise CannotMeasure(
-                f"{self.scene.name} has constraints: a step is a map on (x, mu), not on arrows "
-                "(x, u); use dual_step and flows.restricted_form_defect."
-            )
-        if self.one_step:
-            raise CannotMeasure(
-                f"{self.scheme.rule.name} is a one-step map: it has no discrete Lagrangian, so no "
-                "Ω on G; use dual_step and poisson_defect."
-            )
-        if self.substeps:
-            raise CannotMeasure(
-                f"{self.scheme.rule.name} is a composition: it steps on (x, mu), not on arrows "
-                "(x, u); use dual_step and poisson_defect."
-            )
+        scene, rule = self.scene, self.scheme.rule
+        for is_so, why in (
+            (scene.contact is not None, f"{scene.name} has contact: a step is a map on (x, mu) "
+             "with impulses in it, not on arrows (x, u); use dual_step."),
+            (scene.constrained, f"{scene.name} has constraints: a step is a map on (x, mu), not on "
+             "arrows (x, u); use dual_step and flows.restricted_form_defect."),
+            (self.one_step, f"{rule.name} is a one-step map: it has no discrete Lagrangian, so no "
+             "Ω on G; use dual_step and poisson_defect."),
+            (self.substeps, f"{rule.name} is a composition: it steps on (x, mu), not on arrows "
+             "(x, u); use dual_step and poisson_defect."),
+        ):  # fmt: skip
+            if is_so:
+                raise CannotMeasure(why)
 
     def failure(
         self,

@@ -1,14 +1,14 @@
 """Unilateral contact with friction: gaps φ(x) ≥ 0, Coulomb's cones, impacts, steps under them."""
 
-from .cones import NOT_FOUND, ROUNDED, SWEEPS
-from .contact_step import LEFT_OVER, ZENO, ContactSteps, FreeSteps, Impact, Moment
-from .gaps import TOUCHING, Gaps, gap_expressions
-from .impacts import AGAIN, NOISE, STAGNANT
+from .cones import NOT_FOUND, SWEEPS, length, scaling, solved
+from .contact_run import ContactRun
+from .contact_step import ZENO, ContactSteps, FreeSteps, Impact, Moment
+from .gaps import TOUCHING, Gaps, Place, gap_expressions, gap_functions
 from .located_step import LocatedSteps
 from .start import check_gaps, opposed
 
 __all__ = [
-    "AGAIN", "ContactSteps", "FreeSteps", "Gaps", "Impact", "LEFT_OVER", "LocatedSteps", "Moment",
-    "NOISE", "NOT_FOUND", "ROUNDED", "STAGNANT", "SWEEPS", "TOUCHING", "ZENO", "check_gaps",
-    "gap_expressions", "opposed",
+    "ContactRun", "ContactSteps", "FreeSteps", "Gaps", "Impact", "LocatedSteps", "Moment",
+    "NOT_FOUND", "Place", "SWEEPS", "TOUCHING", "ZENO", "check_gaps", "gap_expressions",
+    "gap_functions", "length", "opposed", "scaling", "solved",
 ]  # fmt: skip

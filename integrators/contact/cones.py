@@ -7,8 +7,7 @@ Newton method the rest. Where contacts are redundant its matrix is singular, and
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,99 +20,96 @@ SWEEPS, CORRECTIONS = 2000, 12
 ROUNDED = 64  # units of round-off that are left of a solution
 
 
-class Cone(NamedTuple):
-    """Where the impulse of a contact stands, and its coefficient κ of friction."""
+class Cones(NamedTuple):
+    """Contacts: so many normal impulses, and behind them those of the planes with friction.
 
-    normal: int
-    tangent: slice
-    bound: Number
+    planes: of a normal impulse by its place, where those of its plane are, and its coefficient κ.
+    """
 
-
-def parts(cones: Sequence[Cone]) -> list[slice]:
-    """The normal and the plane of each contact: what is along the plane says nothing of the other,
-    so each is held against its own size."""
-    return [part for c in cones for part in (slice(c.normal, c.normal + 1), c.tangent)]
+    normals: int
+    planes: dict[int, tuple[slice, Number]]
 
 
-def residual(P: Vector, U: Vector, r: Vector, cones: Sequence[Cone]) -> Vector:
+def of_parts(values: Vector, cones: Cones) -> Vector:
+    """The size of each normal and of each plane: what is along the plane says nothing of the other,
+    so each is held against its own."""
+    normals = abs(values[: cones.normals])
+    planes = [max(abs(values[t])) for t, _ in cones.planes.values()]
+    return np.append(normals, planes) if planes else normals
+
+
+def residual(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
     """The natural map, in units of an impulse."""
-    found = P.copy()
-    for cone in cones:
-        n, t = cone.normal, cone.tangent
-        found[n] = P[n] - max(0 * P[n], P[n] - r[n] * U[n])
-        found[t] = P[t] - _on_disc(P[t] - r[t] * U[t], cone.bound * max(0 * P[n], P[n]))
+    found = P - np.maximum(0 * P, P - r * U)
+    for n, (t, bound) in cones.planes.items():
+        found[t] = P[t] - _on_disc(P[t] - r[t] * U[t], bound * max(0 * P[n], P[n]))
     return found
 
 
-def scaling(W: np.ndarray, cones: Sequence[Cone]) -> Vector:
+def scaling(W: Any, cones: Cones) -> Vector:
     """r, an impulse for a velocity: one of the normal, one of the plane of each contact.
 
     Raises `CannotMeasure` where an impulse does not move its own contact the way it pushes.
     """
-    if not (W.diagonal() > 0).all():
+    own = W.diagonal()
+    if not (own > 0).all():
         raise CannotMeasure("friction jams a contact, which no impulse opens (Painlevé's paradox)")
-    r = 1 / W.diagonal()
-    for cone in cones:
-        if cone.tangent.start < cone.tangent.stop:
-            r[cone.tangent] = 1 / sum(W.diagonal()[cone.tangent])
+    r = 1 / own
+    for t, _ in cones.planes.values():
+        r[t] = 1 / sum(own[t])
     return r
 
 
-def impulses(
-    W: np.ndarray, U0: Vector, cones: Sequence[Cone], numbers: Arithmetic, start: Vector
-) -> Vector:
+def impulses(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic, start: Vector) -> Vector:
     """P with U = U₀ + W P in the cones, near `start` where contacts are redundant.
 
     Raises `CannotMeasure` where none is found.
     """
     r, P = scaling(W, cones), start.copy()
-    if _solved(P, U0, W, r, cones, numbers):
+    if solved(P, U0, W, r, cones, numbers):
         return P
     for sweep in range(SWEEPS):
-        for cone in cones:
-            n, t = cone.normal, cone.tangent
+        for n in range(cones.normals):
             P[n] = max(0 * P[n], P[n] - r[n] * (U0[n] + W[n] @ P))
-            if t.start < t.stop:
-                P[t] = _on_disc(P[t] - r[t] * (U0[t] + W[t] @ P), cone.bound * P[n])
+            if n in cones.planes:
+                t, bound = cones.planes[n]
+                P[t] = _on_disc(P[t] - r[t] * (U0[t] + W[t] @ P), bound * P[n])
         if sweep < 10 or not sweep % 50:
-            if _solved(P, U0, W, r, cones, numbers):
+            if solved(P, U0, W, r, cones, numbers):
                 return P
             found = _newton(W, U0, r, P, cones, numbers)
-            if found is not None and _solved(found, U0, W, r, cones, numbers):
+            if found is not None and solved(found, U0, W, r, cones, numbers):
                 return found
     raise CannotMeasure(NOT_FOUND)
 
 
-def _solved(
-    P: Vector, U0: Vector, W: np.ndarray, r: Vector, cones: Sequence[Cone], numbers: Arithmetic
-) -> bool:
+def solved(P: Vector, U0: Vector, W: Any, r: Vector, cones: Cones, numbers: Arithmetic) -> bool:
+    """Whether P are the impulses, to round-off."""
     left = abs(residual(P, U0 + W @ P, r, cones))
     unit = ROUNDED * numbers.eps * (abs(P) + r * (abs(U0) + abs(W) @ abs(P)))
-    return all(max(left[part], default=0) <= max(unit[part], default=0) for part in parts(cones))
+    return bool((of_parts(left, cones) <= of_parts(unit, cones)).all())
 
 
 def _newton(
-    W: np.ndarray, U0: Vector, r: Vector, P: Vector, cones: Sequence[Cone], numbers: Arithmetic
+    W: np.ndarray, U0: Vector, r: Vector, P: Vector, cones: Cones, numbers: Arithmetic
 ) -> Vector | None:
     for _ in range(CORRECTIONS):
+        U = U0 + W @ P
         slope = numbers.identity(len(P))
-        for cone in cones:
-            n, t = cone.normal, cone.tangent
-            if P[n] > r[n] * (U0[n] + W[n] @ P):
-                slope[n] = r[n] * W[n]
-            if t.start == t.stop:
-                continue
-            z, radius = P[t] - r[t] * (U0[t] + W[t] @ P), cone.bound * max(0 * P[n], P[n])
-            length = sum(e * e for e in z) ** 0.5
+        pushing = np.flatnonzero((r * U < P)[: cones.normals])
+        slope[pushing] = r[pushing, None] * W[pushing]
+        for n, (t, bound) in cones.planes.items():
+            z, radius = P[t] - r[t] * U[t], bound * max(0 * P[n], P[n])
+            size = length(z)
             inner = -r[t][:, None] * W[t]
             inner[:, t] += numbers.identity(len(z))
-            if length > radius:
-                along = z / length
-                inner = (radius / length) * (inner - np.outer(along, along @ inner))
-                inner[:, n] += along * cone.bound
+            if size > radius:
+                along = z / size
+                inner = (radius / size) * (inner - np.outer(along, along @ inner))
+                inner[:, n] += along * bound
             slope[t] -= inner
         try:
-            step = numbers.solve(slope, residual(P, U0 + W @ P, r, cones))
+            step = numbers.solve(slope, residual(P, U, r, cones))
         except ZeroDivisionError:
             return None
         P = P - step
@@ -124,5 +120,10 @@ def _newton(
 
 def _on_disc(z: Vector, radius: Number) -> Vector:
     """The nearest point of the disc of a radius."""
-    length = sum(e * e for e in z) ** 0.5 if len(z) else 0
-    return z if length <= radius else z * (radius / length)
+    size = length(z)
+    return z if size <= radius else z * (radius / size)
+
+
+def length(v: Vector) -> Number:
+    """|v|, in any arithmetic."""
+    return sum(e * e for e in v) ** 0.5

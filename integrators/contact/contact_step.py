@@ -26,8 +26,17 @@ import numpy as np
 
 from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
+from .cones import length
 from .gaps import Gaps, Place
-from .impacts import AGAIN, NOISE, Active, active, given_back, in_cones, velocity_law, width
+from .impacts import (
+    AGAIN,
+    NOISE,
+    Active,
+    active,
+    given_back,
+    in_cones,
+    velocity_law,
+)
 
 LEFT_OVER = 2**12  # units of round-off that a gap may be negative by
 ZENO = 64  # impacts of one gap in one step, after which it closes without a rebound
@@ -65,16 +74,13 @@ class Impact(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """A part of a step that was taken: where it led to, the velocity that left, the impulses.
+    """A part of a step that was taken: the moment it led to, with the u that left; the impulses.
 
     start, at_start: the contacts that pushed at the start, and their impulses.
     """
 
-    place: Place
-    mu: Vector
-    u: Vector
+    end: Moment
     impulses: np.ndarray
-    noise: Vector
     start: Active
     at_start: Vector
 
@@ -93,11 +99,6 @@ class ContactSteps:
         """The noise of a start."""
         return self.gaps.numbers.zeros(self.gaps.count)
 
-    def still_impulses(self) -> np.ndarray:
-        """No impulses, (K, 1 + D)."""
-        found: np.ndarray = self.gaps.numbers.zeros(self.gaps.count, width(self.gaps))
-        return found
-
     def free_steps(self, x: np.ndarray) -> tuple[int, np.ndarray]:
         """(how many free steps, from row to row of x (r, n), are surely without contact; φ)."""
         phi = self.gaps.phi(x)
@@ -115,65 +116,56 @@ class ContactSteps:
         Raises `CannotMeasure` where no impulses are found, or impacts do not end.
         """
         m = m._replace(noise=m.noise / 4)  # within a step it does not shrink
-        return self._taken(m, [0] * self.gaps.count, [])
+        counts, impacts = np.zeros(self.gaps.count, dtype=np.int64), list[Impact]()
+        m, u, total = self._taken(m, counts, impacts)
+        if (m.place.phi < -LEFT_OVER * self.eps * m.place.size).any():
+            raise CannotMeasure("a contact was met that no impulse and no part of the step opens")
+        m = self._struck(m, self.one, counts, impacts)
+        return m, u, sum((e.impulses for e in impacts), total), impacts
 
-    def resting(self, m: Moment, xi: Vector) -> list[int]:
-        """The gaps that are closed and do not open."""
+    def resting(self, m: Moment) -> np.ndarray:
+        """The gaps that are closed and do not open; u of the moment is its ξ."""
         place = m.place
-        slow = self._slow(place.normal, xi, m.noise)
-        return [int(i) for i in np.flatnonzero(place.closed & (place.normal @ xi <= slow))]
+        slow = self._slow(place.normal, m.u, m.noise)
+        return np.flatnonzero(place.closed & (place.normal @ m.u <= slow))
 
     def _slow(self, rows: np.ndarray, xi: Vector, noise: Vector) -> Vector:
         """Velocities along rows that are round-off."""
         slow: Vector = NOISE * self.eps * (abs(rows) @ abs(xi) + noise)
         return slow
 
-    def _check_open(self, place: Place) -> None:
-        """Raise `CannotMeasure` if a gap is negative by more than round-off."""
-        if (place.phi < -LEFT_OVER * self.eps * place.size).any():
-            raise CannotMeasure("a contact was met that no impulse and no part of the step opens")
-
     # -- impacts ---------------------------------------------------------------------------------
 
     def _struck(
-        self, m: Moment, share: Number, counts: list[int], impacts: list[Impact]
-    ) -> tuple[Moment, Vector]:
-        """The moment after the impacts of closed gaps that are still closing, and its ξ, twice."""
+        self, m: Moment, share: Number, counts: np.ndarray, impacts: list[Impact]
+    ) -> Moment:
+        """The moment after the impacts of closed gaps that are still closing; its u is its ξ."""
         place = m.place
         for _ in range(AGAIN):
-            xi = self.gaps.velocity(place.x, m.mu, m.u)
-            slow = self._slow(place.normal, xi, m.noise)
-            closing = place.closed & (place.normal @ xi < -slow)
+            m = m._replace(u=self.gaps.velocity(place.x, m.mu, m.u))
+            slow = self._slow(place.normal, m.u, m.noise)
+            closing = place.closed & (place.normal @ m.u < -slow)
             if not closing.any():
-                return m._replace(u=xi), xi
-            struck = [int(i) for i in np.flatnonzero(closing)]
-            for i in struck:
-                counts[i] += 1
-            tired = self.e < 1 and max(counts[i] for i in struck) > ZENO
+                return m
+            counts += closing
+            tired = self.e < 1 and counts[closing].max() > ZENO
             e = 0 * self.one if tired else self.e
-            contacts = active(self.gaps, place, [int(i) for i in np.flatnonzero(place.closed)])
+            struck = self.gaps.struck_with(place.closed, closing)
+            contacts = active(self.gaps, place, np.flatnonzero(struck))
             P, after, changed = velocity_law(self.gaps, place, m.mu, m.u, contacts, e)
             impacts.append(Impact(share, place.x, m.mu, after, contacts.total(P)))
-            m = Moment(place, after, m.u, np.maximum(m.noise, self._noise(contacts, changed)))
+            m = Moment(place, after, m.u, np.maximum(m.noise, contacts.noise(changed)))
         raise CannotMeasure(f"{AGAIN} impacts at one place do not open the gaps")
 
-    def _noise(self, contacts: Active, changed: Vector) -> Vector:
-        noise = self.still()
-        for i, change in zip(contacts.owners, changed, strict=True):
-            noise[i] = max(noise[i], change)
-        return noise
-
-    def _slips(
-        self, m: Moment, xi: Vector, resting: list[int], stuck: set[int]
-    ) -> dict[int, Vector]:
+    def _slips(self, m: Moment, resting: np.ndarray, stuck: set[int]) -> dict[int, Vector]:
         """The directions in which resting gaps with friction slip."""
         found, place = {}, m.place
-        for i in resting:
+        for i in resting if self.gaps.rough else ():
             if i in stuck or not self.gaps.friction[i] > 0:
                 continue
-            slip = place.slip[i] @ xi
-            if (abs(slip) > self._slow(place.slip[i], xi, m.noise[i])).any():
-                found[i] = slip / sum(e * e for e in slip) ** 0.5
+            slip = place.slip[i] @ m.u
+            if (abs(slip) > self._slow(place.slip[i], m.u, m.noise[i])).any():
+                found[i] = slip / length(slip)
         return found
 
     # -- parts of a step -------------------------------------------------------------------------
@@ -181,11 +173,10 @@ class ContactSteps:
     def _moved(
         self,
         m: Moment,
-        xi: Vector,
         share: Number,
-        resting: Sequence[int],
+        resting: np.ndarray,
         slips: Mapping[int, Vector],
-        landing: Sequence[int] = (),
+        landing: Sequence[int] | np.ndarray = (),
         held: bool = False,
     ) -> Taken:
         """A part of a step in which the resting gaps stay closed, or open.
@@ -196,83 +187,75 @@ class ContactSteps:
         """
         gaps, h, place = self.gaps, self.free.h * share, m.place
         start = active(gaps, place, resting, landing, slips)
-        W = gaps.flexibility(place.x, xi, start.rows, start.push)
+        W = gaps.flexibility(place.x, m.u, start.rows, start.push)
         # Newton ends at the round-off of its whole solution, not of each component
-        reach = place.own + self.free.h * (gaps.fastest(place, xi) + m.noise)
+        reach = place.own + self.free.h * (gaps.fastest(place, m.u) + m.noise)
 
         def trial(P: Vector) -> tuple[Vector, Vector, Any]:
             pushed = m.mu + start.push.T @ P
             near = gaps.velocity(place.x, pushed, m.u) if len(P) else m.u
             y, mu, u = self.free.part(share, place.x, pushed, near)
-            there = gaps.at(y, reach + self.free.h * self._noise(start, abs(W) @ abs(P)))
-            F, unit = gaps.numbers.zeros(len(P)), gaps.numbers.zeros(len(P))
-            for cone, i in zip(start.cones, [*resting, *landing], strict=True):
-                F[cone.normal], unit[cone.normal] = there.phi[i] / h, there.size[i] / h
-                if cone.tangent.start < cone.tangent.stop:
-                    F[cone.tangent] = place.moved(i, there) / h
-                    unit[cone.tangent] = max(abs(there.where[i])) / h
+            there = gaps.at(y, reach + self.free.h * start.noise(abs(W) @ abs(P)))
+            F, unit = there.phi[start.owners] / h, there.size[start.owners] / h
+            for n, (plane, _) in start.cones.planes.items():
+                i = start.owners[n]
+                F[plane] = place.moved(i, there) / h
+                unit[plane] = max(abs(there.where[i])) / h
             return F, unit, (there, mu, u)
 
-        P = gaps.numbers.zeros(len(start.rows))
+        P = gaps.numbers.zeros(len(start.owners))
         if not len(P):
             _, _, (there, mu, u) = trial(P)
-            return Taken(there, mu, u, start.total(P), m.noise, start, P)
+            return Taken(Moment(there, mu, u, m.noise), start.total(P), start, P)
         P, (there, mu, u) = in_cones(gaps, trial, W, start.cones)
         onward = {i: e for i, e in slips.items() if held or e @ place.moved(i, there) > 0}
         if len(onward) < len(slips):
-            return self._moved(m, xi, share, resting, onward, landing)
-        kept = [i for i in resting if there.closed[i]]
+            return self._moved(m, share, resting, onward, landing)
+        kept = resting[there.closed[resting]]
         turned = {i: carried(place, there, i, e) for i, e in slips.items()} if held else {}
         end = active(gaps, there, kept, (), turned)
-        total, noise = start.total(P), np.maximum(m.noise, self._noise(start, abs(W) @ abs(P)))
-        if kept:
+        total, noise = start.total(P), np.maximum(m.noise, start.noise(abs(W) @ abs(P)))
+        if len(kept):
             Q, mu, changed = velocity_law(gaps, there, mu, u, end, 0)
-            total, noise = total + end.total(Q), np.maximum(noise, self._noise(end, changed))
-        return Taken(there, mu, u, total, noise, start, P)
+            total, noise = total + end.total(Q), np.maximum(noise, end.noise(changed))
+        return Taken(Moment(there, mu, u, noise), total, start, P)
 
     def _taken(
-        self, m: Moment, counts: list[int], impacts: list[Impact]
-    ) -> tuple[Moment, Vector, np.ndarray, list[Impact]]:
-        """`step`, of which counts (K,) and impacts are written on the way."""
-        m, xi = self._struck(m, 0 * self.one, counts, impacts)
-        resting = self.resting(m, xi)
-        gaps, landing = self.gaps, list[int]()
-        slips = self._slips(m, xi, resting, set())
+        self, m: Moment, counts: np.ndarray, impacts: list[Impact]
+    ) -> tuple[Moment, Vector, np.ndarray]:
+        """(the moment at the end of the step, the u that left, the impulses that are no impacts).
+
+        counts (K,) and impacts are written on the way.
+        """
+        m = self._struck(m, 0 * self.one, counts, impacts)
+        resting = self.resting(m)
+        gaps, landing, slips = self.gaps, resting[:0], self._slips(m, resting, set())
         while True:
-            taken = self._moved(m, xi, self.one, resting, slips, landing)
-            there = taken.place
-            low = np.flatnonzero((there.phi < 0) & ~there.closed)
-            new = [int(i) for i in low if i not in {*resting, *landing}]
-            if not new:
+            taken = self._moved(m, self.one, resting, slips, landing)
+            there = taken.end.place
+            low = (there.phi < 0) & ~there.closed
+            low[resting] = low[landing] = False
+            if not low.any():
                 break
-            landing += new
-        total, mu = taken.impulses, taken.mu
-        pushed = [k for k, i in enumerate(taken.start.owners) if i in landing]
-        landed = [k for k in pushed if taken.at_start[k] > 0]
-        if landed:
-            others = taken.at_start.copy()
+            landing = np.append(landing, np.flatnonzero(low))
+        end, start, P = taken.end, taken.start, taken.at_start
+        pushed = slice(len(resting), len(resting) + len(landing))
+        landed = np.flatnonzero(P[pushed] > 0) + len(resting)
+        if len(landed):
+            others = P.copy()
             others[pushed] = 0
-            after = m.mu + taken.start.push.T @ others
+            after = m.mu + start.push.T @ others
             pushed_off = gaps.velocity(m.place.x, after, m.u)
-            wanted = min(gaps.energy(m.place.x, xi, m.mu),
+            wanted = min(gaps.energy(m.place.x, m.u, m.mu),
                          gaps.energy(m.place.x, pushed_off, after))  # fmt: skip
-            owners = [taken.start.owners[k] for k in landed]
-            along = taken.at_start[landed] @ there.normal[owners]
-            back = given_back(gaps, there, mu, taken.u, along, wanted)
-            part = (mu - back) @ along / (along @ along)
-            total[owners, 0] -= part * taken.at_start[landed]
-            mu = back
-        m = Moment(there, mu, taken.u, taken.noise)
-        self._check_open(there)
-        m, _ = self._struck(m, self.one, counts, impacts)
-        return m, taken.u, sum((e.impulses for e in impacts), total), impacts
+            along = P[landed] @ there.normal[start.owners[landed]]
+            s = given_back(gaps, there, end.mu, end.u, along, wanted)
+            taken.impulses[start.owners[landed], 0] -= s * P[landed]
+            end = end._replace(mu=end.mu - s * along)
+        return end, end.u, taken.impulses
 
 
 def carried(place: Place, there: Place, i: int, along: Vector) -> Vector:
     """A direction of the plane of a gap, in the basis of its plane at another place."""
-    if place.bases[i] is None:
-        return along
-    found = there.bases[i].T @ (place.bases[i] @ along)
-    length = sum(e * e for e in found) ** 0.5
-    turned: Vector = found / length
-    return turned
+    found: Vector = there.bases[i].T @ (place.bases[i] @ along)
+    return found / length(found)

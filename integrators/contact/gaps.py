@@ -7,8 +7,7 @@ that the scene gives, or x itself without its part along φ′, in an orthonorma
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,7 +24,7 @@ from ..errors import BadInput
 from ..numbers import Arithmetic, flatten, jacobian, numeric, sympy
 from ..numbers.types import Column, Number, Vector
 from ..scene import Scene
-from .cones import Cone, impulses
+from .cones import Cones, impulses, length
 
 TOUCHING = 128  # units of round-off of its size within which a gap is closed
 
@@ -35,16 +34,16 @@ class Place(NamedTuple):
 
     phi, own, size (K,): their values, what their round-off is a part of here, and what it is with
     the way that led here; normal (K, m); slip: of each gap T (d, m); bases: of each gap an
-    orthonormal basis of its plane, or None where the scene gives coordinates; where: of each gap
-    its t(x); scale (K,): |φ′| where T is in its units, else 1; closed (K,): whether a gap is 0 to
-    round-off.
+    orthonormal basis of its plane, in the coordinates that the scene gives, or in x; where: of each
+    gap its t(x); scale (K,): |φ′| where T is in its units, else 1; closed (K,): whether a gap is 0
+    to round-off.
     """
 
     x: Vector
     phi: Vector
     own: Vector
     size: Vector
-    normal: np.ndarray
+    normal: Any
     slip: list[np.ndarray]
     bases: list[Any]
     where: list[Vector]
@@ -53,8 +52,8 @@ class Place(NamedTuple):
 
     def moved(self, i: int, other: Place) -> Vector:
         """How far the touching point of gap i has moved along its plane, from here to there."""
-        way = other.where[i] - self.where[i]
-        return way if self.bases[i] is None else way @ self.bases[i]
+        found: Vector = (other.where[i] - self.where[i]) @ self.bases[i]
+        return found
 
 
 class Gaps:
@@ -70,8 +69,9 @@ class Gaps:
     def __init__(self, s: SceneSymbols, scene: Scene, numbers: Arithmetic) -> None:
         self.s, self.scene, self.numbers, self.n = s, scene, numbers, s.n
         self.p = [numbers.number(e) for e in scene.parameter_values]
-        phi, coordinates = gap_expressions(s, scene.contact)
-        self.count = len(phi)
+        made = gap_functions(s, scene.contact, numbers)
+        self.coordinates, self._place, self._phi, self._motion, self._energy = made
+        self.count = len(self.coordinates)
         given = flatten((scene.friction,))
         if isinstance(scene.friction, tuple) and len(given) != self.count:
             raise BadInput(
@@ -79,17 +79,26 @@ class Gaps:
             )
         spread = given if isinstance(scene.friction, tuple) else given * self.count
         self.friction = [numbers.number(e) for e in spread]
-        for i, (e, own) in enumerate(zip(self.friction, coordinates, strict=True)):
+        self._own_basis = [numbers.identity(len(e or ())) for e in self.coordinates]
+        self.rough = any(e > 0 for e in self.friction)
+        for i, (e, own) in enumerate(zip(self.friction, self.coordinates, strict=True)):
             if e > 0 and own is None and s.n == 1:
                 raise BadInput(
                     f"{s.name}: gap {i} has friction, but a base of 1 has no plane of contact; "
                     "give the coordinates along which it slips, (φ, [t, …])."
                 )
-        self.coordinates = coordinates
-        self._place, self._phi, self._motion, self._energy = _functions(s, scene.contact, numbers)
         self._legendre = legendre_inverse(s, numbers)
         #: whether ξ is affine in μ
         self.quadratic = self._legendre.quadratic
+
+    @cached_property
+    def still(self) -> np.ndarray:
+        """No impulses, (K, 1 + D): of each gap the normal one, and those along its coordinates, if
+        it has friction."""
+        rough = (e for e, kappa in zip(self.coordinates, self.friction, strict=True) if kappa > 0)
+        width = 1 + max((self.n if e is None else len(e) for e in rough), default=0)
+        found: np.ndarray = self.numbers.zeros(self.count, width)
+        return found
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
         """φ at rows of x, (r, K)."""
@@ -102,15 +111,17 @@ class Gaps:
         phi, own_size, slope, normal, rho, own, own_slope = self._place(x, self.p)
         slip, bases, where, scale, first = [], [], [], [], 0
         for i, coordinates in enumerate(self.coordinates):
-            basis, length = None, 1 + 0 * phi[i]
-            if coordinates is None and self.friction[i] > 0:
-                length = sum(e * e for e in slope[i]) ** 0.5
-                basis = _plane(slope[i] / length)
             last = first + len(coordinates or ())
-            slip.append(own_slope[first:last] if basis is None else basis.T @ rho)
-            where.append(own[first:last] if basis is None else x[: self.n])
-            bases.append(basis)
-            scale.append(length)
+            if coordinates is None and self.friction[i] > 0:
+                scale.append(length(slope[i]))
+                bases.append(_plane(slope[i] / scale[i]))
+                where.append(x[: self.n])
+                slip.append(bases[i].T @ rho)
+            else:
+                scale.append(1 + 0 * phi[i])
+                bases.append(self._own_basis[i])
+                where.append(own[first:last])
+                slip.append(own_slope[first:last])
             first = last
         size = own_size + reach
         closed = abs(phi) <= TOUCHING * self.numbers.eps * size
@@ -137,6 +148,10 @@ class Gaps:
         changed: np.ndarray = rows @ self.inverse_mass(x, xi) @ push.T
         return changed
 
+    def struck_with(self, closed: Vector, closing: Vector) -> Vector:
+        """Which of the closed gaps may push where some are closing: all, being of one system."""
+        return closed
+
     def fastest(self, place: Place, xi: Vector) -> Vector:
         """How fast each gap could close with the kinetic energy of ξ, (K,), in any units.
 
@@ -153,7 +168,7 @@ class Gaps:
         found: np.ndarray = self.numbers.solve(mass, self.numbers.identity(len(xi)))
         return found
 
-    def impulses(self, W: np.ndarray, U0: Vector, cones: Sequence[Cone], start: Vector) -> Vector:
+    def impulses(self, W: np.ndarray, U0: Vector, cones: Cones, start: Vector) -> Vector:
         """P in the cones with the velocities U₀ + W P (`cones.impulses`)."""
         return impulses(W, U0, cones, self.numbers, start)
 
@@ -201,8 +216,11 @@ def _listed(given: Any) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _functions(s: SceneSymbols, contact: Any, numbers: Arithmetic) -> tuple[Any, ...]:
-    """What `Gaps.at` needs; φ, of columns where there are any; M and ∂l/∂ξ; H."""
+def gap_functions(
+    s: SceneSymbols, contact: Any, numbers: Arithmetic, columns: bool = False
+) -> tuple[Any, ...]:
+    """The coordinates (`gap_expressions`), and functions: what `Gaps.at` needs; φ, of columns in
+    double precision; M and ∂l/∂ξ; H. columns: of all."""
     phi, coordinates = gap_expressions(s, contact)
     own = sympy.Matrix([e for part in coordinates for e in part or ()])
     rho = natural_structure(s, s.x)[0][: s.n, :]
@@ -218,8 +236,9 @@ def _functions(s: SceneSymbols, contact: Any, numbers: Arithmetic) -> tuple[Any,
     moving = {"x": s.x, "u": s.u, "p": s.parameter_list}
     with_momentum = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return (
-        numeric(given, results, numbers),
+        coordinates,
+        numeric(given, results, numbers, columns=columns),
         numeric(given, [list(phi)], numbers, columns=numbers.dtype is not object),
-        numeric(moving, [mass_matrix(s), list(momentum(s))], numbers),
-        numeric(with_momentum, [energy(s)], numbers),
+        numeric(moving, [mass_matrix(s), list(momentum(s))], numbers, columns=columns),
+        numeric(with_momentum, [energy(s)], numbers, columns=columns),
     )

@@ -17,113 +17,100 @@ import numpy as np
 
 from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
-from .cones import NOT_FOUND, Cone, parts, scaling
+from .cones import NOT_FOUND, Cones, of_parts, scaling
 from .gaps import Gaps, Place
 
 NOISE = 2**10  # units of round-off of its terms below which a velocity is 0
-MOST, STAGNANT = 60, 2**12
+MOST, STAGNANT = 400, 2**12
 AGAIN = 100  # impacts at one place and time: each opens some gap that another one closes
 
 
 class Active(NamedTuple):
     """Contacts that may push: velocities are along `rows`, impulses along `push`, both (k, m).
 
-    owners: of each entry, its gap; made (k, K, 1 + D): what an impulse of 1 is of each gap, normal
-    and along the coordinates of its plane.
+    owners (k,): of each entry, its gap; none: no impulses, (K, 1 + D); made: of entries with
+    friction, what an impulse of 1 is along the coordinates of its gap's plane.
     """
 
-    rows: np.ndarray
-    push: np.ndarray
-    cones: list[Cone]
-    owners: list[int]
-    made: np.ndarray
+    rows: Any
+    push: Any
+    cones: Cones
+    owners: np.ndarray
+    none: np.ndarray
+    made: list[tuple[int, Vector]]
 
     def total(self, P: Vector) -> np.ndarray:
         """The impulses of all gaps, (K, 1 + D)."""
-        return np.tensordot(P, self.made, 1)
+        found, normals = self.none.copy(), self.cones.normals
+        found[self.owners[:normals], 0] += P[:normals]
+        for k, along in self.made:
+            found[self.owners[k], 1 : 1 + len(along)] += P[k] * along
+        return found
 
-
-def width(gaps: Gaps) -> int:
-    """1 + D: a gap's normal impulse, and those along its coordinates, if it has friction."""
-    rough = (e for e, kappa in zip(gaps.coordinates, gaps.friction, strict=True) if kappa > 0)
-    return 1 + max((gaps.n if e is None else len(e) for e in rough), default=0)
+    def noise(self, changed: Vector) -> Vector:
+        """By how much impulses change the velocities of each gap at most, (K,)."""
+        found = self.none[:, 0].copy()
+        np.maximum.at(found, self.owners, changed)
+        return found
 
 
 def active(
     gaps: Gaps,
     place: Place,
-    rough: Sequence[int],
-    smooth: Sequence[int] = (),
-    sliding: Mapping[int, Vector] | None = None,
+    rough: Sequence[int] | Vector,
+    smooth: Sequence[int] | Vector = (),
+    sliding: Mapping[int, Vector] = {},
 ) -> Active:
     """The contacts of the gaps `rough`, with friction, and `smooth`, without.
 
     sliding: of gaps that are known to slip, the direction, in the basis of their plane: friction
     then has its full size against it.
     """
-    rows: list[Vector] = []
-    push: list[Vector] = []
-    made: list[np.ndarray] = []
-    cones, owners = list[Cone](), list[int]()
-    for i in [*rough, *smooth]:
-        normal, slip, basis = place.normal[i], place.slip[i], place.bases[i]
-        bound = gaps.friction[i] * place.scale[i]
-        forward = normal
-        each = gaps.numbers.zeros(gaps.count, width(gaps))
-        each[i, 0] += 1
-        first = len(rows)
-        along = (sliding or {}).get(i)
-        if along is not None:
-            bound = gaps.against * bound
-            forward = normal - bound * (along @ slip)
-            each[i, 1 : 1 + len(place.where[i])] -= bound * (
-                along if basis is None else basis @ along
-            )
-        rows.append(normal)
-        push.append(forward)
-        made.append(each)
-        if i in rough and along is None and gaps.friction[i] > 0:
-            for k, row in enumerate(slip):
-                rows.append(row)
-                push.append(row)
-                each = gaps.numbers.zeros(gaps.count, width(gaps))
-                if basis is None:
-                    each[i, 1 + k] += 1
-                else:
-                    each[i, 1 : 1 + len(basis)] += basis[:, k]
-                made.append(each)
-        cones.append(Cone(first, slice(first + 1, len(rows)), bound))
-        owners += [i] * (len(rows) - first)
-    shape = (len(rows), place.normal.shape[1])
-    dtype: Any = place.normal.dtype
-    return Active(
-        np.array(rows, dtype=dtype).reshape(shape), np.array(push, dtype=dtype).reshape(shape),
-        cones, owners, np.array(made, dtype=dtype).reshape(len(rows), gaps.count, width(gaps)),
-    )  # fmt: skip
+    owners = np.append(rough, smooth).astype(np.int64)
+    rows = push = place.normal[owners]
+    planes = dict[int, tuple[slice, Number]]()
+    made, slips, last = list[tuple[int, Vector]](), list[Vector](), len(owners)
+    rubbing = list[int]()
+    for n, i in enumerate(rough) if gaps.rough else ():
+        slip, basis, bound = place.slip[i], place.bases[i], gaps.friction[i] * place.scale[i]
+        if i in sliding:
+            along, bound = sliding[i], gaps.against * bound
+            push = push.copy() if push is rows else push
+            push[n] -= bound * (along @ slip)
+            made.append((n, -bound * (basis @ along)))
+        elif bound > 0:
+            made += [(last + k, along) for k, along in enumerate(basis.T)]
+            planes[n] = slice(last, last + len(slip)), bound
+            slips.append(slip)
+            rubbing += [i] * len(slip)
+            last += len(slip)
+    if slips:
+        rows, push = (np.vstack([e, *slips]) for e in (rows, push))
+    cones, owners = Cones(len(owners), planes), np.append(owners, rubbing) if slips else owners
+    return Active(rows, push, cones, owners, gaps.still, made)
 
 
-def in_cones(gaps: Gaps, trial: Any, W: np.ndarray, cones: list[Cone]) -> tuple[Vector, Any]:
+def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]:
     """(P, what the trial gives) with velocities F(P) in the cones.
 
-    trial: P ↦ (F, unit of F's round-off, anything). W: nearly ∂F/∂P, improved on the way
-    (Broyden). Raises `CannotMeasure` where none is found.
+    trial: P ↦ (F, unit of F's round-off, anything). W: nearly ∂F/∂P; where it is no sparse matrix
+    of many sites, improved on the way (Broyden). Raises `CannotMeasure` where none is found.
     """
     numbers = gaps.numbers
-    P = numbers.zeros(len(W))
+    P = numbers.zeros(W.shape[0])
     F, unit, data = trial(P)
     r, before = scaling(W, cones), None
     for _ in range(MOST):
         change = gaps.impulses(W, F - W @ P, cones, P) - P
-        units = numbers.eps * (abs(P) + r * unit)
-        size = max(max(abs(change[k])) / (max(units[k]) + numbers.eps**4)
-                   for k in parts(cones) if k.start < k.stop)  # fmt: skip
+        units = of_parts(numbers.eps * (abs(P) + r * unit), cones)
+        size = (of_parts(change, cones) / (units + numbers.eps**4)).max()
         if size <= 4 or (before is not None and before / 2 <= size < STAGNANT):
             return P, data
         if not size < np.inf:
             break
         P = P + change
         new, unit, data = trial(P)
-        if size > STAGNANT:
+        if size > STAGNANT and isinstance(W, np.ndarray):
             W = W + np.outer(new - F - W @ change, change) / (change @ change)
         F, before = new, size
     raise CannotMeasure(NOT_FOUND)
@@ -139,7 +126,8 @@ def velocity_law(
     xi = gaps.velocity(place.x, mu, near)
     W = gaps.flexibility(place.x, xi, contacts.rows, contacts.push)
     if gaps.quadratic:
-        P = (1 + e) * gaps.impulses(W, contacts.rows @ xi, contacts.cones, 0 * W[0])
+        U = contacts.rows @ xi
+        P = (1 + e) * gaps.impulses(W, U, contacts.cones, 0 * U)
     else:
         # a velocity may be far below what its round-off is a part of: μ, and where Newton began
         known, began = abs(gaps.inverse_mass(place.x, xi)), abs(near)
@@ -175,27 +163,24 @@ def _without_gain(
 
 def given_back(
     gaps: Gaps, place: Place, mu: Vector, near: Vector, along: Vector, wanted: Number
-) -> Vector:
-    """μ − s·along, so that the energy is `wanted` and the gaps close; s = 1 undoes an impulse.
+) -> Number:
+    """s, for which μ − s·along has the energy `wanted` and the gaps close; 1 undoes an impulse.
 
     Where the place has more energy at any s, the s with the least.
     """
     xi = gaps.velocity(place.x, mu, near)
     curve = gaps.flexibility(place.x, xi, along[None], along[None])[0, 0]
-    rate, excess = along @ xi, gaps.energy(place.x, xi, mu) - wanted
-    under = rate * rate - 2 * curve * excess
-    if under <= 0:
-        least: Vector = mu - (rate / curve) * along
-        return least
+    rate, excess = (along * xi).sum(), gaps.energy(place.x, xi, mu) - wanted
+    under = max(rate * rate - 2 * curve * excess, 0 * rate)
     s = (rate + under**0.5) / curve
-    for _ in range(6):  # nothing is left to do where the energy is quadratic in μ
+    for _ in range(6 if under > 0 else 0):  # nothing is left where the energy is quadratic in μ
         at = mu - s * along
         xi = gaps.velocity(place.x, at, near)
-        if not along @ xi < 0:
+        rate = (along * xi).sum()
+        if not rate < 0:
             break
-        step = (gaps.energy(place.x, xi, at) - wanted) / (along @ xi)
+        step = (gaps.energy(place.x, xi, at) - wanted) / rate
         s = s + step
         if abs(step) <= 4 * gaps.numbers.eps * abs(s):
             break
-    found: Vector = mu - s * along
-    return found
+    return s

@@ -36,31 +36,27 @@ class LocatedSteps(ContactSteps):
         return found
 
     def _taken(
-        self, m: Moment, counts: list[int], impacts: list[Impact]
-    ) -> tuple[Moment, Vector, np.ndarray, list[Impact]]:
+        self, m: Moment, counts: np.ndarray, impacts: list[Impact]
+    ) -> tuple[Moment, Vector, np.ndarray]:
         passed, left_with = 0 * self.one, None
-        total, stuck = self.still_impulses(), set[int]()
+        total, stuck = self.gaps.still, set[int]()
         for _ in range(EVENTS):
-            m, xi = self._struck(m, passed, counts, impacts)
-            resting = self.resting(m, xi)
-            slips = self._slips(m, xi, resting, stuck)
-            taken = self._moved(m, xi, self.one - passed, resting, slips)
-            left_with = taken.u if left_with is None else left_with
-            event = self._first_event(m, xi, taken, self.one - passed, resting, slips)
-            share, taken, stopped = event or (self.one - passed, taken, None)
-            total = total + taken.impulses
-            m = Moment(taken.place, taken.mu, taken.u, taken.noise)
-            passed = passed + share
+            m = self._struck(m, passed, counts, impacts)
+            resting, left = self.resting(m), self.one - passed
+            slips = self._slips(m, resting, stuck)
+            taken = self._moved(m, left, resting, slips)
+            left_with = taken.end.u if left_with is None else left_with
+            event = self._first_event(m, taken, left, resting, slips)
+            share, taken, stopped = event or (left, taken, None)
+            total, m, passed = total + taken.impulses, taken.end, passed + share
             if stopped is not None:
                 stuck.add(stopped)
             if event is None or passed >= self.one:
-                self._check_open(m.place)
-                m, _ = self._struck(m, self.one, counts, impacts)
-                return m, left_with, sum((e.impulses for e in impacts), total), impacts
+                return m, left_with, total
         raise CannotMeasure(f"there are more than {EVENTS} impacts in one step")
 
     def _first_event(
-        self, m: Moment, xi: Vector, taken: Taken, share: Number, resting: list[int],
+        self, m: Moment, taken: Taken, share: Number, resting: np.ndarray,
         slips: Mapping[int, Vector],
     ) -> tuple[Number, Taken, int | None] | None:  # fmt: skip
         """(share of the step, what was taken up to it, the gap that stopped slipping there).
@@ -70,21 +66,32 @@ class LocatedSteps(ContactSteps):
         found: tuple[Number, Taken, int | None] | None = None
         stopped: int | None
         done, place = set[int](), m.place
+
+        def gap_after(i: int, share: Number) -> tuple[Number, Number, Taken]:
+            """(φ_i after a share, its round-off, what was taken), the first two divided by the
+            share if the gap is closed at the start."""
+            taken = self._moved(m, share, resting, slips)
+            over, there = share if place.closed[i] else self.one, taken.end.place
+            return there.phi[i] / over, 4 * self.eps * there.size[i] / over, taken
+
+        def slip_after(i: int, share: Number) -> tuple[Number, Number, Taken]:
+            """(slip i after a share of the step, its round-off, what was taken)."""
+            taken = self._moved(m, share, resting, slips, held=True)
+            return self._slip(place, taken.end, i, slips[i]), self.eps * taken.end.noise[i], taken
+
         while True:
-            gap = self._closing(place, xi, taken, share, resting, done)
-            if gap is not None:
+            if gap := self._closing(m, taken.end, share, {*resting, *done}):
                 i, first, upto = gap
-                stopped = None
-                value = partial(self._gap_after, m, xi, resting, slips, i)
+                stopped, value = None, partial(gap_after, i)
             else:
-                left = [i for i in slips if i not in done]
-                ended = [i for i in left if self._slip(place, taken, i, slips[i]) <= 0]
+                ended = [i for i in slips if i not in done
+                         and self._slip(place, taken.end, i, slips[i]) <= 0]  # fmt: skip
                 if not ended:
                     return found
                 i = stopped = ended[0]
                 done.add(i)
-                first, upto = slips[i] @ (place.slip[i] @ xi), share
-                value = partial(self._slip_after, m, xi, resting, slips, i)
+                first, upto = slips[i] @ (place.slip[i] @ m.u), share
+                value = partial(slip_after, i)
             root = self._root(value, first, upto)
             if root is None or not root[0] < share:
                 done.add(i)
@@ -92,48 +99,29 @@ class LocatedSteps(ContactSteps):
                 share, taken = root
                 found = share, taken, stopped
 
-    def _gap_after(
-        self, m: Moment, xi: Vector, resting: list[int], slips: Mapping[int, Vector], i: int,
-        share: Number,
-    ) -> tuple[Number, Number, Taken]:  # fmt: skip
-        """(φ_i after a share, its round-off, what was taken), the first two divided by the share if
-        the gap is closed at the start."""
-        taken = self._moved(m, xi, share, resting, slips)
-        over = share if m.place.closed[i] else self.one
-        return taken.place.phi[i] / over, 4 * self.eps * taken.place.size[i] / over, taken
-
-    def _slip_after(
-        self, m: Moment, xi: Vector, resting: list[int], slips: Mapping[int, Vector], i: int,
-        share: Number,
-    ) -> tuple[Number, Number, Taken]:  # fmt: skip
-        """(slip i after a share of the step, its round-off, what was taken)."""
-        taken = self._moved(m, xi, share, resting, slips, held=True)
-        return self._slip(m.place, taken, i, slips[i]), self.eps * taken.noise[i], taken
-
-    def _slip(self, place: Place, taken: Taken, i: int, along: Vector) -> Number:
+    def _slip(self, place: Place, end: Moment, i: int, along: Vector) -> Number:
         """The slip of gap i at the end of a part, in the direction that it began with."""
-        there = taken.place
+        there = end.place
         if not there.closed[i]:
             return self.one
-        xi = self.gaps.velocity(there.x, taken.mu, taken.u)
+        xi = self.gaps.velocity(there.x, end.mu, end.u)
         return carried(place, there, i, along) @ (there.slip[i] @ xi)
 
     def _closing(
-        self, place: Place, xi: Vector, taken: Taken, share: Number, resting: list[int],
-        done: set[int],
-    ) -> tuple[int, Number, Number] | None:  # fmt: skip
+        self, m: Moment, end: Moment, share: Number, done: set[int]
+    ) -> tuple[int, Number, Number] | None:
         """(gap, its value at the start, a share at which it is negative) of one that closes."""
-        there, h = taken.place, self.free.h * share
-        rates = place.normal @ xi
+        place, there, h = m.place, end.place, self.free.h * share
+        rates = place.normal @ m.u
         for i in range(self.gaps.count):
-            if i in resting or i in done:
+            if i in done:
                 continue
             first = self.free.h * rates[i] if place.closed[i] else place.phi[i]
             if there.phi[i] < 0 and not there.closed[i]:
                 return i, first, share
             if place.closed[i] or not rates[i] < 0:
                 continue
-            ending = there.normal[i] @ self.gaps.velocity(there.x, taken.mu, taken.u)
+            ending = there.normal[i] @ self.gaps.velocity(there.x, end.mu, end.u)
             if ending > 0 and (low := _dip(place.phi[i], h * rates[i], there.phi[i], h * ending)):
                 return i, first, share * low
         return None

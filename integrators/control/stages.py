@@ -180,10 +180,8 @@ def _dot(a: Any, b: Any) -> Expression:
     return sympy.Add(*[left * right for left, right in zip(a, b, strict=True)])
 
 
-@lru_cache(maxsize=64)
-def stages_of(*given: Any) -> ControlStages:
-    """The `ControlStages` of a scene, cost, inputs, number of controls and rule, derived once."""
-    return ControlStages(*given)
+#: the `ControlStages` of a scene, cost, inputs, number of controls and rule, derived once
+stages_of = lru_cache(maxsize=64)(ControlStages)
 
 
 def places_of(scene: Scene, rule: Discretisation) -> list[float]:

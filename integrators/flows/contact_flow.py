@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..compiler import OK, KernelsAtStep
-from ..contact import ContactSteps, FreeSteps, Gaps, Impact, LocatedSteps, Moment, check_gaps
+from ..contact import ContactRun, ContactSteps, FreeSteps, Gaps, LocatedSteps, Moment, check_gaps
 from ..errors import BadInput, CannotMeasure, StepFailure
 from ..numbers import Matrix, Numbers, Vector
 from .failures import CAUSES
@@ -123,74 +123,40 @@ class ContactFlow(Flow):
     poisson_defect = step_defect = tangent = solutions = inverse_legendre = _no_form
 
 
-class _Run:
+class _Run(ContactRun):
     """A run of a contact flow as it goes."""
 
     def __init__(self, flow: Any, start: Start, steps: int, every: int, progress: Any) -> None:
-        self.flow, self.steps, self.every, self.progress = flow, steps, every, progress
-        self.numbers, self.gaps, self.contact = flow.numbers, flow.gaps, flow._steps
-        self.t0, self.index, self.chunk = start.t0, 0, 8
-        m = len(start.mu)
-        self.moment = Moment(
-            self.gaps.at_start(start.x), start.mu, start.guess[:m], self.contact.still()
-        )
+        self.flow, self.numbers, contact = flow, flow.numbers, flow._steps
+        self.t0, self.chunk, m = start.t0, 8, len(start.mu)
+        u = start.guess[:m]
         if flow.context.one_step:
             near = flow.context.vector(flow.scheme.scene.v0, m)
-            self.moment = self.moment._replace(u=self.gaps.velocity(start.x, start.mu, near))
-        count = steps // every + 1
-        self.rows = [self.numbers.zeros(count, k) for k in (len(start.x), m, m)]
-        self.impulses = self.numbers.zeros(count, *self.contact.still_impulses().shape)
-        self.impacts: list[tuple[int, Impact]] = []
+            u = flow.gaps.velocity(start.x, start.mu, near)
+        moment = Moment(flow.gaps.at_start(start.x), start.mu, u, contact.still())
+        super().__init__(contact, moment, steps, every, progress)
 
-    def taken(self) -> ContactTrajectory:
-        """The trajectory; raises `StepFailure` with the rows so far."""
-        while self.index < self.steps:
-            try:
-                if not self._freely():
-                    self._in_contact()
-            except (StepFailure, CannotMeasure) as failure:
-                raise self._failed(failure) from None
-            except (ArithmeticError, ValueError):  # Python's own functions outside their domain
-                raise self._failed(CannotMeasure("L or a gap of it is no number")) from None
-            if self.progress is not None:
-                self.progress(self.index)
-        m = self.moment
-        try:
-            leaving = self.flow._part(1, m.place.x, m.mu, m.u)[2]
-        except StepFailure as failure:
-            raise self._failed(failure) from None
-        self._write(m.place.x, m.mu, leaving)
-        return self._trajectory(self.steps // self.every + 1)
-
-    def _failed(self, failure: Exception) -> StepFailure:
-        cause = getattr(failure, "cause", str(failure))
-        context, m = self.flow.context, self.moment
-        rows = self._trajectory(-(-self.index // self.every))
-        found: StepFailure = context.failure(cause, {"x": m.place.x, "mu": m.mu}, self.index, rows)
+    def failure(self, failure: Exception, rows: Any) -> StepFailure:
+        """As of a `ContactRun`."""
+        cause, m = getattr(failure, "cause", str(failure)), self.moment
+        state = {"x": m.place.x, "mu": m.mu}
+        found: StepFailure = self.flow.context.failure(cause, state, self.index, rows)
         return found
 
-    def _write(self, x: Vector, mu: Vector, u: Vector, impulses: Any = 0) -> None:
-        """The row of now, if it has one."""
-        if self.index % self.every == 0:
-            row = self.index // self.every
-            for column, value in zip(self.rows, (x, mu, u), strict=True):
-                column[row] = value
-            self.impulses[row] += impulses
-
-    def _in_contact(self) -> None:
-        m = self.moment
-        after, u, impulses, impacts = self.contact.step(m)
-        self._write(m.place.x, m.mu, u, impulses)
-        self.impacts += [(self.index, e) for e in impacts]
-        self.moment, self.index, self.chunk = after, self.index + 1, 8
+    def advance(self) -> None:
+        """Free steps, or a step with contact."""
+        if not self._freely():
+            super().advance()
+            self.chunk = 8
 
     def _freely(self) -> bool:
         """Take free steps up to the first with a contact; whether there were any."""
         m, numbers = self.moment, self.numbers
         at = m.place.x
-        closed = m.place.closed.any()
-        if closed and self.contact.resting(m, self.gaps.velocity(at, m.mu, m.u)):
-            return False
+        if m.place.closed.any():
+            moving = m._replace(u=self.gaps.velocity(at, m.mu, m.u))
+            if len(self.contact.resting(moving)):
+                return False
         count = min(self.chunk, self.steps - self.index)
         start = Start(at, m.mu, self.flow.context.start(at, m.mu, m.u))
         try:
@@ -205,7 +171,7 @@ class _Run:
         )  # fmt: skip
         free, phi = self.contact.free_steps(x)
         for k in range(free):
-            self._write(x[k], mu[k], u[k])
+            self.write(x[k], mu[k], u[k])
             self.index += 1
         if free:
             place = self.gaps.at(x[free], abs(phi[free] - phi[free - 1]))
@@ -213,7 +179,8 @@ class _Run:
         self.chunk = min(2 * self.chunk, MOST_AT_ONCE)
         return free > 0
 
-    def _trajectory(self, count: int) -> ContactTrajectory:
+    def trajectory(self, count: int) -> ContactTrajectory:
+        """As of a `ContactRun`."""
         flow, public = self.flow, self.numbers.public
         x, mu, u = (public(rows[:count]) for rows in self.rows)
         impulses, n = public(self.impulses[:count]), self.gaps.n
@@ -237,9 +204,7 @@ class _Run:
         n, m = self.gaps.n, self.rows[1].shape[1]
 
         def table(values: list[Any], *shape: int) -> np.ndarray:
-            found: np.ndarray = numbers.public(
-                np.array(values, dtype=numbers.dtype).reshape(len(values), *shape)
-            )
+            found: np.ndarray = numbers.public(numbers.array(values, len(values), *shape))
             return found
 
         each = [e for _, e in self.impacts]

@@ -15,11 +15,10 @@ from ..equations import DiscretisedScene, blamed, step_system
 from ..errors import BadInput, arguments_checked
 from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
-from . import exact_defects
 from .collocation import collocation
 from .ensemble import Ensemble, ensemble
 from .initial_state import Start, Starting
-from .newton_step import arrow_before
+from .newton_step import arrow_before, of_poisson, of_pullback, of_step
 from .prepared_run import PreparedRuns
 from .run import Trajectory, element_of, first_u, run_from
 from .step_choice import StepChoice
@@ -155,10 +154,9 @@ class Flow:
 
     def evolve(self, x: Numbers, u: Numbers) -> tuple[Vector, Vector]:
         """Ψ: the (y, v) with y = b(x, u) and F⁻(y, v) = F⁺(x, u) (paper, section 2.4)."""
-        self.context.check_one_arrow()
         with self.numbers.working():
             x, u = self.context.vectors(x, u)
-            y, v = self.next_arrow(self.context.maps_at(x, u), x, u)
+            y, v = self.next_arrow(self._one_arrow(x, u), x, u)
             return self.numbers.public(y), self.numbers.public(v)
 
     def next_arrow(self, here: Maps, x: Vector, u: Vector, v0: Any = None) -> tuple[Vector, Vector]:
@@ -207,7 +205,7 @@ class Flow:
         with self.numbers.working():
             at, start = self.context.vectors(x, u), self.context.vectors(x, u if v0 is None else v0)
             _, near = self.next_arrow(self._one_arrow(*at), *at, start[1])
-        return exact_defects.of_pullback(self.context, *at, near)
+        return of_pullback(self.context, *at, near)
 
     def poisson_defect(
         self, x: Numbers, mu: Numbers, *, u0: Numbers | None = None, bracket_sign: int = 1
@@ -218,7 +216,7 @@ class Flow:
         needed near a chart's edge (default: v0). bracket_sign = −1 flips the bracket of Π: a
         control, seen where there is a base and a group.
         """
-        return exact_defects.of_poisson(self.context, x, mu, u0, bracket_sign)
+        return of_poisson(self.context, x, mu, u0, bracket_sign)
 
     def step_defect(
         self,
@@ -235,18 +233,15 @@ class Flow:
         unit of round-off: at most ε if nothing else did it. The step to compare with is that of
         the Legendre maps themselves, to twice the digits: no kernel has a part in it.
         """
-        return exact_defects.of_step(self.context, (x, mu), (after_x, after_mu), u0)
+        return of_step(self.context, (x, mu), (after_x, after_mu), u0)
 
     def tangent(self, x: Numbers, u: Numbers) -> Matrix:
         """TΨ at (x, u), (n+m)×(n+m)."""
         with self.numbers.working():
-            return self.numbers.public(self.geometry.tangent(*self._two_arrows(x, u)))
-
-    def _two_arrows(self, x: Numbers, u: Numbers) -> tuple[Maps, Maps]:
-        """The maps at (x, u) and at Ψ(x, u)."""
-        x, u = self.context.vectors(x, u)
-        here = self._one_arrow(x, u)
-        return here, self.context.maps_at(*self.next_arrow(here, x, u))
+            x, u = self.context.vectors(x, u)
+            here = self._one_arrow(x, u)
+            there = self.context.maps_at(*self.next_arrow(here, x, u))
+            return self.numbers.public(self.geometry.tangent(here, there))
 
     def _one_arrow(self, x: Vector, u: Vector) -> Maps:
         self.context.check_one_arrow()

@@ -18,6 +18,9 @@ from ..geometry import (
     OneStepGeometry,
     Step,
     form_change,
+    in_round_offs,
+    poisson_defect,
+    pullback_defect,
     restricted_defect,
     step_round_off,
 )
@@ -114,6 +117,43 @@ def round_off_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -
     return x, mu, errors
 
 
+# -- defects, to twice the flow's digits and in its own numbers ----------------------------------
+
+
+def of_pullback(context: StepContext, x: Any, u: Any, near: Vector) -> Number:
+    """The pullback defect at (x, u); near: the velocity of the next arrow, nearly."""
+    exactly, geometry = context.exactly, context.exactly.geometry
+    with exactly.numbers.working():
+        (x, u), (_, near) = exactly.vectors(x, u), exactly.vectors(x, near)
+        at = exactly.maps_at(x, u)
+        v = arrow_from(exactly, at["target"], at["plus"] / exactly.h, near)
+        here, there = geometry.tracked(x, u), geometry.tracked(at["target"], v)
+        tangent, root = geometry.tangent(here, there), exactly.numbers.eps**0.5
+        found = pullback_defect(geometry, here, there, tangent, root)
+    return _in(context, found)
+
+
+def of_poisson(context: StepContext, x: Any, mu: Any, guess: Any, sign: int) -> Number:
+    """The Poisson defect at (x, μ), the bracket with that sign; guess: where Newton starts."""
+    exactly = context.exactly
+    with exactly.numbers.working():
+        x, mu = exactly.vectors(x, mu)
+        step = step_from(exactly, x, mu, _start(exactly, guess))
+        root = exactly.numbers.eps**0.5
+        found = poisson_defect(exactly.geometry, x, mu, step, sign, root)
+    return _in(context, found)
+
+
+def of_step(context: StepContext, before: Any, after: Any, guess: Any) -> Number:
+    """The largest gap of (x′, μ′) from the step from (x, μ), over what round-off may do to it."""
+    exactly = context.exactly
+    with exactly.numbers.working():
+        (x, mu), taken = exactly.vectors(*before), exactly.vectors(*after)
+        *wanted, bound = round_off_from(exactly, x, mu, _start(exactly, guess))
+        found = in_round_offs(np.concatenate(wanted) - np.concatenate(taken), bound)
+    return _in(context, found)
+
+
 def form_change_defects(
     flow: Any, x: Numbers, mu: Numbers, u0: Numbers
 ) -> tuple[Number, Number, Number]:
@@ -121,20 +161,18 @@ def form_change_defects(
 
     How far the change of ω is from −dθ_f, the differential of the force's one-form
     (`geometry.forced_form`); how far that of a volume of phase space is from what dθ_f says; what
-    the volume is multiplied with. To twice the digits, relative to the absolute terms, rounded to
-    the flow's own numbers; u0: where Newton starts. Raises `CannotMeasure` for one-step maps, and
-    under constraints (`restricted_form_defect`).
+    the volume is multiplied with. Relative to the absolute terms; u0: where Newton starts. Raises
+    `CannotMeasure` for one-step maps, and under constraints (`restricted_form_defect`).
     """
     context = flow.context.exactly
     if flow.scheme.one_step:
         context.check_one_arrow()
     with context.numbers.working():
         at, momentum = context.vectors(x, mu)
-        change = _change_from(context, at, momentum, context.vector(u0, len(momentum)))
+        change = _change_from(context, at, momentum, _start(context, u0))
         grown, off = change.volume(context.numbers)
         found = change.defect(context.numbers.eps**0.5), off, grown
-    with flow.numbers.working():
-        defect, off, grown = (flow.context.number(flow.numbers.number(e)) for e in found)
+    defect, off, grown = (_in(flow.context, e) for e in found)
     return defect, off, grown
 
 
@@ -148,17 +186,26 @@ def restricted_form_defect(
 ) -> Number:
     """The defect of ω under a step of a flow from (x, μ), on what its constraints leave.
 
-    To twice the digits, rounded to the flow's own numbers (`geometry.restricted_form`); u0: where
-    Newton starts. forced: the change is to be that of the force's one-form. Raises `CannotMeasure`
-    where there are no constraints, or several substeps.
+    See `geometry.restricted_form`; u0: where Newton starts. forced: the change is to be that of the
+    force's one-form. Raises `CannotMeasure` where there are no constraints, or several substeps.
     """
     context = flow.context.exactly
     if not flow.scheme.scene.constrained or context.substeps:
         raise CannotMeasure(f"{flow.scheme.scene.name}: a step is none of one with constraints.")
     with context.numbers.working():
         here = context.vectors(x, mu)
-        start = context.start(*here, context.vector(u0, len(mu)))
+        start = context.start(*here, _start(context, u0))
         geometry: Any = context.geometry
         found = restricted_defect(geometry, here[0], here[1], start, bracket_sign, forced)
-    with flow.numbers.working():
-        return flow.context.number(flow.numbers.number(found))
+    return _in(flow.context, found)
+
+
+def _start(context: StepContext, guess: Any) -> Vector:
+    """Where Newton starts: a guess, or the scene's v0."""
+    return context.vector(context.scene.v0 if guess is None else guess, len(context.equations.u))
+
+
+def _in(context: StepContext, value: Number) -> Number:
+    """A number as the flow's user gets it."""
+    with context.numbers.working():
+        return context.number(context.numbers.number(value))

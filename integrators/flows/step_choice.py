@@ -91,12 +91,9 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
             failed.append(failure)
             return None, inf
         table = np.concatenate([run.x, run.mu], axis=1)
-        if not all(abs(e) < inf for e in table.flat):
+        if not (abs(table) < inf).all():
             return None, inf
         return table, run.newton_mean * (steps + 1) if alone else 0.0
-
-    def sweeps(steps: int) -> float:
-        return rows_and_sweeps(steps)[1]
 
     def error(steps: int, best: int) -> float:
         (one, _), (other, _) = rows_and_sweeps(steps), rows_and_sweeps(best)
@@ -104,9 +101,8 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
             return inf
         shared = gcd(len(one) - 1, len(other) - 1)  # times of both
         one, other = (rows[:: (len(rows) - 1) // shared] for rows in (one, other))
-        sizes = [max(abs(e) for e in column) or 1 for column in other.T]
-        off = max(abs(a - e) / size for row, better in zip(one, other, strict=True)
-                  for a, e, size in zip(row, better, sizes, strict=True))  # fmt: skip
+        sizes = abs(other).max(axis=0)
+        off = (abs(one - other) / np.where(sizes == 0, 1, sizes)).max()
         return float(off) / (1 - (steps / best) ** (stated or 1))
 
     steps, errors, floor = ROWS, dict[int, float](), 0
@@ -137,7 +133,7 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
             steps, found = less, between
     fewer = steps
     for more in (int(steps * factor) for factor in SMALLER):
-        if not sweeps(more) < FEWER * sweeps(fewer):
+        if not rows_and_sweeps(more)[1] < FEWER * rows_and_sweeps(fewer)[1]:
             break
         fewer = more
     if fewer > steps and (between := error(fewer, 2 * fewer)) <= wanted:

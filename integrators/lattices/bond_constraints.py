@@ -34,6 +34,7 @@ from ..equations import (
 from ..errors import BadInput
 from ..numbers import Double, LazyModule, jacobian, numeric, sympy
 from ..numbers.types import Column, Letter, SymbolicMatrix
+from .blocks import at_ends, of_all, placed, places
 from .lattice import Lattice
 
 sparse: Any = LazyModule("scipy.sparse")
@@ -125,21 +126,19 @@ def _letters(*names: str) -> tuple[Letter, ...]:
 
 
 def check_constraints(
-    lattice: Lattice, s: SceneSymbols, values: dict[Letter, Any], x: np.ndarray, v: np.ndarray
+    lattice: Lattice, s: SceneSymbols, p: list[Any], x: np.ndarray, v: np.ndarray
 ) -> None:
     """Raise `BadInput` unless x (N, n) and v (N, m) meet independent constraints on the bonds.
 
-    values: of the parameters at the bonds, numbers or (B,). A row f may be off by UNITS round-offs
+    p: the parameters at the bonds, numbers or (B,). A row f may be off by UNITS round-offs
     of its size, Σ |∂f/∂zᵢ| max |z| and its absolute terms, z being x and v of both ends.
     """
     pairs, free, N, m = lattice.pairs, lattice.free, lattice.sites, v.shape[1]
-    (k, f), n = _of_start(s, tuple(values)), len(s.x)
-    base, velocity = (a[pairs].reshape(len(pairs), -1).T for a in (x, v))
-    found = f(list(base), list(velocity), 1.0, list(values.values()))
-    off, by, size, A = (np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(pairs)))
-                        for e in found)  # fmt: skip
-    size = size[:, 0] + abs(by[:, :n]).sum(axis=1) * abs(base).max(axis=0)
-    size = size + abs(by[:, n:]).sum(axis=1) * abs(velocity).max(axis=0)
+    (k, f), n = _of_start(s), len(s.x)
+    base, velocity = at_ends(pairs, x, v)
+    off, by, size, A = of_all(f, len(pairs), base, velocity, 1.0, p)
+    size = size[:, 0] + abs(by[:, :n]).sum(axis=1) * abs(np.array(base)).max(axis=0)
+    size = size + abs(by[:, n:]).sum(axis=1) * abs(np.array(velocity)).max(axis=0)
     active = free[pairs].any(axis=1)
     for row, bond in zip(*np.nonzero(~(abs(off[:, 0]) <= UNITS * EPS * size)), strict=True):
         what, start = ("φ", "x0") if row < k else ("A v", "v0")
@@ -161,26 +160,21 @@ def check_constraints(
 
 
 @lru_cache(maxsize=8)
-def _of_start(s: SceneSymbols, letters: tuple[Letter, ...]) -> tuple[int, Any]:
-    """(rows a bond, (φ, A u), their slope by x and u, the sums of absolute terms, A as a function).
-
-    letters: of the parameters.
-    """
+def _of_start(s: SceneSymbols) -> tuple[int, Any]:
+    """(rows a bond, a function: (φ, A u), their slope by x and u, sums of absolute terms, A)."""
     matrix = constraint_matrix(s, s.x)
     rows = constraint(s, s.x).col_join(times(matrix, s.u))
     slope = jacobian(rows, s.x.col_join(s.u))
     terms = sympy.Matrix([sum(map(abs, sympy.Add.make_args(e))) for e in rows])
-    given = {"x": s.x, "u": s.u, "h": s.h, "p": list(letters)}
+    given = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
     return matrix.rows, numeric(given, [rows, slope, terms, matrix], Double(), columns=True)
 
 
 def _dependent(A: np.ndarray, pairs: np.ndarray, N: int) -> int | None:
     """A bond with a row that follows from others, of rows A (B, k, 2m) of length 1; or None."""
     B, k, m = *A.shape[:2], A.shape[2] // 2
-    rows = np.broadcast_to(np.arange(B * k).reshape(B, k, 1), A.shape)
-    columns = (m * pairs[:, :, None] + np.arange(m)).reshape(B, 1, 2 * m)
-    places = rows.ravel(), np.broadcast_to(columns, A.shape).ravel()
-    of_rows = sparse.csr_matrix((A.ravel(), places), shape=(B * k, N * m))
+    rows = np.arange(B * k).reshape(B, k)
+    of_rows = placed(np.moveaxis(A, 0, 2), rows, places(pairs, m), (B * k, N * m))
     # what keeps a pivot from being 0, which is no number to compare
     left = (of_rows @ of_rows.T + DEPENDENT / 2**10 * sparse.identity(B * k)).tocsc()
     factors = linalg.splu(left, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0,

@@ -1,4 +1,4 @@
-"""The flow of a lattice with contact at its sites (`site_contact`): rows, impulses, impacts."""
+"""The flow of a lattice with contact at its sites (`site_gaps`): rows, impulses, impacts."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..compiler import OK
+from ..contact import ContactRun, ContactSteps, FreeSteps, Impact, Moment, Place
 from ..errors import BadInput, CannotMeasure, StepFailure
 from .lattice_flow import NUMBERS, LatticeFlow, LatticeTrajectory
 from .lattice_run import LatticeRun
-from .site_contact import Moment, SiteContactSteps, SiteImpact
 from .site_gaps import SiteGaps
 
 
@@ -86,92 +85,74 @@ class ContactLatticeFlow(LatticeFlow):
     poisson_defect = blocks = _refused
 
 
-class _Run:
+class _Run(ContactRun):
     """A run as it goes."""
 
     def __init__(
         self, flow: Any, x: np.ndarray, mu: np.ndarray, steps: int, every: int, progress: Any
     ) -> None:
-        self.flow, self.gaps, self.h = flow, flow.gaps, float(flow.step)
-        self.steps, self.every, self.progress = steps, every, progress
-        self.index, self.made = 0, 0
-        e = float(flow.lattice.restitution)
-        self.contact = SiteContactSteps(flow.gaps, self._free_step, self.h, e)
+        self.flow, self.h, self.made, gaps = flow, float(flow.step), 0, flow.gaps
         self.run = LatticeRun(flow, x.copy(), mu.copy())
-        self.moment = Moment(
-            self.gaps.at_start(x), mu * flow.lattice.free[:, None],
-            np.zeros((len(x), self.gaps.count)),
-        )  # fmt: skip
-        shapes = (x.shape, mu.shape, mu.shape, *[(len(x), self.gaps.count)] * 2)
-        #: x, u, μ, φ, impulses
-        self.rows = [np.zeros((steps // every + 1, *shape)) for shape in shapes]
-        self.impacts: list[tuple[int, SiteImpact]] = []
-
-    def taken(self) -> ContactLatticeTrajectory:
-        """The trajectory; raises `StepFailure` with the rows so far."""
-        try:
-            while self.index < self.steps:
-                before = self.moment
-                self.moment, u, P, struck = self.contact.step(before)
-                self._write(before, u, P)
-                self.impacts += [(self.index, e) for e in struck]
-                self.index += 1
-                if self.progress is not None:
-                    self.progress(self.index)
-            m = self.moment
-            self._write(m, self._free_step(m.place.x, m.mu)[2], 0)
-        except (StepFailure, CannotMeasure) as failure:
-            raise self._failed(failure) from None
-        return self._trajectory(self.steps // self.every + 1)
+        free = FreeSteps(self.h, self._free_step)
+        contact = ContactSteps(gaps, free, float(flow.lattice.restitution))
+        mu = (mu * flow.lattice.free[:, None]).ravel()
+        moment = Moment(gaps.at_start(x), mu, 0 * mu, contact.still())
+        super().__init__(contact, moment, steps, every, progress)
 
     def _free_step(
-        self, x: np.ndarray, mu: np.ndarray
+        self, share: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(y, μ′, u) after a step without contact, of which u left x."""
         run = self.run
-        run.x[:], run.mu[:] = x, mu
+        run.x[:], run.mu[:] = x.reshape(run.x.shape), mu.reshape(run.mu.shape)
         run.begin()
-        status = run.status if run.status != OK else run.show()
-        u = run.u.copy()
-        if status == OK:
-            status = run.advance(1)
-        if status == OK:
-            status = run.show()
-        run.checked(status)
+        run.checked(run.status)
+        run.checked(run.show())
+        u = run.u.ravel().copy()
+        run.stepped()
         self.made += 1
-        return run.x.copy(), run.mu.copy(), u
+        return run.x.ravel().copy(), run.mu.ravel().copy(), u
 
-    # -- rows ------------------------------------------------------------------------------------
+    def advance(self) -> None:
+        """One step, whose impacts are told site by site."""
+        before, first = self.moment.place, len(self.impacts)
+        super().advance()
+        after = self.moment.place
+        self.impacts[first:] = [(k, self._at_sites(e, before if e.share == 0 else after))
+                                for k, e in self.impacts[first:]]  # fmt: skip
 
-    def _write(self, m: Moment, u: np.ndarray, P: Any) -> None:
-        """The row of now, if it has one."""
-        if self.index % self.every == 0:
-            row = self.index // self.every
-            values = (m.place.x, u, m.mu, m.place.phi, P)
-            for column, value in zip(self.rows, values, strict=True):
-                column[row] = value
+    def _at_sites(self, e: Impact, place: Place) -> tuple[Any, ...]:
+        """(share of the step, sites, gaps, impulses, approaches, rebounds) of an impact."""
+        gaps, P = self.flow.gaps, e.impulses[:, 0]
+        where = np.flatnonzero(P > 0)
+        rates = (place.normal[where] @ gaps.velocity(e.x, mu) for mu in (e.before, e.after))
+        return e.share, gaps.sites[where // gaps.K], where % gaps.K, P[where], *rates
 
-    def _failed(self, failure: Exception) -> StepFailure:
+    def failure(self, failure: Exception, rows: Any) -> StepFailure:
+        """As of a `ContactRun`: at the site that is nearest to its obstacle."""
         flow, cause = self.flow, getattr(failure, "cause", str(failure))
-        rows = self._trajectory(-(-self.index // self.every))
         place, mu = self.moment.place, self.moment.mu
-        i = int(place.phi.min(axis=1).argmin())  # the site that is nearest to its obstacle
-        state = getattr(failure, "state", {"x": place.x[i], "mu": mu[i]})
+        i = flow.gaps.sites[place.phi.argmin() // flow.gaps.K]
+        here = {"x": place.x.reshape(self.run.x.shape)[i], "mu": mu.reshape(self.run.mu.shape)[i]}
         return StepFailure(flow.lattice.name, flow.scheme.rule.name, self.index,
-                           self.h * self.index, state, cause, rows)  # fmt: skip
+                           self.h * self.index, getattr(failure, "state", here), cause, rows
+                           )  # fmt: skip
 
-    def _trajectory(self, count: int) -> ContactLatticeTrajectory:
-        x, u, mu, phi, P = (e[:count] for e in self.rows)
+    def trajectory(self, count: int) -> ContactLatticeTrajectory:
+        """As of a `ContactRun`."""
+        flow, gaps = self.flow, self.flow.gaps
+        x, mu, u = (e[:count].reshape(count, gaps.N, e.shape[1] // gaps.N) for e in self.rows)
         numbers = np.arange(count, dtype=np.int64)
-        t = NUMBERS.multiples(self.flow.step, numbers * self.every)
-        none = np.zeros((count, len(self.flow.lattice.pairs), 0))
+        P = np.zeros((count, gaps.N, gaps.K))
+        P[:, gaps.sites] = self.impulses[:count].reshape(count, len(gaps.sites), gaps.K)
         return ContactLatticeTrajectory(
-            t, x, u, mu, none, self.made / max(1, self.index), 0, self.index, self.flow.step,
-            gaps=phi, impulses=P, impacts=self._impacts(),
+            NUMBERS.multiples(flow.step, numbers * self.every), x, u, mu,
+            np.zeros((count, len(flow.lattice.pairs), 0)), self.made / max(1, self.index), 0,
+            self.index, flow.step, gaps=gaps.phi(x), impulses=P, impacts=self._impacts(),
         )  # fmt: skip
 
     def _impacts(self) -> SiteImpacts:
-        each = [(np.full(len(e.impulses), (k + e.share) * self.h), *e.where, *e[2:])
-                for k, e in self.impacts]  # fmt: skip
+        each = [(np.full(len(site), (k + share) * self.h), site, *more)
+                for k, (share, site, *more) in self.impacts]  # fmt: skip
         empty = [(np.zeros(0), *[np.zeros(0, dtype=np.int64)] * 2, *[np.zeros(0)] * 3)]
         return SiteImpacts(*map(np.concatenate, zip(*(each or empty), strict=True)))

@@ -20,6 +20,7 @@ import numpy as np
 from ..equations import natural_structure
 from ..errors import CannotMeasure
 from ..numbers import Double, LazyModule, inlined, numeric, sympy
+from .blocks import at_ends, of_all, placed, places
 from .lattice_run import LatticeRun
 
 sparse: Any = LazyModule("scipy.sparse")
@@ -42,12 +43,9 @@ class DualStep:
         if scheme.constrained:
             raise CannotMeasure(f"{lattice.name}: with constraints the form lives on what they "
                                 "leave; take RestrictedStep.")  # fmt: skip
-        run = LatticeRun(flow, x.copy(), mu.copy())
-        run.checked(run.show())
+        run = LatticeRun.from_row(flow, x, mu)
         self.flow, self.free, self.before = flow, lattice.free, (x, mu)
-        w = run.past[int(scheme.local)].copy()
-        run.checked(run.advance(1))
-        run.checked(run.show())
+        w = run.stepped()
         self.after = run.x, run.mu
         self._assembled(x, w, float(flow.step))
 
@@ -145,10 +143,7 @@ class Bracket:
         for theta, c in enumerate(structure):
             of_mu -= sign * c * s.mu[theta]
         f = numeric({"x": s.x, "mu": s.mu}, [rho, of_mu], NUMBERS, columns=True)
-        self.rho, self.of_mu = (
-            np.broadcast_to(a.reshape(*a.shape[:2], -1), (*a.shape[:2], len(x)))
-            for a in f(list(x.T), list(mu.T))
-        )
+        self.rho, self.of_mu = of_all(f, len(x), list(x.T), list(mu.T))
 
     def __call__(self, one: Covector, other: Covector) -> tuple[float, float]:
         """(one · Π other, the sum of the absolute values of its terms)."""
@@ -177,40 +172,36 @@ def derivatives_of_step(
     """
     scheme, (N, S), lattice = flow.scheme, w.shape, flow.lattice
     pairs, n, m = lattice.pairs, x.shape[1], scheme.equations.groupoid.dim_u
-    sites = np.arange(N)[:, None]
     # a bond's letters: x of both ends; u of both ends, then each stage of both
     order = [c + end * S + i for c in range(0, S, m) for end in (0, 1) for i in range(m)]
     both = np.concatenate([w[pairs[:, 0]], w[pairs[:, 1]]], axis=1)[:, order]
-    at = ((scheme.equations.site, x, w, scheme.site_columns, sites, list(range(S))),
-          (scheme.equations.bond, x[pairs].reshape(-1, 2 * n), both, scheme.bond_columns, pairs,
-           order))  # fmt: skip
+    at = ((scheme.equations.site, w, None), (scheme.equations.bond, both, order))
     sizes = {"E": S, "g": m, "d": n, "x": n, "w": S}
     parts = {name: sparse.csr_matrix((N * sizes[name[0]], N * sizes[name[1]]))
              for name in ("Ex", "Ew", "gx", "gw", "dx", "dw")}  # fmt: skip
-    for equations, base, unknowns, values, ends, places in at:
-        found = of_bonds = _derivatives(equations, base, unknowns, values, h)
+    for (_, p, ends), (equations, unknowns, own) in zip(scheme.terms, at, strict=True):
+        found = of_bonds = _derivatives(equations, at_ends(ends, x)[0], unknowns, p, h)
         for name, blocks in found.items():
-            if name[0] == "d" and ends is pairs:
+            if name[0] == "d" and own is order:
                 continue  # x of both ends moves by itself
-            parts[name] += placed(blocks, ends, sizes, name, places, N)
+            i, j = (places(ends, sizes[k], own if k in "Ew" else None) for k in name)
+            parts[name] += placed(blocks, i, j, parts[name].shape)
     free = {k: sparse.diags(np.repeat(lattice.free, size).astype(float))
             for k, size in sizes.items()}  # fmt: skip
     parts = {name: free[name[0]] @ p @ free[name[1]] for name, p in parts.items()}
     return parts, of_bonds, order
 
 
-def _derivatives(equations: Any, x: np.ndarray, w: np.ndarray, values: Any, h: float) -> Any:
+def _derivatives(equations: Any, x: Any, w: np.ndarray, p: list[Any], h: float) -> Any:
     """{"Ex": (rows, columns, r), …} of one term at r places, E in the order of its letters w."""
-    names, known, f = _derived(equations)
-    q = [{equations.s.h: h, **values}.get(e, digits) for e, digits in known.items()]
-    found = f(list(x.T), list(w.T), q)
-    return {name: np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(x)))
-            for name, e in zip(names, found, strict=True)}  # fmt: skip
+    names, digits, f = _derived(equations)
+    found = of_all(f, len(w), x, list(w.T), [h, *p, *digits])
+    return dict(zip(names, found, strict=True))
 
 
 @lru_cache(maxsize=32)
-def _derived(equations: Any) -> tuple[list[str], dict[Any, Any], Any]:
-    """The names of the derivatives, {letter of q: its digits, if a number of the rule}, f."""
+def _derived(equations: Any) -> tuple[list[str], list[float], Any]:
+    """The names of the derivatives, the numbers of the rule, f."""
     maps, s = equations.at_points, equations.s
     columns = {"x": [s.x], "w": [c for c in (s.u, s.stages) if len(c)]}
     rows = {"E": [c for c in (maps.minus, maps.stage_equations) if len(c)], "g": [maps.gain],
@@ -222,24 +213,6 @@ def _derived(equations: Any) -> tuple[list[str], dict[Any, Any], Any]:
                 sympy.Matrix.hstack(*[maps.total(part, c) for c in by]) for part in parts
             ])  # fmt: skip
     definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made.values()))]
-    digits = {c: float(of(20)) for c, of in s.constants.items()}
-    known = {**dict.fromkeys((s.h, *s.parameter_list)), **digits}
-    given = {"x": s.x, "w": equations.w, "q": list(known)}
-    return [*made], known, numeric(given, list(made.values()), NUMBERS, definitions, columns=True)
-
-
-def placed(
-    blocks: np.ndarray, ends: np.ndarray, sizes: Any, name: str, places: list[int], N: int
-) -> Any:
-    """The blocks (rows, columns, r) of terms at `ends` (r, 1 or 2) as a matrix of the lattice."""
-
-    def at(kind: str, count: int) -> np.ndarray:
-        size = sizes[kind]
-        of = np.array(places if kind in "Ew" else range(count))
-        return size * ends[:, of // size] + of % size  # (r, count)
-
-    i, j = at(name[0], blocks.shape[0]), at(name[1], blocks.shape[1])
-    rows, columns = (np.broadcast_to(e, (len(ends), *blocks.shape[:2])).ravel()
-                     for e in (i[:, :, None], j[:, None, :]))  # fmt: skip
-    shape = N * sizes[name[0]], N * sizes[name[1]]
-    return sparse.csr_matrix((np.moveaxis(blocks, 2, 0).ravel(), (rows, columns)), shape=shape)
+    digits = [float(of(20)) for of in s.constants.values()]
+    given = {"x": s.x, "w": equations.w, "q": [s.h, *s.parameter_list, *s.constants]}
+    return [*made], digits, numeric(given, list(made.values()), NUMBERS, definitions, columns=True)

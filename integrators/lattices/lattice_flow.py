@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -21,9 +21,10 @@ from ..compiler import (
     compile_lattice_stages,
     text_key,
 )
-from ..equations import momentum
-from ..errors import BadInput
+from ..equations import SceneSymbols, momentum
+from ..errors import BadInput, StepFailure
 from ..numbers import Double, exact_rational, numeric, whole_number
+from .blocks import at_ends, of_all
 from .checkpoint import Checkpoint
 from .dual_step import poisson_defect
 from .lattice import Lattice, floats
@@ -118,36 +119,8 @@ class LatticeFlow:
     def _run(
         self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, checkpoint: Any, progress: Any
     ) -> LatticeTrajectory:
-        run = LatticeRun(self, x, mu.copy())
-        kept = None
-        if checkpoint is not None:
-            counts = str((steps, every, self.lattice.shape))
-            made_of = self.scheme.stages.key if run.by_stages else (self.scheme.system,)
-            key = text_key(*made_of, run.digest.hexdigest(), counts)
-            kept = Checkpoint(checkpoint, key, self.lattice.name)
-        state = None if kept is None else kept.state
-        if state is not None:
-            run.restore(state)
-        else:
-            self._show(run, [np.empty((0, *a.shape)) for a in run.shown.values()], every)
-            if self.scheme.constrained:
-                self._check_start(mu, run)
-        shapes = {word: (steps // every + 1, *a.shape) for word, a in run.shown.items()}
-        rows = list(map(np.empty, shapes.values())) if kept is None else kept.rows(shapes)
-        if state is None:
-            self._write(run, rows, every)
-            if kept is not None:  # at once: where rows are, a state is
-                kept.save(run.state, rows, at_once=True)
-        for is_row, status in self._stops(run, steps, every):
-            if status != OK:
-                raise self._failed(run, status, rows, every)
-            if is_row:
-                self._write(run, rows, every)
-            if kept is not None:
-                kept.save(run.state, rows, at_once=run.index == steps)
-            if progress is not None:
-                progress(run.index)
-        return self._trajectory(run, rows, every)
+        count = steps // every + 1
+        return next(self._blocks(x, mu, steps, every, count, checkpoint, progress))
 
     def blocks(self, steps: int, every: int = 1, *, size: int = 1) -> Iterator[LatticeTrajectory]:
         """The rows of `trajectory(steps, every)`, so many at a time, the last ones fewer.
@@ -157,21 +130,57 @@ class LatticeFlow:
         """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
         size = whole_number("size", size, 1)
-        x, mu = self._start(None, None)
-        run = LatticeRun(self, x, mu.copy())
-        first, rows = 0, [np.empty((size, *a.shape)) for a in run.shown.values()]
-        self._show(run, [column[:0] for column in rows], every)
-        self._write(run, rows, every)
+        yield from self._blocks(*self._start(None, None), steps, every, size)
+
+    def _blocks(
+        self, x: np.ndarray, mu: np.ndarray, steps: int, every: int, size: int,
+        checkpoint: Any = None, progress: Any = None,
+    ) -> Iterator[LatticeTrajectory]:  # fmt: skip
+        """`blocks` from a start; with a checkpoint there is one block alone."""
+        run, kept, first = LatticeRun(self, x, mu.copy()), None, 0
+        rows = [np.empty((0, *a.shape)) for a in run.shown.values()]
+
+        def made(count: int) -> LatticeTrajectory:
+            return self._trajectory(run, [column[:count] for column in rows], every, first)
+
+        def failed(status: int) -> StepFailure:
+            return run.failure(status, made(-(-run.index // every) - first))
+
+        def write() -> None:
+            for column, values in zip(rows, run.shown.values(), strict=True):
+                column[run.index // every - first] = values
+
+        if checkpoint is not None:
+            counts = str((steps, every, self.lattice.shape))
+            made_of = self.scheme.stages.key if run.by_stages else (self.scheme.system,)
+            key = text_key(*made_of, run.digest.hexdigest(), counts)
+            kept = Checkpoint(checkpoint, key, self.lattice.name)
+        state = None if kept is None else kept.state
+        if state is not None:
+            run.restore(state)
+        elif (status := run.show()) != OK:  # the u that leaves the start is not found
+            raise failed(status)
+        elif self.scheme.constrained:
+            self._check_start(mu, run)
+        shapes = {word: (size, *a.shape) for word, a in run.shown.items()}
+        rows = list(map(np.empty, shapes.values())) if kept is None else kept.rows(shapes)
+        if state is None:
+            write()
+            if kept is not None:  # at once: where rows are, a state is
+                kept.save(run.state, rows, at_once=True)
         for is_row, status in self._stops(run, steps, every):
             if is_row and run.index // every == first + size:
-                yield self._trajectory(run, rows, every, first)
+                yield made(size)
                 first, rows = first + size, list(map(np.empty_like, rows))
             if status != OK:
-                raise self._failed(run, status, rows, every, first)
+                raise failed(status)
             if is_row:
-                self._write(run, rows, every, first)
-        count = run.index // every + 1 - first
-        yield self._trajectory(run, [column[:count] for column in rows], every, first)
+                write()
+            if kept is not None:
+                kept.save(run.state, rows, at_once=run.index == steps)
+            if progress is not None:
+                progress(run.index)
+        yield made(run.index // every + 1 - first)
 
     def _stops(self, run: LatticeRun, steps: int, every: int) -> Iterator[tuple[bool, int]]:
         """Go on to that step: at each stop whether it is a row, which `run` then shows, and the
@@ -196,21 +205,6 @@ class LatticeFlow:
                 f"{self.lattice.name}: mu0 is {off:.3g} from momenta that the constraints admit at "
                 "x0; give a row of a run, or a start with A(x0) v0 = 0."
             )
-
-    def _show(self, run: LatticeRun, rows: list[np.ndarray], every: int) -> None:
-        """What the row of now shows; raises `StepFailure` if the u that leaves it is not found."""
-        if (status := run.show()) != OK:
-            raise self._failed(run, status, rows, every)
-
-    def _write(self, run: LatticeRun, rows: list[np.ndarray], every: int, first: int = 0) -> None:
-        for column, values in zip(rows, run.shown.values(), strict=True):
-            column[run.index // every - first] = values
-
-    def _failed(
-        self, run: LatticeRun, status: int, rows: list[np.ndarray], every: int, first: int = 0
-    ) -> Any:
-        count = -(-run.index // every) - first
-        return run.failure(status, self._trajectory(run, [c[:count] for c in rows], every, first))
 
     def _trajectory(
         self, run: LatticeRun, rows: Any, every: int, first: int = 0
@@ -251,28 +245,20 @@ class LatticeFlow:
     def momenta(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """μ = ∂l/∂ξ at rows of x (N, n) and v (N, m), of bonds too where they hold velocities."""
         moving, found = v * self.lattice.free[:, None], np.zeros(v.shape)
-        for function, values, ends in self._momenta:
+        for s, p, ends in self.scheme.terms[: 1 + self.lattice.bonds_move]:
             # of a bond both ends, those that are fixed at rest
-            at = (x, v) if ends.shape[1] == 1 else (x, moving)
-            columns = (list(a[ends].reshape(len(ends), -1).T) for a in at)
-            made = function(*columns, values)
-            rows = np.broadcast_to(made.reshape(ends.shape[1] * v.shape[1], -1),
-                                   (ends.shape[1] * v.shape[1], len(ends))).T  # fmt: skip
-            np.add.at(found, ends, rows.reshape(*ends.shape, v.shape[1]))
+            at = at_ends(ends, x, v if ends.shape[1] == 1 else moving)
+            (made,) = of_all(_momentum(s), len(ends), *at, p)
+            np.add.at(found, ends, made[:, 0].T.reshape(*ends.shape, v.shape[1]))
         return found
-
-    @cached_property
-    def _momenta(self) -> list[tuple[Callable[..., Any], list[Any], np.ndarray]]:
-        """(∂l/∂ξ, its parameters, its ends (r, 1 or 2)) of the sites, and of bonds that move."""
-        equations, scheme, lattice = self.scheme.equations, self.scheme, self.lattice
-        terms = [(equations.site.s, scheme.site_columns, np.arange(lattice.sites)[:, None])]
-        if lattice.bonds_move:
-            terms.append((equations.bond_symbols, scheme.bond_columns, lattice.pairs))
-        return [(numeric({"x": s.x, "u": s.u, "p": list(values)}, [momentum(s)], NUMBERS,
-                         columns=True), list(values.values()), ends)
-                for s, values, ends in terms]  # fmt: skip
 
     @cached_property
     def projection(self) -> LatticeFlow:
         """What takes momenta to those that the constraints admit, in place of a step."""
         return LatticeFlow(self.scheme.projection, self.step)
+
+
+@lru_cache(maxsize=32)
+def _momentum(s: SceneSymbols) -> Callable[..., Any]:
+    letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
+    return numeric(letters, [momentum(s)], NUMBERS, columns=True)

@@ -18,7 +18,6 @@ from ..compiler import (
     SINGULAR,
 )
 from ..errors import BadInput, StepFailure
-from .segments import ranges_of, segments_of
 from .sparse_steps import BEGIN, RUN, SHOW, SparseMatrix, SparseSteps
 
 
@@ -101,6 +100,20 @@ class LatticeRun:
         self.begin()
         self.totals[CORRECTIONS] += total
         self.totals[MOST] = max(most, self.totals[MOST])
+
+    @classmethod
+    def from_row(cls, flow: Any, x: np.ndarray, mu: np.ndarray) -> LatticeRun:
+        """A run from a row of another, which it shows; raises `StepFailure`."""
+        run = cls(flow, x.copy(), mu.copy())
+        run.checked(run.show())
+        return run
+
+    def stepped(self) -> np.ndarray:
+        """The unknowns of the next step, which is taken and shown; raises `StepFailure`."""
+        w = self.past[int(self.flow.scheme.local)].copy()
+        self.checked(self.advance(1))
+        self.checked(self.show())
+        return w
 
     def _floor(self) -> float:
         """Of corrections that do not move x (`lattice_newton.unseen`)."""
@@ -212,3 +225,21 @@ class LatticeRun:
             flow.lattice.name, flow.scheme.rule.name, index, float(flow.step * index), state,
             f"{cause} at site {i}", rows,
         )  # fmt: skip
+
+
+def segments_of(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(order of the bonds, segments (pieces, 4)): row (a, b, length, k) of `lattice_driver`.
+
+    Bonds of the same offset j − i that follow one another are one segment.
+    """
+    order = np.lexsort((pairs[:, 0], pairs[:, 1] - pairs[:, 0]))
+    ends = pairs[order]
+    starts = np.flatnonzero(np.r_[True, (np.diff(ends, axis=0) != 1).any(axis=1)])
+    lengths = np.diff(np.r_[starts, len(ends)])
+    return order, np.ascontiguousarray(np.c_[ends[starts], lengths, starts], dtype=np.int64)
+
+
+def ranges_of(free: np.ndarray) -> np.ndarray:
+    """Rows (first, behind the last) of runs of free sites."""
+    steps = np.diff(np.r_[0, free.astype(np.int64), 0])
+    return np.ascontiguousarray(np.c_[np.flatnonzero(steps > 0), np.flatnonzero(steps < 0)])

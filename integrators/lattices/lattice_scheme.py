@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..compiler import LatticeStages, LatticeSystem
+from ..equations import SceneSymbols
 from ..errors import CannotMeasure
 from ..geometry import order_of_step
 from ..numbers import Double, flatten, working_digits
-from ..numbers.types import Letter
 from ..rules import Composition, Discretisation, OneStepMap, adjoint, check_rule
 from .bond_constraints import check_constraints
 from .contact_lattice import ContactLatticeFlow
@@ -47,7 +47,7 @@ class LatticeScheme:
 
     def check_start(self, x: np.ndarray, v: np.ndarray) -> None:
         """Raise `BadInput` unless x (N, n) and v (N, m) meet independent constraints."""
-        check_constraints(self.lattice, self.equations.bond_symbols, self.bond_columns, x, v)
+        check_constraints(self.lattice, *self.terms[1][:2], x, v)
 
     @cached_property
     def projection(self) -> LatticeScheme:
@@ -142,24 +142,24 @@ class LatticeScheme:
                 for length, given in ((N, sites), (B, bonds))]  # fmt: skip
         return np.ascontiguousarray(rows[0]), np.ascontiguousarray(rows[1])
 
-    @property
-    def site_columns(self) -> dict[Letter, Any]:
-        """The values of all parameters' letters at the sites, numbers or columns (N,)."""
-        return self._columns(0)
-
-    @property
-    def bond_columns(self) -> dict[Letter, Any]:
-        """The values of all parameters' letters at the bonds, numbers or columns (B,)."""
-        return self._columns(1)
-
-    def _columns(self, which: int) -> dict[Letter, Any]:
-        s, own = ((self.equations.site.s, self.equations.bond_symbols)[which],
-                  self.equations.own_letters[which])  # fmt: skip
-        rows = self.own_rows(np.arange(len(self.lattice.pairs)))[which]
-        shared = [p for p in s.parameter_list if p not in own]
-        values = flatten(tuple(self.lattice.split_parameters["shared"].values()))
-        return {**dict(zip(shared, map(float, values), strict=True)),
-                **dict(zip(own, rows.T, strict=True))}  # fmt: skip
+    @cached_property
+    def terms(self) -> list[tuple[SceneSymbols, list[Any], np.ndarray]]:
+        """(symbols, values of the parameters, numbers or columns (r,), ends (r, 1 or 2)) of the
+        sites and of the bonds."""
+        equations, lattice = self.equations, self.lattice
+        shared = flatten(tuple(lattice.split_parameters["shared"].values()))
+        found = []
+        for s, own, rows, ends in zip(
+            (equations.site.s, equations.bond_symbols),
+            equations.own_letters,
+            self.own_rows(np.arange(len(lattice.pairs))),
+            (np.arange(lattice.sites)[:, None], lattice.pairs),
+            strict=True,
+        ):
+            letters = [*(p for p in s.parameter_list if p not in own), *own]
+            values = dict(zip(letters, [*map(float, shared), *rows.T], strict=True))
+            found.append((s, [values[p] for p in s.parameter_list], ends))
+        return found
 
     def flow(self, step: Any, digits: int = 16) -> LatticeFlow:
         """The flow at one step size, in double precision."""

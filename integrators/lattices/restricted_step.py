@@ -20,7 +20,8 @@ import numpy as np
 from ..equations import SceneSymbols, constraint, constraint_matrix, mass_matrix, momentum, vector
 from ..errors import CannotMeasure
 from ..numbers import Double, LazyModule, jacobian, numeric
-from .dual_step import Bracket, Covector, DualStep, derivatives_of_step, placed
+from .blocks import at_ends, of_all, of_lattice, placed, places
+from .dual_step import Bracket, Covector, DualStep, derivatives_of_step
 from .lattice_run import LatticeRun
 
 sparse: Any = LazyModule("scipy.sparse")
@@ -41,19 +42,17 @@ class RestrictedStep:
         self.flow, self.h, self.before = flow, float(flow.step), (x, mu)
         (self.N, self.m), self.pairs = mu.shape, flow.lattice.pairs
         self.free = flow.lattice.free[:, None]
-        run = LatticeRun(flow, x.copy(), mu.copy())
-        run.checked(run.show())
-        w = run.past[0].copy()
+        run = LatticeRun.from_row(flow, x, mu)
         start = Linearised(flow.scheme, x, *run.projected)
-        run.checked(run.advance(1))
-        run.checked(run.show())
+        w = run.stepped()
         self.after = run.x, run.mu
         self.start, self.end = start, Linearised(flow.scheme, run.x, *run.projected)
         u, multipliers = w[:, : self.m], w[self.pairs[:, 1], self.m :]
         self._along, _, _ = derivatives_of_step(flow, x, u, self.h)
         #: ∂(A(x)ᵀλ)/∂x, of the λ that leaves the start
         self._turned = start.turned(multipliers)
-        self.L, self.R = _arrow_maps(flow, x, u, self.h)
+        of_arrow = _of_arrow(flow.scheme.equations.site.s)
+        self.L, self.R = of_all(of_arrow, self.N, list(x.T), list(u.T), self.h)
         p, left = self._along, start.A.T
         moved = self.end.slope @ p["dw"]
         self._solve = start.with_rows(p["Ew"], -self.h * left, moved)
@@ -114,44 +113,32 @@ class Linearised:
         self.held = np.repeat(~free, self.m)
         #: rows of bonds between two fixed sites restrict nothing
         self.idle = np.repeat(~free[self.pairs].any(axis=1), k)
-        own = _of_site(scheme.equations.site.s)
-        sizes = {"g": self.m, "x": self.n}
-        found = _columns(own, (x, v), scheme.site_columns, self.N)
-        sites = np.arange(self.N)[:, None]
-        self.mass, self.moved, self.rho = (
-            placed(e, sites, sizes, name, [], self.N)
-            for name, e in zip(("gg", "gx", "xg"), found, strict=True)
-        )
+        s, p, sites = scheme.terms[0]
+        found = of_all(_of_site(s), self.N, *at_ends(sites, x, v), 1.0, p)
+        self.mass, self.moved, self.rho = (of_lattice(e, sites, self.N) for e in found)
         self._moving = {k: sparse.diags(np.repeat(free, size).astype(float))
                         for k, size in (("g", self.m), ("x", self.n))}  # fmt: skip
         self.rho = self._moving["x"] @ self.rho @ self._moving["g"]
-        A, slope, turning = self._of_bonds((v[self.pairs], None))[:3]
+        A, slope, turning = self._of_bonds(v, 0 * self.impulses)[:3]
         self.A = self._rows(A, self.m) @ self._moving["g"]
         self.slope, self.turning = (self._rows(e, self.n) @ self._moving["x"]
                                     for e in (slope, turning))  # fmt: skip
 
-    def _of_bonds(self, given: tuple[np.ndarray | None, np.ndarray | None]) -> list[np.ndarray]:
-        scheme, B = self.scheme, len(self.pairs)
-        v, impulses = given
-        v = np.zeros((B, 2 * self.m)) if v is None else v.reshape(B, -1)
-        impulses = np.zeros_like(self.impulses) if impulses is None else impulses
-        functions = _of_bond(scheme.equations.bond_symbols)
-        values = (self.x[self.pairs].reshape(B, -1), v, impulses)
-        return _columns(functions, values, scheme.bond_columns, B)
+    def _of_bonds(self, v: np.ndarray, impulses: np.ndarray) -> list[np.ndarray]:
+        s, p, pairs = self.scheme.terms[1]
+        given = *at_ends(pairs, self.x, v), list(impulses.T)
+        return of_all(_of_bond(s), len(pairs), *given, 1.0, p)
 
     def _rows(self, blocks: np.ndarray, size: int) -> Any:
         """Blocks (k, 2·size, B) of bonds as a matrix (Bk, N·size)."""
         k, _, B = blocks.shape
-        rows = np.broadcast_to(np.arange(B * k).reshape(B, k, 1), (B, k, 2 * size))
-        columns = (size * self.pairs[:, :, None] + np.arange(size)).reshape(B, 1, 2 * size)
-        places = rows.ravel(), np.broadcast_to(columns, rows.shape).ravel()
-        values = np.moveaxis(blocks, 2, 0).ravel()
-        return sparse.csr_matrix((values, places), shape=(B * k, self.N * size))
+        rows = np.arange(B * k).reshape(B, k)
+        return placed(blocks, rows, places(self.pairs, size), (B * k, self.N * size))
 
     def turned(self, multipliers: np.ndarray) -> Any:
         """∂(Aᵀλ)/∂x, (Nm, Nn), of the multipliers of the bonds (B, k)."""
-        blocks = self._of_bonds((None, multipliers))[3]
-        found = placed(blocks, self.pairs, {"g": self.m, "x": self.n}, "gx", [], self.N)
+        blocks = self._of_bonds(np.zeros((self.N, self.m)), multipliers)[3]
+        found = of_lattice(blocks, self.pairs, self.N)
         return self._moving["g"] @ found @ self._moving["x"]
 
     def with_rows(self, own: Any, left: Any, rows: Any) -> Any:
@@ -175,39 +162,27 @@ class Linearised:
         return np.asarray(found).reshape(self.N, self.m)
 
 
-def _columns(functions: Any, values: Any, parameters: Any, count: int) -> list[np.ndarray]:
-    """Each function's blocks, (rows, columns, count)."""
-    letters, f = functions
-    found = f(*(list(e.T) for e in values), 1.0, [parameters[e] for e in letters])
-    return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], count)) for e in found]
-
-
 @lru_cache(maxsize=32)
-def _of_site(s: SceneSymbols) -> tuple[Any, Any]:
+def _of_site(s: SceneSymbols) -> Any:
     """∂p/∂ξ, ∂p/∂x and ρ̂ of (x, ξ)."""
     parts = [mass_matrix(s), jacobian(momentum(s), s.x), s.groupoid.rho(s.x, s.h) / s.h]
     given = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
-    return s.parameter_list, numeric(given, parts, NUMBERS, columns=True)
+    return numeric(given, parts, NUMBERS, columns=True)
 
 
 @lru_cache(maxsize=32)
-def _of_bond(s: SceneSymbols) -> tuple[Any, Any]:
+def _of_bond(s: SceneSymbols) -> Any:
     """A, φ′, ∂(Aξ)/∂x and ∂(Aᵀλ)/∂x of (x, ξ, λ)."""
     A = constraint_matrix(s, s.x)
     multipliers = vector("la", A.rows)
     parts = [A, jacobian(constraint(s, s.x), s.x), jacobian(A * s.u, s.x),
              jacobian(A.T * multipliers, s.x)]  # fmt: skip
     given = {"x": s.x, "u": s.u, "la": multipliers, "h": s.h, "p": s.parameter_list}
-    return s.parameter_list, numeric(given, parts, NUMBERS, columns=True)
-
-
-def _arrow_maps(flow: Any, x: np.ndarray, u: np.ndarray, h: float) -> list[np.ndarray]:
-    """L and R of each site's arrow, (m, m, N)."""
-    found = _of_arrow(flow.scheme.equations.site.s)(list(x.T), list(u.T), h)
-    return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(x))) for e in found]
+    return numeric(given, parts, NUMBERS, columns=True)
 
 
 @lru_cache(maxsize=32)
 def _of_arrow(s: SceneSymbols) -> Any:
+    """L and R of an arrow."""
     g, (x, u, h) = s.groupoid, (s.x, s.u, s.h)
     return numeric({"x": x, "u": u, "h": h}, [g.L(x, u, h), g.R(x, u, h)], NUMBERS, columns=True)

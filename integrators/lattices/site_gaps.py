@@ -1,172 +1,181 @@
-"""The gaps φ(x) ≥ 0 of all sites of a lattice as arrays: slopes, velocities, impulses, energy.
+"""The gaps φ(x) ≥ 0 of all sites of a lattice: what `contact.Gaps` is for a scene, sparse.
 
-What `contact.Gaps` is for a scene, of gaps that each hold one site, without friction. Where no bond
-moves, the mass matrix is each site's own: an impulse at a site changes no velocity of another one.
+Vectors of x, ξ, μ and φ hold site after site. Where no bond moves, the mass matrix is each site's
+own: an impulse at a site changes no velocity of another one, but through the bonds within a step.
+With P ← (P ≥ 0 at which U₀ + W P ≥ 0, U₀ = φ/h − W P) an error of that shrinks by
+(hω)²/(4 + (hω)²) (midpoint, ω the fastest motion), or is gone at once where forces are of the ends
+of the step: the number of free steps that a step takes does not grow with the sites.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..contact import NOT_FOUND, ROUNDED, SWEEPS, TOUCHING, gap_expressions, opposed
-from ..equations import SceneSymbols, energy, legendre_inverse, mass_matrix, natural_structure
+from ..contact import (
+    NOT_FOUND,
+    SWEEPS,
+    TOUCHING,
+    Gaps,
+    Place,
+    gap_functions,
+    opposed,
+    scaling,
+    solved,
+)
+from ..equations import SceneSymbols, legendre_inverse
 from ..errors import BadInput, CannotMeasure
-from ..numbers import Double, jacobian, numeric, sympy
-from .velocities import velocities
+from ..numbers import Double, LazyModule, numeric
+from .blocks import at_ends
 
+sparse: Any = LazyModule("scipy.sparse")
 NUMBERS = Double()
 EPS = NUMBERS.eps
 
 
-class SitePlace(NamedTuple):
-    """The gaps at places x (N, n) of the sites, K a site.
-
-    phi, own, size, slope (N, K): their values, what their round-off is a part of here, what it is
-    with the way that led here, and Σ |φ′|; normal (N, K, m): φ′ρ̂; mass (N, m, m): ∂μ/∂ξ; closed
-    (N, K): whether a gap is 0 to round-off, False at fixed sites.
-    """
-
-    x: np.ndarray
-    phi: np.ndarray
-    own: np.ndarray
-    size: np.ndarray
-    slope: np.ndarray
-    normal: np.ndarray
-    mass: np.ndarray
-    closed: np.ndarray
-
-
-class SiteGaps:
-    """The gaps of a lattice's sites, and what their velocities follow from.
+class SiteGaps(Gaps):
+    """The gaps of the sites of a lattice that move, K a site, without friction.
 
     Raises `BadInput` for gaps that are no expressions of x and p, or have coordinates of a plane,
     `CannotMeasure` for a site's Lagrangian that is not quadratic in the velocity.
     """
 
     def __init__(self, flow: Any) -> None:
-        self.flow, scheme, lattice = flow, flow.scheme, flow.lattice
-        self.lattice, self.free = lattice, lattice.free[:, None]
-        s: SceneSymbols = scheme.equations.site.s
-        phi, coordinates = gap_expressions(s, scheme.equations.contact)
+        self.flow, self.lattice, self.numbers = flow, flow.lattice, NUMBERS
+        scheme, name, free = flow.scheme, flow.lattice.name, flow.lattice.free
+        s: SceneSymbols
+        (s, self.p, _), (bond, self._bond_p, _) = scheme.terms
+        made = gap_functions(s, scheme.equations.contact, NUMBERS, columns=True)
+        coordinates, self._place, self._phi, self._motion, self._energy = made
         if any(e is not None for e in coordinates):
-            raise BadInput(f"{lattice.name}: the contact of a lattice has no friction; give gaps φ "
-                           "alone, without the coordinates of a plane.")  # fmt: skip
+            raise BadInput(f"{name}: the contact of a lattice has no friction; give gaps φ alone, "
+                           "without the coordinates of a plane.")  # fmt: skip
         if not legendre_inverse(s, NUMBERS).quadratic:
-            raise CannotMeasure(f"{lattice.name}: contact on a lattice needs a kinetic energy that "
-                                "is quadratic in the velocity.")  # fmt: skip
-        self.count = len(phi)
-        slope = jacobian(phi, s.x)
-        size = [sympy.Add(*map(abs, sympy.Add.make_args(e)),
-                          *(abs(d * x) for d, x in zip(row, s.x, strict=True)))
-                for e, row in zip(phi, slope.tolist(), strict=True)]  # fmt: skip
-        steep = sympy.Matrix([sum(map(abs, row)) for row in slope.tolist()])
-        normal = slope * natural_structure(s, s.x)[0]
-        given = {"x": s.x, "p": s.parameter_list}
-        moving = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
-        self._of_place = numeric(
-            given, [phi, sympy.Matrix(size), steep, normal, mass_matrix(s)], NUMBERS, columns=True
-        )
-        self._of_site = numeric(moving, [energy(s)], NUMBERS, columns=True)
-        bond = scheme.equations.bond_symbols
+            raise CannotMeasure(f"{name}: contact on a lattice needs a kinetic energy that is "
+                                "quadratic in the velocity.")  # fmt: skip
+        self.quadratic, self.rough, self.friction, self.coordinates = True, False, [], []
         self._of_bond = numeric({"x": bond.x, "p": bond.parameter_list}, [-bond.lagrangian],
                                 NUMBERS, columns=True)  # fmt: skip
-        self._p, self._bond_p = (
-            [columns[e] for e in letters]
-            for letters, columns in ((s.parameter_list, scheme.site_columns),
-                                     (bond.parameter_list, scheme.bond_columns))
-        )  # fmt: skip
+        self.sites, self.K = np.flatnonzero(free), len(coordinates)
+        self._free_p = [e[free] if np.ndim(e) else e for e in self.p]
+        (self.N, self.n), self.m = self.lattice.start[0].shape, len(s.u)
+        self.count = self.K * len(self.sites)
+        self._last: tuple[Any, Any] = None, None
 
-    def at(self, x: np.ndarray, reach: Any = 0, largest: float = 0) -> SitePlace:
-        """The gaps at the places; reach (N, K): sizes of what was added up on the way there.
+    def phi(self, rows: np.ndarray) -> np.ndarray:
+        """φ of all sites, (r, N, K), at rows of x (r, N, n)."""
+        p = [np.tile(e, len(rows)) if np.ndim(e) else e for e in self.p]
+        found = self._phi(list(rows.reshape(-1, self.n).T), p)
+        return _each(found, (self.K,), rows.shape[0] * self.N).reshape(*rows.shape[:2], self.K)
 
-        largest: of what every coordinate is known to the round-off.
-        """
-        found = (e.reshape(*e.shape[:2], -1) for e in self._of_place(list(x.T), self._p))
-        shaped = (np.moveaxis(np.broadcast_to(e, (*e.shape[:2], len(x))), 2, 0) for e in found)
-        *columns, normal, mass = (e.copy() for e in shaped)
-        phi, own, slope = (e[:, :, 0] for e in columns)
-        size = own + slope * largest + reach
-        closed = (abs(phi) <= TOUCHING * EPS * size) & self.free
-        return SitePlace(x, phi, own, size, slope, normal, mass, closed)
+    def at(self, x: np.ndarray, reach: Any = 0) -> Place:
+        """The gaps at x; `own` is with the round-off that Newton's method leaves of a step, that of
+        all its solution, not of each site."""
+        rows, sizes = x.reshape(self.N, self.n), ((self.K,), (self.K,), (self.K, self.n))
+        found = self._place(list(rows[self.sites].T), self._free_p)
+        phi, own, slope, normal = (
+            _each(e, shape, len(self.sites))
+            for e, shape in zip(found, (*sizes, (self.K, self.m)), strict=False)
+        )
+        phi, own, steep = phi.ravel(), own.ravel(), abs(slope).sum(axis=2).ravel()
+        places = self.m * np.repeat(self.sites, self.K)[:, None] + np.arange(self.m)
+        ends = np.arange(0, normal.size + 1, self.m)
+        of_all = sparse.csr_matrix((normal.ravel(), places.ravel(), ends),
+                                   (self.count, self.N * self.m))  # fmt: skip
+        size = own + reach
+        closed = abs(phi) <= TOUCHING * EPS * size
+        known = own + steep * abs(x).max()
+        return Place(x.ravel(), phi, known, size, of_all, [], [], [], steep, closed)
 
-    def at_start(self, x: np.ndarray) -> SitePlace:
+    def at_start(self, x: np.ndarray) -> Place:
         """The gaps at a start, which is known to the round-off of its largest coordinate."""
-        return self.at(x, largest=max(abs(x).max(), abs(self.lattice.start[0]).max()))
+        return self.at(x, self.at(x).scale * max(abs(x).max(), abs(self.lattice.start[0]).max()))
 
     def check(self, x: np.ndarray) -> None:
         """Raise `BadInput` unless x (N, n) is outside the obstacle, with room to move."""
-        place, name = self.at_start(x), self.lattice.name
-        bad = self.free & ~(place.phi >= -TOUCHING * EPS * place.size)
-        if bad.any():
-            i, k = np.argwhere(bad)[0]
-            raise BadInput(f"{name}: x0 of site {i} is inside the obstacle: its gap {k} is "
-                           f"{place.phi[i, k]:.3g}; begin outside.")  # fmt: skip
-        flat = place.closed & ~(abs(place.normal).max(axis=2) > 0)
-        if flat.any():
-            i, k = np.argwhere(flat)[0]
-            raise BadInput(f"{name}: gap {k} of site {i} is closed at x0 and no motion changes it "
-                           "there; write it with a slope (a distance has one).")  # fmt: skip
-        for i in np.flatnonzero(place.closed.sum(axis=1) > 1):
-            if opposed(place.normal[i][place.closed[i]]):
-                raise BadInput(f"{name}: closed gaps of site {i} contradict each other at x0: they "
-                               "leave no direction to move in; fix the site.")  # fmt: skip
+        place, name = self.at_start(x.ravel()), self.lattice.name
+        for k in np.flatnonzero(~(place.phi >= -TOUCHING * EPS * place.size))[:1]:
+            raise BadInput(f"{name}: x0 of site {self.sites[k // self.K]} is inside the obstacle: "
+                           f"its gap {k % self.K} is {place.phi[k]:.3g}; begin outside."
+                           )  # fmt: skip
+        normals = place.normal[place.closed]
+        for k in np.flatnonzero(place.closed)[~(abs(normals).max(axis=1).toarray().ravel() > 0)]:
+            raise BadInput(f"{name}: gap {k % self.K} of site {self.sites[k // self.K]} is closed "
+                           "at x0 and no motion changes it there; write it with a slope (a "
+                           "distance has one).")  # fmt: skip
+        closed = place.closed.reshape(-1, self.K)
+        for i in np.flatnonzero(closed.sum(axis=1) > 1):
+            if opposed(place.normal[self.K * i + np.flatnonzero(closed[i])].toarray()):
+                raise BadInput(f"{name}: closed gaps of site {self.sites[i]} contradict each other "
+                               "at x0: they leave no direction to move in; fix the site."
+                               )  # fmt: skip
 
-    def velocity(self, x: np.ndarray, mu: np.ndarray) -> np.ndarray:
-        """ξ(x, μ), (N, m), 0 at fixed sites."""
-        return velocities(self.flow, x[None], mu[None], 0 * mu[None])[0]
+    def velocity(self, x: np.ndarray, mu: np.ndarray, near: Any = None) -> np.ndarray:
+        """ξ(x, μ), 0 at fixed sites."""
+        _, back, still = self._of_mass(x)
+        found = np.einsum("iab,ib->ia", back, mu.reshape(self.N, self.m) - still)
+        return np.asarray(found * self.lattice.free[:, None]).ravel()
+
+    def _of_mass(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """∂μ/∂ξ, ∂ξ/∂μ (N, m, m) and ∂l/∂ξ at rest (N, m) at each site, of the last x kept."""
+        if x is not self._last[0]:
+            rows, shape = x.reshape(self.N, self.n), (self.N, self.m, self.m)
+            mass, still = self._motion(list(rows.T), [0.0] * self.m, self.p)
+            back = np.linalg.inv(mass.T)  # of one matrix, where all have the same
+            mass, back = (np.broadcast_to(e, shape) for e in (mass.T, back))
+            self._last = x, (mass, back, _each(still, (self.m,), self.N))
+        return self._last[1]
+
+    def inverse_mass(self, x: np.ndarray, xi: np.ndarray) -> Any:
+        """∂ξ/∂μ."""
+        (_, back, _), k = self._of_mass(x), self.m
+        places = np.arange(self.N * k).reshape(self.N, 1, k) + np.zeros((k, 1), dtype=int)
+        ends = np.arange(0, back.size + 1, k)
+        return sparse.csr_matrix((back.ravel(), places.ravel(), ends), (self.N * k, self.N * k))
+
+    def fastest(self, place: Place, xi: np.ndarray) -> np.ndarray:
+        """How fast each gap could close with the kinetic energy of its site."""
+        mass, back, _ = (e[self.sites] for e in self._of_mass(place.x))
+        normal = place.normal.data.reshape(len(self.sites), self.K, self.m)
+        v = xi.reshape(self.N, self.m)[self.sites]
+        weight = np.einsum("ika,iab,ikb->ik", normal, back, normal)
+        twice = np.einsum("ia,iab,ib->i", v, mass, v)
+        return np.asarray(np.sqrt(abs(weight * twice[:, None]))).ravel()
+
+    def struck_with(self, closed: np.ndarray, closing: np.ndarray) -> np.ndarray:
+        """Those of the sites where a gap is closing."""
+        return closed & np.repeat(closing.reshape(-1, self.K).any(axis=1), self.K)
+
+    def impulses(self, W: Any, U0: np.ndarray, cones: Any, start: np.ndarray) -> np.ndarray:
+        """P ≥ 0 with U = U₀ + W P ≥ 0 and P U = 0, by sweeps over a gap of all sites at a time.
+
+        Raises `CannotMeasure` where none is found.
+        """
+        P, r = start.copy(), scaling(W, cones)
+        if self.K == 1:
+            return np.maximum(0, -r * U0)
+        rank = np.diff(sparse.tril(W, -1, format="csr").indptr)  # among the gaps of its site
+        turns = [np.flatnonzero(rank == k) for k in range(rank.max(initial=0) + 1)]
+        parts = [W[turn] for turn in turns]
+        for _ in range(SWEEPS):
+            for turn, part in zip(turns, parts, strict=True):
+                P[turn] = np.maximum(0, P[turn] - r[turn] * (U0[turn] + part @ P))
+            if solved(P, U0, W, r, cones, NUMBERS):
+                return P
+        raise CannotMeasure(NOT_FOUND)
 
     def energy(self, x: np.ndarray, xi: np.ndarray, mu: np.ndarray) -> float:
         """H of all sites and bonds."""
         pairs = self.lattice.pairs
-        ends = list(x[pairs].reshape(len(pairs), -1).T)
-        of_bonds = np.broadcast_to(self._of_bond(ends, self._bond_p), len(pairs)).sum()
-        of_sites = self._of_site(list(x.T), list(xi.T), list(mu.T), self._p)
-        return float(np.broadcast_to(of_sites, len(x)).sum() + of_bonds)
+        of_bonds = self._of_bond(*at_ends(pairs, x.reshape(self.N, self.n)), self._bond_p)
+        columns = (list(e.reshape(self.N, -1).T) for e in (x, xi, mu))
+        of_sites = self._energy(*columns, self.p)
+        return float(np.broadcast_to(of_sites, self.N).sum()
+                     + np.broadcast_to(of_bonds, len(pairs)).sum())  # fmt: skip
 
 
-def applied(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Each site's matrix times its vector."""
-    found: np.ndarray = (matrices @ vectors[:, :, None])[:, :, 0]
-    return found
-
-
-def flexibility(place: SitePlace) -> np.ndarray:
-    """How impulses of a site's gaps change their rates, (N, K, K)."""
-    found: np.ndarray = place.normal @ np.linalg.solve(place.mass, np.swapaxes(place.normal, 1, 2))
-    return found
-
-
-def scaling(W: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """An impulse for a rate, of the gaps of `mask` (N, K); else 0."""
-    return np.where(mask, 1 / np.where(mask, np.diagonal(W, axis1=1, axis2=2), 1), 0)
-
-
-def rates(place: SitePlace, xi: np.ndarray) -> np.ndarray:
-    """How fast the gaps open, (N, K)."""
-    return applied(place.normal, xi)
-
-
-def pushed(place: SitePlace, P: np.ndarray) -> np.ndarray:
-    """What impulses of the gaps (N, K) add to the momenta, (N, m)."""
-    return applied(np.swapaxes(place.normal, 1, 2), P)
-
-
-def impulses(W: np.ndarray, U0: np.ndarray, mask: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """P ≥ 0 of the gaps of `mask` (N, K) with U = U₀ + W P ≥ 0 and P U = 0, by sweeps; else P = 0.
-
-    One sweep where a site has one gap. Raises `CannotMeasure` where none is found.
-    """
-    P = np.where(mask, start, 0.0)
-    r = scaling(W, mask)
-    for _ in range(SWEEPS):
-        for k in range(P.shape[1]):
-            U = U0[:, k] + (W[:, k] * P).sum(axis=1)
-            P[:, k] = np.maximum(0, P[:, k] - r[:, k] * U)
-        U = U0 + applied(W, P)
-        left = abs(P - np.maximum(0, P - r * U))
-        parts = abs(U0) + applied(abs(W), P)
-        if (left <= ROUNDED * EPS * (P + r * parts)).all():
-            return P
-    raise CannotMeasure(NOT_FOUND)
+def _each(values: np.ndarray, shape: tuple[int, ...], count: int) -> np.ndarray:
+    """Values of so many sites, (count, *shape), of columns or of what all share."""
+    columns = np.broadcast_to(values.reshape(*shape, -1), (*shape, count))
+    return np.ascontiguousarray(np.moveaxis(columns, -1, 0))

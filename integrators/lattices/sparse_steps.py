@@ -7,6 +7,7 @@ is kept, over steps too, as long as corrections by it shrink to less than FADED 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from ..compiler import (
     SINGULAR,
 )
 from ..numbers import LazyModule
+from .blocks import places
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
@@ -41,12 +43,10 @@ class SparseMatrix:
     """
 
     def __init__(self, pairs: np.ndarray, free: np.ndarray, S: int) -> None:
-        i, j = pairs.T
         sites = np.arange(len(free))
-        of_rows, of_columns = np.r_[sites, i, j], np.r_[sites, j, i]
-        square = np.zeros((1, S, S), dtype=np.int64)
-        rows = (S * of_rows[:, None, None] + np.arange(S)[:, None] + square).ravel()
-        columns = (S * of_columns[:, None, None] + np.arange(S) + square).ravel()
+        of_rows, of_columns = (np.r_[sites, ends.T.ravel()] for ends in (pairs, pairs[:, ::-1]))
+        at = places(of_rows[:, None], S)[:, :, None], places(of_columns[:, None], S)[:, None]
+        rows, columns = (e.ravel() for e in np.broadcast_arrays(*at))
         self.size, self.count, self.S = S * len(free), len(free), S
         self.held = np.repeat(~free, S)
         self._kept = ~(self.held[rows] | self.held[columns])
@@ -91,6 +91,7 @@ def _factors(matrix: Any, order: str) -> Any:
         raise ArithmeticError(str(error)) from None
 
 
+@dataclass
 class SparseSteps:
     """Steps by a driver that assembles equations and updates the state (`lattice_newton`).
 
@@ -104,21 +105,15 @@ class SparseSteps:
     where the bonds are not stiff. Where it does not, the factorisation takes over for good.
     """
 
-    def __init__(
-        self,
-        run: Callable[[int, int], tuple[int, int]],
-        past: list[np.ndarray],
-        work: np.ndarray,
-        ties: np.ndarray,
-        totals: np.ndarray,
-        matrix: SparseMatrix,
-        substeps: int,
-        floor: Callable[[], float],
-        moving: int,
-    ) -> None:
-        self.run, self.floor = run, floor
-        self.past, self.work, self.ties, self.totals, self.matrix = past, work, ties, totals, matrix
-        self.substeps, self.moving = substeps, moving
+    run: Callable[[int, int], tuple[int, int]]
+    past: list[np.ndarray]
+    work: np.ndarray
+    ties: np.ndarray
+    totals: np.ndarray
+    matrix: SparseMatrix
+    substeps: int
+    floor: Callable[[], float]
+    moving: int
 
     def begin(self) -> int:
         """Solve the first substep for w, which holds a guess, forgetting all before; the status."""

@@ -10,7 +10,7 @@ import numpy as np
 from ..equations import SceneSymbols, legendre_inverse, mass_matrix
 from ..errors import CannotMeasure
 from ..numbers import Double, LazyModule, numeric
-from .dual_step import placed
+from .blocks import at_ends, of_all, of_lattice
 
 sparse: Any = LazyModule("scipy.sparse")
 linalg: Any = LazyModule("scipy.sparse.linalg")
@@ -26,8 +26,7 @@ def velocities(flow: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray) -> np
     """
     scheme, (r, N, m) = flow.scheme, mu.shape
     if not flow.lattice.bonds_move:
-        s = scheme.equations.site.s
-        values = [scheme.site_columns[e] for e in s.parameter_list]
+        s, values, _ = scheme.terms[0]
         p = [np.tile(e, r) if np.ndim(e) else e for e in values]
         places, momenta, start = (a.reshape(r * N, -1) for a in (x, mu, near))
         found = legendre_inverse(s, NUMBERS)(places, momenta, p, start)
@@ -37,21 +36,15 @@ def velocities(flow: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray) -> np
 
 def _together(flow: Any, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.ndarray:
     """ξ (N, m) of one row, by Newton's method with the mass matrix of all sites."""
-    scheme, lattice, (N, m) = flow.scheme, flow.lattice, mu.shape
-    pairs, free = lattice.pairs, lattice.free
-    terms = ((scheme.equations.site.s, scheme.site_columns, np.arange(N)[:, None]),
-             (scheme.equations.bond_symbols, scheme.bond_columns, pairs))  # fmt: skip
+    lattice, free, (N, m) = flow.lattice, flow.lattice.free, mu.shape
     moving, held = (sparse.diags(np.repeat(e, m).astype(float)) for e in (free, ~free))
     v = v * free[:, None]
     largest = abs(v).max()
     for _ in range(MOST):
         mass = held
-        for s, columns, ends in terms:
-            at = (list(a[ends].reshape(len(ends), -1).T) for a in (x, v))
-            blocks = _mass(s)(*at, [columns[e] for e in s.parameter_list])
-            blocks = np.broadcast_to(blocks.reshape(*blocks.shape[:2], -1),
-                                     (*blocks.shape[:2], len(ends)))  # fmt: skip
-            mass = mass + moving @ placed(blocks, ends, {"g": m}, "gg", [], N) @ moving
+        for s, p, ends in flow.scheme.terms:
+            (blocks,) = of_all(_mass(s), len(ends), *at_ends(ends, x, v), p)
+            mass = mass + moving @ of_lattice(blocks, ends, N) @ moving
         missing = (mu - flow.momenta(x, v)) * free[:, None]
         change = _solved(mass, missing.ravel(), lattice.name).reshape(N, m)
         v = v + change

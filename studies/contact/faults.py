@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,9 +22,7 @@ CONTROLS: dict[str, tuple[str, dict[str, Any]]] = {
 class Sticking(Gaps):
     """Closed gaps stay closed, by impulses of either sign."""
 
-    def impulses(
-        self, W: np.ndarray, U0: np.ndarray, cones: Sequence[Any], start: np.ndarray
-    ) -> np.ndarray:
+    def impulses(self, W: np.ndarray, U0: np.ndarray, cones: Any, start: np.ndarray) -> np.ndarray:
         return self.numbers.solve(W, -U0)
 
 
@@ -34,12 +31,10 @@ class PushingOn(Gaps):
 
     against = -1
 
-    def impulses(
-        self, W: np.ndarray, U0: np.ndarray, cones: Sequence[Any], start: np.ndarray
-    ) -> np.ndarray:
+    def impulses(self, W: np.ndarray, U0: np.ndarray, cones: Any, start: np.ndarray) -> np.ndarray:
         P = super().impulses(W, U0, cones, start)
-        for cone in cones:
-            P[cone.tangent] = -P[cone.tangent]
+        for plane, _ in cones.planes.values():
+            P[plane] = -P[plane]
         return P
 
 

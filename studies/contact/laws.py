@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.contact import ZENO, Gaps
+from discmech.integrators.contact import ZENO, Gaps, length
 from discmech.integrators.flows import ContactTrajectory
 from discmech.integrators.numbers import arithmetic
 
@@ -38,19 +38,17 @@ def energies(scheme: Any, run: ContactTrajectory, digits: int) -> tuple[np.ndarr
     """H of the rows, and the largest sum of its terms' sizes, |H| + |μ·ξ|."""
     numbers = arithmetic(2 * digits)
     with numbers.working():
-        gaps = Gaps(scheme.equations.s, scheme.scene, numbers)
-        states = _Run(scheme, run, numbers, gaps).states
-        H = [gaps.energy(x, xi, mu) for x, xi, mu in states]
-        size = max(abs(e) + abs(mu @ xi) for e, (_, xi, mu) in zip(H, states, strict=True))
-        first = H[0]
-        return np.array([float(e - first) for e in H]), float(size)
+        made = _Run(scheme, run, numbers)
+        H = [made.gaps.energy(*state) for state in made.states]
+        size = max(abs(e) + abs(mu @ xi) for e, (_, xi, mu) in zip(H, made.states, strict=True))
+        return np.array([float(e - H[0]) for e in H]), float(size)
 
 
 class _Run:
     """A run in numbers of more digits."""
 
-    def __init__(self, scheme: Any, run: ContactTrajectory, numbers: Any, gaps: Any = None) -> None:
-        self.gaps = gaps or Gaps(scheme.equations.s, scheme.scene, numbers)
+    def __init__(self, scheme: Any, run: ContactTrajectory, numbers: Any) -> None:
+        self.gaps = Gaps(scheme.equations.s, scheme.scene, numbers)
         self.run, self.numbers = run, numbers
         self.e = numbers.number(scheme.scene.restitution)
         clock = run.base.shape[1] - run.x.shape[1]
@@ -82,7 +80,7 @@ class _Run:
         ways = [place.own + h * self.gaps.fastest(place, xi)
                 for place, (_, xi, _) in zip(places, self.states, strict=True)]  # fmt: skip
         widest = [max(way[i] for way in ways) or 1 for i in range(self.gaps.count)]
-        hardest = max((abs(e) for e in P.flat), default=0) or 1
+        hardest = abs(P).max(initial=0) or 1
         self.breadth = [max((abs(e) for place in places for e in place.where[i]), default=0)
                         for i in range(self.gaps.count)]  # fmt: skip
         found = dict.fromkeys(("complementarity", "cone", "slip", "impact_energy", "jump",
@@ -112,12 +110,10 @@ class _Run:
         kappa = self.gaps.friction[i] * max(here.scale[i], there.scale[i])  # at both ends
         if not kappa > 0:
             return
-        length = sum(e * e for e in P[1:]) ** 0.5
-        self._most(found, "cone", (length - kappa * P[0]) / hardest)
+        self._most(found, "cone", (length(P[1:]) - kappa * P[0]) / hardest)
         slips = [place.slip[i] @ self.states[j][1] for j, place in ((k, here), (k + 1, there))]
-        moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])]
-        push = push if here.bases[i] is None else push @ here.bases[i]
-        way, full = sum(e * e for e in moved) ** 0.5, kappa * P[0]
+        moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])] @ here.bases[i]
+        way, full = length(moved), kappa * P[0]
         slipping = way > SLOW * self.breadth[i] and all(slip @ moved > 0 for slip in slips)
         if slipping and full > 1e-9 * hardest:
             self._most(found, "slip", 1 + (push @ moved) / (full * way))
@@ -126,36 +122,30 @@ class _Run:
         gaps = self.gaps
         pushed = [(step, i) for step, (_, _, P) in zip(self.steps, self.impacts, strict=True)
                   for i in range(gaps.count) if P[i, 0] > 0]  # fmt: skip
-        many = {at for at in pushed if pushed.count(at) >= ZENO}  # a rebound may be left out
+        many = {at[0] for at in pushed if pushed.count(at) >= ZENO}  # a rebound may be left out
         for step, ((x, before_xi, before), (_, after_xi, after), P) in zip(
             self.steps, self.impacts, strict=True
         ):
-            place = gaps.at(x)
-            strong = max(abs(e) for e in P.flat)
+            place, strong = gaps.at(x), abs(P).max()
             made = P[:, 0] @ place.normal
-            for i in range(gaps.count):
-                self._most(
-                    found, "complementarity", P[i, 0] * abs(place.phi[i]) / (strong * widest[i])
-                )
+            for i, (normal, *along) in enumerate(P):
+                open_by = abs(place.phi[i]) / widest[i]
+                self._most(found, "complementarity", normal * open_by / strong)
                 if gaps.friction[i] > 0:
-                    count = len(place.where[i])
-                    push = P[i, 1 : 1 + count]
-                    push = push if place.bases[i] is None else push @ place.bases[i]
+                    push = np.array(along[: len(place.where[i])]) @ place.bases[i]
                     made = made + push @ place.slip[i]
-                    length = sum(e * e for e in push) ** 0.5
-                    bound = gaps.friction[i] * place.scale[i] * P[i, 0]
-                    self._most(found, "cone", (length - bound) / strong)
+                    bound = gaps.friction[i] * place.scale[i] * normal
+                    self._most(found, "cone", (length(push) - bound) / strong)
             size = max(abs(before).max(), abs(after).max())
             self._most(found, "jump", abs(after - before - made).max() / size)
             gained = gaps.energy(x, after_xi, after) - gaps.energy(x, before_xi, before)
             energy = abs(gaps.energy(x, before_xi, before)) + abs(before @ before_xi)
             self._most(found, "impact_energy", gained / energy)
-            if any(at[0] == step for at in many):
+            if step in many:
                 continue
             rates = place.normal @ before_xi, place.normal @ after_xi
             fastest = max(abs(e).max() for e in rates) or 1
-            pushing = np.flatnonzero(P[:, 0] > 1e-9 * strong)
-            for i in map(int, pushing):
+            for i in map(int, np.flatnonzero(P[:, 0] > 1e-9 * strong)):
                 gap = (rates[1][i] + self.e * rates[0][i]) / fastest
                 if gap < 0 and not gaps.quadratic and gained > -SLOW * energy:
                     continue  # more of a rebound would have added energy (`impacts`)

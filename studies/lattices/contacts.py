@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators.lattices import ContactLatticeTrajectory, rates
+from discmech.integrators.lattices import ContactLatticeTrajectory
 
 from ..contact import measuring as contact
 from ..core.case import Case, Progress, Verdict
@@ -66,7 +66,7 @@ def defects(flow: Any, run: ContactLatticeTrajectory) -> dict[str, float]:
     fast, missed = abs(found.approach).max(initial=0.0), 0.0
     for x, mu in zip(run.x[1:], run.mu[1:], strict=True):
         place = gaps.at_start(x)
-        opening = rates(place, gaps.velocity(x, mu))
+        opening = place.normal @ gaps.velocity(x, mu)
         fast = max(fast, abs(opening).max())
         missed = max(missed, -opening[place.closed].min(initial=0.0))
     return {

@@ -59,7 +59,8 @@ def costs(
         for _ in range(ROUNDS):
             ours.append(_seconds(advance, steps) / steps)
             if known_in_c and c_library() is not None:
-                theirs.append(c_run(c_library(), rule.name, lattice, steps) / steps)
+                x, p = (e[:, 0] for e in lattice.start)
+                theirs.append(c_states(c_library(), rule.name, x, p, steps)[0] / steps)
         rows.append({"kind": "cost", "sites": N, "nanoseconds": min(ours) / N * 1e9,
                      "bytes": _bytes(flow) / N,
                      "c": min(theirs) / N * 1e9 if theirs else None})  # fmt: skip
@@ -121,12 +122,6 @@ def c_library() -> Any:
         flags = ["-O3", "-march=native", "-ffast-math", "-shared", "-fPIC"]
         made = subprocess.run([compiler, *flags, "-o", library, C_FILE], capture_output=True)
         return None if made.returncode else ctypes.CDLL(str(library))
-
-
-def c_run(library: Any, rule: str, lattice: Lattice, steps: int) -> float:
-    """Seconds of C for so many steps of the chain "fput" from its start."""
-    x, p = (e[:, 0] for e in lattice.start)
-    return c_states(library, rule, x, p, steps)[0]
 
 
 def c_states(

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from discmech.integrators.lattices import at_ends, of_all
 from discmech.integrators.lattices.dual_step import Covector, DualStep
 from discmech.integrators.numbers import Double, jacobian, numeric
 
@@ -45,13 +46,12 @@ class RungeKuttaStep:
         self.h, self.lattice = float(flow.step), flow.lattice
         scheme, numbers = flow.scheme, Double()
         self.mass = flow.momenta(x, np.ones_like(mu))
-        site, bond = scheme.equations.site.s, scheme.equations.bond_symbols
         self.maps = []
-        for s, values in ((site, scheme.site_columns), (bond, scheme.bond_columns)):
+        for s, p, ends in scheme.terms:
             force = jacobian([s.lagrangian], s.x).T
-            letters = {"x": s.x, "p": list(values)}
+            letters = {"x": s.x, "p": s.parameter_list}
             f = numeric(letters, [force, jacobian(list(force), s.x)], numbers, columns=True)
-            self.maps.append((f, list(values.values())))
+            self.maps.append((f, p, ends))
         self.stages: list[tuple[np.ndarray, np.ndarray]] = []
         rates: list[Any] = []
         for share in (0, 1 / 2, 1 / 2, 1):
@@ -72,20 +72,15 @@ class RungeKuttaStep:
 
     def _forces(self, x: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
         """Forces and their slopes of sites, (N, 1) and (N, 1, 1), and of bonds, (B, 2), …"""
-        places = (x, x[self.lattice.pairs].reshape(-1, 2))
         found = []
-        for (f, p), at in zip(self.maps, places, strict=True):
-            n = at.shape[1]
-            force, slope = f(list(at.T), p)
-            force = np.broadcast_to(force.reshape(n, -1), (n, len(at))).T
-            slope = np.broadcast_to(slope.reshape(n, n, -1), (n, n, len(at)))
-            found.append((force, np.moveaxis(slope, 2, 0)))
+        for f, p, ends in self.maps:
+            force, slope = of_all(f, len(ends), *at_ends(ends, x), p)
+            found.append((force[:, 0].T, np.moveaxis(slope, 2, 0)))
         return found
 
     def _at_sites(self, ties: np.ndarray) -> np.ndarray:
         found = np.zeros((self.lattice.sites, 1))
-        for end in (0, 1):
-            np.add.at(found[:, 0], self.lattice.pairs[:, end], ties[:, end])
+        np.add.at(found, self.lattice.pairs, ties[:, :, None])
         return found
 
     def _varied(self, variation: Covector) -> tuple[list[Any], list[Any], list[Any]]:

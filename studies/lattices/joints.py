@@ -24,11 +24,9 @@ class Joints:
     """The constraints on the bonds of a lattice, of those of the sites `asked`, (N,)."""
 
     def __init__(self, scheme: Any, asked: np.ndarray) -> None:
-        self.pairs = scheme.lattice.pairs
+        symbols, own, self.pairs = scheme.terms[1]
         self.active = asked[self.pairs].any(axis=1)
-        symbols = scheme.equations.bond_symbols
         self.functions = _functions(symbols)
-        own = [scheme.bond_columns[e] for e in symbols.parameter_list]
         self.values = np.array([np.broadcast_to(e, len(self.pairs)) for e in own]).T
         self.values = self.values.reshape(len(self.pairs), len(own))
 

@@ -18,7 +18,7 @@ from discmech.integrators.equations import (
 )
 from discmech.integrators.equations import momentum as momentum_of
 from discmech.integrators.errors import BadInput
-from discmech.integrators.lattices import velocities
+from discmech.integrators.lattices import of_all, velocities
 from discmech.integrators.numbers import (
     Double,
     errors_of,
@@ -43,35 +43,28 @@ def energies(scheme: Any, run: Any) -> tuple[np.ndarray, float]:
 
     A bond's energy is of differences, whose parts by themselves are as large as the places are.
     """
-    s, (r, N, m) = scheme.equations.site.s, run.mu.shape
-    x, mu = (e.reshape(r * N, -1) for e in (run.x, run.mu))
-    p = _values(s.parameter_list, scheme.site_columns, r)
+    (s, p, sites), (bond, of_bonds, pairs) = scheme.terms
     xi = velocities(scheme.flow(1), run.x, run.mu, run.u)
     own = [energy(s)], [energy_terms(s)]
     if scheme.lattice.bonds_move:  # μ is not the site's alone
         value = s.u.dot(momentum_of(s)) - s.lagrangian
         own = [value], [absolute_terms(value)]
     f = of_states(s, *own, NUMBERS)
-    total = _summed(f(list(x.T), list(xi.reshape(r * N, m).T), list(mu.T), p), r, N)
-    s, pairs = scheme.equations.bond_symbols, scheme.lattice.pairs
-    ends, moving = (e[:, pairs].reshape(r * len(pairs), -1) for e in (run.x, xi))
-    p = _values(s.parameter_list, scheme.bond_columns, r)
-    at_rest = -s.lagrangian.xreplace(dict.fromkeys(s.u, 0))
-    value = s.u.dot(momentum_of(s)) - s.lagrangian
+    at_rest = -bond.lagrangian.xreplace(dict.fromkeys(bond.u, 0))
+    value = bond.u.dot(momentum_of(bond)) - bond.lagrangian
     values = [[value], [abs(at_rest) + abs(value - at_rest)]]
-    g = numeric({"x": s.x, "u": s.u, "p": s.parameter_list}, values, NUMBERS, columns=True)
-    total = total + _summed(g(list(ends.T), list(moving.T), p), r, len(pairs))
+    letters = {"x": bond.x, "u": bond.u, "p": bond.parameter_list}
+    g = numeric(letters, values, NUMBERS, columns=True)
+    total = _summed(f, p, sites, run.x, xi, run.mu) + _summed(g, of_bonds, pairs, run.x, xi)
     return total[0, 0], float(total[1].max())
 
 
 def momentum(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> np.ndarray:
     """(2, k, r): a quantity in rows x (r, N, n), μ (r, N, m), and the sum of its absolute terms."""
-    s, entries = scheme.equations.site.s, entries_of(scheme, part)
+    (s, p, sites), entries = scheme.terms[0], entries_of(scheme, part)
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     f = numeric(letters, [entries, list(map(absolute_terms, entries))], NUMBERS, columns=True)
-    rows = (list(e.reshape(-1, e.shape[2]).T) for e in (x, mu))
-    p = _values(s.parameter_list, scheme.site_columns, len(x))
-    return _summed(f(*rows, p), len(x), x.shape[1])
+    return _summed(f, p, sites, x, mu)
 
 
 def change(
@@ -87,21 +80,20 @@ def change(
 
 def _slopes(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> list[np.ndarray]:
     """∂J/∂x and ∂J/∂μ at each site, (k, n, N) and (k, m, N)."""
-    s, entries = scheme.equations.site.s, entries_of(scheme, part)
+    (s, p, _), entries = scheme.terms[0], entries_of(scheme, part)
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     slopes = [jacobian(entries, list(e)) for e in (s.x, s.mu)]
-    p = _values(s.parameter_list, scheme.site_columns, 1)
-    found = numeric(letters, slopes, NUMBERS, columns=True)(list(x.T), list(mu.T), p)
-    return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], len(x))) for e in found]
+    f = numeric(letters, slopes, NUMBERS, columns=True)
+    return of_all(f, len(x), list(x.T), list(mu.T), p)
 
 
 def value_round_off(scheme: Any, part: Part, x: np.ndarray, mu: np.ndarray) -> float:
     """Running errors of a site's terms of a quantity, x and μ being exact, over their sizes."""
-    s, entries = scheme.equations.site.s, entries_of(scheme, part)
+    (s, p, _), entries = scheme.terms[0], entries_of(scheme, part)
     letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
     f = with_running_errors(numeric_text(letters, [entries, list(map(absolute_terms, entries))]),
                             NUMBERS)  # fmt: skip
-    p, error, size = _values(s.parameter_list, scheme.site_columns, 1), 0.0, 0.0
+    error, size = 0.0, 0.0
     for k in np.unique(np.linspace(0, len(x) - 1, SAMPLE).astype(int)):
         given = rounded(np.array([e[k] if np.ndim(e) else e for e in p]))
         value, terms = f(rounded(x[k], 0), rounded(mu[k], 0), given)
@@ -146,7 +138,7 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
     the largest forces, for a wave may be on a few bonds alone, and of bonds from end to end.
     Twice, for kernels add and multiply in another order.
     """
-    s, pairs, lattice = scheme.equations.bond_symbols, scheme.lattice.pairs, scheme.lattice
+    (s, p, pairs), lattice = scheme.terms[1], scheme.lattice
     force = natural_structure(s, s.x)[0].T * jacobian([s.lagrangian], s.x).T
     force = force.xreplace(dict.fromkeys(s.u, 0))  # of what holds no velocity
     kinds = [({"x": s.x}, list(force), [x[pairs].reshape(len(pairs), -1)])]
@@ -156,7 +148,6 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
         kinds.append((letters, list(A.T * letters["la"]), [*kinds[0][2], multipliers]))
     squares = np.zeros((lattice.sites, lattice.groupoid.dim_u))
     even = np.linspace(0, len(pairs) - 1, SAMPLE // 2).astype(int)
-    p = _values(s.parameter_list, scheme.bond_columns, 1)
     for letters, values, rows in kinds:
         given = {**letters, "h": s.h, "p": s.parameter_list}
         common, own = _apart(values)
@@ -176,8 +167,7 @@ def force_errors(scheme: Any, x: np.ndarray, multipliers: np.ndarray | None = No
             of_errors += float((errors.astype(float) ** 2).sum())
         size = float((found[:, some] ** 2).sum())
         share = 4 * of_errors / size if size else 0.0
-        for end, half in enumerate(np.split(share * found**2, 2)):
-            np.add.at(squares, pairs[:, end], half.T)
+        np.add.at(squares, pairs, (share * found.T**2).reshape(len(pairs), 2, -1))
     return squares
 
 
@@ -231,17 +221,12 @@ def of_symmetries(lattice: Any) -> dict[str, Part]:
     return {name: part(xi, name) for name, xi in lattice.symmetries.items()}
 
 
-def _values(letters: Any, columns: dict[Any, Any], rows: int) -> list[Any]:
-    """Parameters of sites or bonds, repeated for every row."""
-    return [np.tile(columns[e], rows) if np.ndim(columns[e]) else columns[e] for e in letters]
-
-
-def _summed(found: Any, rows: int, count: int) -> np.ndarray:
-    """(2, k, r): values and terms (k, r·count), summed over sites or bonds."""
-    sums = []
-    for part in found:
-        part = np.asarray(part)
-        part = part.reshape(len(part), -1)
-        whole = np.broadcast_to(part, (len(part), rows * count))
-        sums.append(whole.reshape(len(part), rows, count).sum(axis=2))
-    return np.array(sums)
+def _summed(f: Any, p: list[Any], ends: np.ndarray, *rows: np.ndarray) -> np.ndarray:
+    """(2, k, r): values and terms by a function of columns, of rows (r, N, ·), summed over the
+    sites or bonds with these ends."""
+    r, count = len(rows[0]), len(ends)
+    columns = (list(e[:, ends].reshape(r * count, -1).T) for e in rows)
+    found = f(*columns, [np.tile(e, r) if np.ndim(e) else e for e in p])
+    shaped = (np.asarray(e).reshape(len(e), -1) for e in found)
+    return np.array([np.broadcast_to(e, (len(e), r * count)).reshape(-1, r, count).sum(axis=2)
+                     for e in shaped])  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 
 from discmech.integrators.equations import natural_structure, rates
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.lattices import Linearised, velocities
+from discmech.integrators.lattices import Linearised, at_ends, of_all, velocities
 from discmech.integrators.numbers import Double, LazyModule, jacobian, numeric
 
 integrate: Any = LazyModule("scipy.integrate")
@@ -65,15 +65,13 @@ def rates_at(scheme: Any, x: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np
 
 def _field(scheme: Any, shape: tuple[int, int], near: np.ndarray) -> Any:
     """The vector field on all x and then all μ, as scipy calls it."""
-    s, bond, lattice = scheme.equations.site.s, scheme.equations.bond_symbols, scheme.lattice
+    lattice, ((s, of_sites, _), (bond, of_bonds, _)) = scheme.lattice, scheme.terms
     pairs, free, (N, n), m = lattice.pairs, lattice.free[:, None], shape, near.shape[1]
     letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     own = numeric(letters, [list(rates(s))], NUMBERS, columns=True)
     force = natural_structure(bond, bond.x)[0].T * jacobian([bond.lagrangian], bond.x).T
     letters = {"x": bond.x, "u": bond.u, "p": bond.parameter_list}
-    tie = numeric(letters, [list(force)], NUMBERS, columns=True)
-    of_sites = [scheme.site_columns[e] for e in s.parameter_list]
-    of_bonds = [scheme.bond_columns[e] for e in bond.parameter_list]
+    tie = numeric(letters, [force], NUMBERS, columns=True)
     flow, asked = scheme.flow(lattice.step), itertools.count()
 
     def field(_: float, state: np.ndarray) -> np.ndarray:
@@ -83,11 +81,8 @@ def _field(scheme: Any, shape: tuple[int, int], near: np.ndarray) -> Any:
         xi = velocities(flow, x[None], mu[None], near[None])[0]
         rate = np.broadcast_to(own(list(x.T), list(xi.T), list(mu.T), of_sites), (n + m, N)).T
         of_mu = rate[:, n:].copy()
-        ends = (a[pairs].reshape(len(pairs), -1) for a in (x, xi))
-        forces = tie(*(list(a.T) for a in ends), of_bonds)
-        forces = np.broadcast_to(forces.reshape(2 * m, -1), (2 * m, len(pairs))).T
-        for end in (0, 1):
-            np.add.at(of_mu, pairs[:, end], forces[:, end * m : (end + 1) * m])
+        (forces,) = of_all(tie, len(pairs), *at_ends(pairs, x, xi), of_bonds)
+        np.add.at(of_mu, pairs, forces[:, 0].T.reshape(len(pairs), 2, m))
         of_x, of_mu = rate[:, :n] * free, of_mu * free
         if scheme.constrained:
             of_mu = Linearised(scheme, x, xi).momentum_change(of_x.ravel(), of_mu)

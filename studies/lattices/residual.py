@@ -14,7 +14,7 @@ import numpy as np
 
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.lattices import LatticeRun
-from discmech.integrators.lattices.segments import segments_of
+from discmech.integrators.lattices.lattice_run import segments_of
 from discmech.integrators.numbers import (
     Double,
     errors_of,
@@ -46,13 +46,10 @@ def step_defects(flow: Any, x: np.ndarray, mu: np.ndarray) -> dict[str, float]:
     if scheme.substeps:
         raise CannotMeasure(f"{flow.lattice.name}: a step of several substeps is not compared with "
                             "the maps of its rule.")  # fmt: skip
-    run = LatticeRun(flow, x.copy(), mu.copy())
-    run.checked(run.show())
+    run = LatticeRun.from_row(flow, x, mu)
     # with constraints a row shows μ projected, and the run goes on with what it was before
     momenta = "nu" if scheme.constrained else "mu"
-    before, w = getattr(run, momenta).copy(), run.past[int(scheme.local)].copy()
-    run.checked(run.advance(1))
-    run.checked(run.show())
+    before, w = getattr(run, momenta).copy(), run.stepped()
     after = getattr(run, momenta)
     asked, moving = _asked(flow.lattice), w[:, :m] if scheme.constrained else w
     size = _largest(moving) + _largest(x) / abs(h)
@@ -116,12 +113,10 @@ def _summed(
     ends = x[pairs].reshape(len(pairs), -1)
     widths = {"minus": m, "plus": m, "stages": w.shape[1] - m, "target": x.shape[1]}
     sums = {name: (np.zeros((len(x), k)), np.zeros((len(x), k))) for name, k in widths.items()}
-    at = ((scheme.equations.site, x, w, scheme.site_columns, np.arange(len(x))[:, None]),
-          (scheme.equations.bond, ends, both, scheme.bond_columns, pairs))  # fmt: skip
-    for equations, places, unknowns, values, sites in at:
-        known, f = _maps(equations)
-        columns = {equations.s.h: h, **values}
-        q = np.stack([np.broadcast_to(columns.get(e, of), len(places)) for e, of in known.items()])
+    at = (scheme.equations.site, x, w), (scheme.equations.bond, ends, both)
+    for (_, p, sites), (equations, places, unknowns) in zip(scheme.terms, at, strict=True):
+        digits, f = _maps(equations)
+        q = np.stack([np.broadcast_to(e, len(places)) for e in (h, *p, *digits)])
         for k in np.flatnonzero(asked[sites].any(axis=1)):
             place, unknown, given, at_ends = places[k], unknowns[k], q[:, k], sites[k]
             found = f(rounded(place, 0), rounded(unknown, size), rounded(given))
@@ -138,13 +133,12 @@ def _summed(
 
 
 @lru_cache(maxsize=32)
-def _maps(equations: Any) -> tuple[dict[Any, Any], Any]:
-    """{letter of q: its digits, if a number of the rule}, and F⁻, F⁺, ∂L_d/∂s, b with errors."""
+def _maps(equations: Any) -> tuple[list[float], Any]:
+    """The numbers of the rule, and F⁻, F⁺, ∂L_d/∂s, b with errors."""
     maps, s = equations.at_points, equations.s
     made = [maps.minus, maps.plus, maps.stage_equations, maps.target]
     definitions = [(d.letters, list(d.values)) for d in inlined(maps.definitions(*made))]
-    digits = {c: float(of(20)) for c, of in s.constants.items()}
-    known = {**dict.fromkeys((s.h, *s.parameter_list)), **digits}
-    given = {"x": s.x, "w": equations.w, "q": list(known)}
+    given = {"x": s.x, "w": equations.w, "q": [s.h, *s.parameter_list, *s.constants]}
     text = numeric_text(given, [list(e) for e in made], definitions)
-    return known, with_running_errors(text, Double())
+    digits = [float(of(20)) for of in s.constants.values()]
+    return digits, with_running_errors(text, Double())

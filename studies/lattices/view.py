@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from ..report import plot_convergence, plot_drift
+from ..report.canvas import Panel, Sheet, log_axis, log_limits
 from ..report.grouping import by_scene
-from ..report.palette import Mark
+from ..report.labels import end_labels
+from ..report.palette import MUTED, Mark
 from ..report.view import Sketch, Titles, View, measured_column
-from ..report.wording import NONE, Case, mapping, number, rows, scientific
-from . import plot
+from ..report.wording import NONE, Case, mapping, number, rows, rule_name, scientific
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COST_SHEET = Sheet(width=3.3, right=1.2)
 
 TIME = (
     "Error in (x, μ) against the step: of Toda's chain against the soliton in closed form, of the "
@@ -79,8 +86,13 @@ def _got(measured: dict[str, Any]) -> str:
     return ", ".join(part for part in parts if part != NONE)
 
 
+def _of_kind(case: Case, kind: str) -> list[Any]:
+    """The rows of one kind."""
+    return [row for row in rows(case) if row.get("kind") == kind]
+
+
 def _cost(case: Case) -> str:
-    found = [row for row in rows(case) if row.get("kind") == "cost"]
+    found = _of_kind(case, "cost")
     grows = mapping(case, "measured").get("grows")
     if not found or not grows:
         return NONE
@@ -90,7 +102,7 @@ def _cost(case: Case) -> str:
 
 
 def _memory(case: Case) -> str:
-    found = [row for row in rows(case) if row.get("kind") == "cost"]
+    found = _of_kind(case, "cost")
     return f"{found[-1]['bytes']:.0f}" if found else NONE
 
 
@@ -101,31 +113,66 @@ def _band(case: Case) -> str:
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
     own = by_scene([case for case in cases if not case.get("control")])
 
-    def with_rows(kind: str) -> dict[str, list[Case]]:
-        found = {scene: [plot.of_kind(case, kind) for case in of] for scene, of in own.items()}
-        found = {scene: [case for case in of if rows(case)] for scene, of in found.items()}
-        return {scene: of for scene, of in found.items() if of}
+    def sketch(kind: str, word: str, title: str, about: str, sheet: Sheet, panel: Any) -> Sketch:
+        panels = []
+        for scene, of in own.items():
+            found = [{**case, "rows": _of_kind(case, kind)} for case in of]
+            if drawn := [case for case in found if case["rows"]]:
+                panels.append(panel(titles.get(scene, scene), drawn))
+        return Sketch(f"lattices-{word}", f"Lattices: {title}", about, panels, sheet, 16)
 
-    def named(scene: str) -> str:
-        return titles.get(scene, scene)
+    def in_time(name: str, of: list[Case]) -> Panel:
+        return plot_convergence.panel(name, of, known, "error")
 
-    in_time = [plot_convergence.panel(named(scene), of, known, "error")
-               for scene, of in with_rows("time").items()]  # fmt: skip
-    in_space = [plot_convergence.panel(named(scene), list(map(_in_space, of)), known, "error",
-                                       "spacing of the grid")
-                for scene, of in with_rows("space").items()]  # fmt: skip
-    energies = [plot_drift.energy(named(scene), list(map(_of_energy, of)), known, 16)
-                for scene, of in with_rows("run").items()]  # fmt: skip
-    cost = [plot.cost(named(scene), of, known) for scene, of in with_rows("cost").items()]
-    sheet = plot_convergence.SHEET
+    def in_space(name: str, of: list[Case]) -> Panel:
+        spatial = list(map(_in_space, of))
+        return plot_convergence.panel(name, spatial, known, "error", "spacing of the grid")
+
+    def energy(name: str, of: list[Case]) -> Panel:
+        return plot_drift.energy(name, list(map(_of_energy, of)), known, 16)
+
+    order, energies = plot_convergence.SHEET, plot_drift.ENERGY_SHEET
     return [
-        Sketch("lattices-time", "Lattices: order in time", TIME, in_time, sheet, 16),
-        Sketch("lattices-space", "Lattices: order in space", SPACE, in_space, sheet, 16),
-        Sketch(
-            "lattices-energy", "Lattices: energy", ENERGY, energies, plot_drift.ENERGY_SHEET, 16
-        ),
-        Sketch("lattices-cost", "Lattices: cost", COST, cost, plot.COST_SHEET, 16),
+        sketch("time", "time", "order in time", TIME, order, in_time),
+        sketch("space", "space", "order in space", SPACE, order, in_space),
+        sketch("run", "energy", "energy", ENERGY, energies, energy),
+        sketch("cost", "cost", "cost", COST, COST_SHEET, partial(_costs, known)),
     ]
+
+
+def _costs(marks: dict[str, Mark], title: str, cases: Sequence[Case]) -> Panel:
+    """Time of a site and step of one lattice against its number of sites; beside C where known."""
+
+    def draw(axes: Axes) -> None:
+        curves: list[tuple[list[tuple[float, float]], str, dict[str, Any]]] = []
+        for case in cases:
+            mark = marks[rule_name(case)]
+            style: dict[str, Any] = {"color": mark.colour, "marker": mark.marker}
+            style |= {"ms": 3.6, "lw": 0.9}
+            power = number((mapping(case, "measured").get("grows") or {}).get("time"))
+            words = rule_name(case) + (f"\nslope {power:.2f}" if power is not None else "")
+            curves.append((_points(case, "nanoseconds"), words, style))
+            if in_c := _points(case, "c"):
+                style = {**style, "ls": (0, (2.0, 1.2)), "mfc": "none"}
+                curves.append((in_c, f"{rule_name(case)}, C", style))
+        points = [point for curve, _, _ in curves for point in curve]
+        log_axis(axes, "x", log_limits((n for n, _ in points), 0.05))
+        log_axis(axes, "y", log_limits((t for _, t in points), 0.1))
+        labels = []
+        for curve, words, style in curves:
+            axes.plot(*zip(*curve, strict=True), **style)
+            colour = MUTED if words.endswith(", C") else style["color"]
+            labels.append((*curve[-1], words, colour))
+        end_labels(axes, labels)
+
+    spoken = f"{title}: nanoseconds of a site and step against the number of sites. "
+    spoken += "; ".join(rule_name(case) for case in cases)
+    return Panel(title, "ns a site and step", "sites N", spoken, draw)
+
+
+def _points(case: Case, key: str) -> list[tuple[float, float]]:
+    found = [(number(row.get("sites")), number(row.get(key))) for row in rows(case)]
+    return [(n, t) for n, t in found if n and t]
 
 
 def _in_space(case: Case) -> Case:

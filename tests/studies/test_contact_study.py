@@ -6,7 +6,6 @@ from copy import deepcopy
 from dataclasses import replace
 
 import pytest
-import sympy
 
 from discmech import BadInput, Scene, pair, scenes
 from discmech.integrators import rules
@@ -18,12 +17,10 @@ from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.one_case import run_case
 from discmech.studies.user.assertions import NotApplicable, assert_order
+from tests.integrators.contact import motions
 
 STUDY = get("contact")
-SPRING = Scene(
-    "spring-and-wall", pair(1), lambda x, v, p: (v[0] ** 2 - x[0] ** 2) / 2, x0=[1], v0=[0],
-    contact=lambda x, p: [x[0] + sympy.Rational(1, 2)], restitution=1, step="0.1", duration=4,
-)  # fmt: skip
+SPRING = motions.SPRING.with_values(impacts="stepped", step="0.1", duration=4)
 
 
 @pytest.mark.parametrize("control", CONTROLS)

@@ -5,69 +5,26 @@ from functools import cache
 
 import numpy as np
 import pytest
-from sympy import Matrix, Rational
 
 from discmech import (
     Lattice,
-    Scene,
     Scheme,
     discretisation,
     midpoint,
     pair,
-    product,
     rectangle,
     trapezoidal,
 )
 from discmech.integrators.errors import BadInput, CannotMeasure, StepFailure
 from discmech.integrators.lattices import DualStep, linkages
 from discmech.integrators.rules import compose, gauss
-from tests.integrators.lattices.test_lattices import slow
-
-ROUND_OFF = 2.0**-44  # of some ten steps at numbers of order one; of λ 2/h more
-
-
-def as_scene(lattice):
-    """The same system as an ordinary constrained scene, on the product of all sites that move."""
-    free = np.flatnonzero(lattice.free)
-    place = {i: row for row, i in enumerate(free)}
-    groupoid = lattice.groupoid
-    for _ in free[1:]:
-        groupoid = product(groupoid, lattice.groupoid)
-    n, m, k = lattice.groupoid.dim_x, lattice.groupoid.dim_u, lattice.matrix_size
-    start = lattice.start[0]
-
-    def site(x, i):
-        known = Matrix([Rational(float(e)) for e in start[i]])
-        at = x[place[i] * n : place[i] * n + n, :] if i in place else known
-        return at.reshape(k, k) if k else at
-
-    def at(p, bond):
-        own = {word: Matrix([Rational(float(e)) for e in a[bond]])
-               for word, a in lattice.split_parameters["bond"].items()}  # fmt: skip
-        return type("P", (), {**vars(p), **own})
-
-    def lagrangian(x, v, p):
-        own = (lattice.on_site(site(x, i), v[row * m : row * m + m, :], p)
-               for i, row in place.items())  # fmt: skip
-        return sum(own) + sum(lattice.on_bond(site(x, i), site(x, j), p) for i, j in lattice.pairs)
-
-    def holonomic(x, p):
-        return [e for bond, (i, j) in enumerate(lattice.pairs) if i in place or j in place
-                for e in lattice.constraint(site(x, i), site(x, j), at(p, bond))]  # fmt: skip
-
-    x0, v0 = (list(a[free].ravel()) for a in lattice.start)
-    shared = lattice.split_parameters["shared"]
-    return Scene(f"{lattice.name}-scene", groupoid, lagrangian, shared, x0, v0, holonomic=holonomic)
+from tests.integrators.lattices import as_scenes
+from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
 
 
-def assert_same(lattice, rule, steps=30, every=10, step="1/50"):
-    run = Scheme(lattice, rule).flow(step).trajectory(steps, every)
-    wanted = Scheme(as_scene(lattice), rule).flow(step).trajectory(steps, every)
-    free = lattice.free
-    for word in ("x", "u", "mu"):
-        got = getattr(run, word)[:, free].reshape(len(run.t), -1)
-        assert abs(got - getattr(wanted, word)).max() < ROUND_OFF, word
-    tied = run.multipliers[:, free[lattice.pairs].any(axis=1)].reshape(len(run.t), -1)
+def assert_same(lattice, rule):
+    run, wanted = as_scenes.assert_same(lattice, rule, 30, 10, "1/50")
+    tied = run.multipliers[:, lattice.free[lattice.pairs].any(axis=1)].reshape(len(run.t), -1)
     assert abs(tied - wanted.multipliers).max() < ROUND_OFF * 2 * 50**2
 
 
@@ -116,19 +73,6 @@ def scheme(name):
 )  # fmt: skip
 def test_jointed_bodies_run_as_their_scene(name, rule):
     assert_same(LATTICES[name](), rule)
-
-
-def test_rows_go_on_and_do_not_change_the_run():
-    flow = scheme("rods").flow("1/50")
-    run = flow.trajectory(40)
-    few = flow.trajectory(40, 10)
-    for word in ("x", "u", "mu", "multipliers"):
-        assert np.array_equal(getattr(run, word)[::10], getattr(few, word)), word
-    rest = flow.trajectory(20, x0=run.x[20], mu0=run.mu[20])
-    assert abs(rest.x - run.x[20:]).max() < ROUND_OFF
-    assert abs(rest.mu - run.mu[20:]).max() < ROUND_OFF
-    there = scheme("rods").flow("-1/50").trajectory(40, 40, x0=run.x[-1], mu0=run.mu[-1])
-    assert abs(there.x[-1] - run.x[0]).max() < ROUND_OFF
 
 
 @pytest.mark.parametrize("name", ["rods", "tree"])

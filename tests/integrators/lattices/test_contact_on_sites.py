@@ -18,13 +18,15 @@ from discmech import (
     trapezoidal,
 )
 from discmech.integrators import rules
+from discmech.integrators.contact import ContactSteps
 from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices import systems
+from discmech.integrators.lattices.site_gaps import SiteGaps
 from discmech.studies.lattices import contacts
 from discmech.studies.lattices.quantities import energies
-from tests.integrators.lattices.as_scenes import ROUND_OFF, as_scene, slow
+from tests.integrators.lattices import as_scenes
+from tests.integrators.lattices.as_scenes import ROUND_OFF, slow
 
-CHAIN = [(i, i + 1) for i in range(4)]
 NEAR = 50 * ROUND_OFF  # of velocities: a round-off of x over the step
 RULES = [midpoint, trapezoidal, slow(rectangle), slow(rules.get("gauss-2")),
          slow(rules.get("triple-jump:midpoint"))]  # fmt: skip
@@ -71,25 +73,9 @@ def discs(restitution):
     )  # fmt: skip
 
 
-def its_scene(lattice, bonds=CHAIN):
-    """The scene of all sites, with the gaps of all."""
-    n, k = lattice.groupoid.dim_x, lattice.matrix_size
-
-    def gaps(x, p):
-        own = [x[i * n : i * n + n, :] for i in range(lattice.sites)]
-        return [phi for e in own for phi in lattice.contact(e.reshape(k, k) if k else e, p)]
-
-    plain = as_scene(replace(lattice, contact=None, restitution=0), bonds)
-    return plain.with_values(contact=gaps, restitution=lattice.restitution)
-
-
-def assert_same(lattice, rule, steps, bonds=None):
-    bonds = lattice.pairs.tolist() if bonds is None else bonds
-    got = Scheme(lattice, rule).flow("1/50").trajectory(steps)
-    wanted = Scheme(its_scene(lattice, bonds), rule).flow("1/50").trajectory(steps)
-    for word in ("x", "u", "mu", "gaps"):
-        of_sites = getattr(got, word).reshape(len(got.t), -1)
-        assert abs(of_sites - getattr(wanted, word)).max() < NEAR, word
+def assert_same(lattice, rule, steps):
+    got, wanted = as_scenes.assert_same(lattice, rule, steps, 1, "1/50", NEAR)
+    assert abs(got.gaps.reshape(len(got.t), -1) - wanted.gaps).max() < NEAR
     assert abs(got.impulses.reshape(len(got.t), -1) - wanted.impulses[:, :, 0]).max() < NEAR
     found, there = got.impacts, wanted.impacts
     assert len(found.t) and set(np.round(found.t, 9)) == set(np.round(there.t, 9))
@@ -140,52 +126,28 @@ def test_fixed_sites_stay_and_meet_nothing():
     assert len(run.impacts.t) and run.gaps[:, 1:-1].min() > -1e-15
 
 
-def test_a_run_goes_on_from_a_row():
-    flow = Scheme(systems.bead_chain(), midpoint).flow("1/50")
-    whole = flow.trajectory(60)
-    rest = flow.trajectory(20, x0=whole.x[40], mu0=whole.mu[40])
-    assert abs(rest.x - whole.x[40:]).max() < 1e-12
-    assert flow.trajectory(60, 7).x == pytest.approx(whole.x[::7], abs=0)
+BEGIN = ContactSteps.__init__
 
 
-class Faults:
-    """What is broken in a run; the study has to see it."""
-
-    @staticmethod
-    def pulls(monkeypatch):
-        from discmech.integrators.lattices import site_contact as at
-
-        def stuck(W, U0, mask, start):
-            return np.where(mask, -U0 / W[:, 0, :], 0.0)
-
-        monkeypatch.setattr(at, "impulses", stuck)
-
-    @staticmethod
-    def misses(monkeypatch):
-        from discmech.integrators.lattices import site_contact as at
-
-        def unseen(self, m, share):
-            return m, self.gaps.velocity(m.place.x, m.mu), np.zeros_like(m.noise)
-
-        monkeypatch.setattr(at.SiteContactSteps, "_struck", unseen)
-
-    @staticmethod
-    def rebounds_wrongly(monkeypatch):
-        from discmech.integrators.lattices import site_contact as at
-
-        begin = at.SiteContactSteps.__init__
-
-        def other(self, *given):
-            begin(self, *given)
-            self.e = 0.25
-
-        monkeypatch.setattr(at.SiteContactSteps, "__init__", other)
+def pulling(self, W, U0, cones, start):
+    return -U0 / W.diagonal()
 
 
-@pytest.mark.parametrize("fault, seen", [("pulls", "pull"), ("misses", "missed"),
-                                         ("rebounds_wrongly", "restitution")])  # fmt: skip
-def test_faults_of_contact_are_seen(fault, seen, monkeypatch):
-    getattr(Faults, fault)(monkeypatch)
+def missing(self, m, share, *given):
+    return m._replace(u=self.gaps.velocity(m.place.x, m.mu))
+
+
+def rebounding(self, gaps, free, restitution):
+    BEGIN(self, gaps, free, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("of", "name", "fault", "seen"),
+    [(SiteGaps, "impulses", pulling, "pull"), (ContactSteps, "_struck", missing, "missed"),
+     (ContactSteps, "__init__", rebounding, "restitution")],
+)  # fmt: skip
+def test_faults_of_contact_are_seen(of, name, fault, seen, monkeypatch):
+    monkeypatch.setattr(of, name, fault)
     flow = Scheme(beads(0, v0=[[0], [0], [0], [0], [5]]), midpoint).flow("1/50")
     assert contacts.defects(flow, flow.trajectory(150))[seen] > 1e-10
 

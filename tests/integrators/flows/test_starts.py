@@ -1,4 +1,4 @@
-"""Scenes with a discrete Lagrangian only, started by the momentum that they give."""
+"""Starts: by the momentum, where there is a discrete Lagrangian only, and on constraints."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import pytest
 import sympy
 
 from discmech import BadInput, Conserved, Scene, Scheme, check, midpoint, pair
+from tests.objects import SCENES
 
 KICKED = Scene(
     "kicked-rotor", pair(1), x0=["0.3"], mu0=["0.8"], duration=100, step=1,
@@ -50,3 +51,30 @@ def test_what_does_not_fit_is_refused():
     without = Scheme(Scene("a", pair(1), v0=[1], **how), midpoint).flow(1)
     with pytest.raises(BadInput, match=r"Scene\(..., mu0=...\), or trajectory"):
         without.trajectory(1)
+
+
+# -- constraints: its own start is checked exactly, a run's to round-off ---------------------------
+
+
+def test_a_row_of_a_run_satisfies_a_constraint_to_roundoff():
+    """A run goes on from the doubles of a row, at any precision, and where all is tiny."""
+    f = Scheme(SCENES["spherical-pendulum"], midpoint).flow("1/20", 30)
+    run = f.trajectory(3)
+    x, mu = run.x[-1].astype(float), run.mu[-1].astype(float)
+    assert x @ mu != 0 or x @ x != 1
+    assert f.trajectory(1, x0=x, mu0=mu).steps == 1
+    assert f.trajectory(1, x0=x, mu0=mu * 1e-30).steps == 1
+    with pytest.raises(BadInput, match="μ·x is"):
+        f.trajectory(1, x0=x, mu0=1e-30 * (mu + x))
+
+
+def test_a_constraint_is_checked_exactly():
+    """|Γ|² = 1 to the last digit, also where it is irrational; other constants do not matter."""
+    half, top = sympy.sqrt(2) / 2, SCENES["heavy-top"]
+    assert Scheme(top.with_values(x0=[half, half, 0]), midpoint).scene.x0[0] == half
+    with pytest.raises(BadInput, match="must be 1"):
+        Scheme(top.with_values(x0=[half, "0.70710678118654752440", 0]), midpoint)
+    fixed = Conserved("x²", lambda x, mu, p: x[0] ** 2, value="9/4")
+    scene = SCENES["harmonic"].with_values(x0=[1], symmetries=[fixed])
+    with pytest.raises(BadInput, match="x² is 1 at x0, but must be 9/4"):
+        Scheme(scene, midpoint)

@@ -1,0 +1,81 @@
+"""A run under contact as it goes: its rows, its impacts, and what is told where it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from ..errors import CannotMeasure, StepFailure
+from ..numbers.types import Vector
+from .contact_step import ContactSteps, Moment
+
+
+class ContactRun:
+    """A run of so many steps from a moment, each every-th a row.
+
+    rows: x, μ and u; impulses (r, K, 1 + D) of the step that leaves a row; impacts: (step, impact).
+    """
+
+    def __init__(
+        self,
+        contact: ContactSteps,
+        moment: Moment,
+        steps: int,
+        every: int,
+        progress: Callable[[int], None] | None,
+    ) -> None:
+        self.contact, self.gaps, self.moment = contact, contact.gaps, moment
+        self.steps, self.every, self.progress, self.index = steps, every, progress, 0
+        count, zeros = steps // every + 1, contact.gaps.numbers.zeros
+        self.rows = [zeros(count, len(e)) for e in (moment.place.x, moment.mu, moment.u)]
+        self.impulses = zeros(count, *contact.gaps.still.shape)
+        self.impacts: list[tuple[int, Any]] = []
+
+    def taken(self) -> Any:
+        """The trajectory; raises `StepFailure` with the rows so far."""
+        while self.index < self.steps:
+            with self._told():
+                self.advance()
+            if self.progress is not None:
+                self.progress(self.index)
+        with self._told():
+            m = self.moment
+            self.write(m.place.x, m.mu, self.contact.free.part(1, m.place.x, m.mu, m.u)[2])
+        return self.trajectory(self.steps // self.every + 1)
+
+    def advance(self) -> None:
+        """One step, and perhaps more."""
+        m = self.moment
+        self.moment, u, impulses, impacts = self.contact.step(m)
+        self.write(m.place.x, m.mu, u, impulses)
+        self.impacts += [(self.index, e) for e in impacts]
+        self.index += 1
+
+    def write(self, x: Vector, mu: Vector, u: Vector, impulses: Any = 0) -> None:
+        """The row of now, if it has one."""
+        if self.index % self.every == 0:
+            row = self.index // self.every
+            for column, value in zip(self.rows, (x, mu, u), strict=True):
+                column[row] = value
+            self.impulses[row] += impulses
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except (StepFailure, CannotMeasure) as failure:
+            cause = failure
+        except (ArithmeticError, ValueError):  # Python's own functions outside their domain
+            cause = CannotMeasure("L or a gap of it is no number")
+        else:
+            return
+        raise self.failure(cause, self.trajectory(-(-self.index // self.every))) from None
+
+    def trajectory(self, count: int) -> Any:
+        """The first `count` rows as a user gets them."""
+        raise NotImplementedError
+
+    def failure(self, failure: Exception, rows: Any) -> StepFailure:
+        """The failure of the step to come; rows: those so far."""
+        raise NotImplementedError

@@ -1,0 +1,47 @@
+"""Blocks of a lattice's terms: what functions of columns give at all sites or bonds, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from ..numbers import LazyModule
+
+sparse: Any = LazyModule("scipy.sparse")
+
+
+def at_ends(ends: np.ndarray, *rows: np.ndarray) -> list[list[np.ndarray]]:
+    """Columns of rows (N, k) at the sites `ends` (r, 1 or 2), each (r,): those of both in turn."""
+    return [list(a[ends].reshape(len(ends), -1).T) for a in rows]
+
+
+def of_all(function: Callable[..., Any], count: int, *given: Any) -> list[np.ndarray]:
+    """The matrices (rows, columns, count) of a function of columns; what all share is repeated."""
+    found = function(*given)
+    parts = found if isinstance(found, tuple) else [found]
+    return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], count)) for e in parts]
+
+
+def places(ends: np.ndarray, size: int, order: Iterable[int] | None = None) -> np.ndarray:
+    """Where the entries of `ends` (r, 1 or 2) are among all sites', of so many each, (r, ·).
+
+    order: of the entries, if it is not that of the ends.
+    """
+    of = np.arange(size * ends.shape[1]) if order is None else np.array([*order])
+    found: np.ndarray = size * ends[:, of // size] + of % size
+    return found
+
+
+def placed(blocks: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: Any) -> Any:
+    """The sum of blocks (a, b, r) at rows (r, a) and columns (r, b) of a sparse matrix."""
+    i, j = np.broadcast_arrays(rows[:, :, None], columns[:, None, :])
+    return sparse.csr_matrix((np.moveaxis(blocks, 2, 0).ravel(), (i.ravel(), j.ravel())), shape)
+
+
+def of_lattice(blocks: np.ndarray, ends: np.ndarray, sites: int) -> Any:
+    """The sum of blocks at `ends`, whose rows and columns are of these, as a sparse matrix."""
+    rows, columns = (size // ends.shape[1] for size in blocks.shape[:2])
+    shape = sites * rows, sites * columns
+    return placed(blocks, places(ends, rows), places(ends, columns), shape)
