@@ -1,19 +1,15 @@
-"""Who takes part in a race: a rule of ours, or a peer; what a run of one hands out.
-
-A contestant has a name, a kind, a ladder of settings from cheap to accurate (a number of steps, or
-a tolerance), and `prepare(setting)`: a run, with everything done that need not be timed.
-"""
+"""Who takes part in a race: a rule of ours, or a peer; what a run of one hands out."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -71,9 +67,29 @@ class States:
     checkpoints: np.ndarray
     path: np.ndarray
     steps: int
-    evaluations: int | None
-    iterations: int | None
+    evaluations: int | None = None
+    iterations: int | None = None
     more: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def along(cls, problem: Problem, path: np.ndarray, *work: Any) -> States:
+        """Of states at equal distances, the checkpoints among them (`steps_between`)."""
+        if not problem.checkpoints:
+            return cls(path[:0], path, *work)
+        stride = (len(path) - 1) // math.gcd(problem.checkpoints, len(path) - 1)
+        return cls(path[stride::stride], path, *work)
+
+
+def steps_between(problem: Problem, steps: int) -> int:
+    """Each how-many-th of so many steps is kept: `MOST_ROWS` at most, the checkpoints among them.
+
+    A pilot's steps are a multiple of eight alone: there each second checkpoint is left out.
+    """
+    inside = steps // math.gcd(problem.checkpoints, steps) if problem.checkpoints else steps
+    every = max(1, math.ceil(steps / MOST_ROWS))
+    while inside % every:
+        every += 1
+    return every
 
 
 class NoEnd(CannotMeasure):
@@ -83,30 +99,58 @@ class NoEnd(CannotMeasure):
         super().__init__(f"{name} came to no end within the budget{more}")
 
 
-class Run(Protocol):
-    """One run, prepared: calling it is what is timed."""
+class Contestant:
+    """One method in a race; its settings are numbers of steps (`int`) or tolerances.
 
-    def __call__(self) -> object:
-        """From the start to the end."""
+    run: made of it and a setting, with everything done that need not be timed (`BadInput` or
+    `StepFailure` where there is none): calling that is what is timed, from the start to the end,
+    and its `states()` is the same once more, with what has to be looked at. setup: seconds to
+    derive and compile. what: how its tolerance is called.
+    """
 
-    def states(self) -> States:
-        """The same run once more, with what has to be looked at."""
-
-
-class Contestant(Protocol):
-    """One method in a race."""
-
+    kind = "peer"
     name: str
-    kind: str
+    problem: Problem
+    setup = 0.0
+    settings: Sequence[Any]  # cheapest first
+    what = "rtol"
+    run: type[Any]
 
     def ladder(self) -> Iterator[Any]:
         """Settings, cheapest first."""
+        return iter(self.settings)
 
-    def prepare(self, setting: Any) -> Run:
-        """The run with that setting; raises `BadInput` or `StepFailure` where there is none."""
+    def prepare(self, setting: Any) -> Any:
+        """The run with that setting."""
+        return self.run(self, setting)
 
     def told(self, setting: Any) -> dict[str, Any]:
         """The setting in a row of the result."""
+        if isinstance(setting, int):
+            step = float(self.problem.duration / setting)
+            return {"setting": f"{setting} steps", "step": step}
+        return {"setting": f"{self.what} {setting:.0e}", "tolerance": setting}
+
+
+class RuleRun:
+    """A trajectory of which the timed run keeps the end alone; `more` stands in its row."""
+
+    def __init__(self, contestant: RuleContestant, steps: int, more: Any = None) -> None:
+        self.problem, self.steps, self.more = contestant.problem, steps, more or {}
+        self.flow = contestant.scheme.flow(self.problem.duration / steps)
+        self.flow.trajectory(0)
+
+    def __call__(self) -> object:
+        run = self.flow.trajectory(self.steps, every=self.steps)
+        return run.base[-1], run.mu[-1]  # which peers have at hand when they return
+
+    def states(self) -> States:
+        """Rows at equal distances, the checkpoints among them."""
+        run = self.flow.trajectory(self.steps, every=steps_between(self.problem, self.steps))
+        corrections = round(run.newton_mean * (self.steps + 1))
+        evaluations = corrections + self.steps  # `correct` or `direct`, and `update`
+        path = np.hstack([run.base, run.mu])
+        return States.along(self.problem, path, self.steps, evaluations, corrections, self.more)
 
 
 def lines_of(rule: Discretisation) -> list[str]:
@@ -114,10 +158,10 @@ def lines_of(rule: Discretisation) -> list[str]:
     return [rule.name, *([rule.name + BY_TOLERANCE] if rule.stages else [])]
 
 
-class RuleContestant:
+class RuleContestant(Contestant):
     """A rule of ours with its compiled flow; the settings are numbers of steps, each twice."""
 
-    kind = "rule"
+    kind, run = "rule", RuleRun
 
     def __init__(self, problem: Problem, rule: Discretisation, first: int | None = None) -> None:
         self.problem, self.rule, self.name = problem, rule, rule.name
@@ -161,23 +205,16 @@ class RuleContestant:
         and for an order p > 2 the part 1/(4p) of it."""
         return (self.first * 2**k for k in range(40))
 
-    def told(self, setting: int) -> dict[str, Any]:
-        """Its steps and step size."""
-        return {"setting": f"{setting} steps", "step": float(self.problem.duration / setting)}
 
-    def prepare(self, setting: int) -> RuleRun:
-        """The flow at that number of steps, its coefficients computed."""
-        return RuleRun(self, setting)
-
-
-class ToleranceContestant:
+class ToleranceContestant(Contestant):
     """A rule of ours whose step is chosen for a tolerance, as a user does who asks for one.
 
     The pilot that chooses it has no part in the time of a run: its seconds stand in the row. Over
     many periods the step is the one for the scene's own duration.
     """
 
-    kind = "rule"
+    kind, what = "rule", "tolerance"
+    settings = TOLERANCES
 
     def __init__(self, fixed: RuleContestant) -> None:
         self.fixed, self.name = fixed, fixed.name + BY_TOLERANCE
@@ -186,14 +223,6 @@ class ToleranceContestant:
         with suppress(BadInput):  # what large steps need beside is compiled; the ladder tells more
             fixed.scheme.flow(tolerance=TOLERANCES[0])
         self.setup = fixed.setup + time.perf_counter() - begun
-
-    def ladder(self) -> Iterator[float]:
-        """Tolerances from 1e-2 on."""
-        return iter(TOLERANCES)
-
-    def told(self, setting: float) -> dict[str, Any]:
-        """Its tolerance."""
-        return {"setting": f"tolerance {setting:.0e}", "tolerance": setting}
 
     def prepare(self, setting: float) -> RuleRun:
         """The flow at the step that the pilot chose; raises `NoEnd` once pilots cost too much."""
@@ -212,37 +241,3 @@ class ToleranceContestant:
             steps = math.ceil(steps / MOST_ROWS) * MOST_ROWS
         chosen = {"step": float(problem.duration / steps), "promised": choice.error}
         return RuleRun(self.fixed, steps, {**chosen, "pilot": pilot})
-
-
-class RuleRun:
-    """A trajectory of which the timed run keeps the end alone; `more` stands in its row."""
-
-    def __init__(self, contestant: RuleContestant, steps: int, more: Any = None) -> None:
-        self.problem, self.steps, self.more = contestant.problem, steps, more or {}
-        self.flow = contestant.scheme.flow(self.problem.duration / steps)
-        self.flow.trajectory(0)
-
-    def __call__(self) -> object:
-        run = self.flow.trajectory(self.steps, every=self.steps)
-        return run.base[-1], run.mu[-1]  # which peers have at hand when they return
-
-    def states(self) -> States:
-        """Rows at equal distances, the checkpoints among them."""
-        # a pilot's steps are a multiple of eight alone: there each second checkpoint is left out
-        parts = math.gcd(self.problem.checkpoints, self.steps) if self.problem.checkpoints else 1
-        inside = self.steps // parts  # steps from one checkpoint to the next
-        every = max(1, math.ceil(self.steps / MOST_ROWS))
-        while inside % every:
-            every += 1
-        run = self.flow.trajectory(self.steps, every=every)
-        path = np.hstack([run.base, run.mu])
-        corrections = round(run.newton_mean * (self.steps + 1))
-        stride = inside // every
-        return States(
-            path[stride::stride] if self.problem.checkpoints else path[:0],
-            path,
-            self.steps,
-            corrections + self.steps,  # `correct` or `direct`, and `update`
-            corrections,
-            self.more,
-        )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.numbers import sympy
 
-from ..contestants import MOST_ROWS, NoEnd, Problem, States
+from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States
 
 TOLERANCES = [10.0**-k for k in range(3, 16, 2)] + [2.0**-52]  # the last is its own default
 #: below round-off and with compensated sums: what its documentation advises for long runs, so that
@@ -19,51 +19,16 @@ BROUWER = 1e-18
 MANY = 10_000  # steps between two looks at the clock
 
 
-def contestant(name: str, problem: Problem, equations: Any) -> HeyokaContestant:
-    """The adaptive Taylor integrator."""
-    return HeyokaContestant(name, problem, equations)
-
-
-class HeyokaContestant:
-    """taylor_adaptive, compiled once a tolerance; the settings are tolerances."""
-
-    kind = "peer"
-
-    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
-        import heyoka
-
-        self.name, self.problem, self.start = name, problem, problem.start
-        variables = heyoka.make_vars(*map(str, equations.states))
-        if len(equations.states) == 1:
-            variables = [variables]
-        self.system = [(v, _expression(e)) for v, e in zip(variables, equations.field, strict=True)]
-        self.setup = 0.0  # compiled with each setting
-
-    def ladder(self) -> Iterator[float]:
-        """Tolerances from 1e-3 to round-off; in a race without checkpoints below that."""
-        return iter(TOLERANCES if self.problem.checkpoints else [*TOLERANCES, BROUWER])
-
-    def told(self, setting: float) -> dict[str, Any]:
-        """Its tolerance."""
-        sums = ", compensated" if setting == BROUWER else ""
-        return {"setting": f"tol {setting:.0e}{sums}", "tolerance": setting}
-
-    def prepare(self, setting: float) -> HeyokaRun:
-        """The integrator compiled for that tolerance."""
-        return HeyokaRun(self, setting)
-
-
 def _expression(e: Any) -> Any:
     """heyoka's expression of sympy's, whole powers above the square as products.
 
     Its own power of an x that is 0 is not finite from the third on (fpu at rest).
     """
     import heyoka
-    from sympy import Pow, default_sort_key
 
     known: dict[Any, Any] = {}
-    powers = [p for p in e.atoms(Pow) if p.exp.is_Integer and p.exp > 2]
-    for power in sorted(powers, key=lambda p: (p.count_ops(), default_sort_key(p))):
+    powers = [p for p in e.atoms(sympy.Pow) if p.exp.is_Integer and p.exp > 2]
+    for power in sorted(powers, key=lambda p: (p.count_ops(), sympy.default_sort_key(p))):
         base = heyoka.from_sympy(power.base, known)
         product = base
         for _ in range(int(power.exp) - 1):
@@ -117,5 +82,27 @@ class HeyokaRun:
         grid = np.linspace(0.0, self.end, parts * inside + 1)
         path = np.array(self._rewind().propagate_grid(grid)[-1])
         path[-1] = last
-        checkpoints = path[inside::inside] if problem.checkpoints else path[:0]
-        return States(checkpoints, path, steps, None, None)
+        return States.along(problem, path, steps)
+
+
+class HeyokaContestant(Contestant):
+    """taylor_adaptive, compiled once a tolerance; the settings are tolerances."""
+
+    what, run = "tol", HeyokaRun
+
+    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
+        import heyoka
+
+        self.name, self.problem, self.start = name, problem, problem.start
+        #: in a race without checkpoints below round-off too
+        self.settings = TOLERANCES if problem.checkpoints else [*TOLERANCES, BROUWER]
+        variables = heyoka.make_vars(*map(str, equations.states))
+        if len(equations.states) == 1:
+            variables = [variables]
+        self.system = [(v, _expression(e)) for v, e in zip(variables, equations.field, strict=True)]
+
+    def told(self, setting: float) -> dict[str, Any]:
+        """Its tolerance."""
+        told = super().told(setting)
+        sums = ", compensated" if setting == BROUWER else ""
+        return {**told, "setting": told["setting"] + sums}

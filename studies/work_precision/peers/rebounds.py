@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators.equations import SceneSymbols
+from discmech.integrators.numbers import sympy
 from discmech.integrators.scene import Scene
 
-from ..contestants import MOST_ROWS, NoEnd, Problem, States
+from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States, steps_between
 
 #: of IAS15; the last is its own default, and above the first its corrector does not converge
 EPSILONS = [10.0**-k for k in range(3, 10)]
@@ -50,99 +51,29 @@ def bodies(scene: Scene) -> Bodies | None:
     dim, rest = divmod(len(s.x), count)
     if rest or dim not in (2, 3) or scene.lagrangian is None:
         return None
-    from sympy import Matrix, sqrt
-
     places, speeds = (
-        [Matrix(list(z)[i * dim : (i + 1) * dim]) for i in range(count)] for z in (s.x, s.u)
+        [sympy.Matrix(list(z)[i * dim : (i + 1) * dim]) for i in range(count)] for z in (s.x, s.u)
     )
     m, G = list(s.parameters.masses), getattr(s.parameters, "G", 1)
     kinetic = sum(e * v.dot(v) for e, v in zip(m, speeds, strict=True)) / 2
     pairs = combinations(zip(m, places, strict=True), 2)
-    wanted = kinetic + sum(G * e * f / sqrt((a - b).dot(a - b)) for (e, a), (f, b) in pairs)
+    wanted = kinetic + sum(G * e * f / sympy.sqrt((a - b).dot(a - b)) for (e, a), (f, b) in pairs)
     if (s.lagrangian - wanted).expand() != 0:
         return None
     constant = float(scene.parameters.get("G", 1))
     return Bodies(tuple(float(e) for e in masses), constant, dim)
 
 
-def contestant(name: str, problem: Problem, equations: Any) -> ReboundContestant:
-    """WHFast or IAS15."""
-    kind = WisdomHolman if name == "WHFast" else ReboundContestant
-    return kind(name, problem)
-
-
-class ReboundContestant:
-    """IAS15; the settings are its tolerances ε."""
-
-    kind = "peer"
-    setup = 0.0  # it comes compiled
-
-    def __init__(self, name: str, problem: Problem) -> None:
-        import rebound
-
-        found = bodies(problem.scene)
-        assert found is not None  # `peers.on` asks
-        self.name, self.problem, self.dim = name, problem, found.dim
-        self.masses = np.array(found.masses)
-        self.start = rebound.Simulation()
-        self.start.G, self.start.integrator = found.G, name.lower()
-        n = len(self.masses) * found.dim
-        x, mu = (part.reshape(-1, found.dim) for part in (problem.start[:n], problem.start[n:]))
-        for m, place, speed in zip(self.masses, x, mu / self.masses[:, None], strict=True):
-            at = {**dict(zip("xyz", place, strict=False)),
-                  **dict(zip(("vx", "vy", "vz"), speed, strict=False))}  # fmt: skip
-            self.start.add(m=m, **at)
-
-    def ladder(self) -> Iterator[Any]:
-        """ε down to its default."""
-        return iter(EPSILONS)
-
-    def told(self, setting: Any) -> dict[str, Any]:
-        """Its tolerance."""
-        return {"setting": f"ε {setting:.0e}", "tolerance": setting}
-
-    def prepare(self, setting: Any) -> ReboundRun:
-        """A simulation that waits at the start."""
-        simulation = self.start.copy()
-        simulation.ri_ias15.epsilon = setting
-        return ReboundRun(self, simulation)
-
-    def state(self, simulation: Any) -> np.ndarray:
-        """(x, μ) of a simulation."""
-        x, v = np.zeros((2, len(self.masses), 3))
-        simulation.serialize_particle_data(xyz=x, vxvyvz=v)
-        mu = self.masses[:, None] * v
-        return np.concatenate([x[:, : self.dim].ravel(), mu[:, : self.dim].ravel()])
-
-
-class WisdomHolman(ReboundContestant):
-    """WHFast; the settings are numbers of steps, each twice the one before."""
-
-    def ladder(self) -> Iterator[int]:
-        """From a quarter of the scene's own steps on."""
-        parts = max(1, self.problem.checkpoints)
-        usual = math.floor(self.problem.duration / self.problem.scene.step) // 4
-        return (max(1, round(usual / parts)) * parts * 2**k for k in range(40))
-
-    def told(self, setting: int) -> dict[str, Any]:
-        """Its steps and step size."""
-        return {"setting": f"{setting} steps", "step": float(self.problem.duration / setting)}
-
-    def prepare(self, setting: int) -> ReboundRun:
-        """A simulation that waits at the start."""
-        simulation = self.start.copy()
-        simulation.ri_whfast.corrector, simulation.ri_whfast.safe_mode = 17, 0
-        simulation.ri_whfast.keep_unsynchronized = 1  # looking on does not change the run
-        simulation.dt = float(self.problem.duration / setting)
-        return WisdomHolmanRun(self, simulation, setting)
-
-
 class ReboundRun:
     """A copy of the simulation that runs to the end by its own steps."""
 
-    def __init__(self, contestant: Any, start: Any) -> None:
-        self.contestant, self.start = contestant, start
+    def __init__(self, contestant: Any, setting: Any) -> None:
+        self.contestant, self.start = contestant, contestant.start.copy()
         self.problem, self.end = contestant.problem, float(contestant.problem.duration)
+        self._set(setting)
+
+    def _set(self, setting: float) -> None:
+        self.start.ri_ias15.epsilon = setting
 
     def __call__(self) -> Any:
         simulation = self.start.copy()
@@ -170,17 +101,18 @@ class ReboundRun:
             simulation.integrate(float(t))
             found.append(self.contestant.state(simulation))
         checkpoints = np.array([*found, path[-1]])[: self.problem.checkpoints]
-        stride = max(1, -(-steps // MOST_ROWS))
-        rows = np.array([*path[:-1:stride], path[-1]])
-        return States(checkpoints, rows, steps, None, None)
+        rows = np.array([*path[: -1 : max(1, -(-steps // MOST_ROWS))], path[-1]])
+        return States(checkpoints, rows, steps)
 
 
 class WisdomHolmanRun(ReboundRun):
     """The same by a number of equal steps, synchronised at the end alone."""
 
-    def __init__(self, contestant: Any, start: Any, steps: int) -> None:
-        super().__init__(contestant, start)
-        self.steps = steps
+    def _set(self, setting: Any) -> None:
+        self.steps, simulation = setting, self.start
+        simulation.ri_whfast.corrector, simulation.ri_whfast.safe_mode = 17, 0
+        simulation.ri_whfast.keep_unsynchronized = 1  # looking on does not change the run
+        simulation.dt = self.end / setting
 
     def __call__(self) -> Any:
         simulation = self.start.copy()
@@ -190,12 +122,47 @@ class WisdomHolmanRun(ReboundRun):
 
     def states(self) -> States:
         """At equal distances, the checkpoints among them."""
-        parts = max(1, self.problem.checkpoints)
-        inside, every = self.steps // parts, max(1, -(-self.steps // MOST_ROWS))
-        while inside % every:
-            every += 1
-        path = np.array(self._watched(every))
+        path = np.array(self._watched(steps_between(self.problem, self.steps)))
         path[-1] = self.contestant.state(self())
-        stride = inside // every
-        checkpoints = path[stride::stride] if self.problem.checkpoints else path[:0]
-        return States(checkpoints, path, self.steps, None, None)
+        return States.along(self.problem, path, self.steps)
+
+
+class ReboundContestant(Contestant):
+    """IAS15; the settings are its tolerances ε."""
+
+    settings, what, run = EPSILONS, "ε", ReboundRun
+
+    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
+        import rebound
+
+        found = bodies(problem.scene)
+        assert found is not None  # `peers.on` asks
+        self.name, self.problem, self.dim = name, problem, found.dim
+        self.masses = np.array(found.masses)
+        self.start = rebound.Simulation()
+        self.start.G, self.start.integrator = found.G, name.lower()
+        n = len(self.masses) * found.dim
+        x, mu = (part.reshape(-1, found.dim) for part in (problem.start[:n], problem.start[n:]))
+        for m, place, speed in zip(self.masses, x, mu / self.masses[:, None], strict=True):
+            at = {**dict(zip("xyz", place, strict=False)),
+                  **dict(zip(("vx", "vy", "vz"), speed, strict=False))}  # fmt: skip
+            self.start.add(m=m, **at)
+
+    def state(self, simulation: Any) -> np.ndarray:
+        """(x, μ) of a simulation."""
+        x, v = np.zeros((2, len(self.masses), 3))
+        simulation.serialize_particle_data(xyz=x, vxvyvz=v)
+        mu = self.masses[:, None] * v
+        return np.concatenate([x[:, : self.dim].ravel(), mu[:, : self.dim].ravel()])
+
+
+class WisdomHolman(ReboundContestant):
+    """WHFast; the settings are numbers of steps, each twice the one before."""
+
+    run = WisdomHolmanRun
+
+    def ladder(self) -> Iterator[int]:
+        """From a quarter of the scene's own steps on."""
+        parts = max(1, self.problem.checkpoints)
+        usual = math.floor(self.problem.duration / self.problem.scene.step) // 4
+        return (max(1, round(usual / parts)) * parts * 2**k for k in range(40))

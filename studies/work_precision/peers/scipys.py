@@ -3,52 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from discmech.integrators.errors import CannotMeasure
 
-from ..contestants import MOST_ROWS, NoEnd, Problem, States
+from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States
 
 IMPLICIT = ("Radau", "LSODA")  # those that take a Jacobian
 TOLERANCES = [10.0**-k for k in range(2, 14)]  # scipy takes no rtol below 100 units of round-off
-
-
-def contestant(name: str, problem: Problem, equations: Any) -> ScipyContestant:
-    """DOP853, Radau or LSODA."""
-    return ScipyContestant(name, problem, equations)
-
-
-class ScipyContestant:
-    """solve_ivp by one method; the settings are relative tolerances."""
-
-    kind = "peer"
-
-    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
-        self.name, self.problem, self.f, self.df = name, problem, equations.f, equations.df
-        self.start = problem.start
-        begun = time.perf_counter()
-        self.f(0.0, self.start), self.df(0.0, self.start)
-        self.setup = time.perf_counter() - begun
-        # the absolute tolerance is that much of each block's own size: x and μ have their units
-        n = len(problem.scheme.x)
-        sizes = [np.abs(self.start[part]).max(initial=0.0) for part in (slice(n), slice(n, None))]
-        sizes = [size or max(sizes) for size in sizes]
-        self.scale = np.repeat(sizes, [n, len(self.start) - n])
-
-    def ladder(self) -> Iterator[float]:
-        """Tolerances from 1e-2 on."""
-        return iter(TOLERANCES)
-
-    def told(self, setting: float) -> dict[str, Any]:
-        """Its tolerance."""
-        return {"setting": f"rtol {setting:.0e}", "tolerance": setting}
-
-    def prepare(self, setting: float) -> ScipyRun:
-        """A call of solve_ivp."""
-        return ScipyRun(self, setting)
 
 
 class ScipyRun:
@@ -99,4 +63,22 @@ class ScipyRun:
             checkpoints[-1] = found.y[:, -1]
         stride = max(1, -(-found.y.shape[1] // MOST_ROWS))
         path = np.vstack([found.y.T[::stride], found.y.T[-1:]])
-        return States(checkpoints, path, len(found.t) - 1, int(found.nfev), None)
+        return States(checkpoints, path, len(found.t) - 1, int(found.nfev))
+
+
+class ScipyContestant(Contestant):
+    """solve_ivp by one method; the settings are relative tolerances."""
+
+    settings, run = TOLERANCES, ScipyRun
+
+    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
+        self.name, self.problem, self.f, self.df = name, problem, equations.f, equations.df
+        self.start = problem.start
+        begun = time.perf_counter()
+        self.f(0.0, self.start), self.df(0.0, self.start)
+        self.setup = time.perf_counter() - begun
+        # the absolute tolerance is that much of each block's own size: x and μ have their units
+        n = len(problem.scheme.x)
+        sizes = [np.abs(self.start[part]).max(initial=0.0) for part in (slice(n), slice(n, None))]
+        sizes = [size or max(sizes) for size in sizes]
+        self.scale = np.repeat(sizes, [n, len(self.start) - n])

@@ -17,7 +17,8 @@ from discmech.studies import get
 from discmech.studies.core.case import scheme_of
 from discmech.studies.report import tables
 from discmech.studies.work_precision import contest, peers, racing
-from discmech.studies.work_precision.accuracy import METRICS, UNIT, Yardstick
+from discmech.studies.work_precision.accuracy import UNIT, Yardstick
+from discmech.studies.work_precision.axes import ERRORS, WORK
 from discmech.studies.work_precision.contestants import (
     TOLERANCES,
     NoEnd,
@@ -47,7 +48,7 @@ def test_everybody_takes_part_and_comes_to_the_truth(pendulum):
 def test_rows_hold_every_metric_and_every_count(pendulum):
     for name, case in pendulum.items():
         for row in case["rows"]:
-            assert set(row) >= {*METRICS, *contest.WORK, "setting", "samples", "outliers"}
+            assert set(row) >= {*ERRORS, *WORK, "setting", "samples", "outliers"}
             assert row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
             assert row["samples"] >= racing.LEAST
             assert row["error"] <= row["error-max"] and row["energy"] <= row["energy-max"]

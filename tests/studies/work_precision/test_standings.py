@@ -7,9 +7,8 @@ import math
 import pytest
 
 from discmech.studies.report import tables
-from discmech.studies.work_precision import contest, standings
 from discmech.studies.work_precision import plot as plot_work
-from discmech.studies.work_precision.accuracy import METRICS
+from discmech.studies.work_precision import standings
 
 
 def test_costs_lie_on_the_line_between_runs():
@@ -53,10 +52,6 @@ def test_the_table_says_what_failed_and_what_was_cut():
         "— (2 of 3 settings failed: LSODA came to no end within the budget; "
         "cut: rtol 1e-04, about 3 s)"
     )
-
-
-def test_the_picture_and_the_study_name_the_same_axes():
-    assert set(plot_work.ERRORS) == set(METRICS) and set(plot_work.WORK) == set(contest.WORK)
 
 
 def test_a_point_without_error_is_not_drawn():
