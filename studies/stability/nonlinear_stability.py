@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from fractions import Fraction
@@ -16,19 +17,8 @@ from discmech.integrators.numbers import arithmetic
 from ..core.runs import energy_with_terms, relative_drifts, with_terms
 from .stiff import Family
 
-#: best first; each with its criterion, as the report says it
-CLASSES = {
-    "bounded": "none of the others",
-    "resonant": "bounded, but the energy band is over four times that at steps a tenth of a decade "
-    "to both sides (of the shortest ones: to the longer side)",
-    "drifting": "the energy's means over the first and the last tenth of the run differ by more "
-    "than half its band and a hundredth of its terms, and still so in a run eight times as long",
-    "escaped": "x leaves the region of the true motion, where that is bounded, by ten times its "
-    "size",
-    "Newton failed": "the equations of a step were not solved",
-    "blown up": "the energy error exceeds the sum of the energy's terms at the start, or the "
-    "numbers are no longer finite",
-}
+#: best first; `view.MAPS` has the criterion of each
+CLASSES = ("bounded", "resonant", "drifting", "escaped", "Newton failed", "blown up")
 STEPS, THOROUGH = 60_000, 1_000_000
 ROWS = 1000  # states kept of a run
 PER_DECADE = {False: 10, True: 40}  # steps hω tried, thorough or not
@@ -162,11 +152,11 @@ def resonant(column: list[dict[str, Any]], apart: int = 1) -> None:
 
 def limits(rows: list[dict[str, Any]]) -> dict[str, float]:
     """Per stiffness the largest z below which everything is bounded; 0 if nothing is."""
-    found: dict[str, float] = {}
-    for row in rows:
-        key = f"{row['stiffness']:g}"
-        found.setdefault(key, 0.0)
-        column = [r for r in rows if r["stiffness"] == row["stiffness"] and r["z"] <= row["z"]]
-        if all(r["class"] == "bounded" for r in column):
-            found[key] = row["z"]
-    return found
+    columns = itertools.groupby(rows, key=lambda row: row["stiffness"])
+    return {
+        f"{stiffness:g}": max(
+            (r["z"] for r in itertools.takewhile(lambda r: r["class"] == "bounded", column)),
+            default=0.0,
+        )
+        for stiffness, column in columns
+    }

@@ -124,8 +124,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
                [*panels, plot_maps.legend()] if panels else [], sheet),
         Sketch(
             "stability-fpu", "The stiff springs of fpu", SPRINGS,
-            [plot_linear.exchange(stiff, known), plot_linear.stiffer(stiff, known),
-             plot_linear.adiabatic(stiff, known)]
+            [plot_linear.springs(key, stiff, known) for key in plot_linear.SPRINGS]
             if stiff else [], plot_linear.EXCHANGE_SHEET,
         ),
     ]  # fmt: skip
