@@ -1,4 +1,4 @@
-"""Sympy, loaded when something of it is first used: importing this package stays light."""
+"""Sympy and mpmath, loaded when first used: importing this package stays light."""
 
 from __future__ import annotations
 
@@ -19,3 +19,4 @@ class LazyModule:
 
 
 sympy: Any = LazyModule("sympy")
+mpmath: Any = LazyModule("mpmath")

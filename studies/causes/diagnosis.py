@@ -16,7 +16,7 @@ import numpy as np
 
 from discmech.integrators import BadInput, Scheme, retractions, scenes
 from discmech.integrators.flows import Flow
-from discmech.integrators.numbers import arithmetic, sympy
+from discmech.integrators.numbers import arithmetic, mpmath, sympy
 from discmech.integrators.rules import midpoint
 
 from ..core.case import Case, in_chart, scheme_of
@@ -239,8 +239,6 @@ def _of_runs(
 
 def _start_gap(case: Case, flow: Flow) -> float:
     """‖μ₀ of the run − μ₀ of the reference‖ over the largest ‖μ‖ of a few steps."""
-    import mpmath
-
     from discmech.reference import solution
 
     run, exact = flow.trajectory(ROWS), solution(case.scene, 0, case.digits + 15)
@@ -284,8 +282,6 @@ def evaluation_noise(flow: Flow) -> float:
 
 def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
     """(relative gap of the reference to the witness, the witness's own change by halving)."""
-    import mpmath
-
     from discmech.integrators import rules as discretisations
     from discmech.reference import solution
 

@@ -19,7 +19,7 @@ import numpy as np
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow
 from discmech.integrators.geometry import text_of
-from discmech.integrators.numbers import arithmetic, numeric_function
+from discmech.integrators.numbers import arithmetic, mpmath, numeric_function
 from discmech.integrators.rules.quadrature import rule as quadrature
 
 DIGITS, NODES = 50, 12
@@ -197,8 +197,6 @@ def _sweep(scheme: Scheme, steps: Sequence[Fraction]) -> None:
 @lru_cache(maxsize=1)
 def _collocation() -> tuple[list[Fraction], np.ndarray, np.ndarray]:
     """Gauss nodes (rounded to fractions), weights, and a_ij = ∫₀^{c_i} ℓ_j of their polynomials."""
-    import mpmath
-
     with mpmath.workdps(DIGITS + 30):
         pairs = quadrature("gauss", NODES, DIGITS + 30)
         exact = [Fraction(int(c * 10**60), 10**60) for c, _ in pairs]

@@ -17,6 +17,7 @@ from fractions import Fraction
 from typing import Any
 
 from discmech.integrators.errors import CannotMeasure, StepFailure
+from discmech.integrators.numbers import mpmath
 
 from ..core.case import Case
 from .diagnosis import evaluation_noise
@@ -31,8 +32,6 @@ MOST_STEPS = 20_000
 
 def gap(got: Any, wanted: Any) -> tuple[Any, Any]:
     """(‖got − wanted‖₂, ‖wanted‖₂) in mpmath."""
-    import mpmath
-
     exact = [mpmath.mpf(w) for w in wanted]
     off = [mpmath.mpf(g) - w for g, w in zip(got, exact, strict=True)]
     nothing = mpmath.mpf(0)
@@ -50,8 +49,6 @@ def measure_round_off(
     Runs of N > `MOST_STEPS` have the largest that was seen times (N/N₀)², N₀ the most steps of a
     measured run: N steps, with round-off over h in each. Rows whose runs stop are left without.
     """
-    import mpmath
-
     known: list[tuple[int, float]] = []
     for row in rows:
         steps = row["steps"]

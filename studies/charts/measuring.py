@@ -17,6 +17,7 @@ from discmech.integrators import Bisection, EvolutionOperator, Scheme, StepFailu
 from discmech.integrators import rules as discretisations
 from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.geometry import defects, regularity, residual, singular_sign
+from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import OnGroup, Scene
 
@@ -64,8 +65,6 @@ def axis_of(number: int) -> np.ndarray:
 def rotation(vector: Any, digits: int = 16) -> np.ndarray:
     """exp of the rotation vector (Rodrigues), 3×3; beyond 16 digits in mpmath's numbers."""
     if digits > 16:
-        import mpmath
-
         with mpmath.workdps(digits + 10):
             return _rodrigues([mpmath.mpf(float(e)) for e in vector], mpmath.mp)
     return _rodrigues([float(e) for e in vector], math)
@@ -209,8 +208,6 @@ def _factorised(case: Case, g: Any, after: Any) -> float | None:
     """The distance of a step from the factorisation's; None for other scenes, or on its edge."""
     if case.scene.name != "moser-veselov":
         return None
-    import mpmath
-
     from discmech.reference.failures import ReferenceFailure
     from discmech.reference.moser_veselov import step
 
@@ -225,8 +222,6 @@ def _factorised(case: Case, g: Any, after: Any) -> float | None:
 
 
 def _multiple(value: Any) -> Any:
-    import mpmath
-
     return mpmath.mpf(value.numerator) / value.denominator
 
 

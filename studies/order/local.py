@@ -16,6 +16,7 @@ from typing import Any
 
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow, round_off_from
+from discmech.integrators.numbers import mpmath
 
 GUARD = 15
 #: the part of the digits, less 14, by which the error of a step is below the motion at the expected
@@ -65,8 +66,6 @@ def digits_for(order: int) -> int:
 
 
 def _at(scheme: Scheme, small: int, digits: int) -> LocalOrder:
-    import mpmath
-
     from discmech.reference import solutions
 
     scene, expected = scheme.scene, scheme.order or 2

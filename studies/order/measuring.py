@@ -9,6 +9,7 @@ from typing import Any
 
 from discmech.integrators import StepFailure
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import Composition
 
 from ..causes.round_off import gap, measure_round_off
@@ -77,8 +78,6 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     part of), also multipliers, the same of λ (`mean_multipliers`; None where its step back fails),
     and its order in `measured`. With 16 digits, where runs have no order, also round_off.
     """
-    import mpmath
-
     from discmech.reference import multipliers as forces_of
     from discmech.reference import solution
 

@@ -15,7 +15,7 @@ from ..core.cluster import Cluster
 from ..core.record import record
 from ..core.store import Store
 from .catalogue import everything
-from .measuring import SCENES, Result, measure
+from .measuring import Result, measure, scene_for
 from .valid import random_rule
 
 SAMPLE = 12  # of so many faults of a site and rules of a kind one, unless all are asked for
@@ -72,7 +72,7 @@ def sampled(numbers: Sequence[int], kind: Callable[[int], str], seed: int = 0) -
 
 def rule_name(seed: int) -> str:
     """How tables call a valid rule."""
-    return f"{SCENES[seed // 6 % len(SCENES)]} {random_rule(seed).name}"
+    return f"{scene_for(seed)} {random_rule(seed).name}"
 
 
 def result(
