@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from ..report import plot_convergence
-from ..report.canvas import Sheet
-from ..report.grouping import as_above, by_scene, precisions
+from ..report.canvas import Panel, Sheet
+from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import (
@@ -83,16 +83,11 @@ def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    found: list[Sketch] = []
-    for digits, same in precisions(cases).items():
-        panels = [
-            plot_convergence.panel(titles.get(scene, scene), own, known)
-            for scene, own in by_scene(same).items()
-        ]
-        caption, sheet = as_above(CONVERGENCE, digits, found), _room(plot_convergence.SHEET, same)
-        title = f"Convergence, {digits} digits"
-        found.append(Sketch(f"order-{digits}", title, caption, panels, sheet, digits))
-    return found
+    def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
+        return [plot_convergence.panel(titles.get(scene, scene), own, known)]
+
+    sheet = _room(plot_convergence.SHEET, cases)
+    return figures_by_precision("order", "Convergence", CONVERGENCE, cases, sheet, panels)
 
 
 VIEW = View(
