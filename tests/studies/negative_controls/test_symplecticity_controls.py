@@ -126,6 +126,6 @@ def test_a_step_that_could_not_be_followed_is_said(monkeypatch):
         return sound(case, step)
 
     monkeypatch.setattr(measuring, "_rows_at", refused)
-    monkeypatch.setattr(measuring, "_largest_stable_step", lambda case: 4 * own)
+    monkeypatch.setattr(measuring, "largest_stable_step", lambda case: 4 * own)
     found = measured("symplecticity", "pendulum", "gauss-2", steps=24)
     assert found["verdict"] == "pass" and found["left_out_step"] == float(4 * own)
