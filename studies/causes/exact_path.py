@@ -7,6 +7,7 @@ map on (x, μ) are. L_d^E(x, u; h) is the action ∫ l dt of the exact motion ov
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from discmech import reference
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow
 from discmech.integrators.geometry import text_of
@@ -127,8 +129,6 @@ class Truncation:
 
 def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
     """log of the ratio of the last two sizes over that of their steps; infinite for round-off."""
-    import math
-
     if min(sizes[-2:]) <= ROUND_OFF:
         return math.inf
     return math.log(sizes[-2] / sizes[-1]) / math.log(steps[-2] / steps[-1])
@@ -175,23 +175,21 @@ def _times(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[Fraction]
 
 def _states(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[tuple[Any, Any, Any]]:
     """(x with its time, ξ, μ) of the exact motion there, in the arithmetic of `DIGITS` digits."""
-    from discmech.reference import solutions
-
     times = _times(scheme, h, places)
     with arithmetic(DIGITS).working():
         return [
             (_numbers(scheme.s.with_time(state.x, t)), _numbers(state.v), _numbers(state.mu))
-            for state, t in zip(solutions(scheme.scene, times, DIGITS), times, strict=True)
+            for state, t in zip(
+                reference.solutions(scheme.scene, times, DIGITS), times, strict=True
+            )
         ]
 
 
 def _sweep(scheme: Scheme, steps: Sequence[Fraction]) -> None:
     """The references at all times in one go; they are kept."""
-    from discmech.reference import solutions
-
     nodes = _collocation()[0]
     places = [0, *nodes, 1, *(1 + c for c in nodes), 2]
-    solutions(scheme.scene, {t for h in steps for t in _times(scheme, h, places)}, DIGITS)
+    reference.solutions(scheme.scene, {t for h in steps for t in _times(scheme, h, places)}, DIGITS)
 
 
 @lru_cache(maxsize=1)

@@ -10,12 +10,29 @@ from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, PAPER, Mark
 from ..report.typeset import figure_text
 from ..report.wording import Case, mapping, number, rows, rule_name, verdict
-from .axes import ERRORS, WORK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHEET = Sheet(width=3.5, height=2.75, right=1.0)
+WORK = {
+    "seconds": "run time in seconds",
+    "steps": "steps",
+    "evaluations": "evaluations of the right-hand side or the kernel",
+    "iterations": "Newton iterations",
+}
+ERRORS = {
+    "error": "error in (x, μ) at the end",
+    "error-x": "error in x at the end",
+    "error-mu": "error in μ at the end",
+    "error-max": "largest error in (x, μ)",
+    "error-x-max": "largest error in x",
+    "error-mu-max": "largest error in μ",
+    "energy": "energy error at the end",
+    "energy-max": "largest energy error",
+    "momentum": "drift of the momenta at the end",
+    "momentum-max": "largest drift of the momenta",
+}
 Point = tuple[float, float, dict[str, Any]]
 
 

@@ -113,8 +113,8 @@ def test_what_maps_lose_is_held_against_a_drift_whole(monkeypatch):
     """If it is round-off over h; what does not grow as steps get shorter is for the walk."""
     of, eps = case("momentum", scenes.get("pendulum")), 2.0**-53
     for grown, lost in ((1, 0.0), (7, 0.0), (9, 2 * 1000 * 20 * eps), (64, 2 * 1000 * 20 * eps)):
-        noise = iter([20 * eps, 20 * grown * eps])
-        monkeypatch.setattr(round_off, "evaluation_noise", lambda _, noise=noise: next(noise))
+        told = iter([(0.0, 20 * eps), (0.0, 20 * grown * eps)])
+        monkeypatch.setattr(round_off, "residuals", lambda _, told=told: next(told))
         assert lost_one_way(of, 1000) == lost
 
 

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from discmech.studies.report import tables
+from discmech.studies.work_precision import axes, standings
 from discmech.studies.work_precision import plot as plot_work
-from discmech.studies.work_precision import standings
 
 
 def test_costs_lie_on_the_line_between_runs():
@@ -52,6 +52,10 @@ def test_the_table_says_what_failed_and_what_was_cut():
         "— (2 of 3 settings failed: LSODA came to no end within the budget; "
         "cut: rtol 1e-04, about 3 s)"
     )
+
+
+def test_the_picture_and_the_study_name_the_same_axes():
+    assert (*plot_work.ERRORS,) == axes.ERRORS and (*plot_work.WORK,) == axes.WORK
 
 
 def test_a_point_without_error_is_not_drawn():
