@@ -123,11 +123,11 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
     }
     if family.adiabatic and not case.control:
         progress(f"{label}: exchange of energy", 0.9)
-        measured["exchange"] = {f"{r['z']:.3g}": r["error"] for r in exchange_errors(case.scheme)}
-        measured["stiffer"] = exchange_when_stiffer(case.scheme, case.thorough)
+        measured["exchange"] = {f"{z:.3g}": e for z, e in exchange_errors(case.scheme).items()}
+        found = {"stiffer": exchange_when_stiffer(case.scheme, case.thorough)}
         if case.rule.splits or case.thorough:  # the others are far slower, or cannot
-            found = adiabatic(case.scheme)
-            measured["adiabatic"] = {f"{r['omega']:g}": r["change"] for r in found}
+            found["adiabatic"] = adiabatic(case.scheme)
+        measured |= {k: {f"{w:g}": e for w, e in each.items()} for k, each in found.items()}
     return {
         "kind": "map",
         "label": family.label,

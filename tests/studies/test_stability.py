@@ -14,7 +14,6 @@ from discmech.integrators import imex, midpoint, scenes, trapezoidal
 from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
-from discmech.studies.core.one_case import run_case
 from discmech.studies.core.running import run_study
 from discmech.studies.stability import plot_maps
 from discmech.studies.stability.nonlinear_stability import (
@@ -25,7 +24,7 @@ from discmech.studies.stability.nonlinear_stability import (
     stability_map,
 )
 from discmech.studies.stability.stiff import FAMILIES
-from tests.studies.cached_results import SMALL, case, measured_once
+from tests.studies.cached_results import SMALL, measured, measured_once
 
 
 def made_up(energies, cause="", far_from_home=0.0):
@@ -153,12 +152,9 @@ def test_every_family_has_variants_that_run(name):
 
 
 def test_explicit_euler_has_no_bounded_run():
-    found = run_case(
-        get("stability"), case("stability", "spring-pendulum", "midpoint", control="explicit Euler")
-    )
-    assert found["verdict"] == "pass" and set(found["measured"]["classes"]) <= {
-        "blown up", "drifting",
-    }  # fmt: skip
+    found = measured("stability", "spring-pendulum", control="explicit Euler")
+    assert found["verdict"] == "pass"
+    assert set(found["measured"]["classes"]) <= {"blown up", "drifting"}
 
 
 def test_a_rule_that_is_lost_at_small_steps_fails(monkeypatch):
@@ -166,7 +162,7 @@ def test_a_rule_that_is_lost_at_small_steps_fails(monkeypatch):
         return [{"stiffness": 0.9, "z": 0.3, "class": "drifting"}]
 
     monkeypatch.setattr("discmech.studies.stability.measuring.stability_map", lost)
-    found = run_case(get("stability"), case("stability", "kepler", "midpoint"))
+    found = measured("stability", "kepler")
     assert found["verdict"] == "fail" and "drifting at hω = 0.3 and e = 0.9" in found["reason"]
 
 
@@ -180,7 +176,7 @@ def test_an_escape_fails_where_the_energy_forbids_it(monkeypatch, e, near, kind)
         return [{"stiffness": e, "z": 0.3, "class": kind}]
 
     monkeypatch.setattr("discmech.studies.stability.measuring.stability_map", lost)
-    assert run_case(get("stability"), case("stability", "kepler", "midpoint"))["verdict"] == verdict
+    assert measured("stability", "kepler")["verdict"] == verdict
 
 
 def test_a_comet_that_is_flung_out_is_no_bounded_run():
