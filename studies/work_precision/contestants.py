@@ -99,13 +99,27 @@ class NoEnd(CannotMeasure):
         super().__init__(f"{name} came to no end within the budget{more}")
 
 
+class Run:
+    """One run, prepared: calling it is what is timed, from the start to the end."""
+
+    def __init__(self, contestant: Contestant, setting: Any) -> None:
+        self.contestant, self.made = contestant, contestant.made(setting)
+
+    def __call__(self) -> object:
+        return self.contestant.solve(self.made)
+
+    def states(self) -> States:
+        """The same run once more, with what has to be looked at."""
+        found: States = self.contestant.states(self.made)
+        return found
+
+
 class Contestant:
     """One method in a race; its settings are numbers of steps (`int`) or tolerances.
 
-    run: made of it and a setting, with everything done that need not be timed (`BadInput` or
-    `StepFailure` where there is none): calling that is what is timed, from the start to the end,
-    and its `states()` is the same once more, with what has to be looked at. setup: seconds to
-    derive and compile. what: how its tolerance is called.
+    made(setting): all that need not be timed; raises `BadInput` or `StepFailure` where there is no
+    such run. solve(made), states(made): as of a `Run`. setup: seconds to derive and compile. what:
+    how its tolerance is called.
     """
 
     kind = "peer"
@@ -114,15 +128,20 @@ class Contestant:
     setup = 0.0
     settings: Sequence[Any]  # cheapest first
     what = "rtol"
-    run: type[Any]
+    solve: Any
+    states: Any
+
+    def made(self, setting: Any) -> Any:
+        """Nothing, where a run is solved with its setting alone."""
+        return setting
 
     def ladder(self) -> Iterator[Any]:
         """Settings, cheapest first."""
         return iter(self.settings)
 
-    def prepare(self, setting: Any) -> Any:
+    def prepare(self, setting: Any) -> Run:
         """The run with that setting."""
-        return self.run(self, setting)
+        return Run(self, setting)
 
     def told(self, setting: Any) -> dict[str, Any]:
         """The setting in a row of the result."""
@@ -130,27 +149,6 @@ class Contestant:
             step = float(self.problem.duration / setting)
             return {"setting": f"{setting} steps", "step": step}
         return {"setting": f"{self.what} {setting:.0e}", "tolerance": setting}
-
-
-class RuleRun:
-    """A trajectory of which the timed run keeps the end alone; `more` stands in its row."""
-
-    def __init__(self, contestant: RuleContestant, steps: int, more: Any = None) -> None:
-        self.problem, self.steps, self.more = contestant.problem, steps, more or {}
-        self.flow = contestant.scheme.flow(self.problem.duration / steps)
-        self.flow.trajectory(0)
-
-    def __call__(self) -> object:
-        run = self.flow.trajectory(self.steps, every=self.steps)
-        return run.base[-1], run.mu[-1]  # which peers have at hand when they return
-
-    def states(self) -> States:
-        """Rows at equal distances, the checkpoints among them."""
-        run = self.flow.trajectory(self.steps, every=steps_between(self.problem, self.steps))
-        corrections = round(run.newton_mean * (self.steps + 1))
-        evaluations = corrections + self.steps  # `correct` or `direct`, and `update`
-        path = np.hstack([run.base, run.mu])
-        return States.along(self.problem, path, self.steps, evaluations, corrections, self.more)
 
 
 def lines_of(rule: Discretisation) -> list[str]:
@@ -161,7 +159,7 @@ def lines_of(rule: Discretisation) -> list[str]:
 class RuleContestant(Contestant):
     """A rule of ours with its compiled flow; the settings are numbers of steps, each twice."""
 
-    kind, run = "rule", RuleRun
+    kind = "rule"
 
     def __init__(self, problem: Problem, rule: Discretisation, first: int | None = None) -> None:
         self.problem, self.rule, self.name = problem, rule, rule.name
@@ -205,33 +203,59 @@ class RuleContestant(Contestant):
         and for an order p > 2 the part 1/(4p) of it."""
         return (self.first * 2**k for k in range(40))
 
+    def made(self, setting: Any, more: Any = None) -> Any:
+        """The flow, its coefficients computed; more: what stands in the row."""
+        flow = self.scheme.flow(self.problem.duration / setting)
+        flow.trajectory(0)
+        return flow, setting, more or {}
 
-class ToleranceContestant(Contestant):
+    def solve(self, made: Any) -> object:
+        """A trajectory that keeps the end alone, which peers have at hand when they return."""
+        flow, steps, _ = made
+        run = flow.trajectory(steps, every=steps)
+        return run.base[-1], run.mu[-1]
+
+    def states(self, made: Any) -> States:
+        """Rows at equal distances, the checkpoints among them."""
+        flow, steps, more = made
+        run = flow.trajectory(steps, every=steps_between(self.problem, steps))
+        corrections = round(run.newton_mean * (steps + 1))
+        evaluations = corrections + steps  # `correct` or `direct`, and `update`
+        path = np.hstack([run.base, run.mu])
+        return States.along(self.problem, path, steps, evaluations, corrections, more)
+
+
+class ToleranceContestant(RuleContestant):
     """A rule of ours whose step is chosen for a tolerance, as a user does who asks for one.
 
     The pilot that chooses it has no part in the time of a run: its seconds stand in the row. Over
     many periods the step is the one for the scene's own duration.
     """
 
-    kind, what = "rule", "tolerance"
-    settings = TOLERANCES
+    what, settings = "tolerance", TOLERANCES
+    ladder = Contestant.ladder
 
     def __init__(self, fixed: RuleContestant) -> None:
-        self.fixed, self.name = fixed, fixed.name + BY_TOLERANCE
-        self.equations, self.spent = fixed.equations + BY_TOLERANCE, 0.0
+        self.problem, self.rule, self.scheme = fixed.problem, fixed.rule, fixed.scheme
+        self.fixed, self.name, self.spent = fixed, fixed.name + BY_TOLERANCE, 0.0
         begun = time.perf_counter()
         with suppress(BadInput):  # what large steps need beside is compiled; the ladder tells more
-            fixed.scheme.flow(tolerance=TOLERANCES[0])
+            self.scheme.flow(tolerance=TOLERANCES[0])
         self.setup = fixed.setup + time.perf_counter() - begun
 
-    def prepare(self, setting: float) -> RuleRun:
-        """The flow at the step that the pilot chose; raises `NoEnd` once pilots cost too much."""
-        problem = self.fixed.problem
+    @property
+    def equations(self) -> str:
+        """What tells its step from any other's."""
+        return self.fixed.equations + BY_TOLERANCE
+
+    def made(self, setting: Any, more: Any = None) -> Any:
+        """At the step that the pilot chose; raises `NoEnd` once pilots cost too much."""
+        problem = self.problem
         if self.spent > PATIENT * problem.patience:
             raise NoEnd(self.name, f": choosing steps took {self.spent:.2g} s")
         begun = time.process_time()
         try:
-            choice = self.fixed.scheme.flow(tolerance=setting).choice
+            choice = self.scheme.flow(tolerance=setting).choice
         finally:
             pilot = time.process_time() - begun
             self.spent += pilot
@@ -240,4 +264,4 @@ class ToleranceContestant(Contestant):
         if not problem.checkpoints and steps > MOST_ROWS:  # rows at equal distances, the end too
             steps = math.ceil(steps / MOST_ROWS) * MOST_ROWS
         chosen = {"step": float(problem.duration / steps), "promised": choice.error}
-        return RuleRun(self.fixed, steps, {**chosen, "pilot": pilot})
+        return super().made(steps, {**chosen, "pilot": pilot})

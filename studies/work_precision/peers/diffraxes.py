@@ -30,38 +30,10 @@ def _bound(steps: int) -> int:
     return bound
 
 
-class DiffraxRun:
-    """One compiled solve; JAX answers at once, so the result is waited for."""
-
-    def __init__(self, contestant: DiffraxContestant, setting: Any) -> None:
-        self.contestant, self.setting = contestant, setting
-
-    def __call__(self) -> Any:
-        import jax
-
-        contestant = self.contestant
-        return jax.block_until_ready(contestant.solve(self.setting, contestant.start)[0])
-
-    def states(self) -> States:
-        """Its own steps; at the checkpoints before the end its dense output, as a user gets."""
-        contestant, problem = self.contestant, self.contestant.problem
-        last, steps, fine = contestant.solve(self.setting, contestant.start)
-        if not bool(fine):
-            raise NoEnd(contestant.name, f" ({contestant.most_steps} steps)")
-        own, dense = contestant.look(self.setting, contestant.start, _bound(int(steps)))
-        path, end = _joined(own), _joined(last)[-1:]
-        path = np.vstack([path[np.isfinite(path).all(axis=1)], end])  # what is not filled is ∞
-        checkpoints = path[:0]
-        if problem.checkpoints:
-            checkpoints = _joined(dense)
-            checkpoints[-1] = end
-        return States(checkpoints, path, int(steps))
-
-
 class DiffraxContestant(Contestant):
     """diffeqsolve under jit, the setting an argument; the settings are tolerances."""
 
-    settings, run = TOLERANCES, DiffraxRun
+    settings = TOLERANCES
     fastest = 2e-7  # seconds of a step, at least: it limits how many the patience allows
 
     def __init__(self, name: str, problem: Problem, equations: Any) -> None:
@@ -76,7 +48,7 @@ class DiffraxContestant(Contestant):
         self.start = self._state(jnp.asarray(problem.start))
         self.terms = self._terms(equations)
 
-        def solved(setting: Any, start: Any, saved: Any, most: int) -> Any:
+        def run(setting: Any, start: Any, saved: Any, most: int) -> Any:
             found = diffrax.diffeqsolve(
                 self.terms, y0=start, t0=0.0, t1=float(problem.duration), saveat=saved,
                 max_steps=most, throw=False, **self._method(setting),
@@ -84,19 +56,19 @@ class DiffraxContestant(Contestant):
             done = found.result == diffrax.RESULTS.successful
             return found.ys, found.stats["num_steps"], done
 
-        def solve(setting: Any, start: Any) -> Any:
-            return solved(setting, start, diffrax.SaveAt(t1=True), self.most_steps)
+        def end(setting: Any, start: Any) -> Any:
+            return run(setting, start, diffrax.SaveAt(t1=True), self.most_steps)
 
         def look(setting: Any, start: Any, bound: int) -> Any:
             own = diffrax.SubSaveAt(t0=True, steps=max(1, bound // MOST_ROWS))
             times = [float(t) for t in problem.times] if problem.checkpoints else [0.0]
             saved = diffrax.SaveAt(subs=[own, diffrax.SubSaveAt(ts=jnp.asarray(times))])
-            return solved(setting, start, saved, bound)[0]
+            return run(setting, start, saved, bound)[0]
 
-        self.solve = jax.jit(solve)
+        self.end = jax.jit(end)
         self.look = jax.jit(look, static_argnums=2)
         begun = time.perf_counter()
-        jax.block_until_ready(self.solve(next(self.ladder()), self.start))
+        self.solve(next(self.ladder()))
         self.setup = time.perf_counter() - begun
 
     def _state(self, start: Any) -> Any:
@@ -116,6 +88,26 @@ class DiffraxContestant(Contestant):
         controller = diffrax.PIDController(rtol=tolerance, atol=tolerance)
         solver = diffrax.Tsit5() if self.name.endswith("tsit5") else diffrax.Dopri8()
         return {"solver": solver, "dt0": None, "stepsize_controller": controller}
+
+    def solve(self, setting: Any) -> Any:
+        """One compiled solve; JAX answers at once, so the result is waited for."""
+        import jax
+
+        return jax.block_until_ready(self.end(setting, self.start)[0])
+
+    def states(self, setting: Any) -> States:
+        """Its own steps; at the checkpoints before the end its dense output, as a user gets."""
+        last, steps, fine = self.end(setting, self.start)
+        if not bool(fine):
+            raise NoEnd(self.name, f" ({self.most_steps} steps)")
+        own, dense = self.look(setting, self.start, _bound(int(steps)))
+        path, end = _joined(own), _joined(last)[-1:]
+        path = np.vstack([path[np.isfinite(path).all(axis=1)], end])  # what is not filled is ∞
+        checkpoints = path[:0]
+        if self.problem.checkpoints:
+            checkpoints = _joined(dense)
+            checkpoints[-1] = end
+        return States(checkpoints, path, int(steps))
 
 
 class SymplecticContestant(DiffraxContestant):

@@ -37,63 +37,16 @@ def _expression(e: Any) -> Any:
     return heyoka.from_sympy(e, known)
 
 
-class HeyokaRun:
-    """propagate_until from the start, the integrator object used again."""
-
-    def __init__(self, contestant: HeyokaContestant, tolerance: float) -> None:
-        import heyoka
-
-        self.contestant, self.end = contestant, float(contestant.problem.duration)
-        begun = time.perf_counter()
-        self.integrator = heyoka.taylor_adaptive(
-            contestant.system, contestant.start.tolist(), tol=tolerance,
-            high_accuracy=tolerance == BROUWER,
-        )  # fmt: skip
-        contestant.setup += time.perf_counter() - begun
-
-    def _rewind(self) -> Any:
-        self.integrator.time = 0.0
-        self.integrator.state[:] = self.contestant.start
-        return self.integrator
-
-    def __call__(self) -> Any:
-        return self._rewind().propagate_until(self.end)
-
-    def _watched(self) -> int:
-        """The same run with an end to the patience; returns its number of steps."""
-        integrator, begun, steps = self._rewind(), time.process_time(), 0
-        while True:
-            outcome, _, _, more, *_ = integrator.propagate_until(self.end, max_steps=MANY)
-            steps += more
-            if "time_limit" in str(outcome):
-                return steps
-            if "step_limit" not in str(outcome):
-                raise CannotMeasure(f"heyoka: stopped with {outcome}")
-            if time.process_time() - begun > self.contestant.problem.patience:
-                raise NoEnd("heyoka")
-
-    def states(self) -> States:
-        """On a grid, by the Taylor polynomials of its steps: as accurate as the steps are."""
-        problem = self.contestant.problem
-        steps = self._watched()
-        last = self.integrator.state.copy()
-        parts = max(1, problem.checkpoints)
-        inside = max(1, min(4 * steps, MOST_ROWS) // parts)
-        grid = np.linspace(0.0, self.end, parts * inside + 1)
-        path = np.array(self._rewind().propagate_grid(grid)[-1])
-        path[-1] = last
-        return States.along(problem, path, steps)
-
-
 class HeyokaContestant(Contestant):
     """taylor_adaptive, compiled once a tolerance; the settings are tolerances."""
 
-    what, run = "tol", HeyokaRun
+    what = "tol"
 
     def __init__(self, name: str, problem: Problem, equations: Any) -> None:
         import heyoka
 
         self.name, self.problem, self.start = name, problem, problem.start
+        self.end = float(problem.duration)
         #: in a race without checkpoints below round-off too
         self.settings = TOLERANCES if problem.checkpoints else [*TOLERANCES, BROUWER]
         variables = heyoka.make_vars(*map(str, equations.states))
@@ -106,3 +59,48 @@ class HeyokaContestant(Contestant):
         told = super().told(setting)
         sums = ", compensated" if setting == BROUWER else ""
         return {**told, "setting": told["setting"] + sums}
+
+    def made(self, tolerance: float) -> Any:
+        """The integrator, compiled for that tolerance; it is used again and again."""
+        import heyoka
+
+        begun, exact = time.perf_counter(), tolerance == BROUWER
+        made = heyoka.taylor_adaptive(
+            self.system, self.start.tolist(), tol=tolerance, high_accuracy=exact
+        )
+        self.setup += time.perf_counter() - begun
+        return made
+
+    def _rewound(self, integrator: Any) -> Any:
+        integrator.time = 0.0
+        integrator.state[:] = self.start
+        return integrator
+
+    def solve(self, integrator: Any) -> Any:
+        """propagate_until from the start."""
+        return self._rewound(integrator).propagate_until(self.end)
+
+    def _watched(self, integrator: Any) -> int:
+        """The same run with an end to the patience; returns its number of steps."""
+        begun, steps = time.process_time(), 0
+        self._rewound(integrator)
+        while True:
+            outcome, _, _, more, *_ = integrator.propagate_until(self.end, max_steps=MANY)
+            steps += more
+            if "time_limit" in str(outcome):
+                return steps
+            if "step_limit" not in str(outcome):
+                raise CannotMeasure(f"heyoka: stopped with {outcome}")
+            if time.process_time() - begun > self.problem.patience:
+                raise NoEnd("heyoka")
+
+    def states(self, integrator: Any) -> States:
+        """On a grid, by the Taylor polynomials of its steps: as accurate as the steps are."""
+        steps = self._watched(integrator)
+        last = integrator.state.copy()
+        parts = max(1, self.problem.checkpoints)
+        inside = max(1, min(4 * steps, MOST_ROWS) // parts)
+        grid = np.linspace(0.0, self.end, parts * inside + 1)
+        path = np.array(self._rewound(integrator).propagate_grid(grid)[-1])
+        path[-1] = last
+        return States.along(self.problem, path, steps)

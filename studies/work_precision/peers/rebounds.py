@@ -64,73 +64,10 @@ def bodies(scene: Scene) -> Bodies | None:
     return Bodies(tuple(float(e) for e in masses), constant, dim)
 
 
-class ReboundRun:
-    """A copy of the simulation that runs to the end by its own steps."""
-
-    def __init__(self, contestant: Any, setting: Any) -> None:
-        self.contestant, self.start = contestant, contestant.start.copy()
-        self.problem, self.end = contestant.problem, float(contestant.problem.duration)
-        self._set(setting)
-
-    def _set(self, setting: float) -> None:
-        self.start.ri_ias15.epsilon = setting
-
-    def __call__(self) -> Any:
-        simulation = self.start.copy()
-        simulation.integrate(self.end)
-        return simulation
-
-    def _watched(self, every: int) -> list[np.ndarray]:
-        """States every so many steps, with an end to the patience."""
-        begun, simulation = time.process_time(), self.start.copy()
-        rows, reach = [self.contestant.state(simulation)], self.end * (1 - 2.0**-40)
-        while simulation.t < reach:
-            if time.process_time() - begun > self.problem.patience:
-                raise NoEnd(self.contestant.name)
-            simulation.steps(every)
-            simulation.synchronize()
-            rows.append(self.contestant.state(simulation))
-        return rows
-
-    def states(self) -> States:
-        """Its own steps; at the checkpoints before the end by steps that are cut to end there."""
-        path = self._watched(1)
-        path[-1] = self.contestant.state(self())
-        steps, found, simulation = len(path) - 1, [], self.start.copy()
-        for t in self.problem.times[:-1] if self.problem.checkpoints else ():
-            simulation.integrate(float(t))
-            found.append(self.contestant.state(simulation))
-        checkpoints = np.array([*found, path[-1]])[: self.problem.checkpoints]
-        rows = np.array([*path[: -1 : max(1, -(-steps // MOST_ROWS))], path[-1]])
-        return States(checkpoints, rows, steps)
-
-
-class WisdomHolmanRun(ReboundRun):
-    """The same by a number of equal steps, synchronised at the end alone."""
-
-    def _set(self, setting: Any) -> None:
-        self.steps, simulation = setting, self.start
-        simulation.ri_whfast.corrector, simulation.ri_whfast.safe_mode = 17, 0
-        simulation.ri_whfast.keep_unsynchronized = 1  # looking on does not change the run
-        simulation.dt = self.end / setting
-
-    def __call__(self) -> Any:
-        simulation = self.start.copy()
-        simulation.steps(self.steps)
-        simulation.synchronize()
-        return simulation
-
-    def states(self) -> States:
-        """At equal distances, the checkpoints among them."""
-        path = np.array(self._watched(steps_between(self.problem, self.steps)))
-        path[-1] = self.contestant.state(self())
-        return States.along(self.problem, path, self.steps)
-
-
 class ReboundContestant(Contestant):
     """IAS15; the settings are its tolerances ε."""
 
-    settings, what, run = EPSILONS, "ε", ReboundRun
+    settings, what = EPSILONS, "ε"
 
     def __init__(self, name: str, problem: Problem, equations: Any) -> None:
         import rebound
@@ -138,6 +75,7 @@ class ReboundContestant(Contestant):
         found = bodies(problem.scene)
         assert found is not None  # `peers.on` asks
         self.name, self.problem, self.dim = name, problem, found.dim
+        self.end = float(problem.duration)
         self.masses = np.array(found.masses)
         self.start = rebound.Simulation()
         self.start.G, self.start.integrator = found.G, name.lower()
@@ -155,14 +93,67 @@ class ReboundContestant(Contestant):
         mu = self.masses[:, None] * v
         return np.concatenate([x[:, : self.dim].ravel(), mu[:, : self.dim].ravel()])
 
+    def made(self, setting: Any) -> Any:
+        """A simulation that waits at the start, and its setting."""
+        simulation = self.start.copy()
+        simulation.ri_ias15.epsilon = setting
+        return simulation, setting
+
+    def solve(self, made: Any) -> Any:
+        """A copy that runs to the end by its own steps."""
+        simulation = made[0].copy()
+        simulation.integrate(self.end)
+        return simulation
+
+    def _watched(self, made: Any, every: int) -> list[np.ndarray]:
+        """States every so many steps, with an end to the patience; the last is the timed run's."""
+        begun, simulation = time.process_time(), made[0].copy()
+        rows, reach = [self.state(simulation)], self.end * (1 - 2.0**-40)
+        while simulation.t < reach:
+            if time.process_time() - begun > self.problem.patience:
+                raise NoEnd(self.name)
+            simulation.steps(every)
+            simulation.synchronize()
+            rows.append(self.state(simulation))
+        return [*rows[:-1], self.state(self.solve(made))]
+
+    def states(self, made: Any) -> States:
+        """Its own steps; at the checkpoints before the end by steps that are cut to end there."""
+        path = self._watched(made, 1)
+        steps, found, simulation = len(path) - 1, [], made[0].copy()
+        for t in self.problem.times[:-1] if self.problem.checkpoints else ():
+            simulation.integrate(float(t))
+            found.append(self.state(simulation))
+        checkpoints = np.array([*found, path[-1]])[: self.problem.checkpoints]
+        rows = np.array([*path[: -1 : max(1, -(-steps // MOST_ROWS))], path[-1]])
+        return States(checkpoints, rows, steps)
+
 
 class WisdomHolman(ReboundContestant):
     """WHFast; the settings are numbers of steps, each twice the one before."""
-
-    run = WisdomHolmanRun
 
     def ladder(self) -> Iterator[int]:
         """From a quarter of the scene's own steps on."""
         parts = max(1, self.problem.checkpoints)
         usual = math.floor(self.problem.duration / self.problem.scene.step) // 4
         return (max(1, round(usual / parts)) * parts * 2**k for k in range(40))
+
+    def made(self, steps: int) -> Any:
+        """A simulation that waits at the start, and its steps."""
+        simulation = self.start.copy()
+        simulation.ri_whfast.corrector, simulation.ri_whfast.safe_mode = 17, 0
+        simulation.ri_whfast.keep_unsynchronized = 1  # looking on does not change the run
+        simulation.dt = self.end / steps
+        return simulation, steps
+
+    def solve(self, made: Any) -> Any:
+        """By a number of equal steps, synchronised at the end alone."""
+        simulation = made[0].copy()
+        simulation.steps(made[1])
+        simulation.synchronize()
+        return simulation
+
+    def states(self, made: Any) -> States:
+        """At equal distances, the checkpoints among them."""
+        path = np.array(self._watched(made, steps_between(self.problem, made[1])))
+        return States.along(self.problem, path, made[1])

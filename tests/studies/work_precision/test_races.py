@@ -123,7 +123,7 @@ def test_over_many_periods_the_step_is_that_for_the_scene_s_duration():
     assert states.steps == 100 * flow.choice.steps and len(states.path) == states.steps + 1
     hurried = replace(problem, patience=0.5)
     chosen.spent = 0.5 * PATIENT + 0.1
-    chosen.fixed.problem = hurried
+    chosen.problem = hurried
     with pytest.raises(NoEnd, match=r"gauss-4, tolerance came to no end .*: choosing steps"):
         chosen.prepare(1e-9)
 
@@ -176,7 +176,7 @@ def test_rules_with_stages_begin_where_these_contract(monkeypatch):
     problem, _ = race_on(scenes.get("rigid-body"))
     contestant = RuleContestant(problem, discretisations.get("gauss-3"))
     first = next(contestant.ladder())
-    assert contestant.prepare(first).flow.trajectory(first).solver == "fixed point"
+    assert contestant.made(first)[0].trajectory(first).solver == "fixed point"
     with pytest.raises(TypeError, match="not callable"):
         RuleContestant(problem, discretisations.get("gauss-3"), first=4)
 
