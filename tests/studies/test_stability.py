@@ -6,16 +6,17 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
-from discmech.integrators import imex, midpoint, scenes, trapezoidal
+from discmech.integrators import StepFailure, imex, midpoint, scenes, trapezoidal
 from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
 from discmech.studies.core.running import run_study
-from discmech.studies.stability import plot_maps
+from discmech.studies.stability import nonlinear_stability, plot_maps
 from discmech.studies.stability.nonlinear_stability import (
     CLASSES,
     limits,
@@ -36,12 +37,11 @@ def made_up(energies, cause="", far_from_home=0.0):
 
     def runner(scheme, step, steps):
         if cause:
-            from discmech.integrators import StepFailure
-
             raise StepFailure("s", "r", 1, 0.1, {"x": [0.0]}, cause, run)
         return run
 
-    return one_run(None, Fraction(1, 10), 100, measures, runner, 10.0)["class"]
+    with patch.object(nonlinear_stability, "trajectory", runner):
+        return one_run(None, Fraction(1, 10), 100, measures, 10.0)["class"]
 
 
 T = np.linspace(0, 1, 500)
@@ -60,7 +60,7 @@ def test_every_class_by_its_criterion():
     assert made_up([], "Newton did not converge") == "Newton failed"
 
 
-def test_a_shift_that_a_longer_run_takes_back_is_no_drift():
+def test_a_shift_that_a_longer_run_takes_back_is_no_drift(monkeypatch):
     energies = {100: 0.1 * np.cos(0.5 * np.pi * T), 800: 0.1 * np.cos(4 * np.pi * T)}
 
     def runner(scheme, step, steps):
@@ -69,7 +69,8 @@ def test_a_shift_that_a_longer_run_takes_back_is_no_drift():
     def terms(found):
         return 1 + energies[found.steps][:, None], np.ones((len(T), 1))
 
-    told = one_run(None, Fraction(1, 10), 100, {"energy": terms}, runner)
+    monkeypatch.setattr(nonlinear_stability, "trajectory", runner)
+    told = one_run(None, Fraction(1, 10), 100, {"energy": terms})
     assert (told["class"], told["steps"]) == ("bounded", 800)
 
 
@@ -188,7 +189,7 @@ def test_a_comet_that_is_flung_out_is_no_bounded_run():
     assert kinds[0.1] == "bounded" and kinds[1.0] == "escaped" and kinds[10.0] == "blown up"
 
 
-def test_a_run_covers_the_slow_motion():
+def test_a_run_covers_the_slow_motion(monkeypatch):
     family, scheme = FAMILIES["kepler"], scheme_of(scenes.get("kepler"), midpoint)
     times = []
 
@@ -196,7 +197,8 @@ def test_a_run_covers_the_slow_motion():
         times.append(float(step * steps))
         return scheme.flow(step).trajectory(1)
 
-    stability_map(replace(family, stiffness=family.stiffness[-1:]), scheme, run=run)
+    monkeypatch.setattr(nonlinear_stability, "trajectory", run)
+    stability_map(replace(family, stiffness=family.stiffness[-1:]), scheme)
     assert min(times) >= 6 * math.pi
 
 
