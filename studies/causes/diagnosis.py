@@ -21,7 +21,7 @@ from discmech.integrators.rules import midpoint
 from ..core.case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation
 from .points import MEANT, mean_of_points
-from .round_off import ROWS, gap, residuals, size
+from .round_off import ROWS, gap, residuals, size, unit
 
 NEAR = 0.25  # an order this close to another is that one
 FLAT = "pendulum"  # on a pair groupoid, where the derivative of coordinates is the velocity
@@ -30,11 +30,6 @@ WITNESS = "kahan-li-8:trapezoidal"
 #: of a `Truncation`, beside the cause
 SHOWN = ("steps", "lagrangian", "legendre", "residual", "order_of_legendre", "order_of_points")
 Told = tuple[str, str]  # cause, sentence
-
-
-def unit(digits: int) -> float:
-    """Round-off of a precision."""
-    return 2.0**-53 if digits == 16 else 10.0**-digits
 
 
 def of_order(

@@ -42,6 +42,11 @@ def gap(got: Any, wanted: Any) -> tuple[Any, Any]:
     return (mpmath.norm(off, 2), mpmath.norm(exact, 2)) if exact else (nothing, nothing)
 
 
+def unit(digits: int) -> float:
+    """Round-off of a precision."""
+    return 2.0**-53 if digits == 16 else 10.0**-digits
+
+
 def size(rows: np.ndarray) -> float:
     """The largest entry, 1 if all vanish."""
     return max(float(abs(e)) for e in rows.ravel()) or 1.0

@@ -11,7 +11,7 @@ import numpy as np
 
 from discmech.integrators.flows import Trajectory
 
-from ..causes.round_off import lost_one_way, why_unknown
+from ..causes.round_off import lost_one_way, unit, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.fitting import BATCHES, Line, batch_line, fit_line
 from ..core.runs import FAR, bins, energy_errors, long_run, refuse_ended
@@ -166,7 +166,7 @@ def _goes_on(drifts: list[list[float]]) -> bool:
 
 def _allowed(case: Case, band: float) -> float:
     """What a slope may add up to over the run: a share of the band, or round-off."""
-    return max(band * SHARE, 1e4 * (2.0**-53 if case.digits == 16 else 10.0**-case.digits))
+    return max(band * SHARE, 1e4 * unit(case.digits))
 
 
 def _steadiness(errors: np.ndarray) -> float:
@@ -287,8 +287,8 @@ def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
     least = expected["balance_order"]
     if not np.isfinite(band):
         return Verdict("fail", "the energy is no longer finite.", expected)
-    eps = 2.0**-53 if case.digits == 16 else 10.0**-case.digits
-    if measurement["way"] <= ROUND_OFFS * eps * measurement["steps"] or (order or 0) >= least:
+    rounded = ROUND_OFFS * unit(case.digits) * measurement["steps"]
+    if measurement["way"] <= rounded or (order or 0) >= least:
         return Verdict("pass", "", expected)
     said = "does not sink" if order is None else f"sinks with the step's power {order:.2f} only"
     said = f"the balance of energy and work {said}"

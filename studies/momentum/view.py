@@ -31,10 +31,6 @@ def _drifts(case: Case) -> str:
     return ", ".join(words) or NONE
 
 
-def _walk(case: Case) -> str:
-    return scientific(mapping(case, "expected").get("random_walk"))
-
-
 def _compared(case: Case) -> dict[str, Any]:
     return {"drift": max((case["measured"].get("drift") or {}).values(), default=None)}
 
@@ -50,7 +46,10 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 
 VIEW = View(
-    columns=[("Worst drift", _drifts), ("Random walk", _walk)],
+    columns=[
+        ("Worst drift", _drifts),
+        ("Random walk", lambda case: scientific(mapping(case, "expected").get("random_walk"))),
+    ],
     got=lambda measured: pairs(measured.get("drift") or {}), wanted=limit,
     short=lambda measured: largest(mapping(measured, "drift")),
     sketches=_sketches, compared=_compared,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -56,15 +57,10 @@ def _multipliers(case: Case) -> str:
 
 def _points(case: Case) -> str:
     """Points of the fit, and why others were left out."""
-    used = mapping(case, "measured").get("points")
-    every = rows(case)
-    why: dict[str, int] = {}
-    for row in every:
-        if not row.get("used"):
-            reason = str(row.get("why_not") or "left out")
-            why[reason] = why.get(reason, 0) + 1
+    every, used = rows(case), mapping(case, "measured").get("points")
+    why = Counter(str(row.get("why_not") or "left out") for row in every if not row.get("used"))
     if used is None:
-        used = len(every) - sum(why.values())
+        used = len(every) - why.total()
     said = ", ".join(f"{count} {reason}" for reason, count in why.items())
     return f"{used} of {len(every)}" + (f" ({said})" if said else "")
 

@@ -18,6 +18,7 @@ from discmech.integrators.errors import unknown
 from discmech.integrators.scene import Scene
 
 from ..contestants import Contestant, Problem
+from .rebounds import bodies
 
 #: peer → (the package it needs, where it is driven)
 PEERS = {
@@ -66,7 +67,7 @@ def on(scene: Scene, names: Sequence[str]) -> list[str]:
         name for name in names
         if not (name in SYMBOLIC and scene.lagrangian is not None and not _is_closed(scene))
         and (name not in SPLIT or _splits(scene))
-        and (name not in BODIES or _is_of_bodies(scene))
+        and (name not in BODIES or bodies(scene) is not None)
     ]  # fmt: skip
 
 
@@ -74,13 +75,6 @@ def on(scene: Scene, names: Sequence[str]) -> list[str]:
 def _is_closed(scene: Scene) -> bool:
     """Whether ξ(x, μ) has a short closed form."""
     return closed_velocity(SceneSymbols(scene)) is not None
-
-
-def _is_of_bodies(scene: Scene) -> bool:
-    """Whether the scene is bodies that attract each other, as rebound knows them."""
-    from .rebounds import bodies
-
-    return bodies(scene) is not None
 
 
 @lru_cache(maxsize=64)

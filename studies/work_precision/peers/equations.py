@@ -156,7 +156,5 @@ def _array_function(
     ]
 
 
-@lru_cache(maxsize=64)
-def equations_of(scheme: Scheme) -> Equations:
-    """The equations of motion of a scheme's scene, derived and compiled once."""
-    return Equations(scheme)
+#: the equations of motion of a scheme's scene, derived and compiled once
+equations_of = lru_cache(maxsize=64)(Equations)
