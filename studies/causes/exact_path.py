@@ -8,6 +8,7 @@ map on (x, μ) are. L_d^E(x, u; h) is the action ∫ l dt of the exact motion ov
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -138,9 +139,7 @@ def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
 def truncation(scheme: Scheme) -> Truncation:
     """Measured at `HALVINGS` steps from a quarter of the scene's, with 50 digits."""
     steps = [scheme.scene.step * COARSEST / 2**k for k in range(HALVINGS)]
-    found: dict[str, list[float]] = {
-        "lagrangian": [], "legendre": [], "residual": [], "factors": [], "legendre_over_factor": [],
-    }  # fmt: skip
+    found = defaultdict[str, list[float]](list)
     _sweep(scheme, steps)
     numbers = arithmetic(DIGITS)
     for step in steps:

@@ -78,12 +78,10 @@ def _letters(matrix: Any, h: Any) -> list[tuple[int, Any, Any]]:
     found = []
     for k, e in enumerate(matrix):
         for s in sorted((s for s in e.free_symbols if s != h), key=str):
-            name = str(s).rpartition("_")[0]
-            found += [
-                (k, s, t) for t in everywhere
-                if t != s and name and str(t).rpartition("_")[0] == name
-                and str(s).rpartition("_")[2].isdigit()
-            ]  # fmt: skip
+            name, _, index = str(s).rpartition("_")
+            if name and index.isdigit():
+                others = (t for t in everywhere if str(t).rpartition("_")[0] == name)
+                found += [(k, s, t) for t in others if t != s]
     return found
 
 
