@@ -276,9 +276,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         allowed = {**limits, "momentum": walk * unit}
         for name, limit in allowed.items():
             if row[name] is not None and not row[name] <= limit:
-                return Verdict(
-                    "fail", f"{name} {row[name]:.2g} {where}, more than {limit:.0e}.", expected
-                )
+                said = f"{name} {row[name]:.2g} {where}, more than {limit:.0e}."
+                return Verdict("fail", said, expected)
         near = row["regularity"] is not None and row["regularity"] < SINGULAR
         none_there = row["solutions"] == 0
         if row["outcome"] == "stopped" and row["steps"] and not near and not none_there:

@@ -155,13 +155,10 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         return told
     told.expected["local_order"] = order
     if told.verdict != "fail" and order < wanted - BESIDE:
-        return Verdict(
-            "fail",
-            f"one step is of order {order:.2f} in {local['component']}, below the expected "
-            f"{wanted}: from an exact state a step of {local['step']:.1g} is off by "
-            f"O(h^{order + 1:.2f}), however little that is in the runs.",
-            told.expected,
-        )
+        said = f"one step is of order {order:.2f} in {local['component']}, below the expected "
+        said += f"{wanted}: from an exact state a step of {local['step']:.1g} is off by "
+        said += f"O(h^{order + 1:.2f}), however little that is in the runs."
+        return Verdict("fail", said, told.expected)
     if told.reason.startswith("every error is round-off"):
         told.reason = (
             "every error of the runs is round-off beside the largest component, which says nothing "

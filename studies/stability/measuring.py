@@ -51,9 +51,8 @@ def cases(choice: Choice) -> list[Case]:
                 found.append(Case(NAME, scene, rule, 16, choice.steps, None, choice.thorough))
         for control in CONTROLS.get(scene.name, ()):
             if control in choice.controls or not (choice.controls or choice.rules):
-                found.append(
-                    Case(NAME, scene, midpoint, 16, choice.steps, control, choice.thorough)
-                )
+                asked = (16, choice.steps, control, choice.thorough)
+                found.append(Case(NAME, scene, midpoint, *asked))
     return found
 
 
@@ -163,12 +162,9 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if not bad:
         return _judge_exchange(measured, expected)
     row = bad[0]
-    return Verdict(
-        "fail",
-        f"{row['class']} at hω = {row['z']:.3g} and {measurement['label']} = "
-        f"{row['stiffness']:g}, where the step resolves the motion.",
-        expected,
-    )
+    said = f"{row['class']} at hω = {row['z']:.3g} and {measurement['label']} = "
+    said += f"{row['stiffness']:g}, where the step resolves the motion."
+    return Verdict("fail", said, expected)
 
 
 def _judge_exchange(measured: dict[str, Any], expected: dict[str, Any]) -> Verdict:

@@ -257,12 +257,9 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if not broken:
         return Verdict("pass", "", expected)
     kind, row = _seen_in(broken, measurement)
-    return Verdict(
-        "fail",
-        f"the {kind} defect is {broken[kind]:.2g} at step {row['step']:.3g}, "
-        f"t = {row['time']:.3g}; round-off would leave at most {allowed[kind]:.0e}.",
-        expected,
-    )
+    said = f"the {kind} defect is {broken[kind]:.2g} at step {row['step']:.3g}, "
+    said += f"t = {row['time']:.3g}; round-off would leave at most {allowed[kind]:.0e}."
+    return Verdict("fail", said, expected)
 
 
 def _seen_in(broken: dict[str, float], measurement: dict[str, Any]) -> tuple[str, dict[str, Any]]:
