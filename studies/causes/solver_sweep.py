@@ -94,9 +94,8 @@ def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[
             own = max(own, defect(here["target"], mu + (here["plus"] - here["minus"]) / first.h))
         taken = max(taken, defect(run.base[k + 1], run.mu[k + 1]))
         for tolerance in swept:
-            swept[tolerance] = max(
-                swept[tolerance], defect(*_step(flow, x, mu, u, tolerance * whole))
-            )
+            after = _step(flow, x, mu, u, tolerance * whole)
+            swept[tolerance] = max(swept[tolerance], defect(*after))
     solved = swept.pop(0.0)
     evidence = {"residual": off, "own": own, "taken": taken, "solved": solved,
                 "swept": [[t, d] for t, d in swept.items()]}  # fmt: skip

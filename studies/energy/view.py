@@ -33,12 +33,10 @@ ENERGY = (
 def _wanted(expected: dict[str, Any]) -> str:
     if "not_demanded" in expected:
         return "only measured"
-    limit = expected.get("slope_limit")
     if "balance_order" in expected:
         return f"energy less work: order ≥ {expected['balance_order']}"
-    return (
-        pairs(expected) if number(limit) is None else f"slope or both edges ≤ {scientific(limit)}"
-    )
+    limit = number(expected.get("slope_limit"))
+    return pairs(expected) if limit is None else f"slope or both edges ≤ {scientific(limit)}"
 
 
 def _edges(measured: dict[str, Any]) -> str:

@@ -77,9 +77,8 @@ def _text(old: str, new: str) -> Any:
     def operator(text: str, generator: Any, h: Any) -> str | None:
         changed = text.replace(old, new)
         of_newton = "memo" in new or text.find(old) > text.index("def solve(")
-        lost = (of_newton and "iterated=False" in text) or (
-            "_ = system" in new and "reused=0" in text
-        )
+        lost = of_newton and "iterated=False" in text
+        lost |= "_ = system" in new and "reused=0" in text
         return None if lost or changed == text else changed
 
     return operator

@@ -263,6 +263,5 @@ def _changed(fault: Fault, given: Any, h: Any) -> Any:
 
 
 def _each(value: Any, function: Callable[[Any], Any]) -> Any:
-    return (
-        type(value)(map(function, value)) if isinstance(value, (list, tuple)) else function(value)
-    )
+    several = isinstance(value, (list, tuple))
+    return type(value)(map(function, value)) if several else function(value)

@@ -35,12 +35,10 @@ class Yardstick:
             self.reference = reference_of(problem)
             self.floors |= self._rounded_start(equations)
         self.energy = energy_with_terms(problem.scheme, 16)
-        kept = [
-            q for q in problem.scene.symmetries if q.to_roundoff and not (q.attitude or q.of_step)
-        ]
-        self.momenta = [
-            with_terms(problem.scheme, q.formula(s.position, s.mu, s.parameters), 16) for q in kept
-        ]
+        exact = (q for q in problem.scene.symmetries if q.to_roundoff)
+        kept = [q.formula for q in exact if not (q.attitude or q.of_step)]
+        at = s.position, s.mu, s.parameters
+        self.momenta = [with_terms(problem.scheme, formula(*at), 16) for formula in kept]
         for name in ("energy", "momentum") if kept else ("energy",):
             self.floors |= {name: UNIT, f"{name}-max": UNIT}
 

@@ -143,9 +143,8 @@ class SymplecticContestant(DiffraxContestant):
 
 def _joined(states: Any) -> np.ndarray:
     """Rows (x, μ), whole or in its two parts."""
-    return np.hstack(
-        [np.array(part) for part in (states if isinstance(states, tuple) else [states])]
-    )
+    parts = states if isinstance(states, tuple) else [states]
+    return np.hstack([np.array(part) for part in parts])
 
 
 def _compiled(arguments: list[Any], entries: Any) -> Any:

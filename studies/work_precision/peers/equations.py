@@ -74,12 +74,11 @@ class Equations:
         s = scheme.s
         self.name = scheme.scene.name.replace("-", "_").replace(".", "_")
         self.states = [*s.x, *s.mu]
-        self._named = named = {
-            p: sympy.Symbol(f"P{i}", real=True) for i, p in enumerate(s.parameter_list)
-        }
-        self._s, self._start = s, [float(v) for v in scheme.scene.v0]
         values = [float(v) for v in scheme.scene.parameter_values]
-        self.constants = dict(zip(named.values(), values, strict=True))
+        letters = sympy.symbols(f"P:{len(values)}", real=True)
+        self._named = dict(zip(s.parameter_list, letters, strict=True))
+        self._s, self._start = s, [float(v) for v in scheme.scene.v0]
+        self.constants = dict(zip(letters, values, strict=True))
 
     @cached_property
     def _field(self) -> Any:
