@@ -173,7 +173,9 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
         taken = run.base[k + 1], run.mu[k + 1]
         rows.append({
             "step": float(step), "index": i, "time": float(run.t[k]),
-            "pullback": _pullback(case, flow, x, u, run.u[k + 1]),
+            # None where a step is no arrow; the run's next one, for Newton may find another
+            "pullback": float(flow.pullback_defect(x, u, v0=run.u[k + 1]))
+            if case.scheme.has_arrows else None,
             "poisson": _poisson(flow, x, mu, u),
             "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
             **_change(case, flow, x, mu, u),
@@ -193,11 +195,6 @@ def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float |
     change, volume, grown = form_change_defects(flow, x, mu, u)
     rate = -math.log(abs(grown)) / float(flow.step)
     return {"change": float(change), "volume": float(volume), "contraction": rate}
-
-
-def _pullback(case: Case, flow: Any, x: Any, u: Any, later: Any) -> float | None:
-    """None where a step is no arrow; later: the run's next one, for Newton may find another."""
-    return float(flow.pullback_defect(x, u, v0=later)) if case.scheme.has_arrows else None
 
 
 def _poisson(flow: Any, x: Any, mu: Any, u: Any) -> float | None:

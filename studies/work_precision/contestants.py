@@ -151,11 +151,6 @@ class Contestant:
         return {"setting": f"{self.what} {setting:.0e}", "tolerance": setting}
 
 
-def lines_of(rule: Discretisation) -> list[str]:
-    """The names under which a rule of ours takes part: one with stages by tolerance too."""
-    return [rule.name, *([rule.name + BY_TOLERANCE] if rule.stages else [])]
-
-
 class RuleContestant(Contestant):
     """A rule of ours with its compiled flow; the settings are numbers of steps, each twice."""
 

@@ -14,6 +14,7 @@ from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Progress, Verdict, silent
 from ..core.lookup import word_for
+from ..core.study import BY_TOLERANCE
 from . import STUDY
 from .enough import FEWEST, errors_of
 
@@ -49,10 +50,11 @@ class Race:
     @property
     def methods(self) -> list[str]:
         """The names of all that take part."""
-        from .contestants import lines_of
-
-        ours = [lines_of(rule) if self.by_tolerance else [rule.name] for rule in self.rules]
-        return [*(name for names in ours for name in names), *self.peers]
+        ours = []
+        for rule in self.rules:
+            ours += [rule.name]
+            ours += [rule.name + BY_TOLERANCE] if rule.stages and self.by_tolerance else []
+        return [*ours, *self.peers]
 
     @property
     def axes(self) -> tuple[str, str]:
