@@ -50,7 +50,7 @@ from .identities import (
     vanishes,
     vanishes_as,
 )
-from .lazy import LazyModule, sympy, working_digits
+from .lazy import LazyModule, mpmath, sympy, working_digits
 from .multi_output import InArithmetic, as_one_number, collect, entry, opaque
 from .newton import newton
 from .numeric import numeric, numeric_function, numeric_text, registered_function, run_text
@@ -79,7 +79,7 @@ __all__ = [
     "exact_vector", "first_violation", "flatten", "floats_exact", "function_text", "inlined",
     "inverse_sizes", "is_zero", "jacobian", "listed", "needed", "newton", "null_direction",
     "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of", "random_columns",
-    "random_point", "refuse_large", "register", "registered_function", "replaced",
+    "mpmath", "random_point", "refuse_large", "register", "registered_function", "replaced",
     "rounded", "run_text", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy", "to_sympy",
     "tracked", "values_of", "vanishes", "vanishes_as", "whole_number", "with_running_errors",
     "with_tables", "working_digits", "written_out",

@@ -8,31 +8,28 @@ told by a number that the others leave as it is.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
+from discmech import reference
 from discmech.integrators import BadInput, Scheme, retractions, scenes
+from discmech.integrators import rules as discretisations
 from discmech.integrators.flows import Flow
-from discmech.integrators.numbers import arithmetic, sympy
+from discmech.integrators.numbers import mpmath, sympy
 from discmech.integrators.rules import midpoint
 
 from ..core.case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation
 from .points import MEANT, mean_of_points
+from .round_off import ROWS, gap, residuals, size, unit
 
 NEAR = 0.25  # an order this close to another is that one
 FLAT = "pendulum"  # on a pair groupoid, where the derivative of coordinates is the velocity
-ROWS = 16  # steps of a run that are looked at
 #: what checks a reference: it shares no formula with it, and its own error is seen
 WITNESS = "kahan-li-8:trapezoidal"
-
-
-def unit(digits: int) -> float:
-    """Round-off of a precision."""
-    return 2.0**-53 if digits == 16 else 10.0**-digits
+#: of a `Truncation`, beside the cause
+SHOWN = ("steps", "lagrangian", "legendre", "residual", "order_of_legendre", "order_of_points")
+Told = tuple[str, str]  # cause, sentence
 
 
 def of_order(
@@ -48,28 +45,20 @@ def of_order(
     if wanted is None or scheme.one_step:  # no L_d(x, u) to ask
         return None
     found = truncation(scheme)
-    evidence: dict[str, Any] = {
-        "steps": found.steps,
-        "lagrangian": found.lagrangian,
-        "legendre": found.legendre,
-        "residual": found.residual,
-        "order_of_legendre": found.order_of_legendre,
-        "order_of_points": found.order_of_points,
-    }
+    evidence: dict[str, Any] = {name: getattr(found, name) for name in SHOWN}
     if found.order < wanted - NEAR:
-        told = _of_rule(scheme, wanted, found, evidence)
-        if case.scheme.substeps:
-            told["sentence"] = f"in the rule {scheme.rule.name}: {told['sentence']}"
-        return told
+        cause, sentence = _of_rule(scheme, wanted, found, evidence)
+        inside = f"in the rule {scheme.rule.name}: " if case.scheme.substeps else ""
+        return named(cause, inside + sentence, evidence)
     of_step = (measurement.get("local") or {}).get("order")
-    if of_step is not None and of_step < wanted - NEAR:
-        in_last_bits = _of_floats(scheme, evidence)  # L_d is as declared but for these
-        if in_last_bits is not None:
-            return in_last_bits
-    return _of_runs(case, measurement, duration, at_50_digits, found, evidence)
+    told = None
+    if of_step is not None and of_step < wanted - NEAR:  # L_d is as declared but for the last bits
+        told = _of_floats(scheme, evidence)
+    told = told or _of_runs(case, measurement, duration, at_50_digits, found, evidence)
+    return told and named(*told, evidence)
 
 
-def _of_floats(scheme: Scheme, evidence: dict[str, Any]) -> dict[str, Any] | None:
+def _of_floats(scheme: Scheme, evidence: dict[str, Any]) -> Told | None:
     """A float of the rule's that a fraction was meant by: it counts with its binary value."""
     numbers = (e.atoms(sympy.Rational) for e in (scheme.discrete_lagrangian, scheme.s.lagrangian))
     for number in sorted({abs(e) for e in next(numbers) - next(numbers)}):
@@ -77,18 +66,15 @@ def _of_floats(scheme: Scheme, evidence: dict[str, Any]) -> dict[str, Any] | Non
         off = float(abs(number - meant))
         if 0 < off <= 2.0**-52 * number:
             evidence["float"] = [float(number), str(meant)]
-            return named(
+            return (
                 "float",
                 f"L_d holds {float(number)!r} as a float, which is off {meant} by {off:.1e}, and "
                 f"counts with its binary value: write sympy.Rational({meant.p}, {meant.q}).",
-                evidence,
             )
     return None
 
 
-def _of_rule(
-    scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str, Any]
-) -> dict[str, Any]:
+def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str, Any]) -> Told:
     """Scene, gauge, retraction or discrete Lagrangian: L_d is not of the declared order."""
     off = f"‖F±/h − μ‖ on exact arrows is {found.legendre[-1]:.1e}"
     if found.order < found.order_of_legendre:
@@ -103,31 +89,28 @@ def _of_rule(
             continue
         evidence[f"order_of_legendre_{name}"] = other.order_of_legendre
         if other.order > wanted - NEAR:
-            return named(
+            return (
                 "retraction",
                 f"in the {scheme.scene.groupoid.retraction} chart L_d is of order "
                 f"{found.order:.2f}, with --retraction {name} of order {_figure(other.order)}: "
                 "the rule takes u for more than this chart makes of it.",
-                evidence,
             )
     left = min(found.order_of_points, found.order_over_factor)
     if found.order_of_legendre < 1 - NEAR < left:
         c = _fraction(*found.factors[-2:])
         evidence["factors"] = found.factors
         rest = f" Without it the rule is of order {_figure(left)}, not {wanted}."
-        return named(
+        return (
             "factor",
             f"L_d is {c} times a consistent one: its points are those of L, its momenta {c} times "
             f"theirs ({off}): weights have to sum to 1, and what L is given for a velocity has to "
             "be one (the derivative of the curve)." + (rest if left < wanted - NEAR else ""),
-            evidence,
         )
     if scheme.scene.discrete_lagrangian is not None and found.order_of_legendre < 1 - NEAR:
-        return named(
+        return (
             "scene",
             "the scene's discrete_lagrangian is none of its lagrangian: "
             f"{off} and does not sink as of a discretisation of order 1; mend either.",
-            evidence,
         )
     mend = "mend the rule, or declare that order."
     if found.order_of_points > wanted - NEAR:
@@ -142,37 +125,33 @@ def _of_rule(
                 "which makes order 1, and in the middle 2: move them, or declare order 1."
             )
     if found.order_of_points > wanted - NEAR:
-        return named(
+        return (
             "gauge",
             f"L_d differs from one of order {wanted} by what the discrete Euler–Lagrange equations "
             "do not see, such as f(b(x, u)) − f(x): points would be of order "
             f"{_figure(found.order_of_points)}, but momenta are of order {found.order:.2f} "
             f"({off}); {mend}",
-            evidence,
         )
     if found.order < 1 - NEAR:
-        return named(
+        return (
             "discrete Lagrangian",
             f"the rule is not consistent: {off} and does not sink as of a rule of order 1; L_d has "
             "to be h·L(x, u) + O(h²), so look for a factor, or a part of L, that is missing.",
-            evidence,
         )
     if scheme.rule.stages and scheme.scene.groupoid.retraction is not None:
         flat = truncation(scheme_of(scenes.get(FLAT), scheme.rule))
         evidence["order_on_a_pair_groupoid"] = flat.order
         if flat.order > wanted - NEAR:
-            return named(
+            return (
                 "velocity in the chart",
                 f"L_d is of order {found.order:.2f} here and of order {_figure(flat.order)} on "
                 f"{FLAT}, whose chart is flat ({off}): {_of_velocity(scheme.rule)}",
-                evidence,
             )
-    return named(
+    return (
         "discrete Lagrangian",
         f"L_d differs from the exact discrete Lagrangian by O(h^{found.order + 1:.2f}), not "
         f"O(h^{wanted + 1}) ({off}): the method is of order {found.order:.2f} (Marsden, West, "
         f"theorem 2.3.1); {mend}",
-        evidence,
     )
 
 
@@ -189,7 +168,7 @@ def _of_velocity(rule: Any) -> str:
 def _of_runs(
     case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any],
     found: Truncation, evidence: Any,
-) -> dict[str, Any] | None:  # fmt: skip
+) -> Told | None:  # fmt: skip
     """Start, Newton, reference or round-off: L_d is as declared, so the runs are looked at."""
     rows = [row for row in measurement["rows"] if row["error"] is not None]
     best = min(rows, key=lambda row: row["error"])
@@ -199,108 +178,61 @@ def _of_runs(
     start = _start_gap(case, flow)
     evidence["start"] = start
     if start > 1e3 * unit(case.digits):
-        return named(
+        return (
             "starting momentum",
             f"{fine}the runs start with a μ that is off by {start:.1e}, relative to ∂l/∂ξ(x0, v0).",
-            evidence,
         )
-    residual, noise = _residuals(flow)
+    residual, noise = residuals(flow)
     evidence |= {"residual_of_steps": residual, "noise": noise}
     if residual > 100 * max(noise, unit(case.digits)):
-        return named(
+        return (
             "Newton",
             f"{fine}the steps are solved to {residual:.1e} only, where F± are right to "
             f"{max(noise, unit(case.digits)):.1e}: errors stop at {best['error']:.1e}; solve the "
             "equations of a step to round-off.",
-            evidence,
         )
-    gap, own = _witness(case, duration)
-    evidence |= {"reference_gap": gap, "witness_error": own}
-    if gap > 1e3 * max(own, unit(30)) and gap > best["error"] / 1e3:
-        return named(
+    off, own = _witness(case, duration)
+    evidence |= {"reference_gap": off, "witness_error": own}
+    if off > 1e3 * max(own, unit(30)) and off > best["error"] / 1e3:
+        return (
             "reference",
-            f"{fine}the reference is {gap:.1e} from {WITNESS} at 30 digits, whose own error is "
-            f"{own:.1e}: errors cannot sink below {gap:.1e}; discmech reference --check.",
-            evidence,
+            f"{fine}the reference is {off:.1e} from {WITNESS} at 30 digits, whose own error is "
+            f"{own:.1e}: errors cannot sink below {off:.1e}; discmech reference --check.",
         )
     if case.digits == 16:
         more = at_50_digits()
         evidence["order_at_50_digits"] = more
         if more is not None and abs(more - wanted) < NEAR:
-            return named(
+            return (
                 "round-off",
                 f"{fine}errors stop at {best['error']:.1e} in double precision, where F± are right "
                 f"to {evidence.get('noise', 0):.1e} only; with 50 digits the order is {more:.3f}: "
                 "look for differences of nearly equal numbers.",
-                evidence,
             )
     return None
 
 
 def _start_gap(case: Case, flow: Flow) -> float:
     """‖μ₀ of the run − μ₀ of the reference‖ over the largest ‖μ‖ of a few steps."""
-    import mpmath
-
-    from discmech.reference import solution
-
-    run, exact = flow.trajectory(ROWS), solution(case.scene, 0, case.digits + 15)
+    run, exact = flow.trajectory(ROWS), reference.solution(case.scene, 0, case.digits + 15)
     with mpmath.workdps(case.digits + 15):
-        gap = [mpmath.mpf(a) - b for a, b in zip(run.mu[0], exact.mu, strict=True)]
-        return float(mpmath.norm(gap)) / _size(run.mu)
-
-
-def _size(rows: np.ndarray) -> float:
-    """The largest entry, 1 if all vanish."""
-    return max(float(abs(e)) for e in rows.ravel()) or 1.0
-
-
-def _residuals(flow: Flow) -> tuple[float, float]:
-    """How well the steps of a short run are solved, and how well they can be evaluated.
-
-    Both relative to ‖μ‖: the largest ‖F⁻(x, u)/h − μ‖ in the flow's own numbers, and what more
-    digits say of F⁻ and F⁺ at the same points; of a composition those of its first substep.
-    """
-    run, first = flow.trajectory(ROWS), flow.parts[0]
-    more = replace(first, numbers=arithmetic(flow.digits + 34))
-    residual = noise = 0.0
-    size = _size(run.mu)
-    for x, u, mu in zip(run.base, run.u, run.mu, strict=True):
-        maps = []
-        for at in (first, more):
-            with at.numbers.working():
-                here = at.maps_at(*at.vectors(x, u))
-                maps.append({k: at.numbers.public(here[k] / at.h) for k in ("minus", "plus")})
-        residual = max(residual, float(max(abs(maps[0]["minus"] - mu))) / size)
-        off = [max(abs(float(a - b)) for a, b in zip(maps[1][k], maps[0][k], strict=True))
-               for k in ("minus", "plus")]  # fmt: skip
-        noise = max(noise, *(e / size for e in off))
-    return residual, noise
-
-
-def evaluation_noise(flow: Flow) -> float:
-    """How far F±/h are from what more digits say, relative to ‖μ‖, at the start of a short run."""
-    return _residuals(flow)[1]
+        off, _ = gap(run.mu[0], exact.mu)
+        return float(off) / size(run.mu)
 
 
 def _witness(case: Case, duration: Fraction) -> tuple[float, float]:
     """(relative gap of the reference to the witness, the witness's own change by halving)."""
-    import mpmath
-
-    from discmech.integrators import rules as discretisations
-    from discmech.reference import solution
-
     scheme = scheme_of(case.scene, discretisations.get(WITNESS))
     steps = max(8, round(duration / Fraction(case.scene.step)))
     ends = []
     for count in (steps, 2 * steps):
         run = scheme.flow(duration / count, 30).trajectory(count, every=count)
         ends.append([*run.x[-1], *run.mu[-1]])
-    exact = solution(case.scene, duration, 30)
+    exact = reference.solution(case.scene, duration, 30)
     with mpmath.workdps(45):
-        wanted = mpmath.matrix([*exact.x, *exact.mu])
-        first, second = map(mpmath.matrix, ends)
-        size = mpmath.norm(wanted)
-        return float(mpmath.norm(second - wanted) / size), float(mpmath.norm(second - first) / size)
+        off, whole = gap(ends[1], [*exact.x, *exact.mu])
+        own, _ = gap(ends[1], ends[0])
+        return float(off / whole), float(own / whole)
 
 
 def _fraction(before: float, factor: float) -> str:

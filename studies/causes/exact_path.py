@@ -7,6 +7,8 @@ map on (x, μ) are. L_d^E(x, u; h) is the action ∫ l dt of the exact motion ov
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,10 +18,11 @@ from typing import Any
 
 import numpy as np
 
+from discmech import reference
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow
 from discmech.integrators.geometry import text_of
-from discmech.integrators.numbers import arithmetic, numeric_function
+from discmech.integrators.numbers import arithmetic, mpmath, numeric_function
 from discmech.integrators.rules.quadrature import rule as quadrature
 
 DIGITS, NODES = 50, 12
@@ -127,8 +130,6 @@ class Truncation:
 
 def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
     """log of the ratio of the last two sizes over that of their steps; infinite for round-off."""
-    import math
-
     if min(sizes[-2:]) <= ROUND_OFF:
         return math.inf
     return math.log(sizes[-2] / sizes[-1]) / math.log(steps[-2] / steps[-1])
@@ -138,9 +139,7 @@ def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
 def truncation(scheme: Scheme) -> Truncation:
     """Measured at `HALVINGS` steps from a quarter of the scene's, with 50 digits."""
     steps = [scheme.scene.step * COARSEST / 2**k for k in range(HALVINGS)]
-    found: dict[str, list[float]] = {
-        "lagrangian": [], "legendre": [], "residual": [], "factors": [], "legendre_over_factor": [],
-    }  # fmt: skip
+    found = defaultdict[str, list[float]](list)
     _sweep(scheme, steps)
     numbers = arithmetic(DIGITS)
     for step in steps:
@@ -175,30 +174,26 @@ def _times(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[Fraction]
 
 def _states(scheme: Scheme, h: Fraction, places: Sequence[Any]) -> list[tuple[Any, Any, Any]]:
     """(x with its time, ξ, μ) of the exact motion there, in the arithmetic of `DIGITS` digits."""
-    from discmech.reference import solutions
-
     times = _times(scheme, h, places)
     with arithmetic(DIGITS).working():
         return [
             (_numbers(scheme.s.with_time(state.x, t)), _numbers(state.v), _numbers(state.mu))
-            for state, t in zip(solutions(scheme.scene, times, DIGITS), times, strict=True)
+            for state, t in zip(
+                reference.solutions(scheme.scene, times, DIGITS), times, strict=True
+            )
         ]
 
 
 def _sweep(scheme: Scheme, steps: Sequence[Fraction]) -> None:
     """The references at all times in one go; they are kept."""
-    from discmech.reference import solutions
-
     nodes = _collocation()[0]
     places = [0, *nodes, 1, *(1 + c for c in nodes), 2]
-    solutions(scheme.scene, {t for h in steps for t in _times(scheme, h, places)}, DIGITS)
+    reference.solutions(scheme.scene, {t for h in steps for t in _times(scheme, h, places)}, DIGITS)
 
 
 @lru_cache(maxsize=1)
 def _collocation() -> tuple[list[Fraction], np.ndarray, np.ndarray]:
     """Gauss nodes (rounded to fractions), weights, and a_ij = ∫₀^{c_i} ℓ_j of their polynomials."""
-    import mpmath
-
     with mpmath.workdps(DIGITS + 30):
         pairs = quadrature("gauss", NODES, DIGITS + 30)
         exact = [Fraction(int(c * 10**60), 10**60) for c, _ in pairs]

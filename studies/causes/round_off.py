@@ -13,14 +13,19 @@ cannot excuse a drift. There the maps F± alone are asked, at given points, with
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from discmech.integrators.errors import CannotMeasure, StepFailure
+from discmech.integrators.flows import Flow
+from discmech.integrators.numbers import arithmetic, mpmath
 
 from ..core.case import Case
-from .diagnosis import evaluation_noise
 
+ROWS = 16  # steps of a run that are looked at
 #: how much shorter a step is at which F± are asked once more
 SHORTER = 64
 #: what double precision is compared with to see its round-off
@@ -31,12 +36,42 @@ MOST_STEPS = 20_000
 
 def gap(got: Any, wanted: Any) -> tuple[Any, Any]:
     """(‖got − wanted‖₂, ‖wanted‖₂) in mpmath."""
-    import mpmath
-
     exact = [mpmath.mpf(w) for w in wanted]
     off = [mpmath.mpf(g) - w for g, w in zip(got, exact, strict=True)]
     nothing = mpmath.mpf(0)
     return (mpmath.norm(off, 2), mpmath.norm(exact, 2)) if exact else (nothing, nothing)
+
+
+def unit(digits: int) -> float:
+    """Round-off of a precision."""
+    return 2.0**-53 if digits == 16 else 10.0**-digits
+
+
+def size(rows: np.ndarray) -> float:
+    """The largest entry, 1 if all vanish."""
+    return max(float(abs(e)) for e in rows.ravel()) or 1.0
+
+
+def residuals(flow: Flow) -> tuple[float, float]:
+    """How well the steps of a short run are solved, and how well they can be evaluated.
+
+    Both relative to ‖μ‖: the largest ‖F⁻(x, u)/h − μ‖ in the flow's own numbers, and what more
+    digits say of F⁻ and F⁺ at the same points; of a composition those of its first substep.
+    """
+    run, first = flow.trajectory(ROWS), flow.parts[0]
+    more = replace(first, numbers=arithmetic(flow.digits + 34))
+    residual, noise, whole = 0.0, 0.0, size(run.mu)
+    for x, u, mu in zip(run.base, run.u, run.mu, strict=True):
+        maps = []
+        for at in (first, more):
+            with at.numbers.working():
+                here = at.maps_at(*at.vectors(x, u))
+                maps.append({k: at.numbers.public(here[k] / at.h) for k in ("minus", "plus")})
+        residual = max(residual, float(max(abs(maps[0]["minus"] - mu))) / whole)
+        off = [max(abs(float(a - b)) for a, b in zip(maps[1][k], maps[0][k], strict=True))
+               for k in ("minus", "plus")]  # fmt: skip
+        noise = max(noise, *(e / whole for e in off))
+    return residual, noise
 
 
 def measure_round_off(
@@ -50,8 +85,6 @@ def measure_round_off(
     Runs of N > `MOST_STEPS` have the largest that was seen times (N/N₀)², N₀ the most steps of a
     measured run: N steps, with round-off over h in each. Rows whose runs stop are left without.
     """
-    import mpmath
-
     known: list[tuple[int, float]] = []
     for row in rows:
         steps = row["steps"]
@@ -70,8 +103,8 @@ def measure_round_off(
             continue
         with mpmath.workdps(MORE_DIGITS + 15):
             off, _ = gap(*ends)
-            _, size = gap(ends[0], [*exact.x, *exact.mu])
-            row["round_off"] = float(off / size)
+            _, whole = gap(ends[0], [*exact.x, *exact.mu])
+            row["round_off"] = float(off / whole)
         known.append((steps, row["round_off"]))
 
 
@@ -87,7 +120,7 @@ def lost_one_way(case: Case, steps: int) -> float:
     try:
         steps_of = (case.scheme.flow(Fraction(case.scene.step) / k, case.digits)
                     for k in (1, SHORTER))  # fmt: skip
-        noise, finer = map(evaluation_noise, steps_of)
+        noise, finer = (residuals(flow)[1] for flow in steps_of)
     except (CannotMeasure, StepFailure):
         return 0.0
     return 2 * steps * noise if finer > math.sqrt(SHORTER) * noise else 0.0

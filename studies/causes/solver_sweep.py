@@ -18,6 +18,7 @@ from discmech.integrators.geometry import poisson_defect, pullback_defect
 
 from ..core.case import Case
 from .diagnosis import named
+from .round_off import size
 
 TOLERANCES = tuple(10.0**-k for k in range(2, 15, 3))
 BEFORE = 3  # steps before the worst one that are looked at too
@@ -79,7 +80,7 @@ def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[
         return None
     off = own = taken = 0.0
     swept = dict.fromkeys((*TOLERANCES, 0.0), 0.0)
-    size = max(float(abs(e)) for e in run.mu.ravel()) or 1.0
+    whole = size(run.mu)
     for k in places:
         (x, u), (_, mu) = (flow.context.vectors(run.base[k], v[k]) for v in (run.u, run.mu))
 
@@ -88,14 +89,13 @@ def _of_steps(flow: Flow, run: Trajectory, places: range, limit: float) -> dict[
 
         first = flow.parts[0]
         here = first.maps_at(x, u)
-        off = max(off, float(max(abs(here["minus"] / first.h - mu))) / size)
+        off = max(off, float(max(abs(here["minus"] / first.h - mu))) / whole)
         if len(flow.parts) == 1:
             own = max(own, defect(here["target"], mu + (here["plus"] - here["minus"]) / first.h))
         taken = max(taken, defect(run.base[k + 1], run.mu[k + 1]))
         for tolerance in swept:
-            swept[tolerance] = max(
-                swept[tolerance], defect(*_step(flow, x, mu, u, tolerance * size))
-            )
+            after = _step(flow, x, mu, u, tolerance * whole)
+            swept[tolerance] = max(swept[tolerance], defect(*after))
     solved = swept.pop(0.0)
     evidence = {"residual": off, "own": own, "taken": taken, "solved": solved,
                 "swept": [[t, d] for t, d in swept.items()]}  # fmt: skip
@@ -159,6 +159,6 @@ def _at(
             return float(poisson_defect(geometry, base, mu, step, resolution=root))
 
     polished = arrow_from(context, base, wanted / context.h, u)
-    size = max(abs(e) for e in wanted) or numbers.number(1)
-    shift = numbers.solve(context.maps_at(base, polished)["minus_u"], 0 * wanted + size)
+    whole = max(abs(e) for e in wanted) or numbers.number(1)
+    shift = numbers.solve(context.maps_at(base, polished)["minus_u"], 0 * wanted + whole)
     return defect, polished, np.asarray(shift)

@@ -17,6 +17,7 @@ from discmech.integrators import Bisection, EvolutionOperator, Scheme, StepFailu
 from discmech.integrators import rules as discretisations
 from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.geometry import defects, regularity, residual, singular_sign
+from discmech.integrators.numbers import LazyModule, mpmath
 from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import OnGroup, Scene
 
@@ -25,6 +26,7 @@ from ..core.runs import Rows, relative_drifts, with_terms
 from ..momentum.measuring import FARTHEST
 from ..symplecticity.measuring import ROUND_OFFS
 
+transform: Any = LazyModule("scipy.spatial.transform")
 NAME = "charts"
 NEEDS = "it needs a discrete Lagrangian given on SO(3), as moser-veselov has."
 DIGITS = (16,)
@@ -38,6 +40,9 @@ STEPS, MILLION = 100, 10**6
 LOOKED_AT = 8  # arrows of a run whose defects are taken, beside those at changes of chart
 SIDE = 41  # points across the picture of the ball of rotations
 RESIDUAL, DEFECT = 1e-13, 1e-12
+#: of each law in double precision
+LIMITS = {"residual": RESIDUAL, "pullback": DEFECT, "poisson": DEFECT,
+          "factorisation": RESIDUAL, "distance": RESIDUAL, "operator": RESIDUAL}  # fmt: skip
 WELL = 1e-2  # regularity from which g′ itself is compared, to the same bound
 EDGE = 1e-5  # |det(e + g)| below which coordinates in the chart of e are left alone
 SINGULAR = 1e-3  # a run may stop where FL is as near to singular as that
@@ -62,29 +67,12 @@ def axis_of(number: int) -> np.ndarray:
 
 
 def rotation(vector: Any, digits: int = 16) -> np.ndarray:
-    """exp of the rotation vector (Rodrigues), 3×3; beyond 16 digits in mpmath's numbers."""
-    if digits > 16:
-        import mpmath
-
-        with mpmath.workdps(digits + 10):
-            return _rodrigues([mpmath.mpf(float(e)) for e in vector], mpmath.mp)
-    return _rodrigues([float(e) for e in vector], math)
-
-
-def _rodrigues(vector: list[Any], numbers: Any) -> np.ndarray:
-    angle = numbers.sqrt(sum(e * e for e in vector))
-    e = np.array([[0 * angle + (i == j) for j in range(3)] for i in range(3)])
-    if angle == 0:
-        return e
-    a, b, c = (w / angle for w in vector)
-    K = np.array([[0 * angle, -c, b], [c, 0 * angle, -a], [-b, a, 0 * angle]])
-    return np.asarray(e + numbers.sin(angle) * K + 2 * numbers.sin(angle / 2) ** 2 * (K @ K))
-
-
-def turn_of(g: Any) -> float:
-    """The angle of a rotation in turns, 0 to 1/2."""
-    sine = np.linalg.norm([g[2][1] - g[1][2], g[0][2] - g[2][0], g[1][0] - g[0][1]]) / 2
-    return math.atan2(sine, (float(np.trace(g)) - 1) / 2) / (2 * math.pi)
+    """exp of the rotation vector, 3×3; beyond 16 digits in mpmath's numbers."""
+    if digits == 16:
+        return np.asarray(transform.Rotation.from_rotvec(vector).as_matrix())
+    with mpmath.workdps(digits + 10):
+        a, b, c = (mpmath.mpf(float(e)) for e in vector)
+        return np.array(mpmath.expm([[0, -c, b], [c, 0, -a], [-b, a, 0]]).tolist())
 
 
 def rules_beside(case: Case) -> list[Discretisation]:
@@ -209,14 +197,12 @@ def _factorised(case: Case, g: Any, after: Any) -> float | None:
     """The distance of a step from the factorisation's; None for other scenes, or on its edge."""
     if case.scene.name != "moser-veselov":
         return None
-    import mpmath
-
     from discmech.reference.failures import ReferenceFailure
     from discmech.reference.moser_veselov import step
 
     with mpmath.workdps(case.digits + 15):
-        number = float if case.digits == 16 else _multiple
-        inertia = [number(e) for e in case.scene.parameters["inertia"]]
+        inertia = [mpmath.mpf(e.numerator) / e.denominator
+                   for e in case.scene.parameters["inertia"]]  # fmt: skip
         try:
             wanted = step(g, [sum(inertia) / 2 - e for e in inertia], case.digits)
         except ReferenceFailure:
@@ -224,27 +210,20 @@ def _factorised(case: Case, g: Any, after: Any) -> float | None:
         return float(np.max(abs(np.array(wanted.tolist()) - np.asarray(after))))
 
 
-def _multiple(value: Any) -> Any:
-    import mpmath
-
-    return mpmath.mpf(value.numerator) / value.denominator
-
-
 def _chart_bound(case: Case, vector: np.ndarray) -> dict[str, Any]:
     """The rotation that h·l(τ⁻¹(g)/h) makes of the spin Ω with hΩ = vector, in turns."""
     nothing = {"chart_turn": None, "chart_margin": None}
     if case.scene.lagrangian is None:
         return nothing
-    plain = _in_chart(case.scene)
-    scheme = scheme_of(plain, discretisations.rectangle)
-    flow = scheme.flow(STEP, case.digits)
-    at = plain.with_values(v0=[float(e) for e in vector])
+    scheme = scheme_of(_in_chart(case.scene), discretisations.rectangle)
+    flow = scheme.at(v0=[float(e) for e in vector]).flow(STEP, case.digits)
     try:
-        run = scheme.at(v0=at.v0).flow(STEP, case.digits).trajectory(0)
+        run = flow.trajectory(0)
     except StepFailure:
         return nothing
-    return {"chart_turn": turn_of(np.asarray(flow.elements(run)[0], float)),
-            "chart_margin": run.margin}  # fmt: skip
+    element = transform.Rotation.from_matrix(np.asarray(flow.elements(run)[0], float))
+    turn = float(element.magnitude()) / (2 * math.pi)
+    return {"chart_turn": turn, "chart_margin": run.margin}
 
 
 @lru_cache(maxsize=8)
@@ -256,20 +235,8 @@ def _worst(rows: list[dict[str, Any]]) -> dict[str, Any]:
     def of(name: str, choose: Any = max) -> Any:
         return choose((r[name] for r in rows if r[name] is not None), default=None)
 
-    names = (
-        "residual",
-        "pullback",
-        "poisson",
-        "momentum",
-        "factorisation",
-        "distance",
-        "operator",
-        "newton_max",
-    )
-    measured = {name: of(name) for name in (*names, "chart_turn")}
-    translates: Counter[str] = Counter()
-    for row in rows:
-        translates.update(row["translates"])
+    measured = {name: of(name) for name in (*LIMITS, "momentum", "newton_max", "chart_turn")}
+    translates = sum((Counter(row["translates"]) for row in rows), Counter())
     return {**measured, "margin": of("margin", min), "starts": len(rows),
             "steps": sum(r["steps"] for r in rows), "changes": sum(r["changes"] or 0 for r in rows),
             "translates": dict(sorted(translates.items())),
@@ -301,9 +268,7 @@ def _sign(flow: Flow, g: np.ndarray, x: Any) -> tuple[float, int]:
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Right, or stopped beside the singular set of FL or where no solution is; never silent."""
     unit = 10.0 ** (16 - case.digits)
-    limits = {"residual": RESIDUAL, "pullback": DEFECT, "poisson": DEFECT,
-              "factorisation": RESIDUAL, "distance": RESIDUAL, "operator": RESIDUAL}  # fmt: skip
-    limits = {name: limit * unit for name, limit in limits.items()}
+    limits = {name: limit * unit for name, limit in LIMITS.items()}
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
     for row in measurement["rows"]:
         where = f"at {row['turn']:g} of a turn about axis {row['axis']}"
@@ -311,9 +276,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         allowed = {**limits, "momentum": walk * unit}
         for name, limit in allowed.items():
             if row[name] is not None and not row[name] <= limit:
-                return Verdict(
-                    "fail", f"{name} {row[name]:.2g} {where}, more than {limit:.0e}.", expected
-                )
+                said = f"{name} {row[name]:.2g} {where}, more than {limit:.0e}."
+                return Verdict("fail", said, expected)
         near = row["regularity"] is not None and row["regularity"] < SINGULAR
         none_there = row["solutions"] == 0
         if row["outcome"] == "stopped" and row["steps"] and not near and not none_there:

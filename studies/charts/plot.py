@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SHEET = Sheet(width=3.3, height=2.75, left=0.62, right=0.28, columns=2)
-ZERO = 1e-18  # where a defect of 0 is drawn
 TINTS = (BLUE, ORANGE, GREEN, SKY)
 DEFECTS = {"residual": (VERMILLION, "o"), "pullback": (BLUE, "s"), "poisson": (GREEN, "^"),
            "momentum": (MUTED, "x"), "distance": (ORANGE, "+")}  # fmt: skip
+CORRECTIONS = {"newton_max": (MUTED, "x"), "newton_mean": (BLUE, "o")}
 STROKES = "x+"  # markers that are lines
 
 
@@ -112,16 +112,24 @@ def _place(case: Case, row: dict[str, Any]) -> tuple[float, float]:
     return size * math.cos(angle), size * math.sin(angle)
 
 
+def _marked(
+    axes: Axes, case: Case, series: dict[str, tuple[str, str]], limits: tuple[float, float]
+) -> None:
+    """Numbers of each run on a log axis, by name (colour, marker); zeros lie on its lower end."""
+    _across(axes)
+    log_axis(axes, "y", limits)
+    _across(axes)
+    for name, (colour, marker) in series.items():
+        points = [(t, max(v, limits[0])) for t, v in _points(case, name)]
+        if points:
+            axes.scatter(*_columns(points), s=8, color=colour, marker=marker,
+                         lw=0.6 if marker in STROKES else 0,
+                         label=name.removeprefix("newton_"))  # fmt: skip
+
+
 def _defects(case: Case) -> Panel:
     def draw(axes: Axes) -> None:
-        _across(axes)
-        log_axis(axes, "y", (ZERO, 1e-12))
-        _across(axes)
-        for name, (colour, marker) in DEFECTS.items():
-            points = [(t, max(v, ZERO)) for t, v in _points(case, name)]
-            if points:
-                axes.scatter(*_columns(points), s=8, color=colour, marker=marker,
-                             lw=0.6 if marker in STROKES else 0, label=name)  # fmt: skip
+        _marked(axes, case, DEFECTS, (1e-18, 1e-12))
         axes.axhline(2.0**-53, color=MUTED, lw=0.7, ls=(0, (1, 1.6)))
         axes.legend(loc="upper left", ncols=2, fontsize=6.5, frameon=False, handletextpad=0.1)
 
@@ -132,14 +140,7 @@ def _defects(case: Case) -> Panel:
 
 def _corrections(case: Case) -> Panel:
     def draw(axes: Axes) -> None:
-        _across(axes)
-        for name, colour, marker in (("newton_max", MUTED, "x"), ("newton_mean", BLUE, "o")):
-            points = _points(case, name)
-            if points:
-                axes.scatter(*_columns(points), s=8, color=colour, marker=marker,
-                             lw=0.6 if marker == "x" else 0, label=name[7:])  # fmt: skip
-        log_axis(axes, "y", (0.8, 120))
-        _across(axes)
+        _marked(axes, case, CORRECTIONS, (0.8, 120))
         axes.legend(loc="upper left", fontsize=6.5, frameon=False, handletextpad=0.1)
 
     return Panel("Newton corrections", "a step", "rotation of the first step, in turns",

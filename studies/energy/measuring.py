@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from discmech.integrators.flows import Trajectory
 
-from ..causes.round_off import lost_one_way, why_unknown
+from ..causes.round_off import lost_one_way, unit, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.fitting import BATCHES, Line, batch_line, fit_line
 from ..core.runs import FAR, bins, energy_errors, long_run, refuse_ended
@@ -165,7 +166,7 @@ def _goes_on(drifts: list[list[float]]) -> bool:
 
 def _allowed(case: Case, band: float) -> float:
     """What a slope may add up to over the run: a share of the band, or round-off."""
-    return max(band * SHARE, 1e4 * (2.0**-53 if case.digits == 16 else 10.0**-case.digits))
+    return max(band * SHARE, 1e4 * unit(case.digits))
 
 
 def _steadiness(errors: np.ndarray) -> float:
@@ -223,43 +224,38 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
     band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
     duration = measurement["duration"]
     expected: dict[str, Any] = {"slope_limit": _allowed(case, band) / duration}
+    fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
     if not np.isfinite(band):
-        return Verdict("fail", "the energy is no longer finite.", expected)
+        return fail("the energy is no longer finite.")
     edges = measurement["measured"].get("edge_slopes")
     if not kept:
         return Verdict("pass", "", {"not_demanded": "nonholonomic: measured only"})
-    drifts = measurement.get("drifts") or []
     quarters = measurement.get("quarters") or []
     if band > WIDE and len(quarters) == 4 and FAR * max(quarters[:2]) < band:
         said = f"half of the run has {max(quarters[:2]) / band:.1%} of the error of the energy"
         if all(after >= 2 * before for before, after in itertools.pairwise(quarters)):
-            return Verdict(
-                "fail", f"{said}, and each quarter twice that before: it grows.", expected
-            )
-        return Verdict("inconclusive", f"{said}: take more --steps.", expected)
+            return fail(f"{said}, and each quarter twice that before: it grows.")
+        return unknown(f"{said}: take more --steps.")
+    settled = _settled(measurement, expected)
     if abs(slope) <= expected["slope_limit"] or _stand(edges, expected["slope_limit"]):
+        drifts = measurement.get("drifts")
         if not drifts:
-            return _settled(measurement, expected) or Verdict("pass", "", expected)
+            return settled or Verdict("pass", "", expected)
         last, rate, *_ = drifts[-1]
-        said = f"the energy drifts by {rate * last:.2g} over t = {last:.4g}"
-        share = f"{abs(rate) * last / band:.1%} of its band" if band else "all of its band"
+        said = f"the energy drifts by {rate * last:.2g} over t = {last:.4g}, "
+        said += f"{abs(rate) * last / band:.1%} of its band" if band else "all of its band"
         if _goes_on(drifts):
-            again = "certain, and the same in a run eight times as long"
-            return Verdict("fail", f"{said}, {share}: {again}.", expected)
+            return fail(f"{said}: certain, and the same in a run eight times as long.")
         once = "certain in one run, and not in one eight times as long"
-        return Verdict("inconclusive", f"{said}, {share}: {once}; take more --steps.", expected)
+        return unknown(f"{said}: {once}; take more --steps.")
     low, high = measurement["measured"]["slope_interval"]
     if low <= 0 <= high or measurement.get("steady", 1.0) < STEADY:
-        return _settled(measurement, expected) or Verdict(
-            "inconclusive",
-            "the run is too short to tell a drift from a wandering band: take more --steps.",
-            expected,
+        return settled or unknown(
+            "the run is too short to tell a drift from a wandering band: take more --steps."
         )
-    return Verdict(
-        "fail",
+    return fail(
         f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
-        f"which is {abs(slope) * duration / band:.0%} of its band.",
-        expected,
+        f"which is {abs(slope) * duration / band:.0%} of its band."
     )
 
 
@@ -275,11 +271,8 @@ def _settled(measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict |
     said = f"the energy's error, {band:.2g} of its terms, comes in half of the run and stays"
     if measurement.get("still"):
         return Verdict("fail", f"{said}, and the motion comes to rest.", expected)
-    return Verdict(
-        "inconclusive",
-        f"{said}, so it is no band: take a smaller step, or fewer --steps.",
-        expected,
-    )
+    said += ", so it is no band: take a smaller step, or fewer --steps."
+    return Verdict("inconclusive", said, expected)
 
 
 def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
@@ -294,15 +287,13 @@ def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
     least = expected["balance_order"]
     if not np.isfinite(band):
         return Verdict("fail", "the energy is no longer finite.", expected)
-    eps = 2.0**-53 if case.digits == 16 else 10.0**-case.digits
-    if measurement["way"] <= ROUND_OFFS * eps * measurement["steps"] or (order or 0) >= least:
+    rounded = ROUND_OFFS * unit(case.digits) * measurement["steps"]
+    if measurement["way"] <= rounded or (order or 0) >= least:
         return Verdict("pass", "", expected)
     said = "does not sink" if order is None else f"sinks with the step's power {order:.2f} only"
     said = f"the balance of energy and work {said}"
     before, last = (measurement["balance_orders"] + [np.nan, np.nan])[:2]
     if not last < least - abs(last - before):
-        return Verdict(
-            "inconclusive", f"{said}, after {before:.2f} at twice the step: take more --steps.",
-            expected,
-        )  # fmt: skip
+        said += f", after {before:.2f} at twice the step: take more --steps."
+        return Verdict("inconclusive", said, expected)
     return Verdict("fail", f"{said}.", expected)

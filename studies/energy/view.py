@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..report import plot_drift
-from ..report.grouping import as_above, by_scene, precisions
+from ..report.canvas import Panel
+from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import (
@@ -32,12 +33,10 @@ ENERGY = (
 def _wanted(expected: dict[str, Any]) -> str:
     if "not_demanded" in expected:
         return "only measured"
-    limit = expected.get("slope_limit")
     if "balance_order" in expected:
         return f"energy less work: order ≥ {expected['balance_order']}"
-    return (
-        pairs(expected) if number(limit) is None else f"slope or both edges ≤ {scientific(limit)}"
-    )
+    limit = number(expected.get("slope_limit"))
+    return pairs(expected) if limit is None else f"slope or both edges ≤ {scientific(limit)}"
 
 
 def _edges(measured: dict[str, Any]) -> str:
@@ -69,16 +68,11 @@ def _line(case: Case) -> str:
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    found: list[Sketch] = []
-    for digits, same in precisions(cases).items():
-        panels = [
-            plot_drift.energy(titles.get(scene, scene), own, known, digits)
-            for scene, own in by_scene(same).items()
-        ]
-        caption, title = as_above(ENERGY, digits, found), f"Energy error, {digits} digits"
-        sheet = plot_drift.ENERGY_SHEET
-        found.append(Sketch(f"energy-{digits}", title, caption, panels, sheet, digits))
-    return found
+    def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
+        return [plot_drift.energy(titles.get(scene, scene), own, known, digits)]
+
+    sheet = plot_drift.ENERGY_SHEET
+    return figures_by_precision("energy", "Energy error", ENERGY, cases, sheet, panels)
 
 
 VIEW = View(

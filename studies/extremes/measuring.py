@@ -7,7 +7,6 @@ import shlex
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -146,37 +145,23 @@ def _energy_error(scheme: Scheme, run: Any) -> float | None:
     return worst if math.isfinite(worst) else None
 
 
+#: what `_truth` said, failures too, by the numbers of a scene: variants share their name
+_truths: dict[str, State | None] = {}
+
+
 def _truth(scene: Scene, end: Fraction) -> State | None:
-    return _truth_of(_Values(scene), end)
-
-
-class _Values:
-    """A scene as the key of a memory: variants of the same name differ in their numbers."""
-
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self.numbers = str((scene.name, scene.parameters, scene.x0, scene.v0))
-
-    def __hash__(self) -> int:
-        return hash(self.numbers)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Values) and self.numbers == other.numbers
-
-
-@lru_cache(maxsize=256)
-def _first_of(values: _Values) -> _Values:
-    """The first scene with these values, of which a reference's equations are derived once."""
-    return values
-
-
-@lru_cache(maxsize=256)
-def _truth_of(values: _Values, end: Fraction) -> State | None:
     """The certified (x, μ) at the end, None where the reference has none."""
+    key = str((scene.name, scene.parameters, scene.x0, scene.v0, end))
+    if key not in _truths:
+        _truths[key] = _certified(scene, end)
+    return _truths[key]
+
+
+def _certified(scene: Scene, end: Fraction) -> State | None:
     from discmech.reference import ReferenceFailure, solution
 
     try:
-        found = solution(_first_of(values).scene, end, digits=15, proof=False)
+        found = solution(scene, end, digits=15, proof=False)
     except ReferenceFailure:
         return None
     if found.certain_digits < 12:
@@ -188,14 +173,10 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Nothing fails silently; without a reference a run without any sign proves nothing."""
     expected = {"silent": 0}
     for row in measurement["rows"]:
-        if row["outcome"] != "wrong, silent":
-            continue
-        return Verdict(
-            "fail",
-            f"at hω = {row['z']:g} is wrong by {row['error']:.2g}, and neither "
-            f"smaller steps ({row['estimate']:.2g}) nor the energy tell.",
-            expected,
-        )
+        if row["outcome"] == "wrong, silent":
+            reason = f"at hω = {row['z']:g} is wrong by {row['error']:.2g}, and neither smaller "
+            reason += f"steps ({row['estimate']:.2g}) nor the energy tell."
+            return Verdict("fail", reason, expected)
     for row in measurement["rows"]:
         if row["outcome"] == "no reference" and not row["noticed"]:
             reason = f"at hω = {row['z']:g} nothing looks wrong, and no reference says it is right."

@@ -12,7 +12,8 @@ from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import arithmetic, first_violation
 
-from ..causes.diagnosis import ROWS, named
+from ..causes.diagnosis import named
+from ..causes.round_off import ROWS, size
 from ..core.case import Case
 from ..core.runs import relative_drifts, with_terms
 from .quantities import formula_of, kept_in, scheme_for
@@ -41,9 +42,9 @@ def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None
             f"changes by {moved:.1e}; no rule can keep it, so mend its formula, or the Lagrangian.",
             {"quantity": worst.name, "motion": moved},
         )
-    if worst.attitude or worst.stretch is not None or scheme.element is not None:
+    if worst.attitude or worst.stretch is not None:
         return None
-    if scheme.one_step:
+    if scheme.element is not None or scheme.one_step:
         return None
     flow = Flow(scheme, case.scene.step, 30)
     run = flow.trajectory(ROWS)
@@ -55,8 +56,7 @@ def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None
         ends = np.array([here["target"] for here in arrows]).reshape(run.base.shape)
     start, terms = rows_of(replace(run, mu=before))
     end, later = rows_of(replace(run, base=ends, mu=after))
-    scale = max(float(abs(t)) for part in (terms, later) for t in part.ravel()) or 1.0
-    gap = max(float(abs(e)) for e in (end - start).ravel()) / scale
+    gap = float(abs(end - start).max()) / size(np.concatenate([terms, later]))
     evidence = {"quantity": worst.name, "gap": gap}
     if gap > 1e-20 and _is_bent(scheme, formula):
         return named(

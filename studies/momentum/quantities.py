@@ -31,9 +31,8 @@ SAMPLES = 16  # rows whose round-off is analysed
 def measured_in(case: Case) -> list[Conserved]:
     """The quantities that have something to be held against."""
     composed = isinstance(case.rule, Composition | OneStepMap)
-    return [
-        q for q in case.scene.symmetries if q.to_roundoff and not (composed and _worked(case, q))
-    ]
+    exact = (q for q in case.scene.symmetries if q.to_roundoff)
+    return [q for q in exact if not (composed and _worked(case, q))]
 
 
 def kept_in(case: Case) -> list[Conserved]:

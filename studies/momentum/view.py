@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..report import plot_drift
-from ..report.grouping import as_above, by_scene, precisions
+from ..report.canvas import Panel
+from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import NONE, Case, largest, limit, mapping, pairs, scientific
@@ -30,30 +31,25 @@ def _drifts(case: Case) -> str:
     return ", ".join(words) or NONE
 
 
-def _walk(case: Case) -> str:
-    return scientific(mapping(case, "expected").get("random_walk"))
-
-
 def _compared(case: Case) -> dict[str, Any]:
     return {"drift": max((case["measured"].get("drift") or {}).values(), default=None)}
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    found: list[Sketch] = []
-    for digits, same in precisions(cases).items():
-        panels = [
-            plot_drift.drift(titles.get(scene, scene), name, own, known, digits)
-            for scene, own in by_scene(same).items()
-            for name in plot_drift.momenta(own)
-        ]
-        caption, title = as_above(DRIFT, digits, found), f"Momentum drift, {digits} digits"
-        sheet = plot_drift.MOMENTUM_SHEET
-        found.append(Sketch(f"momentum-{digits}", title, caption, panels, sheet, digits))
-    return found
+    def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
+        title = titles.get(scene, scene)
+        return [plot_drift.drift(title, name, own, known, digits)
+                for name in plot_drift.momenta(own)]  # fmt: skip
+
+    sheet = plot_drift.MOMENTUM_SHEET
+    return figures_by_precision("momentum", "Momentum drift", DRIFT, cases, sheet, panels)
 
 
 VIEW = View(
-    columns=[("Worst drift", _drifts), ("Random walk", _walk)],
+    columns=[
+        ("Worst drift", _drifts),
+        ("Random walk", lambda case: scientific(mapping(case, "expected").get("random_walk"))),
+    ],
     got=lambda measured: pairs(measured.get("drift") or {}), wanted=limit,
     short=lambda measured: largest(mapping(measured, "drift")),
     sketches=_sketches, compared=_compared,

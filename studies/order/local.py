@@ -11,11 +11,11 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from types import SimpleNamespace
 from typing import Any
 
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow, round_off_from
+from discmech.integrators.numbers import mpmath
 
 GUARD = 15
 #: the part of the digits, less 14, by which the error of a step is below the motion at the expected
@@ -65,8 +65,6 @@ def digits_for(order: int) -> int:
 
 
 def _at(scheme: Scheme, small: int, digits: int) -> LocalOrder:
-    import mpmath
-
     from discmech.reference import solutions
 
     scene, expected = scheme.scene, scheme.order or 2
@@ -85,7 +83,7 @@ def _at(scheme: Scheme, small: int, digits: int) -> LocalOrder:
                 start, end = exact[t], exact[t + h]
                 flow = scheme.flow(h, digits)
                 run = flow.trajectory(1, x0=start.x, mu0=start.mu, u0=start.v)
-                got, wanted = ([*part.x, *part.mu] for part in (_last(run), end))
+                got, wanted = [*run.x[-1], *run.mu[-1]], [*end.x, *end.mu]
                 errors.append([abs(a - b) for a, b in zip(got, wanted, strict=True)])
             own = _round_off(flow, start)
             names = [f"x[{i}]" for i in range(len(end.x))]
@@ -101,10 +99,6 @@ def _steps(scene: Any, order: int, small: int) -> list[Fraction]:
     """A step h with h^{p+1} ≈ 10^{-small} scene steps, and half of it."""
     size = Fraction(1, 2 ** math.ceil(small / (order + 1) * math.log2(10)))
     return [Fraction(scene.step) * size / k for k in (1, 2)]
-
-
-def _last(run: Any) -> Any:
-    return SimpleNamespace(x=run.x[-1], mu=run.mu[-1])
 
 
 def _round_off(flow: Flow, start: Any) -> list[Any]:

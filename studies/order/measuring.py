@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from discmech.integrators import StepFailure
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import Composition
 
 from ..causes.round_off import gap, measure_round_off
@@ -77,8 +79,6 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     part of), also multipliers, the same of λ (`mean_multipliers`; None where its step back fails),
     and its order in `measured`. With 16 digits, where runs have no order, also round_off.
     """
-    import mpmath
-
     from discmech.reference import multipliers as forces_of
     from discmech.reference import solution
 
@@ -87,7 +87,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     rungs, most = RUNGS[case.digits == 16], MOST_RUNGS[case.digits == 16]
     progress(f"{case.scene.name} {case.label}: reference", 0.0)
     exact = solution(case.scene, duration, digits=max(30, case.digits + 5))
-    forces = forces_of(case.scene, exact) if _has_multipliers(case) else None
+    known = case.scene.constrained and case.digits > 16
+    forces = forces_of(case.scene, exact) if known else None
     rows: list[dict[str, Any]] = []
     for i in range(most):
         # go on only while the asymptotic window has not been reached, and may yet be
@@ -97,13 +98,16 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         steps = first * 2**i
         progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
         step = duration / steps
-        row: dict[str, Any] = {"steps": steps, "step": float(step)}
+        row: dict[str, Any] = {
+            "steps": steps, "step": float(step), "error": None, "error_x": None, "error_mu": None,
+            "used": False, "why_not": "",
+        }  # fmt: skip
+        rows.append(row)
         try:
             flow = case.scheme.flow(step, case.digits)
             run = flow.trajectory(steps, every=steps)
         except StepFailure as failure:
-            rows.append({**row, "error": None, "error_x": None, "error_mu": None,
-                         "used": False, "why_not": "failed", "cause": failure.cause})  # fmt: skip
+            row |= {"why_not": "failed", "cause": failure.cause}
             continue
         with mpmath.workdps(case.digits + 15):
             dx, x = gap(run.x[-1], exact.x)
@@ -117,7 +121,6 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                     row["multipliers"] = multipliers.error(flow, run, forces)
                 except CannotMeasure:  # its adjoint meets no constraints, so only (x, μ) is judged
                     forces = None
-        rows.append({**row, "used": False, "why_not": ""})
     found = {"rows": rows, **fit(case, rows, exact.certain_digits)}
     if case.digits == 16 and found["measured"]["order"] is None:
         measure_round_off(case, rows, duration, exact)
@@ -126,11 +129,6 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         found["measured"]["multipliers"] = slope(case, rows, "multipliers", exact.certain_digits)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
     return {**found, "local": _local(case), "duration": float(duration)}
-
-
-def _has_multipliers(case: Case) -> bool:
-    held = case.scene.holonomic is not None or case.scene.nonholonomic is not None
-    return held and case.digits > 16
 
 
 def _local(case: Case) -> dict[str, Any] | None:
@@ -157,13 +155,10 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         return told
     told.expected["local_order"] = order
     if told.verdict != "fail" and order < wanted - BESIDE:
-        return Verdict(
-            "fail",
-            f"one step is of order {order:.2f} in {local['component']}, below the expected "
-            f"{wanted}: from an exact state a step of {local['step']:.1g} is off by "
-            f"O(h^{order + 1:.2f}), however little that is in the runs.",
-            told.expected,
-        )
+        said = f"one step is of order {order:.2f} in {local['component']}, below the expected "
+        said += f"{wanted}: from an exact state a step of {local['step']:.1g} is off by "
+        said += f"O(h^{order + 1:.2f}), however little that is in the runs."
+        return Verdict("fail", said, told.expected)
     if told.reason.startswith("every error is round-off"):
         told.reason = (
             "every error of the runs is round-off beside the largest component, which says nothing "
@@ -181,28 +176,24 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
     expected = {"order": case.scheme.order, "tolerance": tolerance}
     if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
         expected["declared"] = case.rule.order  # this chart takes it away: see Scheme.order
+    fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
+    rows, certain = measurement["rows"], measurement["certain"]
     if order is None:
-        more = 50 if case.digits == 16 else case.digits + 30
-        failed = [r for r in measurement["rows"] if r["why_not"] == "failed"]
-        if len(failed) == len(measurement["rows"]):
-            return Verdict("fail", f"every run failed: {failed[0]['cause']}.", expected)
-        wrong = departure(case, measurement["rows"], measurement["certain"])
-        if wrong:
-            return Verdict("fail", wrong, expected)
-        errors = [r["error"] for r in measurement["rows"] if r["error"] is not None]
-        if max(errors) <= floor(case, measurement["certain"]):
-            return Verdict(
-                "inconclusive",
+        failed = [r for r in rows if r["why_not"] == "failed"]
+        if len(failed) == len(rows):
+            return fail(f"every run failed: {failed[0]['cause']}.")
+        if wrong := departure(case, rows, certain):
+            return fail(wrong)
+        if max(r["error"] for r in rows if r["error"] is not None) <= floor(case, certain):
+            return unknown(
                 "every error is round-off: the method is exact on this scene, which says nothing "
-                "of its order; take another scene.",
-                expected,
+                "of its order; take another scene."
             )
-        return Verdict(
-            "inconclusive",
-            "fewer than four step sizes lie on a straight line above round-off; "
-            f"start the ladder elsewhere with --steps (the reference has {measurement['certain']} "
-            f"certain digits), or judge it by --digits {more}.",
-            expected,
+        more = 50 if case.digits == 16 else case.digits + 30
+        return unknown(
+            "fewer than four step sizes lie on a straight line above round-off; start the ladder "
+            f"elsewhere with --steps (the reference has {certain} certain digits), or judge it by "
+            f"--digits {more}."
         )
     if expected["order"] is None:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
@@ -211,26 +202,20 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
         # a wrong digit of size δ bends the line only where δh² is no longer small beside h^p
         defect = float(rule.method.defect(case.digits))
         if defect > 10.0 ** (3 - case.digits):
-            return Verdict(
-                "fail",
+            return fail(
                 f"the coefficients of {rule.method.name} miss a condition of order "
-                f"{rule.method.order} by {defect:.2g}.",
-                expected,
+                f"{rule.method.order} by {defect:.2g}."
             )
     if abs(order - expected["order"]) <= tolerance:
         return Verdict("pass", "", expected)
-    if approaches(case, measurement["rows"], order):
-        return Verdict(
-            "inconclusive",
+    if approaches(case, rows, order):
+        return unknown(
             f"order {order:z.3f} still comes nearer to the expected {expected['order']} at the "
-            "finest steps: take more --steps.",
-            expected,
+            "finest steps: take more --steps."
         )
     side = "below" if order < expected["order"] else "above"
-    return Verdict(
-        "fail",
-        f"order {order:z.3f} is {side} the expected {expected['order']} by more than {tolerance}.",
-        expected,
+    return fail(
+        f"order {order:z.3f} is {side} the expected {expected['order']} by more than {tolerance}."
     )
 
 

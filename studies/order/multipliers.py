@@ -44,18 +44,11 @@ def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
         wrong = bool(not_converging(rows, least, "multipliers"))
         said = f"do not converge, with errors of {', '.join(f'{e:.2g}' for e in errors)}"
     if wrong and told.verdict != "fail":
-        return Verdict(
-            "fail",
-            f"the multipliers of the constraints {said}, though (x, μ) converges: the force of "
-            "constraint is another.",
-            told.expected,
-        )
+        said += ", though (x, μ) converges: the force of constraint is another."
+        return Verdict("fail", f"the multipliers of the constraints {said}", told.expected)
     exact = bool(errors) and max(errors) <= floor(case, measurement["certain"])
     if found is None and told.verdict == "pass" and not exact:
-        return Verdict(
-            "inconclusive",
-            "(x, μ) has its order, but fewer than four errors of the multipliers of the "
-            "constraints lie on a straight line above round-off: take more --steps.",
-            told.expected,
-        )
+        said = "(x, μ) has its order, but fewer than four errors of the multipliers of the "
+        said += "constraints lie on a straight line above round-off: take more --steps."
+        return Verdict("inconclusive", said, told.expected)
     return told

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from ..report import plot_convergence
-from ..report.canvas import Sheet
-from ..report.grouping import as_above, by_scene, precisions
+from ..report.canvas import Panel, Sheet
+from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import (
@@ -56,15 +57,10 @@ def _multipliers(case: Case) -> str:
 
 def _points(case: Case) -> str:
     """Points of the fit, and why others were left out."""
-    used = mapping(case, "measured").get("points")
-    every = rows(case)
-    why: dict[str, int] = {}
-    for row in every:
-        if not row.get("used"):
-            reason = str(row.get("why_not") or "left out")
-            why[reason] = why.get(reason, 0) + 1
+    every, used = rows(case), mapping(case, "measured").get("points")
+    why = Counter(str(row.get("why_not") or "left out") for row in every if not row.get("used"))
     if used is None:
-        used = len(every) - sum(why.values())
+        used = len(every) - why.total()
     said = ", ".join(f"{count} {reason}" for reason, count in why.items())
     return f"{used} of {len(every)}" + (f" ({said})" if said else "")
 
@@ -83,16 +79,11 @@ def _room(sheet: Sheet, cases: Sequence[Case]) -> Sheet:
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    found: list[Sketch] = []
-    for digits, same in precisions(cases).items():
-        panels = [
-            plot_convergence.panel(titles.get(scene, scene), own, known)
-            for scene, own in by_scene(same).items()
-        ]
-        caption, sheet = as_above(CONVERGENCE, digits, found), _room(plot_convergence.SHEET, same)
-        title = f"Convergence, {digits} digits"
-        found.append(Sketch(f"order-{digits}", title, caption, panels, sheet, digits))
-    return found
+    def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
+        return [plot_convergence.panel(titles.get(scene, scene), own, known)]
+
+    sheet = _room(plot_convergence.SHEET, cases)
+    return figures_by_precision("order", "Convergence", CONVERGENCE, cases, sheet, panels)
 
 
 VIEW = View(

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from ..core.case import Case
-from ..core.fitting import BENT, asymptotic_window, bent_below
+from ..core.fitting import BENT, Window, asymptotic_window, bent_below
 
 TOLERANCE = {True: 0.05, False: 0.01}  # in double precision or not
 STRAIGHT = {True: 0.012, False: 0.005}  # how far logarithms of errors may be beside their line
@@ -40,9 +40,13 @@ def approaches(case: Case, rows: list[dict[str, Any]], order: float) -> bool:
     if expected is None or not TOLERANCE[case.digits == 16] < abs(order - expected) <= NEAR:
         return False
     used = [r for r in rows if r["used"]]
-    missed = [abs(math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"]) - expected)
-              for a, b in itertools.pairwise(used)]  # fmt: skip
+    missed = [abs(p - expected) for p in _local_orders(used)]
     return missed[-1] < 0.75 * missed[0] and missed == sorted(missed, reverse=True)
+
+
+def _local_orders(rows: list[dict[str, Any]]) -> list[float]:
+    return [math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"])
+            for a, b in itertools.pairwise(rows)]  # fmt: skip
 
 
 def departure(case: Case, rows: list[dict[str, Any]], certain: int) -> str:
@@ -60,8 +64,7 @@ def departure(case: Case, rows: list[dict[str, Any]], certain: int) -> str:
         return ""
     if stuck := not_converging(clear, order, "error"):
         return f"the runs {stuck}"
-    local = [math.log2(a["error"] / b["error"]) / math.log2(a["step"] / b["step"])
-             for a, b in itertools.pairwise(clear[-4:])]  # fmt: skip
+    local = _local_orders(clear[-4:])
     missed = [abs(p - order) for p in local]
     one_side = len({p > order for p in local}) == 1  # round-off goes to both
     away = one_side and missed[0] <= missed[1] <= missed[2]
@@ -96,34 +99,32 @@ def not_converging(rows: list[dict[str, Any]], order: float, key: str) -> str:
 
 def fit(case: Case, rows: list[dict[str, Any]], certain: int) -> dict[str, Any]:
     """Find the asymptotic window; say of every other point why it is left out."""
-    errors = [math.nan if r["error"] is None else r["error"] for r in rows]
-    least = floor(case, certain)
-    straight = STRAIGHT[case.digits == 16]
-    known = [r.get("round_off", 0.0) for r in rows]
-    window = asymptotic_window([r["step"] for r in rows], errors, least, straight, known)
+    window = _window(case, rows, "error", certain, [r.get("round_off", 0.0) for r in rows])
     for i, row in enumerate(rows):
         row["used"], row["why_not"] = False, row["why_not"] if row["error"] is None else ""
         if window is not None and window.first <= i <= window.last:
             row["used"] = True
         elif row["error"] is not None:
-            below = errors[i] <= least or (window is not None and i > window.last)
+            behind = window is not None and i > window.last
+            below = behind or row["error"] <= floor(case, certain)
             row["why_not"] = "round-off" if below else "pre-asymptotic"
-    if window is None:
-        return {"measured": {"order": None, "interval": None, "points": 0}, "certain": certain}
-    line = window.line
-    return {
-        "measured": {
-            "order": line.slope,
-            "interval": list(line.interval),
-            "points": window.last - window.first + 1,
-        },
-        "certain": certain,
-    }
+    measured: dict[str, Any] = {"order": None, "interval": None, "points": 0}
+    if window is not None:
+        line, points = window.line, window.last - window.first + 1
+        measured = {"order": line.slope, "interval": list(line.interval), "points": points}
+    return {"measured": measured, "certain": certain}
 
 
 def slope(case: Case, rows: list[dict[str, Any]], key: str, certain: int) -> float | None:
     """The slope of the errors of that name in their asymptotic window, if they have one."""
+    window = _window(case, rows, key, certain)
+    return None if window is None else window.line.slope
+
+
+def _window(
+    case: Case, rows: list[dict[str, Any]], key: str, certain: int, known: Any = None
+) -> Window | None:
     errors = [math.nan if (e := r.get(key)) is None else e for r in rows]
     straight = STRAIGHT[case.digits == 16]
-    window = asymptotic_window([r["step"] for r in rows], errors, floor(case, certain), straight)
-    return None if window is None else window.line.slope
+    steps = [r["step"] for r in rows]
+    return asymptotic_window(steps, errors, floor(case, certain), straight, known)

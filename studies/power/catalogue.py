@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import Any
 
 from discmech.integrators.equations import constraint_matrix
+from discmech.integrators.numbers import mpmath, sympy
 
 from .faults import Fault
 
@@ -76,9 +77,8 @@ def _text(old: str, new: str) -> Any:
     def operator(text: str, generator: Any, h: Any) -> str | None:
         changed = text.replace(old, new)
         of_newton = "memo" in new or text.find(old) > text.index("def solve(")
-        lost = (of_newton and "iterated=False" in text) or (
-            "_ = system" in new and "reused=0" in text
-        )
+        lost = of_newton and "iterated=False" in text
+        lost |= "_ = system" in new and "reused=0" in text
         return None if lost or changed == text else changed
 
     return operator
@@ -120,33 +120,22 @@ def solvers() -> Iterator[Fault]:
             yield Fault(scene, rule, "solver", _text("system.update(x, w, mu,", stale), words=words)
 
 
-def _coefficient(change: Any) -> Any:
-    def operator(halves: list[Any], generator: Any, h: Any) -> list[Any] | None:
-        changed = list(halves)
-        change(changed)
-        return None if changed == halves else changed
-
-    return operator
+def _negate(c: list[Any], generator: Any, h: Any) -> list[Any]:
+    return [-c[0], *c[1:]]
 
 
-def _negate(c: list[Any]) -> None:
-    c[0] = -c[0]
+def _exchange(c: list[Any], generator: Any, h: Any) -> list[Any]:
+    return [c[1], c[0], *c[2:]]
 
 
-def _exchange(c: list[Any]) -> None:
-    c[0], c[1] = c[1], c[0]
-
-
-def _digit(c: list[Any]) -> None:
+def _digit(c: list[Any], generator: Any, h: Any) -> list[Any]:
     """A wrong tenth digit, the middle making up for it."""
-    from mpmath import mpf
-
-    c[0] += mpf(10) ** -10
-    c[-1] -= 2 * mpf(10) ** -10
+    off = mpmath.mpf(10) ** -10
+    return [c[0] + off, *c[1:-1], c[-1] - 2 * off]
 
 
-def _halve(c: list[Any]) -> None:
-    c[0] = c[0] / 2
+def _halve(c: list[Any], generator: Any, h: Any) -> list[Any]:
+    return [c[0] / 2, *c[1:]]
 
 
 COEFFICIENTS = {
@@ -162,7 +151,7 @@ def coefficients() -> Iterator[Fault]:
                         ("rigid-body", "suzuki:midpoint"),
                         ("pendulum", "blanes-moan-4:rectangle")):  # fmt: skip
         for words, change in COEFFICIENTS.items():
-            yield Fault(scene, rule, "coefficients", _coefficient(change), words=words)
+            yield Fault(scene, rule, "coefficients", change, words=words)
 
 
 # -- the paper's misprints (PAPER.md) -------------------------------------------------------------
@@ -172,11 +161,9 @@ def _entry(row: int, column: int, old: str, new: str) -> Any:
     """One entry, a letter or power in it replaced: both are written as sympy reads them."""
 
     def operator(matrix: Any, generator: Any, h: Any) -> Any:
-        from sympy import sympify
-
         names = {str(s): s for s in matrix.free_symbols}
         changed = matrix.copy()
-        swap = {sympify(old, names): sympify(new, names)}
+        swap = {sympy.sympify(old, names): sympy.sympify(new, names)}
         changed[row, column] = matrix[row, column].expand().subs(swap)
         return changed
 

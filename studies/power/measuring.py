@@ -6,6 +6,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -53,13 +54,21 @@ def of_fault(index: int, unit: int = 0, seed: int = 0) -> Result | None:
     begun = time.process_time()
     try:
         found = _studied(fault)
-        caught = [name for name, one in found.items() if one["verdict"] == "fail"]
+        caught = any(one["verdict"] == "fail" for one in found.values())
         said = "" if caught else proof(fault)
     except NoPlace:
         return None
+    about = {"scene": fault.scene, "rule": fault.rule, "site": fault.site, "what": fault.what}
+    return _told(fault.name, about, found, said, begun)
+
+
+def _told(
+    name: str, about: dict[str, str], found: dict[str, Any], equivalent: str, begun: float
+) -> Result:
     return {
-        "name": fault.name, "scene": fault.scene, "rule": fault.rule, "site": fault.site,
-        "what": fault.what, "found": found, "caught": caught, "equivalent": said,
+        "name": name, **about, "found": found,
+        "caught": [study for study, one in found.items() if one["verdict"] == "fail"],
+        "equivalent": equivalent,
         "seconds": time.process_time() - begun, "measured_at": provenance(),
     }  # fmt: skip
 
@@ -70,39 +79,32 @@ def _studied(fault: Fault) -> dict[str, Any]:
     except BadInput as refusal:
         return _refused(str(refusal))
     rule = discretisations.get(fault.rule)
-
-    def case(study: str, digits: int, steps: int) -> Case:
-        return FaultyCase(study, scene, rule, digits, steps, fault=fault)
-
-    return _through_studies(case)
+    return _through_studies(FaultyCase("", scene, rule, 16, fault=fault))
 
 
 def _refused(why: str) -> dict[str, Any]:
     return {"refused": {"verdict": "fail", "reason": why, "seconds": 0.0}}
 
 
+def scene_for(seed: int) -> str:
+    """The scene of a valid rule."""
+    return SCENES[seed // 6 % len(SCENES)]
+
+
 def of_rule(seed: int) -> Result:
     """The same of a valid rule drawn at random: whatever is in `caught` is a false alarm."""
     begun = time.process_time()
-    scene, rule = scene_of(SCENES[seed // 6 % len(SCENES)]), random_rule(seed)
-
-    def case(study: str, digits: int, steps: int) -> Case:
-        return ValidCase(study, scene, rule, digits, steps)
-
-    found = _through_studies(case)
-    return {
-        "name": f"{scene.name} {rule.name}", "scene": scene.name, "rule": rule.name,
-        "site": "valid rule", "what": rule.source,
-        "found": found, "caught": [n for n, one in found.items() if one["verdict"] == "fail"],
-        "equivalent": "", "seconds": time.process_time() - begun, "measured_at": provenance(),
-    }  # fmt: skip
+    scene, rule = scene_of(scene_for(seed)), random_rule(seed)
+    found = _through_studies(ValidCase("", scene, rule, 16))
+    about = {"scene": scene.name, "rule": rule.name, "site": "valid rule", "what": rule.source}
+    return _told(f"{scene.name} {rule.name}", about, found, "", begun)
 
 
-def _through_studies(case_of: Callable[[str, int, int], Case]) -> dict[str, Any]:
+def _through_studies(any_case: Case) -> dict[str, Any]:
     """Per study what it says, or "refused" alone."""
     found = {}
     for name, digits, steps in STUDIES:
-        case = case_of(name, digits, steps)
+        case = replace(any_case, study=name, digits=digits, steps=steps)
         if name == "momentum" and not case.scene.symmetries:
             continue
         begun = time.process_time()
@@ -136,9 +138,8 @@ def measure(
     names |= {ask: f"valid rule {ask.args[0]}" for ask in of_rules}
     results: dict[Asked, Result | None] = {}
     keys = {} if store is None else {ask: _key(ask, name) for ask, name in names.items()}
-    for ask in names:
-        earlier = store.find(keys[ask]) if store is not None else None
-        if earlier is not None:
+    for ask, key in keys.items():
+        if store is not None and (earlier := store.find(key)) is not None:
             results[ask] = earlier["found"]
     left = [ask for ask in names if ask not in results]
     left.sort(key=lambda ask: ask.func is of_fault)  # rules take longer: so none is left at the end
@@ -175,7 +176,7 @@ def _key(ask: Asked, name: str) -> str:
         fault = everything(*ask.args[1:])[ask.args[0]]
         scene, rules = fault.scene, [discretisations.get(fault.rule)]
     else:
-        scene, rules = SCENES[ask.args[0] // 6 % len(SCENES)], built_on(random_rule(ask.args[0]))
+        scene, rules = scene_for(ask.args[0]), built_on(random_rule(ask.args[0]))
     return of_work(["power", name], dict.fromkeys(files), scenes.get(scene), rules)
 
 

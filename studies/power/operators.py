@@ -10,23 +10,25 @@ import random
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from discmech.integrators.numbers import sympy
+
 Operator = Callable[[Any, random.Random, Any], Any]
 Path = tuple[int, ...]
 
 
-def _sums(e: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
-    """Every sum inside an expression, with the arguments that lead there."""
+def _terms(e: Any, path: Path = ()) -> Iterator[Path]:
+    """Every term of every sum inside an expression, by the arguments that lead there."""
     if e.is_Add:
-        yield path, e
+        yield from ((*path, i) for i in range(len(e.args)))
     for i, part in enumerate(e.args):
-        yield from _sums(part, (*path, i))
+        yield from _terms(part, (*path, i))
 
 
-def _replaced(e: Any, path: Path, new: Any) -> Any:
+def _replaced(e: Any, path: Path, change: Callable[[Any], Any]) -> Any:
     if not path:
-        return new
+        return change(e)
     parts = list(e.args)
-    parts[path[0]] = _replaced(parts[path[0]], path[1:], new)
+    parts[path[0]] = _replaced(parts[path[0]], path[1:], change)
     return e.func(*parts)
 
 
@@ -38,20 +40,8 @@ def _term(change: Callable[[Any, Any], Any]) -> Operator:
         if not entries:
             return None
         k = generator.choice(entries)
-        places: list[tuple[Path, int]] = [
-            (path, i) for path, e in _sums(matrix[k]) for i in range(len(e.args))
-        ]
-        path, i = generator.choice(places or [((), -1)])
-        here = matrix[k]
-        for step in path:
-            here = here.args[step]
-        if i < 0:
-            new = change(here, h)
-        else:
-            terms = list(here.args)
-            terms[i] = change(terms[i], h)
-            new = here.func(*terms)
-        return _with_entry(matrix, k, _replaced(matrix[k], path, new))
+        place = generator.choice([*_terms(matrix[k])] or [()])
+        return _with_entry(matrix, k, _replaced(matrix[k], place, lambda e: change(e, h)))
 
     return operator
 
@@ -63,34 +53,51 @@ def _with_entry(matrix: Any, k: int, value: Any) -> Any:
 
 
 def _scaled(factor: str) -> Callable[[Any, Any], Any]:
-    from fractions import Fraction
-
-    def change(term: Any, h: Any) -> Any:
-        from sympy import Rational
-
-        ratio = Fraction(factor)
-        return term * Rational(ratio.numerator, ratio.denominator)
-
-    return change
+    return lambda term, h: term * sympy.Rational(factor)
 
 
-def swap_letters(matrix: Any, generator: random.Random, h: Any) -> Any:
+def _exchange(places: Callable[[Any, Any], list[tuple[int, Any, Any]]]) -> Operator:
+    """An operator that puts something else in the place of a part of one entry.
+
+    places: (entry, part, what takes its place) of a matrix and h.
+    """
+
+    def operator(matrix: Any, generator: random.Random, h: Any) -> Any:
+        found = places(matrix, h)
+        if not found:
+            return None
+        k, part, other = generator.choice(found)
+        return _with_entry(matrix, k, matrix[k].xreplace({part: other}))
+
+    return operator
+
+
+def _letters(matrix: Any, h: Any) -> list[tuple[int, Any, Any]]:
     """A wrong index: in one entry, one letter of a vector stands for another of the same vector."""
-    places = []
+    everywhere = sorted(set().union(*(f.free_symbols for f in matrix)), key=str)
+    found = []
     for k, e in enumerate(matrix):
-        letters = sorted((s for s in e.free_symbols if s != h), key=str)
-        everywhere = sorted(set().union(*(f.free_symbols for f in matrix)), key=str)
-        for s in letters:
+        for s in sorted((s for s in e.free_symbols if s != h), key=str):
             name, _, index = str(s).rpartition("_")
-            others = [
-                t for t in everywhere
-                if t != s and name and str(t).rpartition("_")[0] == name and index.isdigit()
-            ]  # fmt: skip
-            places += [(k, s, t) for t in others]
-    if not places:
-        return None
-    k, s, t = generator.choice(places)
-    return _with_entry(matrix, k, matrix[k].xreplace({s: t}))
+            if name and index.isdigit():
+                others = (t for t in everywhere if str(t).rpartition("_")[0] == name)
+                found += [(k, s, t) for t in others if t != s]
+    return found
+
+
+def _forgotten(power: int) -> Callable[[Any, Any], list[tuple[int, Any, Any]]]:
+    """That power of h in one entry, as if it were 1."""
+
+    def places(matrix: Any, h: Any) -> list[tuple[int, Any, Any]]:
+        return [(k, h**power, sympy.Integer(1)) for k, e in enumerate(matrix) if e.has(h**power)]
+
+    return places
+
+
+def _powers(matrix: Any, h: Any) -> list[tuple[int, Any, Any]]:
+    """An exponent that is one too high."""
+    return [(k, p, p * p.base) for k, e in enumerate(matrix)
+            for p in sorted(e.atoms(sympy.Pow), key=str)]  # fmt: skip
 
 
 def transpose(matrix: Any, generator: random.Random, h: Any) -> Any:
@@ -109,37 +116,6 @@ def swap_rows(matrix: Any, generator: random.Random, h: Any) -> Any:
     return changed
 
 
-def drop_h(matrix: Any, generator: random.Random, h: Any) -> Any:
-    """The h of one entry forgotten (h = 1 there)."""
-    places = [k for k, e in enumerate(matrix) if e.has(h)]
-    if not places:
-        return None
-    k = generator.choice(places)
-    return _with_entry(matrix, k, matrix[k].subs(h, 1))
-
-
-def drop_h_squared(matrix: Any, generator: random.Random, h: Any) -> Any:
-    """The h² of one entry forgotten."""
-    from sympy import Integer
-
-    places = [k for k, e in enumerate(matrix) if e.has(h**2)]
-    if not places:
-        return None
-    k = generator.choice(places)
-    return _with_entry(matrix, k, matrix[k].xreplace({h**2: Integer(1)}))
-
-
-def wrong_power(matrix: Any, generator: random.Random, h: Any) -> Any:
-    """An exponent that is one too high."""
-    from sympy import Pow
-
-    places = [(k, p) for k, e in enumerate(matrix) for p in sorted(e.atoms(Pow), key=str)]
-    if not places:
-        return None
-    k, power = generator.choice(places)
-    return _with_entry(matrix, k, matrix[k].xreplace({power: power * power.base}))
-
-
 #: name → operator; each is one kind of slip
 OPERATORS: dict[str, Operator] = {
     "sign": _term(lambda t, h: -t),
@@ -149,10 +125,10 @@ OPERATORS: dict[str, Operator] = {
     "factor 1.01": _term(_scaled("101/100")),
     "times h": _term(lambda t, h: t * h),
     "over h": _term(lambda t, h: t / h),
-    "no h": drop_h,
-    "no h²": drop_h_squared,
-    "power": wrong_power,
-    "index": swap_letters,
+    "no h": _exchange(_forgotten(1)),
+    "no h²": _exchange(_forgotten(2)),
+    "power": _exchange(_powers),
+    "index": _exchange(_letters),
     "transposed": transpose,
     "rows": swap_rows,
 }

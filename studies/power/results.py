@@ -15,7 +15,7 @@ from ..core.cluster import Cluster
 from ..core.record import record
 from ..core.store import Store
 from .catalogue import everything
-from .measuring import SCENES, Result, measure
+from .measuring import Result, measure, scene_for
 from .valid import random_rule
 
 SAMPLE = 12  # of so many faults of a site and rules of a kind one, unless all are asked for
@@ -72,7 +72,7 @@ def sampled(numbers: Sequence[int], kind: Callable[[int], str], seed: int = 0) -
 
 def rule_name(seed: int) -> str:
     """How tables call a valid rule."""
-    return f"{SCENES[seed // 6 % len(SCENES)]} {random_rule(seed).name}"
+    return f"{scene_for(seed)} {random_rule(seed).name}"
 
 
 def result(
@@ -99,8 +99,8 @@ def result(
         "equivalent": outcomes.count("equivalent"), "survivors": survivors,
         "rules": len(valid), "false_alarms": alarms, "seconds": seconds,
         "tables": [_by_site(faults), _by_study(faults, valid)],
-        "cases": [*(_of_fault(fault, same) for fault in faults),
-                  *(_of_rule(rule, same) for rule in valid)],
+        "cases": [*(_case(fault, same, True) for fault in faults),
+                  *(_case(rule, same, False) for rule in valid)],
     }  # fmt: skip
 
 
@@ -109,29 +109,23 @@ def outcome(fault: Result) -> str:
     return "caught" if fault["caught"] else "equivalent" if fault["equivalent"] else "survives"
 
 
-def _of_fault(fault: Result, same: Sequence[str]) -> dict[str, Any]:
-    said = outcome(fault)
-    missed = ", ".join(f"{k} {one['verdict']}" for k, one in fault["found"].items())
-    survives = f"no study says no, and no proof says that it is valid: {missed}."
-    reason = {"caught": "", "equivalent": fault["equivalent"], "survives": survives}[said]
-    return _case(fault, said != "survives", reason, "caught", same, control=True)
-
-
-def _of_rule(rule: Result, same: Sequence[str]) -> dict[str, Any]:
-    reasons = "; ".join(f"{k}: {rule['found'][k]['reason']}" for k in rule["caught"])
-    return _case(rule, not rule["caught"], reasons, "no alarm", same, control=False)
-
-
-def _case(
-    one: Result, sound: bool, reason: str, wanted: str, same: Sequence[str], control: bool
-) -> dict[str, Any]:
+def _case(one: Result, same: Sequence[str], control: bool) -> dict[str, Any]:
+    if control:
+        said, wanted = outcome(one), "caught"
+        missed = ", ".join(f"{k} {found['verdict']}" for k, found in one["found"].items())
+        survives = f"no study says no, and no proof says that it is valid: {missed}."
+        reason = {"caught": "", "equivalent": one["equivalent"], "survives": survives}[said]
+    else:
+        said, wanted = "alarm" if one["caught"] else "", "no alarm"
+        reason = "; ".join(f"{k}: {one['found'][k]['reason']}" for k in one["caught"])
     kept = ("site", "what", "caught", "equivalent")
     return {
         "scene": one["scene"], "rule": one["rule"], "retraction": None, "digits": None,
-        "verdict": "pass" if sound else "fail", "reason": reason, "control": control,
+        "verdict": "fail" if said in ("survives", "alarm") else "pass", "reason": reason,
+        "control": control,
         "command": shlex.join(["discmech", "power", "--only", one["name"], *same]),
         "expected": {"wanted": wanted}, "measured": {key: one[key] for key in kept},
-        "rows": [{"study": name, **said} for name, said in one["found"].items()],
+        "rows": [{"study": name, **found} for name, found in one["found"].items()],
         "seconds": one["seconds"], "measured_at": one["measured_at"],
     }  # fmt: skip
 

@@ -25,7 +25,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Scheme
 from discmech.integrators import rules as discretisations
-from discmech.integrators.numbers import first_violation
+from discmech.integrators.numbers import first_violation, mpmath, sympy
 from discmech.integrators.rules import Composition, Discretisation
 from discmech.integrators.scene import Scene
 
@@ -137,12 +137,10 @@ def _in_rule(fault: Fault, rule: Discretisation, site: str) -> Discretisation:
 
 def _in_value(fault: Fault, value: Any, L: Any, G: Any, h: Any) -> Any:
     """The value with the slip in what the rule computes: L written out, the points as letters."""
-    from sympy import Matrix, Symbol, default_sort_key
-
     value = value.xreplace({e: e.written_out() for e in value.atoms(L.Value, L.Fast)})
-    answers = sorted(value.atoms(G.Target, G.Velocity), key=default_sort_key)
-    letters = {e: Symbol(f"z_{i}", real=True) for i, e in enumerate(answers)}
-    changed = fault.changed(Matrix([value.xreplace(letters)]), h)[0]
+    answers = sorted(value.atoms(G.Target, G.Velocity), key=sympy.default_sort_key)
+    letters = {e: sympy.Symbol(f"z_{i}", real=True) for i, e in enumerate(answers)}
+    changed = fault.changed(sympy.Matrix([value.xreplace(letters)]), h)[0]
     return changed.xreplace({letter: e for e, letter in letters.items()})
 
 
@@ -171,9 +169,7 @@ class _Asked:
 
     def target(self, x: Any, u: Any, h: Any) -> Any:
         """b(x, u; h)."""
-        from sympy import Matrix
-
-        u, h = self._slip("path", u), self._slip("fraction", Matrix([h]))[0]
+        u, h = self._slip("path", u), self._slip("fraction", sympy.Matrix([h]))[0]
         return self.seen_g.target(x, u, h)
 
     def velocity(self, x: Any, w: Any, dw: Any, h: Any) -> Any:
@@ -183,11 +179,12 @@ class _Asked:
 
 def _in_composition(fault: Fault, rule: Composition) -> Composition:
     def halves(digits: int) -> list[Any]:
-        import mpmath
-
         with mpmath.workdps(digits + 10):
-            changed: list[Any] = fault.operate(rule.method.halves(digits), None)
-            return changed
+            given = rule.method.halves(digits)
+            changed: list[Any] = fault.operate(given, None)
+        if changed == given:
+            raise NoPlace(f"{fault.name}: nothing is changed.")
+        return changed
 
     return replace(rule, method=replace(rule.method, halves=halves))
 
@@ -229,11 +226,9 @@ def _in_groupoid(fault: Fault, given: Any, name: str) -> Any:
 
 def _in_retraction(fault: Fault, given: Any, name: str) -> Any:
     """A copy of the groupoid whose retraction has a slip in one of its maps."""
-    from sympy import Matrix, symbols
-
     tau, algebra = given.tau, given.algebra
     letters = [
-        Matrix(symbols(f"{letter}_:{algebra.dim}", real=True))
+        sympy.Matrix(sympy.symbols(f"{letter}_:{algebra.dim}", real=True))
         for letter in ("u", "v")[: RETRACTION_MAPS[name]]
     ]
     changed = _changed(fault, getattr(tau, name)(algebra, *letters), given.symbols["h"])
@@ -259,17 +254,14 @@ def _altered(given: Any, **members: Any) -> Any:
 
 def _changed(fault: Fault, given: Any, h: Any) -> Any:
     """A matrix changed, or one of several: they stand below each other meanwhile."""
-    from sympy import Matrix
-
     if not isinstance(given, (list, tuple)):
         return fault.changed(given, h)
-    whole = fault.changed(Matrix.vstack(*given), h)
+    whole = fault.changed(sympy.Matrix.vstack(*given), h)
     tops = [sum(m.rows for m in given[:i]) for i in range(len(given))]
     parts = [whole[top : top + m.rows, :] for top, m in zip(tops, given, strict=True)]
     return type(given)(parts)
 
 
 def _each(value: Any, function: Callable[[Any], Any]) -> Any:
-    return (
-        type(value)(map(function, value)) if isinstance(value, (list, tuple)) else function(value)
-    )
+    several = isinstance(value, (list, tuple))
+    return type(value)(map(function, value)) if several else function(value)

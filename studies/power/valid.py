@@ -13,6 +13,7 @@ from fractions import Fraction
 from typing import Any
 
 from discmech.integrators import Scheme
+from discmech.integrators.numbers import mpmath, sympy
 from discmech.integrators.rules import Composition, Discretisation, Method, midpoint, trapezoidal
 from discmech.integrators.scene import Scene
 
@@ -33,8 +34,7 @@ class ValidCase(Case):
 def random_rule(seed: int) -> Discretisation:
     """A valid rule, by its seed."""
     generator = random.Random(f"discmech valid {seed}")
-    kinds = list(KINDS)
-    kind = kinds[seed % len(kinds)]
+    kind = list(KINDS)[seed % len(KINDS)]
     return KINDS[kind](generator, f"{kind}-{seed}")
 
 
@@ -50,14 +50,9 @@ def _share(generator: random.Random, low: int = 1, high: int = 19) -> Fraction:
 
 
 def _quadrature(nodes: Nodes, order: int, name: str) -> Discretisation:
-    from sympy import Rational
-
     def formula(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
-        return sum(
-            h * Rational(w.numerator, w.denominator)
-            * L(G.target(x, u, Rational(c.numerator, c.denominator) * h), u)
-            for c, w in nodes
-        )  # fmt: skip
+        rational = [map(sympy.Rational, node) for node in nodes]
+        return sum(h * w * L(G.target(x, u, c * h), u) for c, w in rational)
 
     written = ", ".join(f"{c} (weight {w})" for c, w in nodes)
     return Discretisation(name, formula, order, f"random nodes: {written}")
@@ -90,9 +85,7 @@ def _symmetric(generator: random.Random, name: str) -> Discretisation:
 
 def _gauge(generator: random.Random, name: str) -> Discretisation:
     """L_d + c (f(b) − f(x)), c of size h²: the midpoint rule with other momenta, by O(h³)."""
-    from sympy import Rational
-
-    share = Rational(generator.randint(1, 19), 20)
+    share = sympy.Rational(generator.randint(1, 19), 20)
 
     def formula(L: Any, G: Any, x: Any, u: Any, h: Any) -> Any:
         y = G.target(x, u, h)
@@ -104,14 +97,12 @@ def _gauge(generator: random.Random, name: str) -> Discretisation:
 
 def _polynomial(generator: random.Random, name: str) -> Discretisation:
     """Symmetric nodes θ, 1/2, 1 − θ of order 4 and a parabola: one internal stage, order 4."""
-    from sympy import Rational
-
-    c = Rational(generator.randint(0, 7), 20)
-    w = 1 / (24 * (c - Rational(1, 2)) ** 2)
+    c = sympy.Rational(generator.randint(0, 7), 20)
+    w = 1 / (24 * (c - sympy.Rational(1, 2)) ** 2)
 
     def formula(L: Any, G: Any, x: Any, u: Any, h: Any, s: Any) -> Any:
         total = 0
-        for theta, weight in ((c, w), (Rational(1, 2), 1 - 2 * w), (1 - c, w)):
+        for theta, weight in ((c, w), (sympy.Rational(1, 2), 1 - 2 * w), (1 - c, w)):
             path, rate = theta * u + theta * (1 - theta) * s[0], u + (1 - 2 * theta) * s[0]
             total += h * weight * L(G.target(x, path, h), G.velocity(x, path, rate, h))
         return total
@@ -125,8 +116,6 @@ def _composition(generator: random.Random, name: str) -> Discretisation:
     base = generator.choice([midpoint, trapezoidal])
 
     def halves(digits: int) -> list[Any]:
-        import mpmath
-
         with mpmath.workdps(digits + 10):
             first = mpmath.mpf(a.numerator) / a.denominator
 

@@ -16,6 +16,7 @@ from itertools import combinations
 from typing import Any
 
 from discmech.integrators import Scene, pair
+from discmech.integrators.numbers import mpmath, sympy
 
 from ..core.case import Progress, silent
 
@@ -37,8 +38,6 @@ def _gravity(dim: int, masses: Sequence[int]) -> Callable[..., Any]:
     """Points of these masses; the coordinates are x1 ... xn, y1 ... yn, ..."""
 
     def lagrangian(x: Any, v: Any, p: Any) -> Any:
-        from sympy import sqrt
-
         n = len(masses)
 
         def at(z: Any, i: int) -> list[Any]:
@@ -47,7 +46,7 @@ def _gravity(dim: int, masses: Sequence[int]) -> Callable[..., Any]:
         kinetic = sum(m * sum(c**2 for c in at(v, i)) for i, m in enumerate(masses)) / 2
         return kinetic + sum(
             masses[i] * masses[j]
-            / sqrt(sum((a - b) ** 2 for a, b in zip(at(x, i), at(x, j), strict=True)))
+            / sympy.sqrt(sum((a - b) ** 2 for a, b in zip(at(x, i), at(x, j), strict=True)))
             for i, j in combinations(range(n), 2)
         )  # fmt: skip
 
@@ -56,11 +55,9 @@ def _gravity(dim: int, masses: Sequence[int]) -> Callable[..., Any]:
 
 def _restricted(x: Any, v: Any, p: Any) -> Any:
     """The restricted three-body problem in the rotating frame, with its magnetic term."""
-    from sympy import sqrt
-
     turned = x[0] * v[1] - x[1] * v[0]
-    near = sqrt((x[0] + p.mu) ** 2 + x[1] ** 2)
-    far = sqrt((x[0] - 1 + p.mu) ** 2 + x[1] ** 2)
+    near = sympy.sqrt((x[0] + p.mu) ** 2 + x[1] ** 2)
+    far = sympy.sqrt((x[0] - 1 + p.mu) ** 2 + x[1] ** 2)
     return (v.dot(v) + x.dot(x)) / 2 + turned + (1 - p.mu) / near + p.mu / far
 
 
@@ -134,8 +131,6 @@ def measure(progress: Progress = silent) -> list[dict[str, Any]]:
 
 def compared(entry: Published, ours: Sequence[Any], printed: int, certain: int) -> dict[str, Any]:
     """One row; ``ours`` are the certified numbers in the order of the published ones."""
-    import mpmath
-
     values, right = [], []
     with mpmath.workdps(printed + MARGIN):
         for text, number in zip(entry.values, ours, strict=True):

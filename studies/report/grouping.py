@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
+from .canvas import Panel, Sheet
 from .view import Sketch
 from .wording import Case
 
@@ -24,6 +25,18 @@ def by_scene(cases: Sequence[Case]) -> dict[str, list[Case]]:
     return found
 
 
-def as_above(caption: str, digits: int, before: Sequence[Sketch]) -> str:
-    """The caption of the first of several figures; the others refer to it."""
-    return f"As above, with {digits} digits." if before else caption
+def figures_by_precision(
+    name: str, title: str, caption: str, cases: Sequence[Case], sheet: Sheet,
+    panels: Callable[[str, Sequence[Case], int], Iterable[Panel]],
+) -> list[Sketch]:  # fmt: skip
+    """A figure a precision, with the panels of each scene: of its name, its cases and their digits.
+
+    The caption stands at the first; the others refer to it.
+    """
+    found: list[Sketch] = []
+    for digits, same in precisions(cases).items():
+        drawn = [p for scene, own in by_scene(same).items() for p in panels(scene, own, digits)]
+        words = f"As above, with {digits} digits." if found else caption
+        entitled = f"{title}, {digits} digits"
+        found.append(Sketch(f"{name}-{digits}", entitled, words, drawn, sheet, digits))
+    return found

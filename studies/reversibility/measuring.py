@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..causes.round_off import size
 from ..core.case import Case, Progress, Verdict, silent
 from ..symplecticity.measuring import POINTS, limit
 
@@ -22,14 +23,14 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     back = case.scheme.flow(-case.scene.step, case.digits)
     run = forth.trajectory(case.steps or 8 * count)
     spread = max(1, run.steps // count)
-    size = max(float(abs(e)) for part in (run.x, run.mu) for e in part.ravel()) or 1.0
+    whole = size(np.hstack([run.x, run.mu]))
     rows = []
     for k in range(0, run.steps, spread):
         progress(f"{case.scene.name} {case.label}: there and back", k / run.steps)
         again = back.trajectory(1, x0=run.x[k + 1], mu0=run.mu[k + 1], u0=run.u[k])
         gap = np.concatenate([again.x[-1] - run.x[k], again.mu[-1] - run.mu[k]])
         rows.append({"step": float(case.scene.step), "index": k, "time": float(run.t[k]),
-                     "defect": max(float(abs(e)) for e in gap) / size})  # fmt: skip
+                     "defect": float(abs(gap).max()) / whole})  # fmt: skip
     return {"rows": rows, "measured": {"defect": max(row["defect"] for row in rows)}}
 
 
@@ -38,9 +39,6 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     defect, wanted = measurement["measured"]["defect"], limit(case.digits)
     if defect <= wanted:
         return Verdict("pass", "", {"limit": wanted})
-    return Verdict(
-        "fail",
-        f"a step back misses the start by {defect:.2g}, where round-off would leave {wanted:.0e}: "
-        "Φ₋ₕ is not the inverse of Φₕ.",
-        {"limit": wanted},
-    )
+    said = f"a step back misses the start by {defect:.2g}, where round-off would leave "
+    said += f"{wanted:.0e}: Φ₋ₕ is not the inverse of Φₕ."
+    return Verdict("fail", said, {"limit": wanted})

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..report.grouping import by_scene, precisions
+from ..report.canvas import Panel
+from ..report.grouping import figures_by_precision
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import Case, limit
@@ -17,15 +18,11 @@ REVERSIBILITY = (
 
 
 def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> list[Sketch]:
-    return [
-        Sketch(
-            f"reversibility-{digits}", f"Reversibility, {digits} digits", REVERSIBILITY,
-            [plot.panel(titles.get(scene, scene), own, known, digits)
-             for scene, own in by_scene(same).items()],
-            plot.SHEET, digits,
-        )
-        for digits, same in precisions(cases).items()
-    ]  # fmt: skip
+    def panels(scene: str, own: Sequence[Case], digits: int) -> list[Panel]:
+        return [plot.panel(titles.get(scene, scene), own, known, digits)]
+
+    words = ("reversibility", "Reversibility", REVERSIBILITY)
+    return figures_by_precision(*words, cases, plot.SHEET, panels)
 
 
 VIEW = View(wanted=limit, sketches=_sketches)

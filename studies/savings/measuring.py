@@ -125,10 +125,6 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     expected = {"limit": SAME}
     for row in measurement["rows"]:
         if not row["difference"] <= SAME:
-            return Verdict(
-                "fail",
-                f"without the saving {row['variant']!r} the momenta differ by "
-                f"{row['difference']:.2g}.",
-                expected,
-            )
+            said = f"without the saving {row['variant']!r} the momenta differ by "
+            return Verdict("fail", f"{said}{row['difference']:.2g}.", expected)
     return Verdict("pass", "", expected)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure, scenes
+from discmech.integrators.numbers import LazyModule
 from discmech.integrators.rules import Discretisation
 
 from ..core.case import scheme_of
@@ -16,7 +18,9 @@ from ..core.case import scheme_of
 FARTHEST = 1000.0  # as far as z = hω is looked at
 GRID = np.concatenate([np.arange(0.02, 8.0, 0.02), np.geomspace(8.0, FARTHEST, 120)])
 ON_CIRCLE = 1e-9  # eigenvalues this near to the unit circle are on it, off an interval's ends
+LAST_BITS = {"xtol": 1e-15, "rtol": 2.0**-50}
 Step = Callable[[float], np.ndarray]
+optimize: Any = LazyModule("scipy.optimize")
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ def off_circle(found: list[Spectrum], end: float) -> float | None:
 
 
 def unstable_intervals(step: Step) -> list[tuple[float, float]]:
-    """Open intervals of z up to FARTHEST where |tr M| > 2, each end found by bisection.
+    """Open intervals of z up to FARTHEST where |tr M| > 2, each end found by Brent's method.
 
     A map with det M = 1 is stable where |tr M| < 2. Between grid points the largest |tr M| is
     looked for as well, so that narrow intervals are found; the last end may be FARTHEST.
@@ -102,12 +106,10 @@ def unstable_intervals(step: Step) -> list[tuple[float, float]]:
 
     points = sorted({*map(float, GRID), *_peaks(excess)})
     values = [excess(z) for z in points]
-    ends, inside = [], values[0] > 0
-    if inside:
-        ends.append(0.0)
+    ends = [0.0] if values[0] > 0 else []
     for (a, before), (b, after) in pairwise(zip(points, values, strict=True)):
         if (before > 0) is not (after > 0):
-            ends.append(_bisect(excess, a, b))
+            ends.append(optimize.brentq(excess, a, b, **LAST_BITS))
     if len(ends) % 2:
         ends.append(FARTHEST)
     return list(zip(ends[::2], ends[1::2], strict=True))
@@ -118,26 +120,13 @@ def _peaks(excess: Callable[[float], float]) -> Iterator[float]:
     values = [excess(float(z)) for z in GRID]
     for i in range(1, len(GRID) - 1):
         if -0.02 < values[i] < 0 and values[i] >= max(values[i - 1], values[i + 1]):
-            a, b = float(GRID[i - 1]), float(GRID[i + 1])
-            for _ in range(60):  # golden section
-                c, d = b - (b - a) / 1.618033988749895, a + (b - a) / 1.618033988749895
-                a, b = (a, d) if excess(c) > excess(d) else (c, b)
+            found = optimize.minimize_scalar(
+                lambda z: -excess(z), bounds=(GRID[i - 1], GRID[i + 1]), method="bounded",
+                options={"xatol": 1e-9},
+            )  # fmt: skip
             # at a double root |tr M| = 2 is only touched, and round-off decides the sign
-            if excess((a + b) / 2) > 1e-12:
-                yield (a + b) / 2
-
-
-def _bisect(excess: Callable[[float], float], a: float, b: float) -> float:
-    """The sign change of `excess` between a and b, to the last bits."""
-    if excess(b) == 0:
-        return b
-    positive = excess(b) > 0
-    for _ in range(80):
-        middle = (a + b) / 2
-        if not a < middle < b:
-            break
-        a, b = (a, middle) if (excess(middle) > 0) is positive else (middle, b)
-    return (a + b) / 2
+            if -found.fun > 1e-12:
+                yield float(found.x)
 
 
 def resonances(step: Step) -> dict[str, float | None]:
@@ -145,17 +134,13 @@ def resonances(step: Step) -> dict[str, float | None]:
 
     There nonlinear terms of the second and third degree add up from step to step.
     """
+
+    def above(z: float, level: float) -> float:
+        return float(np.trace(step(z))) - level
+
     found: dict[str, float | None] = {}
-    traces = [float(np.trace(step(float(z)))) for z in GRID]
-    for name, trace in (("1:3", -1.0), ("1:4", 0.0)):
-        found[name] = None
-        for i in range(len(GRID) - 1):
-            if traces[i] > trace >= traces[i + 1]:
-                a, b = float(GRID[i]), float(GRID[i + 1])
-                found[name] = _bisect(_below(step, trace), a, b)
-                break
+    for name, level in (("1:3", -1.0), ("1:4", 0.0)):
+        pairs = pairwise((float(z), above(float(z), level)) for z in GRID)
+        ends = [[a, b] for (a, before), (b, after) in pairs if before > 0 >= after]
+        found[name] = optimize.brentq(above, *ends[0], (level,), **LAST_BITS) if ends else None
     return found
-
-
-def _below(step: Step, trace: float) -> Callable[[float], float]:
-    return lambda z: trace - float(np.trace(step(z)))

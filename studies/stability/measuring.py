@@ -51,9 +51,8 @@ def cases(choice: Choice) -> list[Case]:
                 found.append(Case(NAME, scene, rule, 16, choice.steps, None, choice.thorough))
         for control in CONTROLS.get(scene.name, ()):
             if control in choice.controls or not (choice.controls or choice.rules):
-                found.append(
-                    Case(NAME, scene, midpoint, 16, choice.steps, control, choice.thorough)
-                )
+                asked = (16, choice.steps, control, choice.thorough)
+                found.append(Case(NAME, scene, midpoint, *asked))
     return found
 
 
@@ -123,11 +122,11 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
     }
     if family.adiabatic and not case.control:
         progress(f"{label}: exchange of energy", 0.9)
-        measured["exchange"] = {f"{r['z']:.3g}": r["error"] for r in exchange_errors(case.scheme)}
-        measured["stiffer"] = exchange_when_stiffer(case.scheme, case.thorough)
+        measured["exchange"] = {f"{z:.3g}": e for z, e in exchange_errors(case.scheme).items()}
+        found = {"stiffer": exchange_when_stiffer(case.scheme, case.thorough)}
         if case.rule.splits or case.thorough:  # the others are far slower, or cannot
-            found = adiabatic(case.scheme)
-            measured["adiabatic"] = {f"{r['omega']:g}": r["change"] for r in found}
+            found["adiabatic"] = adiabatic(case.scheme)
+        measured |= {k: {f"{w:g}": e for w, e in each.items()} for k, each in found.items()}
     return {
         "kind": "map",
         "label": family.label,
@@ -163,12 +162,9 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if not bad:
         return _judge_exchange(measured, expected)
     row = bad[0]
-    return Verdict(
-        "fail",
-        f"{row['class']} at hω = {row['z']:.3g} and {measurement['label']} = "
-        f"{row['stiffness']:g}, where the step resolves the motion.",
-        expected,
-    )
+    said = f"{row['class']} at hω = {row['z']:.3g} and {measurement['label']} = "
+    said += f"{row['stiffness']:g}, where the step resolves the motion."
+    return Verdict("fail", said, expected)
 
 
 def _judge_exchange(measured: dict[str, Any], expected: dict[str, Any]) -> Verdict:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from fractions import Fraction
@@ -16,19 +17,8 @@ from discmech.integrators.numbers import arithmetic
 from ..core.runs import energy_with_terms, relative_drifts, with_terms
 from .stiff import Family
 
-#: best first; each with its criterion, as the report says it
-CLASSES = {
-    "bounded": "none of the others",
-    "resonant": "bounded, but the energy band is over four times that at steps a tenth of a decade "
-    "to both sides (of the shortest ones: to the longer side)",
-    "drifting": "the energy's means over the first and the last tenth of the run differ by more "
-    "than half its band and a hundredth of its terms, and still so in a run eight times as long",
-    "escaped": "x leaves the region of the true motion, where that is bounded, by ten times its "
-    "size",
-    "Newton failed": "the equations of a step were not solved",
-    "blown up": "the energy error exceeds the sum of the energy's terms at the start, or the "
-    "numbers are no longer finite",
-}
+#: best first; `view.MAPS` has the criterion of each
+CLASSES = ("bounded", "resonant", "drifting", "escaped", "Newton failed", "blown up")
 STEPS, THOROUGH = 60_000, 1_000_000
 ROWS = 1000  # states kept of a run
 PER_DECADE = {False: 10, True: 40}  # steps hω tried, thorough or not
@@ -37,7 +27,6 @@ LONGER = 8
 FAR = 10  # times the size of the true motion's region
 DRIFT = 0.01  # of the energy's terms: a smaller shift is an exchange between fast and slow
 NOISE = 1e-10  # a band that is round-off does not resonate
-Runner = Callable[[Scheme, Fraction, int], Any]
 
 
 def trajectory(scheme: Scheme, step: Fraction, steps: int) -> Any:
@@ -46,8 +35,8 @@ def trajectory(scheme: Scheme, step: Fraction, steps: int) -> Any:
 
 
 def stability_map(
-    family: Family, derived: Scheme, thorough: bool = False, run: Runner = trajectory,
-    steps: int | None = None, progress: Callable[[float], None] = lambda fraction: None,
+    family: Family, derived: Scheme, thorough: bool = False, steps: int | None = None,
+    progress: Callable[[float], None] = lambda fraction: None,
 ) -> list[dict[str, Any]]:  # fmt: skip
     """Rows {stiffness, z, step, steps, time, class, band, adiabatic, cause}: z = hω, coarse to fine
     in stiffness, ascending in z. adiabatic: the largest relative change of the family's adiabatic
@@ -56,7 +45,7 @@ def stability_map(
     rows = []
     count = steps or (THOROUGH if thorough else STEPS)
     for i, stiffness in enumerate(family.stiffness):
-        column = _column(family, derived, stiffness, thorough, run, count, not steps)
+        column = _column(family, derived, stiffness, thorough, count, not steps)
         resonant(column, PER_DECADE[thorough] // PER_DECADE[False])
         rows += column
         progress((i + 1) / len(family.stiffness))
@@ -64,9 +53,8 @@ def stability_map(
 
 
 def _column(
-    family: Family, derived: Scheme, stiffness: Fraction, thorough: bool, run: Runner, count: int,
-    covering: bool,
-) -> list[dict[str, Any]]:  # fmt: skip
+    family: Family, derived: Scheme, stiffness: Fraction, thorough: bool, count: int, covering: bool
+) -> list[dict[str, Any]]:
     """The cells of one stiffness, on all cores; covering: more steps than count, if the family asks
     for a time."""
     scheme = family.scheme(derived, stiffness)
@@ -78,7 +66,7 @@ def _column(
         cover = math.ceil(family.least / step)
         inside = max(count, cover) if covering and cover <= family.most else count
         told = {"stiffness": float(stiffness), "z": z, "step": float(step)}
-        return told | one_run(scheme, step, inside, measures, run, far)
+        return told | one_run(scheme, step, inside, measures, far)
 
     return side_by_side(cell, grid(thorough).tolist(), arithmetic(16))
 
@@ -101,26 +89,18 @@ def _measures(family: Family, scheme: Scheme) -> dict[str, Any]:
 
 
 def one_run(
-    scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], run: Runner,
-    far: float = math.inf,
+    scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], far: float = math.inf,
+    again: bool = True,
 ) -> dict[str, Any]:  # fmt: skip
     """What becomes of one run; `resonant` is decided later, beside its neighbours. far: ‖x‖ that
     is too far.
 
-    A shift of the energy may be a slow motion seen in part: it is looked at in a longer run.
+    A shift of the energy may be a slow motion seen in part: it is looked at `again`, in a longer
+    run.
     """
-    told = _one_run(scheme, step, steps, measures, run, far)
-    if told["class"] == "drifting":
-        told = _one_run(scheme, step, LONGER * steps, measures, run, far)
-    return told
-
-
-def _one_run(
-    scheme: Scheme, step: Fraction, steps: int, measures: dict[str, Any], run: Runner, far: float
-) -> dict[str, Any]:
     cause = ""
     try:
-        found = run(scheme, step, steps)
+        found = trajectory(scheme, step, steps)
     except StepFailure as failure:
         found, cause = failure.trajectory, failure.cause
     done = found.steps
@@ -142,6 +122,8 @@ def _one_run(
     band, tenth = float(np.ptp(errors)), max(1, len(errors) // 10)
     shift = abs(float(errors[-tenth:].mean() - errors[:tenth].mean()))
     drifting = shift > max(band / 2, DRIFT)
+    if drifting and again:
+        return one_run(scheme, step, LONGER * steps, measures, far, again=False)
     return told | {"band": band, "class": "drifting" if drifting else "bounded"}
 
 
@@ -162,11 +144,11 @@ def resonant(column: list[dict[str, Any]], apart: int = 1) -> None:
 
 def limits(rows: list[dict[str, Any]]) -> dict[str, float]:
     """Per stiffness the largest z below which everything is bounded; 0 if nothing is."""
-    found: dict[str, float] = {}
-    for row in rows:
-        key = f"{row['stiffness']:g}"
-        found.setdefault(key, 0.0)
-        column = [r for r in rows if r["stiffness"] == row["stiffness"] and r["z"] <= row["z"]]
-        if all(r["class"] == "bounded" for r in column):
-            found[key] = row["z"]
-    return found
+    columns = itertools.groupby(rows, key=lambda row: row["stiffness"])
+    return {
+        f"{stiffness:g}": max(
+            (r["z"] for r in itertools.takewhile(lambda r: r["class"] == "bounded", column)),
+            default=0.0,
+        )
+        for stiffness, column in columns
+    }

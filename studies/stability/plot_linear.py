@@ -85,77 +85,54 @@ def _linear(axes: Axes, cases: Sequence[Case], marks: Any, value: Any, words: An
     end_labels(axes, labels)
 
 
-def stiffer(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
-    """Error of the energy exchange on fpu against ω, at one hω."""
+#: what was measured → title, subtitle, across, what is said aloud, heights beside those measured
+SPRINGS = {
+    "exchange": (
+        "Energy exchange, ω = 50", "largest error up to T = 100", "hω",
+        "Error of the exchange of energy between stiff springs.", (),
+    ),
+    "stiffer": (
+        "Energy exchange, hω = 5", "largest error up to T = 2ω", "ω",
+        "Error of the exchange of energy between ever stiffer springs.", (1.0,),
+    ),
+    "adiabatic": (
+        "Oscillatory energy", "largest change up to T = 10⁵ at hω = 10", "ω",
+        "Change of the adiabatic invariant over a long time.", (3 * KEPT,),
+    ),
+}  # fmt: skip
+
+
+def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
+    """One of `SPRINGS` on fpu, on logarithmic axes."""
+    title, subtitle, across, spoken, heights = SPRINGS[key]
 
     def draw(axes: Axes) -> None:
-        curves = {rule_name(case): _pairs(case, "stiffer") for case in cases}
+        curves = {rule_name(case): _pairs(case, key) for case in cases}
         everything = [point for curve in curves.values() for point in curve]
         if not everything:
             note(axes, "No run came to its end.")
             return
-        log_axis(axes, "x", log_limits((w for w, _ in everything), 0.05), 4)
-        log_axis(axes, "y", log_limits([*(e for _, e in everything), 1.0], 0.05), 4)
-        _marked(axes, curves, marks)
-
-    spoken = "Error of the exchange of energy between ever stiffer springs. " + "; ".join(
-        map(rule_name, cases)
-    )
-    title, subtitle = "Energy exchange, hω = 5", "largest error up to T = 2ω"
-    return Panel(title, subtitle, "ω", spoken, draw)
-
-
-def exchange(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
-    """Error of the energy exchange on fpu against hω."""
-
-    def draw(axes: Axes) -> None:
-        curves = {rule_name(case): _pairs(case, "exchange") for case in cases}
-        everything = [point for curve in curves.values() for point in curve]
-        if not everything:
-            note(axes, "No runs.")
-            return
-        log_axis(axes, "x", log_limits((z for z, _ in everything), 0.05), 4)
-        log_axis(axes, "y", log_limits((e for _, e in everything), 0.05), 5)
-        _marked(axes, curves, marks)
-
-    spoken = "Error of the exchange of energy between stiff springs. " + "; ".join(
-        map(rule_name, cases)
-    )
-    return Panel("Energy exchange, ω = 50", "largest error up to T = 100", "hω", spoken, draw)
-
-
-def adiabatic(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
-    """Change of fpu's adiabatic invariant over a long time against ω."""
-
-    def draw(axes: Axes) -> None:
-        curves = {rule_name(case): _pairs(case, "adiabatic") for case in cases}
-        everything = [point for curve in curves.values() for point in curve]
-        if not everything:
-            note(axes, "No run came to its end.")
-            return
-        failed = [
-            float(key)
-            for case in cases
-            for key, value in mapping(mapping(case, "measured"), "adiabatic").items()
-            if value is None
-        ]
-        log_axis(axes, "x", log_limits([*(w for w, _ in everything), *failed], 0.05), 4)
-        log_axis(axes, "y", log_limits([*(e for _, e in everything), 3 * KEPT], 0.1), 4)
-        axes.axhline(KEPT, color=INK, lw=0.7, ls=(0, (3, 2)))
+        failed = _failed(cases) if key == "adiabatic" else []
+        log_axis(axes, "x", log_limits([*(x for x, _ in everything), *failed], 0.05), 4)
+        log_axis(axes, "y", log_limits([*(y for _, y in everything), *heights], 0.05), 5)
+        if key == "adiabatic":
+            axes.axhline(KEPT, color=INK, lw=0.7, ls=(0, (3, 2)))
         _marked(axes, curves, marks)
         for omega in failed:
+            place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform()}
             axes.plot([omega], [1.0], ls="", marker="|", ms=7, mew=1.4, color=VERMILLION,
                       transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
-            words = figure_text(f"ω = {omega:g}: blown up")
-            axes.annotate(words, (omega, 1.0), (4, -7), fontsize=6.6, color=MUTED,
-                          xycoords=axes.get_xaxis_transform(),
-                          textcoords="offset points")  # fmt: skip
+            axes.annotate(figure_text(f"ω = {omega:g}: blown up"), (omega, 1.0), (4, -7),
+                          fontsize=6.6, color=MUTED, textcoords="offset points",
+                          **place)  # fmt: skip
 
-    spoken = "Change of the adiabatic invariant over a long time. " + "; ".join(
-        map(rule_name, cases)
-    )
-    title, subtitle = "Oscillatory energy", "largest change up to T = 10⁵ at hω = 10"
-    return Panel(title, subtitle, "ω", spoken, draw)
+    return Panel(title, subtitle, across, f"{spoken} {'; '.join(map(rule_name, cases))}", draw)
+
+
+def _failed(cases: Sequence[Case]) -> list[float]:
+    """Every ω at which a long run did not come to its end."""
+    found = (mapping(mapping(case, "measured"), "adiabatic") for case in cases)
+    return [float(omega) for each in found for omega, value in each.items() if value is None]
 
 
 def _pairs(case: Case, key: str) -> list[tuple[float, float]]:

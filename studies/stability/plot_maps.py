@@ -18,20 +18,14 @@ if TYPE_CHECKING:
 
 SHEET = Sheet(width=2.3, height=1.8, left=0.52, right=0.16)
 MOST_COLUMNS = 4  # of maps; with more rules they simply follow each other
-#: class → (colour, opacity, hatching): told apart without colours as well
-LOOKS: dict[str, tuple[str, float, str]] = {
-    "bounded": (BLUE, 0.18, ""),
-    "resonant": (ORANGE, 0.75, ""),
-    "drifting": (PURPLE, 0.75, "///"),
-    "escaped": (GREEN, 0.55, "xxx"),
-    "Newton failed": (SKY, 0.9, "..."),
-    "blown up": (VERMILLION, 0.9, ""),
-}
-#: hatching → (marker, size)
-STROKES: dict[str, tuple[Any, float]] = {
-    "///": ((2, 0, -35), 6),
-    "xxx": ("x", 3),
-    "...": (".", 2.2),
+#: class → (colour, opacity, marker and its size): told apart without colours as well
+LOOKS: dict[str, tuple[str, float, tuple[Any, float] | None]] = {
+    "bounded": (BLUE, 0.18, None),
+    "resonant": (ORANGE, 0.75, None),
+    "drifting": (PURPLE, 0.75, ((2, 0, -35), 6)),
+    "escaped": (GREEN, 0.55, ("x", 3)),
+    "Newton failed": (SKY, 0.9, (".", 2.2)),
+    "blown up": (VERMILLION, 0.9, None),
 }
 EMPTY = Panel("", "", "", "", lambda axes: axes.set_axis_off())
 
@@ -64,8 +58,6 @@ def stability_map(title: str, case: Case) -> Panel:
         if not cells:
             note(axes, f"No cells. {case.get('reason') or ''}")
             return
-        from matplotlib.patches import Rectangle
-
         places = sorted({float(row["z"]) for row in cells})
         half = math.sqrt(places[1] / places[0]) if len(places) > 1 else 1.1
         stiff = sorted({float(row["stiffness"]) for row in cells})
@@ -76,12 +68,11 @@ def stability_map(title: str, case: Case) -> Panel:
             row = sorted((r for r in cells if r["stiffness"] == value), key=lambda r: r["z"])
             for kind, run in groupby(row, key=lambda r: str(r["class"])):
                 zs = [float(r["z"]) for r in run]
-                colour, alpha, hatch = LOOKS[kind]
                 left, right = zs[0] / half, zs[-1] * half
-                axes.add_patch(Rectangle((left, line - 0.5), right - left, 1, lw=0, fc=colour,
-                                         alpha=alpha))  # fmt: skip
-                if hatch:
-                    _hatch(axes, left, right, line, hatch)
+                strokes = max(1, round(math.log10(right / left) * 10))
+                shares = [(k + 0.5) / strokes for k in range(strokes)]
+                xs = [left * (right / left) ** share for share in shares]
+                _cell(axes, kind, (left, right), line, 0.5, xs)
         for line in range(1, len(stiff)):
             axes.axhline(line - 0.5, color="#ffffff", lw=0.6)
         shown = [k for k in range(len(stiff)) if len(stiff) < 7 or k % 2 == 0]
@@ -95,29 +86,29 @@ def stability_map(title: str, case: Case) -> Panel:
     return Panel(title, subtitle, "hω", spoken, draw)
 
 
-def _hatch(axes: Axes, left: float, right: float, line: int, hatch: str) -> None:
-    """Strokes or dots within a cell, drawn as marks: they keep the page's colours."""
-    steps = max(1, round(math.log10(right / left) * 10))
-    xs = [left * (right / left) ** ((k + 0.5) / steps) for k in range(steps)]
-    marker, size = STROKES[hatch]
-    axes.plot(xs, [line] * steps, ls="", marker=marker, ms=size, mew=0.6, color=INK)
+def _cell(
+    axes: Axes, kind: str, ends: tuple[float, float], line: int, half: float, xs: list[float]
+) -> None:
+    """A cell in the look of its class; strokes or dots at xs are marks: they keep their colours."""
+    from matplotlib.patches import Rectangle
+
+    colour, alpha, marks = LOOKS[kind]
+    corner, width = (ends[0], line - half), ends[1] - ends[0]
+    axes.add_patch(Rectangle(corner, width, 2 * half, lw=0, fc=colour, alpha=alpha))
+    if marks is not None:
+        marker, size = marks
+        axes.plot(xs, [line] * len(xs), ls="", marker=marker, ms=size, mew=0.6, color=INK)
 
 
 def legend() -> Panel:
     """What the colours of the maps mean."""
 
     def draw(axes: Axes) -> None:
-        from matplotlib.patches import Rectangle
-
         axes.axis("off")
         axes.set_xlim(0, 10)
         axes.set_ylim(len(LOOKS) - 0.4, -0.6)
-        for line, (kind, (colour, alpha, hatch)) in enumerate(LOOKS.items()):
-            axes.add_patch(Rectangle((0.2, line - 0.34), 1.4, 0.68, lw=0, fc=colour, alpha=alpha))
-            if hatch:
-                marker, size = STROKES[hatch]
-                axes.plot([0.6, 1.2], [line, line], ls="", marker=marker, ms=size, mew=0.6,
-                          color=INK)  # fmt: skip
+        for line, kind in enumerate(LOOKS):
+            _cell(axes, kind, (0.2, 1.6), line, 0.34, [0.6, 1.2])
             axes.text(2.0, line, figure_text(kind), va="center", fontsize=8)
 
     return Panel("Classes", "", "", "Classes: " + ", ".join(LOOKS), draw)

@@ -52,9 +52,8 @@ def _got(measured: dict[str, Any]) -> str:
         off, end = number(measured.get("off_circle")), number(measured.get("stable_to"))
         if off is not None:
             return f"leaves the unit circle at hω = {off:g}"
-        return (
-            f"stable at every hω up to {FARTHEST:g}" if end is None else f"stable to hω = {end:.6f}"
-        )
+        to = f"at every hω up to {FARTHEST:g}" if end is None else f"to hω = {end:.6f}"
+        return f"stable {to}"
     said = [", ".join(f"{count} {name}" for name, count in measured["classes"].items())]
     ends = [e for e in map(number, (measured.get("limits") or {}).values()) if e is not None]
     if ends:
@@ -124,8 +123,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
                [*panels, plot_maps.legend()] if panels else [], sheet),
         Sketch(
             "stability-fpu", "The stiff springs of fpu", SPRINGS,
-            [plot_linear.exchange(stiff, known), plot_linear.stiffer(stiff, known),
-             plot_linear.adiabatic(stiff, known)]
+            [plot_linear.springs(key, stiff, known) for key in plot_linear.SPRINGS]
             if stiff else [], plot_linear.EXCHANGE_SHEET,
         ),
     ]  # fmt: skip

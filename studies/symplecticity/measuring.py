@@ -40,36 +40,25 @@ def cases(choice: Choice) -> list[Case]:
     found = [] if choice.controls else plain_cases(NAME, choice, DIGITS)
     # under a force no form is kept, and of a one-step map nothing else is asked here
     found = [c for c in found if c.scene.force is None or not isinstance(c.rule, OneStepMap)]
-    if choice.rules:
-        if choice.controls:
-            raise BadInput(_no_controls(choice))
-        return found
-    chosen = {s.name for s in choice.scenes} or set(CONTROL_SCENES)
-    rule = discretisations.trapezoidal
-    for digits in choice.digits or DIGITS:
-        for name in CONTROL_SCENES:
-            if name not in chosen:
-                continue
-            scene = scenes.get(name)
-            for control in choice.controls or controls.NAMES:
-                # the sign of a bracket is seen only beside an anchor
-                if control == controls.FLIPPED and scene.groupoid.kind not in ("action", "product"):
-                    continue
-                found.append(Case(NAME, scene, rule, digits, choice.steps, control))
-    if choice.controls and not found:
-        raise BadInput(_no_controls(choice))
-    return found
-
-
-def _no_controls(choice: Choice) -> str:
-    """Why none of the controls that were chosen can be run."""
-    here = [scenes.get(name) for name in CONTROL_SCENES]
-    if choice.controls == (controls.FLIPPED,):  # its sign is seen only beside an anchor
-        here = [scene for scene in here if scene.groupoid.kind in ("action", "product")]
-    return (
-        f"the control {', '.join(choice.controls)} is run on {', '.join(s.name for s in here)}, by "
-        "a method of its own: name one of these scenes, or none, and no rule."
-    )
+    places = [
+        (scene, control) for scene in map(scenes.get, CONTROL_SCENES)
+        for control in choice.controls or controls.NAMES
+        # the sign of a bracket is seen only beside an anchor
+        if control != controls.FLIPPED or scene.groupoid.kind in ("action", "product")
+    ]  # fmt: skip
+    chosen = [scene.name for scene in choice.scenes] or CONTROL_SCENES
+    here = [] if choice.rules else [place for place in places if place[0].name in chosen]
+    if choice.controls and not here:
+        names = dict.fromkeys(scene.name for scene, _ in places)
+        raise BadInput(
+            f"the control {', '.join(choice.controls)} is run on {', '.join(names)}, by a method "
+            "of its own: name one of these scenes, or none, and no rule."
+        )
+    return found + [
+        Case(NAME, scene, discretisations.trapezoidal, digits, choice.steps, control)
+        for digits in choice.digits or DIGITS
+        for scene, control in here
+    ]
 
 
 def limit(digits: int) -> float:
@@ -135,15 +124,18 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """
     label = f"{case.scene.name} {case.label}"
     progress(f"{label}: largest stable step", 0.0)
-    largest = _largest_stable_step(case)
-    tried = largest
-    rows, largest = (
-        (_control_rows(case, largest), largest) if case.control else _rows(case, largest)
-    )
+    try:
+        tried = largest = largest_stable_step(case.scheme)
+    except CannotMeasure:  # no energy to tell stability by: the scene's own step must do
+        tried = largest = Fraction(case.scene.step)
+    if case.control:
+        rows = _control_rows(case, largest)
+    else:
+        rows, largest = _rows(case, largest)
+    worst = {kind: _worst(rows, kind) for kind in _kinds(case)}
     found: dict[str, Any] = {
-        "rows": rows,
-        "measured": {kind: _worst(rows, kind) for kind in _kinds(case)},
-    }
+        "rows": rows, "measured": {kind: row and row[kind] for kind, row in worst.items()},
+    }  # fmt: skip
     if "volume" in _kinds(case):
         own = [row["contraction"] for row in rows if row["step"] == float(case.scene.step)]
         found["measured"]["contraction"] = sum(own) / len(own)
@@ -181,7 +173,9 @@ def _rows_at(case: Case, step: Fraction) -> list[dict[str, Any]]:
         taken = run.base[k + 1], run.mu[k + 1]
         rows.append({
             "step": float(step), "index": i, "time": float(run.t[k]),
-            "pullback": _pullback(case, flow, x, u, run.u[k + 1]),
+            # None where a step is no arrow; the run's next one, for Newton may find another
+            "pullback": float(flow.pullback_defect(x, u, v0=run.u[k + 1]))
+            if case.scheme.has_arrows else None,
             "poisson": _poisson(flow, x, mu, u),
             "residual": float(flow.step_defect(x, mu, *taken, u0=u)) if followed else None,
             **_change(case, flow, x, mu, u),
@@ -201,11 +195,6 @@ def _change(case: Case, flow: Any, x: Any, mu: Any, u: Any) -> dict[str, float |
     change, volume, grown = form_change_defects(flow, x, mu, u)
     rate = -math.log(abs(grown)) / float(flow.step)
     return {"change": float(change), "volume": float(volume), "contraction": rate}
-
-
-def _pullback(case: Case, flow: Any, x: Any, u: Any, later: Any) -> float | None:
-    """None where a step is no arrow; later: the run's next one, for Newton may find another."""
-    return float(flow.pullback_defect(x, u, v0=later)) if case.scheme.has_arrows else None
 
 
 def _poisson(flow: Any, x: Any, mu: Any, u: Any) -> float | None:
@@ -239,17 +228,10 @@ def _control_defects(case: Case, flow: Any) -> list[tuple[float | None, float | 
             for x, u, mu in zip(run.base, run.u, run.mu, strict=True)]  # fmt: skip
 
 
-def _largest_stable_step(case: Case) -> Fraction:
-    try:
-        return largest_stable_step(case.scheme)
-    except CannotMeasure:  # no energy to tell stability by: the scene's own step must do
-        return Fraction(case.scene.step)
-
-
-def _worst(rows: list[dict[str, Any]], kind: str) -> float | None:
-    """The largest defect; what is not a number is worse than any."""
-    values = [row[kind] for row in rows if row[kind] is not None]
-    return max(values, key=_badness, default=None)
+def _worst(rows: list[dict[str, Any]], kind: str) -> dict[str, Any] | None:
+    """The row of the largest defect; what is not a number is worse than any."""
+    seen = [row for row in rows if row[kind] is not None]
+    return max(seen, key=lambda row: _badness(row[kind]), default=None)
 
 
 def _badness(value: float) -> float:
@@ -262,12 +244,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if case.control:
         wanted = limit(case.digits) * (1e3 if case.digits == 16 else 1e20)
         caught = any(v >= wanted for v in found.values())
-        reason = (
-            ""
-            if caught
-            else f"the control was not caught: its defect is {max(found.values()):.2g}."
-        )
-        return Verdict("pass" if caught else "fail", reason, {"at_least": wanted})
+        missed = f"the control was not caught: its defect is {max(found.values()):.2g}."
+        return Verdict(*(("pass", "") if caught else ("fail", missed)), {"at_least": wanted})
     allowed = limits(case.digits)
     expected: dict[str, Any] = {"limit": limit(case.digits), "residual": allowed["residual"]}
     if reason := _free_of_forms(case):
@@ -275,21 +253,18 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     broken = _broken(case, measurement)
     if not broken:
         return Verdict("pass", "", expected)
-    kind, value = max(broken.items(), key=lambda item: _badness(item[1]))
-    seen = [r for r in measurement["rows"] if r[kind] is not None]
-    row = max(seen, key=lambda r: _badness(r[kind]))
-    return Verdict(
-        "fail",
-        f"the {kind} defect is {value:.2g} at step {row['step']:.3g}, t = {row['time']:.3g}; "
-        f"round-off would leave at most {allowed[kind]:.0e}.",
-        expected,
-    )
+    kind, row = _seen_in(broken, measurement)
+    said = f"the {kind} defect is {broken[kind]:.2g} at step {row['step']:.3g}, "
+    said += f"t = {row['time']:.3g}; round-off would leave at most {allowed[kind]:.0e}."
+    return Verdict("fail", said, expected)
 
 
-_OF_FORCE = (
-    "F± are not those of one discrete Lagrangian with the force that acts where the rule asks for "
-    "L."
-)
+def _seen_in(broken: dict[str, float], measurement: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """The kind of the largest of these defects, and its row."""
+    kind = max(broken, key=lambda k: _badness(broken[k]))
+    row = _worst(measurement["rows"], kind)
+    assert row is not None
+    return kind, row
 
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
@@ -300,17 +275,16 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
 
     broken = _broken(case, measurement)
     if any(k in broken for k in CHANGES):
-        return named("discrete force", _OF_FORCE, {})
+        return named(
+            "discrete force", "F± are not those of one discrete Lagrangian with the force that "
+            "acts where the rule asks for L.", {},
+        )  # fmt: skip
     # where a form is broken, the maps are; the residual alone speaks of the run
-    forms = {k: v for k, v in broken.items() if k in FORMS} or broken
-    kind = max(forms, key=lambda k: _badness(forms[k]))
-    seen = [r for r in measurement["rows"] if r[kind] is not None]
-    row = max(seen, key=lambda r: _badness(r[kind]))
+    kind, row = _seen_in({k: broken[k] for k in FORMS if k in broken} or broken, measurement)
     from ..causes.solver_sweep import of_symplecticity
 
-    step = Fraction(case.scene.step)
-    if row["step"] != float(step):
-        step = Fraction(row["step"])
+    own = float(case.scene.step)
+    step = Fraction(case.scene.step if row["step"] == own else row["step"])
     return of_symplecticity(
         case, kind, step, round(row["time"] / float(step)), limits(case.digits)[kind]
     )

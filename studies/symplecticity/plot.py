@@ -96,13 +96,9 @@ def _names(
         if case.get("scene") != before:
             before = case.get("scene")
             scene = figure_text(titles.get(str(before), str(before)))
-            left: dict[str, Any] = {
-                "xy": (0, 1.0 - spot),
-                "xycoords": across,
-                "xytext": (-0.75 * 72 * LEFT, 0),
-            }
+            left: dict[str, Any] = {"xycoords": across, "xytext": (-0.75 * 72 * LEFT, 0)}
             bold: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "fontweight": "bold"}
-            axes.annotate(scene, textcoords="offset points", **left, **bold)
+            axes.annotate(scene, (0, 1.0 - spot), textcoords="offset points", **left, **bold)
 
 
 def _above(axes: Axes, x: float, words: str, side: str) -> None:
@@ -111,14 +107,11 @@ def _above(axes: Axes, x: float, words: str, side: str) -> None:
     if not low <= x <= high:
         return
     beyond = side == "left" and math.log(x / low) > RIGHTMOST * math.log(high / low)
-    where: dict[str, Any] = {
-        "xy": (high if beyond else x, 1),
-        "xycoords": axes.get_xaxis_transform(),
-        "ha": "right" if beyond else side,
-        "xytext": (0, 9 if beyond else 2),
-        "textcoords": "offset points",
-    }
-    axes.annotate(figure_text(words), fontsize=7, color=MUTED, **where)
+    where: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "xytext": (0, 2)}
+    if beyond:
+        x, side, where["xytext"] = high, "right", (0, 9)
+    axes.annotate(figure_text(words), (x, 1), textcoords="offset points", fontsize=7, color=MUTED,
+                  ha=side, **where)  # fmt: skip
 
 
 def _values(case: Case, kind: str) -> list[float]:

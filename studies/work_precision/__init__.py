@@ -1,9 +1,10 @@
 """Error against run time, beside other people's integrators."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from ..core.options import THOROUGH, Option, refuse, seconds, whole
 from ..core.study import Study
+from .axes import ERRORS, WORK
 
 MOST_PERIODS = 10**12
 
@@ -15,22 +16,13 @@ def _peer(name: str) -> str:
     return name
 
 
-def _work(name: str) -> str:
-    from .contest import WORK
+def _one_of(flag: str, known: Iterable[str]) -> Callable[[str], str]:
+    def read(name: str) -> str:
+        if name not in known:
+            refuse(f'{flag} is "{name}": choose {", ".join(known)}.')
+        return name
 
-    return _one_of("--x", name, WORK)
-
-
-def _error(name: str) -> str:
-    from .accuracy import METRICS
-
-    return _one_of("--y", name, METRICS)
-
-
-def _one_of(flag: str, name: str, known: Iterable[str]) -> str:
-    if name not in known:
-        refuse(f'{flag} is "{name}": choose {", ".join(known)}.')
-    return name
+    return read
 
 
 STUDY = Study(
@@ -71,8 +63,8 @@ STUDY = Study(
             _peer,
             repeated=True,
         ),
-        Option("--x", "seconds, steps, evaluations, iterations", "WORK", _work),
-        Option("--y", "error, error-x, energy-max, ...", "ERROR", _error),
+        Option("--x", "seconds, steps, evaluations, iterations", "WORK", _one_of("--x", WORK)),
+        Option("--y", "error, error-x, energy-max, ...", "ERROR", _one_of("--y", ERRORS)),
         Option(
             "--periods", "run over P characteristic periods", "P", whole("--periods", MOST_PERIODS)
         ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,29 +13,7 @@ from discmech.integrators.errors import CannotMeasure
 from ..core.runs import energy_with_terms, relative_drifts, with_terms
 from .contestants import Problem, States
 
-#: what can be on the vertical axis of a work-precision diagram: key → words
-METRICS = {
-    "error": "error in (x, μ) at the end",
-    "error-x": "error in x at the end",
-    "error-mu": "error in μ at the end",
-    "error-max": "largest error in (x, μ)",
-    "error-x-max": "largest error in x",
-    "error-mu-max": "largest error in μ",
-    "energy": "relative energy error at the end",
-    "energy-max": "largest relative energy error",
-    "momentum": "relative drift of the momenta at the end",
-    "momentum-max": "largest relative drift of the momenta",
-}
 UNIT = 2.0**-53
-
-
-@dataclass(frozen=True)
-class _Path:
-    """States of a run as the functions of `runs` take them."""
-
-    t: np.ndarray
-    x: np.ndarray
-    mu: np.ndarray
 
 
 class Yardstick:
@@ -57,12 +35,10 @@ class Yardstick:
             self.reference = reference_of(problem)
             self.floors |= self._rounded_start(equations)
         self.energy = energy_with_terms(problem.scheme, 16)
-        kept = [
-            q for q in problem.scene.symmetries if q.to_roundoff and not (q.attitude or q.of_step)
-        ]
-        self.momenta = [
-            with_terms(problem.scheme, q.formula(s.position, s.mu, s.parameters), 16) for q in kept
-        ]
+        exact = (q for q in problem.scene.symmetries if q.to_roundoff)
+        kept = [q.formula for q in exact if not (q.attitude or q.of_step)]
+        at = s.position, s.mu, s.parameters
+        self.momenta = [with_terms(problem.scheme, formula(*at), 16) for formula in kept]
         for name in ("energy", "momentum") if kept else ("energy",):
             self.floors |= {name: UNIT, f"{name}-max": UNIT}
 
@@ -76,15 +52,15 @@ class Yardstick:
         if self.reference is not None and len(states.checkpoints):
             gap = states.checkpoints[:, self.places]
             found |= self._against_reference(gap - self._reference_for(gap))
-        path = _Path(states.path[:, 0], states.path[:, : self.n], states.path[:, self.n :])
+        path: Any = SimpleNamespace(x=states.path[:, : self.n], mu=states.path[:, self.n :])
         with np.errstate(all="ignore"):
-            drifts = [("energy", relative_drifts(self.energy(path), 16))]  # type: ignore[arg-type]
+            drifts = [("energy", relative_drifts(self.energy(path), 16))]
             if self.momenta:
-                each = [relative_drifts(q(path), 16) for q in self.momenta]  # type: ignore[arg-type]
+                each = [relative_drifts(q(path), 16) for q in self.momenta]
                 drifts.append(("momentum", np.max(each, axis=0)))
         for name, drift in drifts:
             found |= {name: float(drift[-1]), f"{name}-max": float(drift.max())}
-        half = float(drifts[0][1][: len(path.t) // 2 + 1].max())
+        half = float(drifts[0][1][: len(path.x) // 2 + 1].max())
         found["growth"] = math.log2(found["energy-max"] / half) if half > 0 else 0.0
         return found
 

@@ -17,21 +17,14 @@ from discmech.integrators.rules import Discretisation
 from discmech.integrators.scene import Scene
 
 from ..core.case import Progress, scheme_of
-from .accuracy import METRICS, Yardstick
+from .accuracy import Yardstick
+from .axes import ERRORS, WORK
 from .contestants import Contestant, NoEnd, Problem, RuleContestant, ToleranceContestant
 from .enough import FEWEST, PATIENT, errors_of
 from .peers import peer
 from .peers.equations import Equations, equations_of
 from .racing import LEAST, race
 from .standings import Climb, crossovers, summary
-
-#: what can be on the horizontal axis: key → words
-WORK = {
-    "seconds": "run time",
-    "steps": "steps",
-    "evaluations": "evaluations of the right-hand side or of a kernel",
-    "iterations": "Newton iterations",
-}
 
 #: times the budget that the timing may take: the least rounds of all runs use up one (a ladder ends
 #: there), the rest is for runs whose median they leave unknown, if there are any
@@ -67,7 +60,7 @@ def hold_race(
     yardstick = Yardstick(problem, equations)
     if axes[1] not in yardstick.floors:
         where = scene.name if periods is None else f"a race of {scene.name} over many periods"
-        known = ", ".join(m for m in METRICS if m in yardstick.floors)
+        known = ", ".join(m for m in ERRORS if m in yardstick.floors)
         raise BadInput(f"--y {axes[1]} does not exist in {where}: choose {known}.")
     fixed = [RuleContestant(problem, rule, first) for rule in rules]
     staged = [ToleranceContestant(one) for one in fixed if by_tolerance and one.rule.stages]
@@ -122,7 +115,7 @@ def climb(contestant: Contestant, yardstick: Yardstick, metric: str, budget: flo
             needed = before * growth
             found.cut = f"{told['setting']}, about {needed:.2g} s"
             break
-        row: dict[str, Any] = {**told, **dict.fromkeys((*METRICS, "growth", *WORK)), "cause": ""}
+        row: dict[str, Any] = {**told, **dict.fromkeys((*ERRORS, "growth", *WORK)), "cause": ""}
         found.rows.append(row)
         try:
             run = contestant.prepare(setting)

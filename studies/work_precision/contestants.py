@@ -1,19 +1,15 @@
-"""Who takes part in a race: a rule of ours, or a peer; what a run of one hands out.
-
-A contestant has a name, a kind, a ladder of settings from cheap to accurate (a number of steps, or
-a tolerance), and `prepare(setting)`: a run, with everything done that need not be timed.
-"""
+"""Who takes part in a race: a rule of ours, or a peer; what a run of one hands out."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -71,9 +67,29 @@ class States:
     checkpoints: np.ndarray
     path: np.ndarray
     steps: int
-    evaluations: int | None
-    iterations: int | None
+    evaluations: int | None = None
+    iterations: int | None = None
     more: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def along(cls, problem: Problem, path: np.ndarray, *work: Any) -> States:
+        """Of states at equal distances, the checkpoints among them (`steps_between`)."""
+        if not problem.checkpoints:
+            return cls(path[:0], path, *work)
+        stride = (len(path) - 1) // math.gcd(problem.checkpoints, len(path) - 1)
+        return cls(path[stride::stride], path, *work)
+
+
+def steps_between(problem: Problem, steps: int) -> int:
+    """Each how-many-th of so many steps is kept: `MOST_ROWS` at most, the checkpoints among them.
+
+    A pilot's steps are a multiple of eight alone: there each second checkpoint is left out.
+    """
+    inside = steps // math.gcd(problem.checkpoints, steps) if problem.checkpoints else steps
+    every = max(1, math.ceil(steps / MOST_ROWS))
+    while inside % every:
+        every += 1
+    return every
 
 
 class NoEnd(CannotMeasure):
@@ -83,38 +99,59 @@ class NoEnd(CannotMeasure):
         super().__init__(f"{name} came to no end within the budget{more}")
 
 
-class Run(Protocol):
-    """One run, prepared: calling it is what is timed."""
+class Run:
+    """One run, prepared: calling it is what is timed, from the start to the end."""
+
+    def __init__(self, contestant: Contestant, setting: Any) -> None:
+        self.contestant, self.made = contestant, contestant.made(setting)
 
     def __call__(self) -> object:
-        """From the start to the end."""
+        return self.contestant.solve(self.made)
 
     def states(self) -> States:
         """The same run once more, with what has to be looked at."""
+        found: States = self.contestant.states(self.made)
+        return found
 
 
-class Contestant(Protocol):
-    """One method in a race."""
+class Contestant:
+    """One method in a race; its settings are numbers of steps (`int`) or tolerances.
 
+    made(setting): all that need not be timed; raises `BadInput` or `StepFailure` where there is no
+    such run. solve(made), states(made): as of a `Run`. setup: seconds to derive and compile. what:
+    how its tolerance is called.
+    """
+
+    kind = "peer"
     name: str
-    kind: str
+    problem: Problem
+    setup = 0.0
+    settings: Sequence[Any]  # cheapest first
+    what = "rtol"
+    solve: Any
+    states: Any
+
+    def made(self, setting: Any) -> Any:
+        """Nothing, where a run is solved with its setting alone."""
+        return setting
 
     def ladder(self) -> Iterator[Any]:
         """Settings, cheapest first."""
+        return iter(self.settings)
 
     def prepare(self, setting: Any) -> Run:
-        """The run with that setting; raises `BadInput` or `StepFailure` where there is none."""
+        """The run with that setting."""
+        return Run(self, setting)
 
     def told(self, setting: Any) -> dict[str, Any]:
         """The setting in a row of the result."""
+        if isinstance(setting, int):
+            step = float(self.problem.duration / setting)
+            return {"setting": f"{setting} steps", "step": step}
+        return {"setting": f"{self.what} {setting:.0e}", "tolerance": setting}
 
 
-def lines_of(rule: Discretisation) -> list[str]:
-    """The names under which a rule of ours takes part: one with stages by tolerance too."""
-    return [rule.name, *([rule.name + BY_TOLERANCE] if rule.stages else [])]
-
-
-class RuleContestant:
+class RuleContestant(Contestant):
     """A rule of ours with its compiled flow; the settings are numbers of steps, each twice."""
 
     kind = "rule"
@@ -161,48 +198,59 @@ class RuleContestant:
         and for an order p > 2 the part 1/(4p) of it."""
         return (self.first * 2**k for k in range(40))
 
-    def told(self, setting: int) -> dict[str, Any]:
-        """Its steps and step size."""
-        return {"setting": f"{setting} steps", "step": float(self.problem.duration / setting)}
+    def made(self, setting: Any, more: Any = None) -> Any:
+        """The flow, its coefficients computed; more: what stands in the row."""
+        flow = self.scheme.flow(self.problem.duration / setting)
+        flow.trajectory(0)
+        return flow, setting, more or {}
 
-    def prepare(self, setting: int) -> RuleRun:
-        """The flow at that number of steps, its coefficients computed."""
-        return RuleRun(self, setting)
+    def solve(self, made: Any) -> object:
+        """A trajectory that keeps the end alone, which peers have at hand when they return."""
+        flow, steps, _ = made
+        run = flow.trajectory(steps, every=steps)
+        return run.base[-1], run.mu[-1]
+
+    def states(self, made: Any) -> States:
+        """Rows at equal distances, the checkpoints among them."""
+        flow, steps, more = made
+        run = flow.trajectory(steps, every=steps_between(self.problem, steps))
+        corrections = round(run.newton_mean * (steps + 1))
+        evaluations = corrections + steps  # `correct` or `direct`, and `update`
+        path = np.hstack([run.base, run.mu])
+        return States.along(self.problem, path, steps, evaluations, corrections, more)
 
 
-class ToleranceContestant:
+class ToleranceContestant(RuleContestant):
     """A rule of ours whose step is chosen for a tolerance, as a user does who asks for one.
 
     The pilot that chooses it has no part in the time of a run: its seconds stand in the row. Over
     many periods the step is the one for the scene's own duration.
     """
 
-    kind = "rule"
+    what, settings = "tolerance", TOLERANCES
+    ladder = Contestant.ladder
 
     def __init__(self, fixed: RuleContestant) -> None:
-        self.fixed, self.name = fixed, fixed.name + BY_TOLERANCE
-        self.equations, self.spent = fixed.equations + BY_TOLERANCE, 0.0
+        self.problem, self.rule, self.scheme = fixed.problem, fixed.rule, fixed.scheme
+        self.fixed, self.name, self.spent = fixed, fixed.name + BY_TOLERANCE, 0.0
         begun = time.perf_counter()
         with suppress(BadInput):  # what large steps need beside is compiled; the ladder tells more
-            fixed.scheme.flow(tolerance=TOLERANCES[0])
+            self.scheme.flow(tolerance=TOLERANCES[0])
         self.setup = fixed.setup + time.perf_counter() - begun
 
-    def ladder(self) -> Iterator[float]:
-        """Tolerances from 1e-2 on."""
-        return iter(TOLERANCES)
+    @property
+    def equations(self) -> str:
+        """What tells its step from any other's."""
+        return self.fixed.equations + BY_TOLERANCE
 
-    def told(self, setting: float) -> dict[str, Any]:
-        """Its tolerance."""
-        return {"setting": f"tolerance {setting:.0e}", "tolerance": setting}
-
-    def prepare(self, setting: float) -> RuleRun:
-        """The flow at the step that the pilot chose; raises `NoEnd` once pilots cost too much."""
-        problem = self.fixed.problem
+    def made(self, setting: Any, more: Any = None) -> Any:
+        """At the step that the pilot chose; raises `NoEnd` once pilots cost too much."""
+        problem = self.problem
         if self.spent > PATIENT * problem.patience:
             raise NoEnd(self.name, f": choosing steps took {self.spent:.2g} s")
         begun = time.process_time()
         try:
-            choice = self.fixed.scheme.flow(tolerance=setting).choice
+            choice = self.scheme.flow(tolerance=setting).choice
         finally:
             pilot = time.process_time() - begun
             self.spent += pilot
@@ -211,38 +259,4 @@ class ToleranceContestant:
         if not problem.checkpoints and steps > MOST_ROWS:  # rows at equal distances, the end too
             steps = math.ceil(steps / MOST_ROWS) * MOST_ROWS
         chosen = {"step": float(problem.duration / steps), "promised": choice.error}
-        return RuleRun(self.fixed, steps, {**chosen, "pilot": pilot})
-
-
-class RuleRun:
-    """A trajectory of which the timed run keeps the end alone; `more` stands in its row."""
-
-    def __init__(self, contestant: RuleContestant, steps: int, more: Any = None) -> None:
-        self.problem, self.steps, self.more = contestant.problem, steps, more or {}
-        self.flow = contestant.scheme.flow(self.problem.duration / steps)
-        self.flow.trajectory(0)
-
-    def __call__(self) -> object:
-        run = self.flow.trajectory(self.steps, every=self.steps)
-        return run.base[-1], run.mu[-1]  # which peers have at hand when they return
-
-    def states(self) -> States:
-        """Rows at equal distances, the checkpoints among them."""
-        # a pilot's steps are a multiple of eight alone: there each second checkpoint is left out
-        parts = math.gcd(self.problem.checkpoints, self.steps) if self.problem.checkpoints else 1
-        inside = self.steps // parts  # steps from one checkpoint to the next
-        every = max(1, math.ceil(self.steps / MOST_ROWS))
-        while inside % every:
-            every += 1
-        run = self.flow.trajectory(self.steps, every=every)
-        path = np.hstack([run.base, run.mu])
-        corrections = round(run.newton_mean * (self.steps + 1))
-        stride = inside // every
-        return States(
-            path[stride::stride] if self.problem.checkpoints else path[:0],
-            path,
-            self.steps,
-            corrections + self.steps,  # `correct` or `direct`, and `update`
-            corrections,
-            self.more,
-        )
+        return super().made(steps, {**chosen, "pilot": pilot})

@@ -14,6 +14,7 @@ from discmech.integrators.scene import Scene
 
 from ..core.case import Case, Choice, Progress, Verdict, silent
 from ..core.lookup import word_for
+from ..core.study import BY_TOLERANCE
 from . import STUDY
 from .enough import FEWEST, errors_of
 
@@ -49,10 +50,11 @@ class Race:
     @property
     def methods(self) -> list[str]:
         """The names of all that take part."""
-        from .contestants import lines_of
-
-        ours = [lines_of(rule) if self.by_tolerance else [rule.name] for rule in self.rules]
-        return [*(name for names in ours for name in names), *self.peers]
+        ours = []
+        for rule in self.rules:
+            ours += [rule.name]
+            ours += [rule.name + BY_TOLERANCE] if rule.stages and self.by_tolerance else []
+        return [*ours, *self.peers]
 
     @property
     def axes(self) -> tuple[str, str]:
@@ -121,18 +123,14 @@ def cases(choice: Choice) -> list[Case]:
         *discretisations.BUILT_IN.values(), *map(discretisations.get, HIGH_ORDER)
     )  # fmt: skip
     for scene, rule in replace(choice, rules=rules).pairs():
-        if scene.lagrangian is not None and not _without_peers(scene):
-            found.setdefault(chart_of(scene), (scene, []))[1].append(rule)
-    races = [
-        Race(*scene_and_rules, choice, choice.asked("periods"))
-        for scene_and_rules in found.values()
-    ]
-    if also := choice.asked("also_periods"):
-        races += [
-            Race(scene, rules, choice, also)
-            for scene, rules in found.values()
-            if _keeps_energy(scene)  # which is what counts there
-        ]
+        # peers integrate ẋ, μ̇ that are functions of (x, t, μ): they follow no constraints
+        if scene.lagrangian is not None and not scene.constrained:
+            chart = scene.name, scene.groupoid.retraction
+            found.setdefault(chart, (scene, []))[1].append(rule)
+    races = [Race(*each, choice, choice.asked("periods")) for each in found.values()]
+    if also := choice.asked("also_periods"):  # the energy is what counts there
+        races += [Race(scene, rules, choice, also) for scene, rules in found.values()
+                  if scene.force is None and not scene.timed]  # fmt: skip
     elif choice.asked("periods") is None and not choice.scenes:
         races += [Race(*found[key], choice, PERIODS) for key in found if key[0] in LONG]
     return [
@@ -140,20 +138,6 @@ def cases(choice: Choice) -> list[Case]:
         for one in races
         for method in one.methods
     ]
-
-
-def chart_of(scene: Scene) -> tuple[str, str | None]:
-    """A scene and the chart it is in: a race each."""
-    return scene.name, scene.groupoid.retraction
-
-
-def _without_peers(scene: Scene) -> bool:
-    """Whether ẋ, μ̇ are no functions of (x, t, μ), which is what the peers integrate."""
-    return scene.constrained
-
-
-def _keeps_energy(scene: Scene) -> bool:
-    return scene.force is None and not scene.timed
 
 
 def notes(choice: Choice) -> list[str]:
@@ -166,7 +150,7 @@ def notes(choice: Choice) -> list[str]:
         *absent,
         *(f"{scene.name} is left out: other people's integrators follow no constraints, and a race "
           "without them says little."
-          for scene in choice.scenes if _without_peers(scene)),
+          for scene in choice.scenes if scene.constrained),
         *(f"{name} does not take part in {scene.name}: ξ(x, μ) has no short closed form."
           for scene in choice.scenes for name in left_out if name not in on(scene, left_out)),
         *(f"{name} takes part where L = T(v) − V(x)." for name in present if name in SPLIT),
@@ -182,7 +166,7 @@ def together(case: Case) -> Race:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows, one a setting: {setting, step or tolerance, `accuracy.METRICS`, `contest.WORK`,
+    """Rows, one a setting: {setting, step or tolerance, `axes.ERRORS`, `axes.WORK`,
     seconds_low, seconds_high (quartiles), samples, outliers, cause (of a failure)}.
 
     measured: {x, y, best, cost: {accuracy: work or None}, ratio: {accuracy: to the best peer},
@@ -211,20 +195,15 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if not errors:
         causes = [row["cause"] for row in measurement["rows"] if row["cause"]]
         why = causes[-1] if causes else measurement["measured"]["cut"]
-        reason = f"no run came to its end: {why}."
-        return Verdict("inconclusive", reason, expected)
-    if min(errors) <= limit:
+        return Verdict("inconclusive", f"no run came to its end: {why}.", expected)
+    best = min(errors)
+    if best <= limit or (len(errors) >= FEWEST and min(errors[-2:]) <= 0.7 * min(errors[:-2])):
         return Verdict("pass", "", expected)
     if len(errors) < FEWEST:
         reason = (
-            f"the budget left too few runs ({len(errors)}, the best with an error of "
-            f"{min(errors):.2g}): --budget gives more."
+            f"the budget left too few runs ({len(errors)}, the best with an error of {best:.2g}): "
+            "--budget gives more."
         )
         return Verdict("inconclusive", reason, expected)
-    if min(errors[-2:]) <= 0.7 * min(errors[:-2]):
-        return Verdict("pass", "", expected)
-    return Verdict(
-        "fail",
-        f"the errors stop sinking at {min(errors):.2g}: it solves another problem.",
-        expected,
-    )
+    reason = f"the errors stop sinking at {best:.2g}: it solves another problem."
+    return Verdict("fail", reason, expected)

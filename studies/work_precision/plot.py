@@ -66,9 +66,8 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
             if not curve:
                 continue
             _curve(axes, curve, mark, x)
-            words = rule_name(case).replace(":", ":\n") + (
-                "" if verdict(case) == "pass" else f"\n({verdict(case)})"
-            )
+            words = rule_name(case).replace(":", ":\n")
+            words += "" if verdict(case) == "pass" else f"\n({verdict(case)})"
             labels.append((*curve[-1][:2], words, mark.colour))
         end_labels(axes, labels)
 

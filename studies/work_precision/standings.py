@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from .contestants import Contestant, Run
+from .contestants import Contestant
 
 REACHED = (1e-4, 1e-8, 1e-12)  # accuracies whose cost is told
 
@@ -19,7 +19,7 @@ class Climb:
 
     contestant: Contestant
     rows: list[dict[str, Any]] = field(default_factory=list)
-    runs: list[tuple[dict[str, Any], Run]] = field(default_factory=list)  # rows that can be timed
+    runs: list[tuple[dict[str, Any], Any]] = field(default_factory=list)  # rows that can be timed
     cut: str = ""
 
 

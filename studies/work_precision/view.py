@@ -87,12 +87,10 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
         for case in cases:
             if (case.get("periods") is not None) == long:
                 races.setdefault((str(case.get("scene")), case.get("periods")), []).append(case)
-        panels = [
-            plot.panel(
-                titles.get(scene, scene) + (f", {periods} periods" if long else ""), own, known
-            )
-            for (scene, periods), own in races.items()
-        ]
+        panels = []
+        for (scene, periods), own in races.items():
+            over = f", {periods} periods" if long else ""
+            panels.append(plot.panel(titles.get(scene, scene) + over, own, known))
         found.append(Sketch(name, title, LONG_WORK if long else WORK, panels, plot.SHEET))
     return found
 

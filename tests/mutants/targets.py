@@ -27,14 +27,15 @@ def _study(name: str, *helpers: str, module: str = "measuring") -> Target:
 
 JUDGES = (
     _study("order"),
-    _study("order", "approaches", "departure", "not_converging", "is_bent", "floor",
-           "NOWHERE", "AWAY", "NEAR", "TOLERANCE", "STRAIGHT", module="window"),
+    _study("order", "approaches", "departure", "_local_orders", "not_converging", "is_bent",
+           "floor", "NOWHERE", "AWAY", "NEAR", "TOLERANCE", "STRAIGHT", module="window"),
     _study("order", "NEAR", module="local"),
     _study("energy", "certain_drift", "_stand", "_goes_on", "_allowed", "_steadiness",
            "_edge_slopes", "WIDE", "SHARE", "STEADY", "ROUND_OFFS", "CERTAIN", "PARTS"),
     _study("energy", "applies", "wanted", "TOLERANCE", module="balance"),
     _study("momentum", "FARTHEST"),
-    _study("symplecticity", "_badness", "_broken", "_kinds", "demanded", "limits?", "ROUND_OFFS"),
+    _study("symplecticity", "_badness", "_broken", "_seen_in", "_worst", "_kinds", "demanded",
+           "limits?", "ROUND_OFFS"),
     _study("reversibility"),
     _study("stability", "RESOLVED", "LOOSE"),
     _study("stability", "RESOLVED", "RIGHT", module="exchange"),

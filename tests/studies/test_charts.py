@@ -62,11 +62,13 @@ def test_at_thirty_digits_it_is_judged_by_thirty_digits(monkeypatch):
     assert verdict.verdict == "fail" and "1e-27" in verdict.reason
 
 
-def test_the_angle_of_a_rotation():
+def test_a_rotation_is_that_of_its_vector_at_any_precision():
     for turn in (0.01, 0.3, 0.5, 0.7):
-        g = charts.rotation(2 * np.pi * turn * charts.axis_of(2))
-        assert charts.turn_of(g) == pytest.approx(min(turn, 1 - turn), abs=1e-9)
-        assert np.allclose(g @ g.T, np.eye(3), atol=1e-15)
+        vector = 2 * np.pi * turn * charts.axis_of(2)
+        g, finer = charts.rotation(vector), charts.rotation(vector, 30)
+        assert np.allclose(g @ vector, vector, atol=1e-15)
+        assert np.trace(g) == pytest.approx(1 + 2 * math.cos(2 * math.pi * turn), abs=1e-14)
+        assert abs(finer - g).max() < 1e-14 and abs(finer @ finer.T - np.eye(3)).max() < 1e-29
 
 
 def test_the_singular_set_crosses_the_picture(found):

@@ -94,19 +94,15 @@ def test_a_rule_for_another_problem_is_silent_and_fails():
         fast = Rational(11, 10)
         return h * fast * (L(x, u / fast) + L(G.target(x, u, h), u / fast)) / 2
 
-    scene = scenes.get("pendulum")
-    found = run_study(
-        get("extremes"),
-        Choice(scenes=(scene,), rules=(hasty,), own=(("extreme", ("mass 1e100",)),)),
-    )
-    (case,) = found["cases"]
+    own = (("extreme", ("mass 1e100",)),)
+    choice = Choice(scenes=(scenes.get("pendulum"),), rules=(hasty,), own=own)
+    (case,) = run_study(get("extremes"), choice)["cases"]
     assert case["verdict"] == "fail" and "nor the energy tell" in case["reason"]
 
 
 def test_what_stops_says_where_and_why():
-    choice = Choice(
-        scenes=(scenes.get("kepler"),), rules=(midpoint,), own=(("extreme", ("e = 0.999",)),)
-    )
+    own = (("extreme", ("e = 0.999",)),)
+    choice = Choice(scenes=(scenes.get("kepler"),), rules=(midpoint,), own=own)
     (case,) = run_study(get("extremes"), choice)["cases"]
     fine, coarse = case["rows"]
     assert fine["outcome"] == "right"

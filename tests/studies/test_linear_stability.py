@@ -9,9 +9,7 @@ import pytest
 
 from discmech.integrators import discretisation, imex, midpoint, trapezoidal
 from discmech.integrators import rules as discretisations
-from discmech.studies import get
 from discmech.studies.core import controls
-from discmech.studies.core.one_case import run_case
 from discmech.studies.stability.linear_stability import (
     Oscillator,
     Spectrum,
@@ -20,7 +18,7 @@ from discmech.studies.stability.linear_stability import (
     spectra,
     unstable_intervals,
 )
-from tests.studies.cached_results import case
+from tests.studies.cached_results import measured
 
 
 @pytest.mark.parametrize("rule", ["trapezoidal", "rectangle"])
@@ -83,15 +81,13 @@ def test_the_krein_signature_changes_with_the_sense_of_rotation():
 def test_what_is_not_symplectic_leaves_the_circle(name):
     problem = Oscillator(controls.RUNGE_KUTTA[name])
     assert off_circle(spectra(problem.matrix), 1.0) is not None
-    found = run_case(get("stability"), case("stability", "harmonic", "midpoint", control=name))
+    found = measured("stability", "harmonic", control=name)
     assert found["verdict"] == "pass" and found["control"]
 
 
 def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
     monkeypatch.setitem(controls.RUNGE_KUTTA, "explicit Euler", trapezoidal)
-    found = run_case(
-        get("stability"), case("stability", "harmonic", "midpoint", control="explicit Euler")
-    )
+    found = measured("stability", "harmonic", control="explicit Euler")
     assert found["verdict"] == "fail" and "not caught" in found["reason"]
 
 
@@ -100,5 +96,5 @@ def test_an_interval_that_runs_contradict_fails(monkeypatch):
         "discmech.studies.stability.linear_stability.unstable_intervals",
         lambda step: [(1.5, 1000.0)],
     )
-    found = run_case(get("stability"), case("stability", "harmonic", "trapezoidal"))
+    found = measured("stability", "harmonic", "trapezoidal")
     assert found["verdict"] == "fail" and "contradict" in found["reason"]

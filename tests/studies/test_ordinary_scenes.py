@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,12 +16,13 @@ from discmech.integrators.rules import MAPS
 from discmech.integrators.scene import Conserved
 from discmech.reference import solutions
 from discmech.studies import get
-from discmech.studies.core.case import Case, Choice, silent
+from discmech.studies.core.case import Choice
 from discmech.studies.core.running import run_studies, run_study
 from discmech.studies.core.runs import energy_errors, energy_with_terms
 from discmech.studies.user.verify import studies
 from discmech.studies.work_precision import peers
 from discmech.studies.work_precision.peers.equations import equations_of
+from tests.studies.cached_results import measured
 
 
 def chain_of_pendulums(links: int) -> Scene:
@@ -103,9 +105,8 @@ named = pytest.mark.parametrize("scene", SCENES, ids=lambda s: s.name)
 @named
 def test_it_passes_every_study_that_keeps_something(scene):
     for study in ("symplecticity", "energy", *(["momentum"] if scene.symmetries else [])):
-        case = Case(study, scene, midpoint, 16, None if study == "symplecticity" else 2000)
-        measurement = get(study).measure(case, silent)
-        assert get(study).judge(case, measurement).verdict == "pass", study
+        steps = None if study == "symplecticity" else 2000
+        assert measured(study, scene, midpoint, 16, steps)["verdict"] == "pass", study
 
 
 @pytest.mark.slow
@@ -129,14 +130,13 @@ def test_its_energy_at_many_digits_is_that_in_double_precision(scene):
 
 def test_the_energy_of_a_relativistic_particle_is_its_own():
     scene = relativistic()
-    run = Scheme(scene, midpoint).flow(scene.step).trajectory(500)
-    found, _ = energy_with_terms(Scheme(scene, midpoint), 16)(run)
+    scheme = Scheme(scene, midpoint)
+    run, energy = scheme.flow(scene.step).trajectory(500), energy_with_terms(scheme, 16)
+    found, _ = energy(run)
     wanted = 2 * np.sqrt(4 + (run.mu**2).sum(axis=1)) - 1 / np.linalg.norm(run.x, axis=1)
     assert np.abs(found[:, 0] - wanted).max() < 1e-14
     beyond = run.mu[-1] * 100  # far beyond any start, where whole corrections leave the cone
-    inside, _ = energy_with_terms(Scheme(scene, midpoint), 16)(
-        type("States", (), {"x": run.x[-1:], "mu": beyond[None]})
-    )
+    inside, _ = energy(SimpleNamespace(x=run.x[-1:], mu=beyond[None]))
     wanted = 2 * np.sqrt(4 + beyond @ beyond) - 1 / np.linalg.norm(run.x[-1])
     assert inside[0, 0] == pytest.approx(wanted, rel=1e-12)
 
@@ -200,11 +200,9 @@ def test_a_gauge_far_out_leaves_the_energy_its_band():
         "gauge", pair(2), lambda x, v, p: v.dot(v) / 2 + (x[0] * v[1] - x[1] * v[0]) / 2,
         x0=[1000, "1/2"], v0=["0.1", "0.3"], duration=10, step="1/20",
     )  # fmt: skip
-    case = Case("energy", scene, midpoint, 16, 100_000)
-    assert get("energy").judge(case, get("energy").measure(case, silent)).verdict == "pass"
-    _, size = energy_with_terms(Scheme(scene, midpoint), 16)(
-        Scheme(scene, midpoint).flow("1/20").trajectory(0)
-    )
+    assert measured("energy", scene, midpoint, 16, 100_000)["verdict"] == "pass"
+    scheme = Scheme(scene, midpoint)
+    _, size = energy_with_terms(scheme, 16)(scheme.flow("1/20").trajectory(0))
     assert size[0, 0] == pytest.approx(0.05 + 150 + 0.025)
 
 

@@ -64,10 +64,8 @@ def test_variants_stand_line_by_line():
     shown = Console(file=StringIO(), width=150)
     shown.print(tables.terminal_table(result))
     lines = shown.file.getvalue().splitlines()
-    assert [next(x for x in lines if name in x).count("1.00×") for name in ("none", "direct")] == [
-        1,
-        1,
-    ]
+    for name in ("none", "direct"):
+        assert next(x for x in lines if name in x).count("1.00×") == 1
 
 
 def test_operations_are_those_of_the_text():

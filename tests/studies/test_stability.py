@@ -6,17 +6,17 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 from types import SimpleNamespace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
-from discmech.integrators import imex, midpoint, scenes, trapezoidal
+from discmech.integrators import StepFailure, imex, midpoint, scenes, trapezoidal
 from discmech.integrators import rules as discretisations
 from discmech.studies import get
 from discmech.studies.core.case import Choice, scheme_of
-from discmech.studies.core.one_case import run_case
 from discmech.studies.core.running import run_study
-from discmech.studies.stability import plot_maps
+from discmech.studies.stability import nonlinear_stability, plot_maps
 from discmech.studies.stability.nonlinear_stability import (
     CLASSES,
     limits,
@@ -25,7 +25,7 @@ from discmech.studies.stability.nonlinear_stability import (
     stability_map,
 )
 from discmech.studies.stability.stiff import FAMILIES
-from tests.studies.cached_results import SMALL, case, measured_once
+from tests.studies.cached_results import SMALL, measured, measured_once
 
 
 def made_up(energies, cause="", far_from_home=0.0):
@@ -37,12 +37,11 @@ def made_up(energies, cause="", far_from_home=0.0):
 
     def runner(scheme, step, steps):
         if cause:
-            from discmech.integrators import StepFailure
-
             raise StepFailure("s", "r", 1, 0.1, {"x": [0.0]}, cause, run)
         return run
 
-    return one_run(None, Fraction(1, 10), 100, measures, runner, 10.0)["class"]
+    with patch.object(nonlinear_stability, "trajectory", runner):
+        return one_run(None, Fraction(1, 10), 100, measures, 10.0)["class"]
 
 
 T = np.linspace(0, 1, 500)
@@ -61,7 +60,7 @@ def test_every_class_by_its_criterion():
     assert made_up([], "Newton did not converge") == "Newton failed"
 
 
-def test_a_shift_that_a_longer_run_takes_back_is_no_drift():
+def test_a_shift_that_a_longer_run_takes_back_is_no_drift(monkeypatch):
     energies = {100: 0.1 * np.cos(0.5 * np.pi * T), 800: 0.1 * np.cos(4 * np.pi * T)}
 
     def runner(scheme, step, steps):
@@ -70,7 +69,8 @@ def test_a_shift_that_a_longer_run_takes_back_is_no_drift():
     def terms(found):
         return 1 + energies[found.steps][:, None], np.ones((len(T), 1))
 
-    told = one_run(None, Fraction(1, 10), 100, {"energy": terms}, runner)
+    monkeypatch.setattr(nonlinear_stability, "trajectory", runner)
+    told = one_run(None, Fraction(1, 10), 100, {"energy": terms})
     assert (told["class"], told["steps"]) == ("bounded", 800)
 
 
@@ -153,12 +153,9 @@ def test_every_family_has_variants_that_run(name):
 
 
 def test_explicit_euler_has_no_bounded_run():
-    found = run_case(
-        get("stability"), case("stability", "spring-pendulum", "midpoint", control="explicit Euler")
-    )
-    assert found["verdict"] == "pass" and set(found["measured"]["classes"]) <= {
-        "blown up", "drifting",
-    }  # fmt: skip
+    found = measured("stability", "spring-pendulum", control="explicit Euler")
+    assert found["verdict"] == "pass"
+    assert set(found["measured"]["classes"]) <= {"blown up", "drifting"}
 
 
 def test_a_rule_that_is_lost_at_small_steps_fails(monkeypatch):
@@ -166,7 +163,7 @@ def test_a_rule_that_is_lost_at_small_steps_fails(monkeypatch):
         return [{"stiffness": 0.9, "z": 0.3, "class": "drifting"}]
 
     monkeypatch.setattr("discmech.studies.stability.measuring.stability_map", lost)
-    found = run_case(get("stability"), case("stability", "kepler", "midpoint"))
+    found = measured("stability", "kepler")
     assert found["verdict"] == "fail" and "drifting at hω = 0.3 and e = 0.9" in found["reason"]
 
 
@@ -180,7 +177,7 @@ def test_an_escape_fails_where_the_energy_forbids_it(monkeypatch, e, near, kind)
         return [{"stiffness": e, "z": 0.3, "class": kind}]
 
     monkeypatch.setattr("discmech.studies.stability.measuring.stability_map", lost)
-    assert run_case(get("stability"), case("stability", "kepler", "midpoint"))["verdict"] == verdict
+    assert measured("stability", "kepler")["verdict"] == verdict
 
 
 def test_a_comet_that_is_flung_out_is_no_bounded_run():
@@ -192,7 +189,7 @@ def test_a_comet_that_is_flung_out_is_no_bounded_run():
     assert kinds[0.1] == "bounded" and kinds[1.0] == "escaped" and kinds[10.0] == "blown up"
 
 
-def test_a_run_covers_the_slow_motion():
+def test_a_run_covers_the_slow_motion(monkeypatch):
     family, scheme = FAMILIES["kepler"], scheme_of(scenes.get("kepler"), midpoint)
     times = []
 
@@ -200,7 +197,8 @@ def test_a_run_covers_the_slow_motion():
         times.append(float(step * steps))
         return scheme.flow(step).trajectory(1)
 
-    stability_map(replace(family, stiffness=family.stiffness[-1:]), scheme, run=run)
+    monkeypatch.setattr(nonlinear_stability, "trajectory", run)
+    stability_map(replace(family, stiffness=family.stiffness[-1:]), scheme)
     assert min(times) >= 6 * math.pi
 
 

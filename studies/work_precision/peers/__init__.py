@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
@@ -17,18 +18,19 @@ from discmech.integrators.errors import unknown
 from discmech.integrators.scene import Scene
 
 from ..contestants import Contestant, Problem
+from .rebounds import bodies
 
-#: peer → (the module of ours that drives it, the package it needs)
+#: peer → (the package it needs, where it is driven)
 PEERS = {
-    "DOP853": ("scipys", "scipy"),
-    "Radau": ("scipys", "scipy"),
-    "LSODA": ("scipys", "scipy"),
-    "heyoka": ("heyokas", "heyoka"),
-    "diffrax": ("diffraxes", "diffrax"),
-    "diffrax-tsit5": ("diffraxes", "diffrax"),
-    "diffrax-symplectic": ("diffraxes", "diffrax"),
-    "WHFast": ("rebounds", "rebound"),
-    "IAS15": ("rebounds", "rebound"),
+    "DOP853": ("scipy", "scipys.ScipyContestant"),
+    "Radau": ("scipy", "scipys.ScipyContestant"),
+    "LSODA": ("scipy", "scipys.ScipyContestant"),
+    "heyoka": ("heyoka", "heyokas.HeyokaContestant"),
+    "diffrax": ("diffrax", "diffraxes.DiffraxContestant"),
+    "diffrax-tsit5": ("diffrax", "diffraxes.DiffraxContestant"),
+    "diffrax-symplectic": ("diffrax", "diffraxes.SymplecticContestant"),
+    "WHFast": ("rebound", "rebounds.WisdomHolman"),
+    "IAS15": ("rebound", "rebounds.ReboundContestant"),
 }
 #: those that take the equations of motion as expressions
 SYMBOLIC = ("heyoka", "diffrax", "diffrax-tsit5", "diffrax-symplectic")
@@ -49,7 +51,7 @@ def chosen(names: Sequence[str]) -> tuple[list[str], list[str]]:
     for name in names:
         if name not in PEERS:
             raise unknown("peer", name, (*PEERS, NONE))
-    present = [p for p in names or PEERS if find_spec(PEERS[p][1]) is not None]
+    present = [p for p in names or PEERS if find_spec(PEERS[p][0]) is not None]
     absent = [p for p in names or PEERS if p not in present]
     if names and absent:
         raise BadInput(f"{absent[0]} is not installed: pip install 'discmech[peers]'.")
@@ -65,7 +67,7 @@ def on(scene: Scene, names: Sequence[str]) -> list[str]:
         name for name in names
         if not (name in SYMBOLIC and scene.lagrangian is not None and not _is_closed(scene))
         and (name not in SPLIT or _splits(scene))
-        and (name not in BODIES or _is_of_bodies(scene))
+        and (name not in BODIES or bodies(scene) is not None)
     ]  # fmt: skip
 
 
@@ -73,13 +75,6 @@ def on(scene: Scene, names: Sequence[str]) -> list[str]:
 def _is_closed(scene: Scene) -> bool:
     """Whether ξ(x, μ) has a short closed form."""
     return closed_velocity(SceneSymbols(scene)) is not None
-
-
-def _is_of_bodies(scene: Scene) -> bool:
-    """Whether the scene is bodies that attract each other, as rebound knows them."""
-    from .rebounds import bodies
-
-    return bodies(scene) is not None
 
 
 @lru_cache(maxsize=64)
@@ -93,8 +88,8 @@ def _splits(scene: Scene) -> bool:
 
 def peer(name: str, problem: Problem, equations: Any) -> Contestant:
     """The peer on a problem, whose compiled equations of motion are `equations`."""
-    from importlib import import_module
-
-    module = import_module(f".{PEERS[name][0]}", __name__)
-    made: Contestant = module.contestant(name, problem, equations)
+    module, _, kind = PEERS[name][1].partition(".")
+    made: Contestant = getattr(import_module(f".{module}", __name__), kind)(
+        name, problem, equations
+    )
     return made

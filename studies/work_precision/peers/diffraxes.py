@@ -14,16 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from ..contestants import MOST_ROWS, NoEnd, Problem, States
+from discmech.integrators.numbers import sympy
+
+from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States
 
 TOLERANCES = [10.0**-k for k in range(3, 14)]
 MOST_STEPS = 2**31 - 1  # as its counter allows
-
-
-def contestant(name: str, problem: Problem, equations: Any) -> DiffraxContestant:
-    """The method of that name in `studies.peers.PEERS`."""
-    kind = SymplecticContestant if name.endswith("symplectic") else DiffraxContestant
-    return kind(name, problem, equations)
 
 
 def _bound(steps: int) -> int:
@@ -34,10 +30,10 @@ def _bound(steps: int) -> int:
     return bound
 
 
-class DiffraxContestant:
+class DiffraxContestant(Contestant):
     """diffeqsolve under jit, the setting an argument; the settings are tolerances."""
 
-    kind = "peer"
+    settings = TOLERANCES
     fastest = 2e-7  # seconds of a step, at least: it limits how many the patience allows
 
     def __init__(self, name: str, problem: Problem, equations: Any) -> None:
@@ -60,7 +56,7 @@ class DiffraxContestant:
             done = found.result == diffrax.RESULTS.successful
             return found.ys, found.stats["num_steps"], done
 
-        def solve(setting: Any, start: Any) -> Any:
+        def end(setting: Any, start: Any) -> Any:
             return run(setting, start, diffrax.SaveAt(t1=True), self.most_steps)
 
         def look(setting: Any, start: Any, bound: int) -> Any:
@@ -69,10 +65,10 @@ class DiffraxContestant:
             saved = diffrax.SaveAt(subs=[own, diffrax.SubSaveAt(ts=jnp.asarray(times))])
             return run(setting, start, saved, bound)[0]
 
-        self.solve = jax.jit(solve)
+        self.end = jax.jit(end)
         self.look = jax.jit(look, static_argnums=2)
         begun = time.perf_counter()
-        jax.block_until_ready(self.solve(next(self.ladder()), self.start))
+        self.solve(next(self.ladder()))
         self.setup = time.perf_counter() - begun
 
     def _state(self, start: Any) -> Any:
@@ -93,17 +89,25 @@ class DiffraxContestant:
         solver = diffrax.Tsit5() if self.name.endswith("tsit5") else diffrax.Dopri8()
         return {"solver": solver, "dt0": None, "stepsize_controller": controller}
 
-    def ladder(self) -> Iterator[Any]:
-        """Tolerances from 1e-3 on."""
-        return iter(TOLERANCES)
+    def solve(self, setting: Any) -> Any:
+        """One compiled solve; JAX answers at once, so the result is waited for."""
+        import jax
 
-    def told(self, setting: Any) -> dict[str, Any]:
-        """Its tolerance."""
-        return {"setting": f"rtol {setting:.0e}", "tolerance": setting}
+        return jax.block_until_ready(self.end(setting, self.start)[0])
 
-    def prepare(self, setting: Any) -> DiffraxRun:
-        """The compiled call."""
-        return DiffraxRun(self, setting)
+    def states(self, setting: Any) -> States:
+        """Its own steps; at the checkpoints before the end its dense output, as a user gets."""
+        last, steps, fine = self.end(setting, self.start)
+        if not bool(fine):
+            raise NoEnd(self.name, f" ({self.most_steps} steps)")
+        own, dense = self.look(setting, self.start, _bound(int(steps)))
+        path, end = _joined(own), _joined(last)[-1:]
+        path = np.vstack([path[np.isfinite(path).all(axis=1)], end])  # what is not filled is ∞
+        checkpoints = path[:0]
+        if self.problem.checkpoints:
+            checkpoints = _joined(dense)
+            checkpoints[-1] = end
+        return States(checkpoints, path, int(steps))
 
 
 class SymplecticContestant(DiffraxContestant):
@@ -136,50 +140,16 @@ class SymplecticContestant(DiffraxContestant):
         first = max(1, math.floor(self.problem.duration / self.problem.scene.step))
         return (first * 2**k for k in range(40) if first * 2**k <= MOST_STEPS)
 
-    def told(self, setting: Any) -> dict[str, Any]:
-        """Its steps and step size."""
-        return {"setting": f"{setting} steps", "step": float(self.problem.duration / setting)}
-
-
-class DiffraxRun:
-    """One compiled solve; JAX answers at once, so the result is waited for."""
-
-    def __init__(self, contestant: DiffraxContestant, setting: Any) -> None:
-        self.contestant, self.setting = contestant, setting
-
-    def __call__(self) -> Any:
-        import jax
-
-        contestant = self.contestant
-        return jax.block_until_ready(contestant.solve(self.setting, contestant.start)[0])
-
-    def states(self) -> States:
-        """Its own steps; at the checkpoints before the end its dense output, as a user gets."""
-        contestant, problem = self.contestant, self.contestant.problem
-        last, steps, fine = contestant.solve(self.setting, contestant.start)
-        if not bool(fine):
-            raise NoEnd(contestant.name, f" ({contestant.most_steps} steps)")
-        own, dense = contestant.look(self.setting, contestant.start, _bound(int(steps)))
-        path, end = _joined(own), _joined(last)[-1:]
-        path = np.vstack([path[np.isfinite(path).all(axis=1)], end])  # what is not filled is ∞
-        checkpoints = path[:0]
-        if problem.checkpoints:
-            checkpoints = _joined(dense)
-            checkpoints[-1] = end
-        return States(checkpoints, path, int(steps), None, None)
-
 
 def _joined(states: Any) -> np.ndarray:
     """Rows (x, μ), whole or in its two parts."""
-    return np.hstack(
-        [np.array(part) for part in (states if isinstance(states, tuple) else [states])]
-    )
+    parts = states if isinstance(states, tuple) else [states]
+    return np.hstack([np.array(part) for part in parts])
 
 
 def _compiled(arguments: list[Any], entries: Any) -> Any:
     """A function of one array for JAX."""
     import jax.numpy as jnp
-    import sympy
 
     function = sympy.lambdify(arguments, list(entries), "jax", cse=True)
     return lambda z: jnp.stack([*map(jnp.asarray, function(z))])

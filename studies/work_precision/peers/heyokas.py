@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.numbers import sympy
 
-from ..contestants import MOST_ROWS, NoEnd, Problem, States
+from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States
 
 TOLERANCES = [10.0**-k for k in range(3, 16, 2)] + [2.0**-52]  # the last is its own default
 #: below round-off and with compensated sums: what its documentation advises for long runs, so that
@@ -19,51 +19,16 @@ BROUWER = 1e-18
 MANY = 10_000  # steps between two looks at the clock
 
 
-def contestant(name: str, problem: Problem, equations: Any) -> HeyokaContestant:
-    """The adaptive Taylor integrator."""
-    return HeyokaContestant(name, problem, equations)
-
-
-class HeyokaContestant:
-    """taylor_adaptive, compiled once a tolerance; the settings are tolerances."""
-
-    kind = "peer"
-
-    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
-        import heyoka
-
-        self.name, self.problem, self.start = name, problem, problem.start
-        variables = heyoka.make_vars(*map(str, equations.states))
-        if len(equations.states) == 1:
-            variables = [variables]
-        self.system = [(v, _expression(e)) for v, e in zip(variables, equations.field, strict=True)]
-        self.setup = 0.0  # compiled with each setting
-
-    def ladder(self) -> Iterator[float]:
-        """Tolerances from 1e-3 to round-off; in a race without checkpoints below that."""
-        return iter(TOLERANCES if self.problem.checkpoints else [*TOLERANCES, BROUWER])
-
-    def told(self, setting: float) -> dict[str, Any]:
-        """Its tolerance."""
-        sums = ", compensated" if setting == BROUWER else ""
-        return {"setting": f"tol {setting:.0e}{sums}", "tolerance": setting}
-
-    def prepare(self, setting: float) -> HeyokaRun:
-        """The integrator compiled for that tolerance."""
-        return HeyokaRun(self, setting)
-
-
 def _expression(e: Any) -> Any:
     """heyoka's expression of sympy's, whole powers above the square as products.
 
     Its own power of an x that is 0 is not finite from the third on (fpu at rest).
     """
     import heyoka
-    from sympy import Pow, default_sort_key
 
     known: dict[Any, Any] = {}
-    powers = [p for p in e.atoms(Pow) if p.exp.is_Integer and p.exp > 2]
-    for power in sorted(powers, key=lambda p: (p.count_ops(), default_sort_key(p))):
+    powers = [p for p in e.atoms(sympy.Pow) if p.exp.is_Integer and p.exp > 2]
+    for power in sorted(powers, key=lambda p: (p.count_ops(), sympy.default_sort_key(p))):
         base = heyoka.from_sympy(power.base, known)
         product = base
         for _ in range(int(power.exp) - 1):
@@ -72,31 +37,53 @@ def _expression(e: Any) -> Any:
     return heyoka.from_sympy(e, known)
 
 
-class HeyokaRun:
-    """propagate_until from the start, the integrator object used again."""
+class HeyokaContestant(Contestant):
+    """taylor_adaptive, compiled once a tolerance; the settings are tolerances."""
 
-    def __init__(self, contestant: HeyokaContestant, tolerance: float) -> None:
+    what = "tol"
+
+    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
         import heyoka
 
-        self.contestant, self.end = contestant, float(contestant.problem.duration)
-        begun = time.perf_counter()
-        self.integrator = heyoka.taylor_adaptive(
-            contestant.system, contestant.start.tolist(), tol=tolerance,
-            high_accuracy=tolerance == BROUWER,
-        )  # fmt: skip
-        contestant.setup += time.perf_counter() - begun
+        self.name, self.problem, self.start = name, problem, problem.start
+        self.end = float(problem.duration)
+        #: in a race without checkpoints below round-off too
+        self.settings = TOLERANCES if problem.checkpoints else [*TOLERANCES, BROUWER]
+        variables = heyoka.make_vars(*map(str, equations.states))
+        if len(equations.states) == 1:
+            variables = [variables]
+        self.system = [(v, _expression(e)) for v, e in zip(variables, equations.field, strict=True)]
 
-    def _rewind(self) -> Any:
-        self.integrator.time = 0.0
-        self.integrator.state[:] = self.contestant.start
-        return self.integrator
+    def told(self, setting: float) -> dict[str, Any]:
+        """Its tolerance."""
+        told = super().told(setting)
+        sums = ", compensated" if setting == BROUWER else ""
+        return {**told, "setting": told["setting"] + sums}
 
-    def __call__(self) -> Any:
-        return self._rewind().propagate_until(self.end)
+    def made(self, tolerance: float) -> Any:
+        """The integrator, compiled for that tolerance; it is used again and again."""
+        import heyoka
 
-    def _watched(self) -> int:
+        begun, exact = time.perf_counter(), tolerance == BROUWER
+        made = heyoka.taylor_adaptive(
+            self.system, self.start.tolist(), tol=tolerance, high_accuracy=exact
+        )
+        self.setup += time.perf_counter() - begun
+        return made
+
+    def _rewound(self, integrator: Any) -> Any:
+        integrator.time = 0.0
+        integrator.state[:] = self.start
+        return integrator
+
+    def solve(self, integrator: Any) -> Any:
+        """propagate_until from the start."""
+        return self._rewound(integrator).propagate_until(self.end)
+
+    def _watched(self, integrator: Any) -> int:
         """The same run with an end to the patience; returns its number of steps."""
-        integrator, begun, steps = self._rewind(), time.process_time(), 0
+        begun, steps = time.process_time(), 0
+        self._rewound(integrator)
         while True:
             outcome, _, _, more, *_ = integrator.propagate_until(self.end, max_steps=MANY)
             steps += more
@@ -104,18 +91,16 @@ class HeyokaRun:
                 return steps
             if "step_limit" not in str(outcome):
                 raise CannotMeasure(f"heyoka: stopped with {outcome}")
-            if time.process_time() - begun > self.contestant.problem.patience:
+            if time.process_time() - begun > self.problem.patience:
                 raise NoEnd("heyoka")
 
-    def states(self) -> States:
+    def states(self, integrator: Any) -> States:
         """On a grid, by the Taylor polynomials of its steps: as accurate as the steps are."""
-        problem = self.contestant.problem
-        steps = self._watched()
-        last = self.integrator.state.copy()
-        parts = max(1, problem.checkpoints)
+        steps = self._watched(integrator)
+        last = integrator.state.copy()
+        parts = max(1, self.problem.checkpoints)
         inside = max(1, min(4 * steps, MOST_ROWS) // parts)
         grid = np.linspace(0.0, self.end, parts * inside + 1)
-        path = np.array(self._rewind().propagate_grid(grid)[-1])
+        path = np.array(self._rewound(integrator).propagate_grid(grid)[-1])
         path[-1] = last
-        checkpoints = path[inside::inside] if problem.checkpoints else path[:0]
-        return States(checkpoints, path, steps, None, None)
+        return States.along(self.problem, path, steps)

@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators.equations import SceneSymbols
+from discmech.integrators.numbers import sympy
 from discmech.integrators.scene import Scene
 
-from ..contestants import MOST_ROWS, NoEnd, Problem, States
+from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States, steps_between
 
 #: of IAS15; the last is its own default, and above the first its corrector does not converge
 EPSILONS = [10.0**-k for k in range(3, 10)]
@@ -50,39 +51,31 @@ def bodies(scene: Scene) -> Bodies | None:
     dim, rest = divmod(len(s.x), count)
     if rest or dim not in (2, 3) or scene.lagrangian is None:
         return None
-    from sympy import Matrix, sqrt
-
     places, speeds = (
-        [Matrix(list(z)[i * dim : (i + 1) * dim]) for i in range(count)] for z in (s.x, s.u)
+        [sympy.Matrix(list(z)[i * dim : (i + 1) * dim]) for i in range(count)] for z in (s.x, s.u)
     )
     m, G = list(s.parameters.masses), getattr(s.parameters, "G", 1)
     kinetic = sum(e * v.dot(v) for e, v in zip(m, speeds, strict=True)) / 2
     pairs = combinations(zip(m, places, strict=True), 2)
-    wanted = kinetic + sum(G * e * f / sqrt((a - b).dot(a - b)) for (e, a), (f, b) in pairs)
+    wanted = kinetic + sum(G * e * f / sympy.sqrt((a - b).dot(a - b)) for (e, a), (f, b) in pairs)
     if (s.lagrangian - wanted).expand() != 0:
         return None
     constant = float(scene.parameters.get("G", 1))
     return Bodies(tuple(float(e) for e in masses), constant, dim)
 
 
-def contestant(name: str, problem: Problem, equations: Any) -> ReboundContestant:
-    """WHFast or IAS15."""
-    kind = WisdomHolman if name == "WHFast" else ReboundContestant
-    return kind(name, problem)
-
-
-class ReboundContestant:
+class ReboundContestant(Contestant):
     """IAS15; the settings are its tolerances ε."""
 
-    kind = "peer"
-    setup = 0.0  # it comes compiled
+    settings, what = EPSILONS, "ε"
 
-    def __init__(self, name: str, problem: Problem) -> None:
+    def __init__(self, name: str, problem: Problem, equations: Any) -> None:
         import rebound
 
         found = bodies(problem.scene)
         assert found is not None  # `peers.on` asks
         self.name, self.problem, self.dim = name, problem, found.dim
+        self.end = float(problem.duration)
         self.masses = np.array(found.masses)
         self.start = rebound.Simulation()
         self.start.G, self.start.integrator = found.G, name.lower()
@@ -93,26 +86,47 @@ class ReboundContestant:
                   **dict(zip(("vx", "vy", "vz"), speed, strict=False))}  # fmt: skip
             self.start.add(m=m, **at)
 
-    def ladder(self) -> Iterator[Any]:
-        """ε down to its default."""
-        return iter(EPSILONS)
-
-    def told(self, setting: Any) -> dict[str, Any]:
-        """Its tolerance."""
-        return {"setting": f"ε {setting:.0e}", "tolerance": setting}
-
-    def prepare(self, setting: Any) -> ReboundRun:
-        """A simulation that waits at the start."""
-        simulation = self.start.copy()
-        simulation.ri_ias15.epsilon = setting
-        return ReboundRun(self, simulation)
-
     def state(self, simulation: Any) -> np.ndarray:
         """(x, μ) of a simulation."""
         x, v = np.zeros((2, len(self.masses), 3))
         simulation.serialize_particle_data(xyz=x, vxvyvz=v)
         mu = self.masses[:, None] * v
         return np.concatenate([x[:, : self.dim].ravel(), mu[:, : self.dim].ravel()])
+
+    def made(self, setting: Any) -> Any:
+        """A simulation that waits at the start, and its setting."""
+        simulation = self.start.copy()
+        simulation.ri_ias15.epsilon = setting
+        return simulation, setting
+
+    def solve(self, made: Any) -> Any:
+        """A copy that runs to the end by its own steps."""
+        simulation = made[0].copy()
+        simulation.integrate(self.end)
+        return simulation
+
+    def _watched(self, made: Any, every: int) -> list[np.ndarray]:
+        """States every so many steps, with an end to the patience; the last is the timed run's."""
+        begun, simulation = time.process_time(), made[0].copy()
+        rows, reach = [self.state(simulation)], self.end * (1 - 2.0**-40)
+        while simulation.t < reach:
+            if time.process_time() - begun > self.problem.patience:
+                raise NoEnd(self.name)
+            simulation.steps(every)
+            simulation.synchronize()
+            rows.append(self.state(simulation))
+        return [*rows[:-1], self.state(self.solve(made))]
+
+    def states(self, made: Any) -> States:
+        """Its own steps; at the checkpoints before the end by steps that are cut to end there."""
+        path = self._watched(made, 1)
+        steps, found, simulation = len(path) - 1, [], made[0].copy()
+        for t in self.problem.times[:-1] if self.problem.checkpoints else ():
+            simulation.integrate(float(t))
+            found.append(self.state(simulation))
+        checkpoints = np.array([*found, path[-1]])[: self.problem.checkpoints]
+        rows = np.array([*path[: -1 : max(1, -(-steps // MOST_ROWS))], path[-1]])
+        return States(checkpoints, rows, steps)
 
 
 class WisdomHolman(ReboundContestant):
@@ -124,78 +138,22 @@ class WisdomHolman(ReboundContestant):
         usual = math.floor(self.problem.duration / self.problem.scene.step) // 4
         return (max(1, round(usual / parts)) * parts * 2**k for k in range(40))
 
-    def told(self, setting: int) -> dict[str, Any]:
-        """Its steps and step size."""
-        return {"setting": f"{setting} steps", "step": float(self.problem.duration / setting)}
-
-    def prepare(self, setting: int) -> ReboundRun:
-        """A simulation that waits at the start."""
+    def made(self, steps: int) -> Any:
+        """A simulation that waits at the start, and its steps."""
         simulation = self.start.copy()
         simulation.ri_whfast.corrector, simulation.ri_whfast.safe_mode = 17, 0
         simulation.ri_whfast.keep_unsynchronized = 1  # looking on does not change the run
-        simulation.dt = float(self.problem.duration / setting)
-        return WisdomHolmanRun(self, simulation, setting)
+        simulation.dt = self.end / steps
+        return simulation, steps
 
-
-class ReboundRun:
-    """A copy of the simulation that runs to the end by its own steps."""
-
-    def __init__(self, contestant: Any, start: Any) -> None:
-        self.contestant, self.start = contestant, start
-        self.problem, self.end = contestant.problem, float(contestant.problem.duration)
-
-    def __call__(self) -> Any:
-        simulation = self.start.copy()
-        simulation.integrate(self.end)
-        return simulation
-
-    def _watched(self, every: int) -> list[np.ndarray]:
-        """States every so many steps, with an end to the patience."""
-        begun, simulation = time.process_time(), self.start.copy()
-        rows, reach = [self.contestant.state(simulation)], self.end * (1 - 2.0**-40)
-        while simulation.t < reach:
-            if time.process_time() - begun > self.problem.patience:
-                raise NoEnd(self.contestant.name)
-            simulation.steps(every)
-            simulation.synchronize()
-            rows.append(self.contestant.state(simulation))
-        return rows
-
-    def states(self) -> States:
-        """Its own steps; at the checkpoints before the end by steps that are cut to end there."""
-        path = self._watched(1)
-        path[-1] = self.contestant.state(self())
-        steps, found, simulation = len(path) - 1, [], self.start.copy()
-        for t in self.problem.times[:-1] if self.problem.checkpoints else ():
-            simulation.integrate(float(t))
-            found.append(self.contestant.state(simulation))
-        checkpoints = np.array([*found, path[-1]])[: self.problem.checkpoints]
-        stride = max(1, -(-steps // MOST_ROWS))
-        rows = np.array([*path[:-1:stride], path[-1]])
-        return States(checkpoints, rows, steps, None, None)
-
-
-class WisdomHolmanRun(ReboundRun):
-    """The same by a number of equal steps, synchronised at the end alone."""
-
-    def __init__(self, contestant: Any, start: Any, steps: int) -> None:
-        super().__init__(contestant, start)
-        self.steps = steps
-
-    def __call__(self) -> Any:
-        simulation = self.start.copy()
-        simulation.steps(self.steps)
+    def solve(self, made: Any) -> Any:
+        """By a number of equal steps, synchronised at the end alone."""
+        simulation = made[0].copy()
+        simulation.steps(made[1])
         simulation.synchronize()
         return simulation
 
-    def states(self) -> States:
+    def states(self, made: Any) -> States:
         """At equal distances, the checkpoints among them."""
-        parts = max(1, self.problem.checkpoints)
-        inside, every = self.steps // parts, max(1, -(-self.steps // MOST_ROWS))
-        while inside % every:
-            every += 1
-        path = np.array(self._watched(every))
-        path[-1] = self.contestant.state(self())
-        stride = inside // every
-        checkpoints = path[stride::stride] if self.problem.checkpoints else path[:0]
-        return States(checkpoints, path, self.steps, None, None)
+        path = np.array(self._watched(made, steps_between(self.problem, made[1])))
+        return States.along(self.problem, path, made[1])

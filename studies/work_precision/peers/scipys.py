@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from discmech.integrators.errors import CannotMeasure
 
-from ..contestants import MOST_ROWS, NoEnd, Problem, States
+from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States
 
 IMPLICIT = ("Radau", "LSODA")  # those that take a Jacobian
 TOLERANCES = [10.0**-k for k in range(2, 14)]  # scipy takes no rtol below 100 units of round-off
 
 
-def contestant(name: str, problem: Problem, equations: Any) -> ScipyContestant:
-    """DOP853, Radau or LSODA."""
-    return ScipyContestant(name, problem, equations)
-
-
-class ScipyContestant:
+class ScipyContestant(Contestant):
     """solve_ivp by one method; the settings are relative tolerances."""
 
-    kind = "peer"
+    settings = TOLERANCES
 
     def __init__(self, name: str, problem: Problem, equations: Any) -> None:
         self.name, self.problem, self.f, self.df = name, problem, equations.f, equations.df
@@ -38,65 +32,39 @@ class ScipyContestant:
         sizes = [size or max(sizes) for size in sizes]
         self.scale = np.repeat(sizes, [n, len(self.start) - n])
 
-    def ladder(self) -> Iterator[float]:
-        """Tolerances from 1e-2 on."""
-        return iter(TOLERANCES)
+    def made(self, tolerance: float) -> dict[str, Any]:
+        """The options of the call."""
+        jacobian = {"jac": self.df} if self.name in IMPLICIT else {}
+        atol = tolerance * self.scale
+        return {"method": self.name, "rtol": tolerance, "atol": atol, **jacobian}
 
-    def told(self, setting: float) -> dict[str, Any]:
-        """Its tolerance."""
-        return {"setting": f"rtol {setting:.0e}", "tolerance": setting}
+    def solve(self, options: dict[str, Any]) -> Any:
+        """Without output between: that is its fastest form."""
+        return self._solved(self.f, options)
 
-    def prepare(self, setting: float) -> ScipyRun:
-        """A call of solve_ivp."""
-        return ScipyRun(self, setting)
-
-
-class ScipyRun:
-    """One call of solve_ivp, without output between: that is its fastest form."""
-
-    def __init__(self, contestant: ScipyContestant, tolerance: float) -> None:
-        self.contestant, problem = contestant, contestant.problem
-        self.span = (0.0, float(problem.duration))
-        self.options: dict[str, Any] = {
-            "method": contestant.name,
-            "rtol": tolerance,
-            "atol": tolerance * contestant.scale,
-        }
-        if contestant.name in IMPLICIT:
-            self.options["jac"] = contestant.df
-
-    def __call__(self) -> Any:
-        return self._solved(self.contestant.f)
-
-    def _solved(self, f: Any, **more: Any) -> Any:
+    def _solved(self, f: Any, options: dict[str, Any]) -> Any:
         from scipy.integrate import solve_ivp
 
-        return solve_ivp(f, self.span, self.contestant.start, **self.options, **more)
+        return solve_ivp(f, (0.0, float(self.problem.duration)), self.start, **options)
 
-    def _watched(self) -> Any:
-        """The right-hand side with an end to the patience: what falls into a centre, since its
-        tolerance is loose, takes ever smaller steps."""
-        contestant, begun = self.contestant, time.process_time()
-
-        def f(t: float, z: np.ndarray) -> Any:
-            if time.process_time() - begun > contestant.problem.patience:
-                raise NoEnd(contestant.name)
-            return contestant.f(t, z)
-
-        return f
-
-    def states(self) -> States:
+    def states(self, options: dict[str, Any]) -> States:
         """Its own steps; at the checkpoints before the end its own dense output, as a user gets."""
-        contestant, problem = self.contestant, self.contestant.problem
-        found = self._solved(self._watched())
+        problem, begun = self.problem, time.process_time()
+
+        def watched(t: float, z: np.ndarray) -> Any:
+            """What falls into a centre, since its tolerance is loose, takes ever smaller steps."""
+            if time.process_time() - begun > problem.patience:
+                raise NoEnd(self.name)
+            return self.f(t, z)
+
+        found = self._solved(watched, options)
         if not found.success:
-            raise CannotMeasure(f"{contestant.name}: {found.message}")
-        checkpoints = np.zeros((0, len(contestant.start)))
+            raise CannotMeasure(f"{self.name}: {found.message}")
+        checkpoints = np.zeros((0, len(self.start)))
         if problem.checkpoints:
-            times = [float(t) for t in problem.times]
-            dense = self._solved(contestant.f, t_eval=times)
+            dense = self._solved(self.f, {**options, "t_eval": [float(t) for t in problem.times]})
             checkpoints = np.array(dense.y.T)
             checkpoints[-1] = found.y[:, -1]
         stride = max(1, -(-found.y.shape[1] // MOST_ROWS))
         path = np.vstack([found.y.T[::stride], found.y.T[-1:]])
-        return States(checkpoints, path, len(found.t) - 1, int(found.nfev), None)
+        return States(checkpoints, path, len(found.t) - 1, int(found.nfev))

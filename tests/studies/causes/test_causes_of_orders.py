@@ -24,10 +24,10 @@ from discmech.integrators import (
 )
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
-from discmech.studies.causes.diagnosis import _residuals as residuals
 from discmech.studies.causes.diagnosis import _start_gap as start_gap
 from discmech.studies.causes.exact_path import truncation
 from discmech.studies.causes.points import mean_of_points
+from discmech.studies.causes.round_off import residuals
 from discmech.studies.core.case import Case
 from discmech.studies.core.one_case import run_case
 from discmech.studies.order.measuring import judge

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from discmech.studies.charts import measuring as charts
-from tests.studies.judges.by_hand import ABOVE, BELOW, case, judged
+from tests.studies.judges.by_hand import ABOVE, BELOW, case, close, judged
 
 LIMITS = {"residual": charts.RESIDUAL, "pullback": charts.DEFECT, "poisson": charts.DEFECT,
           "factorisation": charts.RESIDUAL, "distance": charts.RESIDUAL,
@@ -33,9 +33,7 @@ def test_every_law_holds_across_charts(kind, digits, unit):
     limit = (LIMITS | {"momentum": walk_of(100)})[kind] * unit
     told = chart_of(turned(**{kind: BELOW * limit}), digits=digits)
     assert told[:2] == ("pass", "") and told[2]["singular"] == charts.SINGULAR
-    assert told[2]["limits"] == pytest.approx(
-        {k: v * unit for k, v in LIMITS.items()}, rel=1e-12, abs=0
-    )
+    assert told[2]["limits"] == close({k: v * unit for k, v in LIMITS.items()})
     assert chart_of(turned(**{kind: None}), digits=digits)[0] == "pass"
     for wrong in (ABOVE * limit, math.nan):
         verdict, reason, _ = chart_of(turned(), turned(**{kind: wrong}), digits=digits)

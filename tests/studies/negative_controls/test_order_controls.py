@@ -71,9 +71,6 @@ def test_a_rule_that_is_of_first_order_in_the_end_does_not_pass():
     assert result("order", "pendulum", inconsistent(sympy.Rational(1, 10)))["verdict"] == "fail"
 
 
-LATE = "errors that leave the line far above round-off are taken for round-off"
-
-
 @pytest.mark.parametrize("size", ["1/100000", pytest.param("1/1000000", marks=pytest.mark.slow)])
 def test_a_first_order_error_that_shows_late_is_no_round_off(size):
     found = result("order", "pendulum", inconsistent(sympy.Rational(size)))
@@ -94,13 +91,8 @@ def perturbed(monkeypatch, size):
     return measured("order", scenes.get("pendulum").with_values(), trapezoidal, 16)
 
 
-def test_a_wrong_reference_is_no_pass(monkeypatch):
-    found = perturbed(monkeypatch, "1/100")
-    assert found["verdict"] != "pass"
-
-
-@pytest.mark.parametrize("size", ["1/10000000", "1/1000000000"])
-def test_a_slightly_wrong_reference_is_no_pass(monkeypatch, size):
+@pytest.mark.parametrize("size", ["1/100", "1/10000000", "1/1000000000"])
+def test_a_wrong_reference_is_no_pass(monkeypatch, size):
     assert perturbed(monkeypatch, size)["verdict"] != "pass"
 
 

@@ -98,9 +98,8 @@ def test_damping_is_seen_in_proportion(monkeypatch):
 def test_a_defect_that_is_not_finite_is_no_pass():
     rows = [{"step": 0.1, "index": 0, "time": 0.0, "pullback": 1e-17, "poisson": float("inf")}]
     measured = {"pullback": 1e-17, "poisson": float("inf")}
-    verdict = get("symplecticity").judge(
-        case("symplecticity", "pendulum"), {"rows": rows, "measured": measured}
-    )
+    of, told = case("symplecticity", "pendulum"), {"rows": rows, "measured": measured}
+    verdict = get("symplecticity").judge(of, told)
     assert verdict.verdict == "fail" and "poisson" in verdict.reason
 
 
@@ -126,6 +125,6 @@ def test_a_step_that_could_not_be_followed_is_said(monkeypatch):
         return sound(case, step)
 
     monkeypatch.setattr(measuring, "_rows_at", refused)
-    monkeypatch.setattr(measuring, "_largest_stable_step", lambda case: 4 * own)
+    monkeypatch.setattr(measuring, "largest_stable_step", lambda case: 4 * own)
     found = measured("symplecticity", "pendulum", "gauss-2", steps=24)
     assert found["verdict"] == "pass" and found["left_out_step"] == float(4 * own)

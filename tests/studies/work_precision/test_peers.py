@@ -61,7 +61,7 @@ def test_heyoka_takes_powers_of_zero():
     problem, equations = race_on(scenes.get("fpu"))
     run = peers.peer("heyoka", problem, equations).prepare(1e-9)
     run()
-    assert np.isfinite(run.integrator.state).all()
+    assert np.isfinite(run.made.state).all()
 
 
 def test_an_absent_peer_is_one_sentence(monkeypatch):
@@ -142,11 +142,11 @@ def test_over_long_times_heyoka_runs_as_its_documentation_advises():
     heyoka = peers.peer("heyoka", long, equations)
     finest = list(heyoka.ladder())[-1]
     run = heyoka.prepare(finest)
-    assert finest == 1e-18 and run.integrator.high_accuracy
+    assert finest == 1e-18 and run.made.high_accuracy
     assert heyoka.told(finest)["setting"] == "tol 1e-18, compensated"
     states = run.states()
     run()
-    assert np.array_equal(run.integrator.state, states.path[-1])
+    assert np.array_equal(run.made.state, states.path[-1])
     assert Yardstick(long, equations).errors(states)["energy-max"] < 100 * UNIT
 
 

@@ -17,7 +17,8 @@ from discmech.studies import get
 from discmech.studies.core.case import scheme_of
 from discmech.studies.report import tables
 from discmech.studies.work_precision import contest, peers, racing
-from discmech.studies.work_precision.accuracy import METRICS, UNIT, Yardstick
+from discmech.studies.work_precision.accuracy import UNIT, Yardstick
+from discmech.studies.work_precision.axes import ERRORS, WORK
 from discmech.studies.work_precision.contestants import (
     TOLERANCES,
     NoEnd,
@@ -47,7 +48,7 @@ def test_everybody_takes_part_and_comes_to_the_truth(pendulum):
 def test_rows_hold_every_metric_and_every_count(pendulum):
     for name, case in pendulum.items():
         for row in case["rows"]:
-            assert set(row) >= {*METRICS, *contest.WORK, "setting", "samples", "outliers"}
+            assert set(row) >= {*ERRORS, *WORK, "setting", "samples", "outliers"}
             assert row["seconds_low"] <= row["seconds"] <= row["seconds_high"]
             assert row["samples"] >= racing.LEAST
             assert row["error"] <= row["error-max"] and row["energy"] <= row["energy-max"]
@@ -122,7 +123,7 @@ def test_over_many_periods_the_step_is_that_for_the_scene_s_duration():
     assert states.steps == 100 * flow.choice.steps and len(states.path) == states.steps + 1
     hurried = replace(problem, patience=0.5)
     chosen.spent = 0.5 * PATIENT + 0.1
-    chosen.fixed.problem = hurried
+    chosen.problem = hurried
     with pytest.raises(NoEnd, match=r"gauss-4, tolerance came to no end .*: choosing steps"):
         chosen.prepare(1e-9)
 
@@ -175,7 +176,7 @@ def test_rules_with_stages_begin_where_these_contract(monkeypatch):
     problem, _ = race_on(scenes.get("rigid-body"))
     contestant = RuleContestant(problem, discretisations.get("gauss-3"))
     first = next(contestant.ladder())
-    assert contestant.prepare(first).flow.trajectory(first).solver == "fixed point"
+    assert contestant.made(first)[0].trajectory(first).solver == "fixed point"
     with pytest.raises(TypeError, match="not callable"):
         RuleContestant(problem, discretisations.get("gauss-3"), first=4)
 
