@@ -7,7 +7,6 @@ from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any
 
 from .palette import GRID, WORDS
-from .typeset import figure_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +43,7 @@ def end_labels(
         if abs(where[1] - start[1]) > 2 or where[0] - start[0] > 12:
             axes.annotate("", xy=start, xytext=(where[0] - 1.5, spot), arrowprops=line, **points)
         axes.annotate(
-            figure_text(words),
+            words,
             xy=where,
             fontsize=7.6,
             va="center_baseline" if "\n" not in words else "center",

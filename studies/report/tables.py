@@ -6,12 +6,12 @@ import csv
 import io
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.study import view_of
-from .typeset import tex
 from .view import Column
 from .wording import (
     NONE,
@@ -32,6 +32,17 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 COLOURS = {"pass": "green", "fail": "bold red", "inconclusive": "yellow"}  # on a terminal
+
+
+_TEX = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+_TEX |= {character: "\\" + character for character in "&%$#_{}"}
+_TEX |= {"±": r"$\pm$", "≤": r"$\le$", "≥": r"$\ge$", "—": "---", "·": r"$\cdot$", "√": r"$\surd$"}
+_TEX |= {"|": r"$|$", "‖": r"$\|$", "<": "$<$", ">": "$>$", "–": "--", "×": r"$\times$"}
+_TEX |= {"μ": r"$\mu$", "Γ": r"$\Gamma$", "π": r"$\pi$", "ω": r"$\omega$", "ε": r"$\varepsilon$"}
+_TEX |= {"ξ": r"$\xi$", "α": r"$\alpha$", "β": r"$\beta$", "γ": r"$\gamma$", "θ": r"$\theta$"}
+_LEVELS = re.compile("([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|([₀₁₂₃₄₅₆₇₈₉]+)")
+_FLAT = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉", "-01234567890123456789")
+_SEAM = re.compile(r"(?<!\\)\$\$")  # one formula ends where the next begins
 
 
 def columns(study: str) -> list[Column]:
@@ -145,6 +156,16 @@ def _csv(lines: Sequence[Mapping[str, Any]], first: Sequence[str]) -> str:
     for line in lines:
         writer.writerow({key: "" if plain(value) is None else value for key, value in line.items()})
     return stream.getvalue()
+
+
+def tex(text: str) -> str:
+    """The words for LaTeX: special characters escaped, indices and Greek as mathematics."""
+
+    def level(match: re.Match[str]) -> str:
+        return f"${'^' if match[1] else '_'}{{{match[0].translate(_FLAT)}}}$"
+
+    text = "".join(_TEX.get(character, character) for character in text)
+    return _SEAM.sub("", _LEVELS.sub(level, text))
 
 
 def cases_tex(result: Result) -> str:

@@ -10,7 +10,6 @@ from ..report.alike import shares
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.labels import end_labels
 from ..report.palette import GRID, INK, MUTED, VERMILLION, Mark
-from ..report.typeset import figure_text
 from ..report.wording import Case, mapping, number, rows, rule_name
 
 if TYPE_CHECKING:
@@ -146,7 +145,7 @@ def adiabatic(cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         for omega in failed:
             axes.plot([omega], [1.0], ls="", marker="|", ms=7, mew=1.4, color=VERMILLION,
                       transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
-            words = figure_text(f"ω = {omega:g}: blown up")
+            words = f"ω = {omega:g}: blown up"
             axes.annotate(words, (omega, 1.0), (4, -7), fontsize=6.6, color=MUTED,
                           xycoords=axes.get_xaxis_transform(),
                           textcoords="offset points")  # fmt: skip

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
 from ..report.labels import end_labels
 from ..report.palette import BLUE, GRID, INK, MUTED, PAPER, VERMILLION, WORDS, Mark
-from ..report.typeset import figure_text
 from ..report.wording import Case, mapping, number, rows, rule_name, scientific, verdict
 
 if TYPE_CHECKING:
@@ -92,10 +91,10 @@ def _names(
         colour = INK if state == "pass" else WORDS[VERMILLION]
         name = rule_name(case) + ("" if state == "pass" else f" ({state})")
         style: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "transform": across}
-        axes.text(-0.02, -spot, figure_text(name), ha="right", color=colour, **style)
+        axes.text(-0.02, -spot, name, ha="right", color=colour, **style)
         if case.get("scene") != before:
             before = case.get("scene")
-            scene = figure_text(titles.get(str(before), str(before)))
+            scene = titles.get(str(before), str(before))
             left: dict[str, Any] = {
                 "xy": (0, 1.0 - spot),
                 "xycoords": across,
@@ -118,7 +117,7 @@ def _above(axes: Axes, x: float, words: str, side: str) -> None:
         "xytext": (0, 9 if beyond else 2),
         "textcoords": "offset points",
     }
-    axes.annotate(figure_text(words), fontsize=7, color=MUTED, **where)
+    axes.annotate(words, fontsize=7, color=MUTED, **where)
 
 
 def _values(case: Case, kind: str) -> list[float]:

@@ -14,7 +14,6 @@ from discmech.studies.report import (
     mathml,
     plot_drift,
     tables,
-    typeset,
     wording,
 )
 from discmech.studies.report.summary import headline, merged
@@ -83,8 +82,8 @@ def test_small_numbers(value: Any, text: str) -> None:
 
 
 def test_words_for_latex() -> None:
-    assert typeset.tex("≤ 3.1×10⁻¹⁶, |Γ|²") == r"$\le$ $3.1\times 10^{-16}$, $|\Gamma|^{2}$"
-    assert typeset.tex("50 % of a_b, 3×2") == r"50 \% of a\_b, 3$\times$2"
+    assert tables.tex("≤ 3.1×10⁻¹⁶, |Γ|²") == r"$\le$ 3.1$\times$10$^{-16}$, $|\Gamma|^{2}$"
+    assert tables.tex("50 % of a_b, 3×2") == r"50 \% of a\_b, 3$\times$2"
 
 
 @pytest.mark.parametrize(
