@@ -7,7 +7,7 @@ import io
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -199,25 +199,40 @@ def file_name(name: str) -> str:
     return kept.strip("-") or "study"
 
 
+def rich_table(
+    title: str,
+    heads: Sequence[str],
+    lines: Iterable[Sequence[str]],
+    style: str = "",
+    numbers: Collection[str] = (),
+) -> Table:
+    """A table for a terminal, of cells in rich's markup; the columns of numbers stand right."""
+    from rich.table import Table
+
+    found = Table(title=title, title_style=style)
+    for head in heads:
+        right = head in numbers
+        found.add_column(head, overflow="fold", justify="right" if right else "left")
+    for line in lines:
+        found.add_row(*line)
+    return found
+
+
 def terminal_table(result: Result) -> Table:
     """The verdicts of a study for a terminal: failures last, where the eye is when it ends."""
     from rich.markup import escape
-    from rich.table import Table
 
     study = str(result.get("study"))
     cases = sorted(result.get("cases") or [], key=lambda c: -VERDICTS.index(verdict(c)))
     shown = filled(columns(study), cases)
-    table = Table(title=f"{study}: {verdict(result)}", title_style=COLOURS[verdict(result)])
-    for head, _ in shown:
-        table.add_column(head, overflow="fold")
+    lines = []
     for case in cases:
         texts = [escape(text(case)).replace(" | ", "\n") for _, text in shown]
         colour = COLOURS[verdict(case)]
-        if is_control(case):
-            texts[1] += " [dim](control)[/dim]"
-        texts[-1] = f"[{colour}]{texts[-1]}[/{colour}]"
-        table.add_row(*texts)
-    return table
+        texts[1] += " [dim](control)[/dim]" * is_control(case)
+        lines.append([*texts[:-1], f"[{colour}]{texts[-1]}[/{colour}]"])
+    said = verdict(result)
+    return rich_table(f"{study}: {said}", [head for head, _ in shown], lines, COLOURS[said])
 
 
 def print_result(screen: Console, result: Result) -> None:
