@@ -36,10 +36,9 @@ reading.className = "reading";
 reading.hidden = true;
 for (const plot of document.querySelectorAll("svg.plot[data-axes]")) {
   const [x, y] = JSON.parse(plot.dataset.axes);
-  const places = (path) => [...path.getAttribute("d").matchAll(/(-?[\d.]+) ?(-?[\d.]+)/g)].map((m) => [+m[1], +m[2]]);
   let marks = null;
   plot.addEventListener("pointermove", (event) => {
-    marks ??= [...plot.querySelectorAll(".marks")].flatMap(places);
+    marks ??= [...plot.querySelectorAll("use:not(.axis *)")].map((mark) => [mark.x.baseVal.value, mark.y.baseVal.value]);
     const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(plot.getScreenCTM().inverse());
     const far = (mark) => Math.hypot(mark[0] - at.x, mark[1] - at.y);
     const nearest = marks.reduce((best, mark) => (best && far(best) <= far(mark) ? best : mark), null);

@@ -170,10 +170,8 @@ def equations_of(scheme: Scheme) -> dict[str, Any] | None:
 
     s: SceneSymbols = scheme.s
     out = written(scheme)
-    inner = [z for p in discrete(scheme).points if not p.is_end for z in p.letters]
-    coordinates = [*s.x, *s.y, *inner, *s.u, *s.v, *map(_after, inner)]
     under = "constrained_" if constrained else ""
-    typeset = Typesetter(out.letters, s.h, coordinates)
+    typeset = Typesetter(out.letters)
     return {
         "scene": scheme.scene.name,
         "rule": scheme.rule.name,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ from discmech.integrators import BadInput
 
 EXIT = {"pass": 0, "fail": 1, "bad input": 2, "inconclusive": 3}
 DERIVED = 0.5  # share that deriving is, about, of a wait for what is derived and compiled
-LEAST = 0.02  # share of a wait that tells the pace of the rest
 
 
 def exit_code(*results: Mapping[str, Any]) -> int:
@@ -99,41 +97,6 @@ def writable_folder(name: str | None) -> None:
         ) from None
 
 
-class Estimate:
-    """What is left of a wait, by the time that its share since the first report has taken.
-
-    What an earlier run has done is there at once, so it says nothing about the pace.
-    """
-
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self.clock = clock
-        self.first: tuple[float, float] | None = None
-        self.fraction = 0.0
-
-    def report(self, fraction: float | None) -> None:
-        """The share that is done; None where nobody can tell. A smaller one begins another wait."""
-        if fraction is None:
-            self.first = None
-            return
-        if self.first is None or fraction < self.fraction:
-            self.first = self.clock(), fraction
-        self.fraction = fraction
-
-    def words(self) -> str:
-        """About 3 min left; nothing where there is no pace yet."""
-        if self.first is None or self.fraction >= 1:
-            return ""
-        begun, before = self.first
-        spent, done = self.clock() - begun, self.fraction - before
-        if spent < 1 or done < LEAST:
-            return ""
-        left = spent * (1 - self.fraction) / done
-        for unit, size in (("h", 3600), ("min", 60)):
-            if left >= 2 * size:
-                return f"about {left / size:.0f} {unit} left"
-        return f"about {max(1, round(left))} s left"
-
-
 @contextmanager
 def progress_shown(label: str = "") -> Iterator[Any]:
     """A progress bar on standard error, if that is a terminal: yields show(label, fraction).
@@ -144,29 +107,36 @@ def progress_shown(label: str = "") -> Iterator[Any]:
         yield lambda label, fraction: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, ProgressColumn, TextColumn, TimeElapsedColumn
-    from rich.text import Text
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
 
-    estimate = Estimate()
-
-    class Left(ProgressColumn):
-        max_refresh = 0.5
-
-        def render(self, task: Any) -> Text:
-            share = "" if task.total is None else f"{task.percentage:>3.0f}% "
-            return Text(share + estimate.words())
-
-    columns = [BarColumn(24), TimeElapsedColumn(), Left(), TextColumn("{task.description}")]
+    words = TextColumn("{task.description}")
+    columns = (
+        BarColumn(24),
+        TimeElapsedColumn(),
+        TaskProgressColumn(),
+        TimeRemainingColumn(),
+        words,
+    )
     # what is printed meanwhile goes above the bar, unless it is for a file or another program
-    shared = sys.stdout.isatty()
-    screen = Console(stderr=True)
-    with Progress(*columns, console=screen, transient=True, redirect_stdout=shared) as bar:
+    shared, screen = sys.stdout.isatty(), Console(stderr=True)
+    # the pace leaves out the first report: what an earlier run has done is there at once
+    with Progress(*columns, console=screen, transient=True, redirect_stdout=shared,
+                  speed_estimate_period=3600) as bar:  # fmt: skip
         task = bar.add_task(label, total=None)
 
         def show(label: str, fraction: float | None) -> None:
-            estimate.report(fraction)
-            bar.tasks[0].total = None if fraction is None else 1.0
+            if fraction is None or fraction < bar.tasks[0].completed:
+                bar.tasks[0].total = None  # another wait, with a pace of its own
             # a bar that is full counts no time any more, and what follows may take some
-            bar.update(task, description=label, completed=min(fraction or 0.0, 0.999))
+            done = min(fraction or 0.0, 0.999)
+            total = None if fraction is None else 1.0
+            bar.update(task, total=total, description=label, completed=done)
 
         yield show

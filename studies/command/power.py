@@ -80,15 +80,11 @@ def _power(options: argparse.Namespace) -> int:
 
 
 def _print(found: dict[str, Any]) -> None:
-    from rich.table import Table
+    from ..report.tables import rich_table
 
     for shown in found["tables"]:
-        table = Table(title=shown["title"])
-        for heading in shown["heads"]:
-            table.add_column(heading, justify="right" if table.columns else "left")
-        for line in shown["lines"]:
-            table.add_row(*line)
-        console().print(table)
+        heads = shown["heads"]
+        console().print(rich_table(shown["title"], heads, shown["lines"], numbers=heads[1:]))
     for case in found["cases"]:
         name = f"{case['scene']} {case['rule']}: {case['measured']['site']}, "
         name += str(case["measured"]["what"])

@@ -166,24 +166,22 @@ def _tables(options: argparse.Namespace) -> int:
 
 def _published(options: argparse.Namespace) -> int:
     """The table of published digits."""
-    from rich.table import Table
-
     from ..references import published
+    from ..report.tables import rich_table
 
     with progress_shown() as show:
         found = published.measure(show)
     if options.json:
         write(options.json, json.dumps(found, indent=1, ensure_ascii=False))
     if options.json != "-":
-        table = Table(title="Published digits that are right")
-        for heading in ("problem", "numbers", "printed", "scd", "worst", "source"):
-            table.add_column(heading, justify="right" if heading == "scd" else "left")
-        for row in found:
-            table.add_row(
-                row["problem"], str(len(row["values"])), f"{row['printed']} digits",
-                f"{row['scd']:.1f}", row["worst"], row["source"],
-            )  # fmt: skip
-        console().print(table)
+        lines = [
+            (row["problem"], str(len(row["values"])), f"{row['printed']} digits",
+             f"{row['scd']:.1f}", row["worst"], row["source"])
+            for row in found
+        ]  # fmt: skip
+        heads = ("problem", "numbers", "printed", "scd", "worst", "source")
+        title = "Published digits that are right"
+        console().print(rich_table(title, heads, lines, numbers=("scd",)))
         console().print("scd: significant correct digits, -log10 of the largest relative error")
     return PASS
 

@@ -11,18 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from .palette import GRID, INK, MUTED, PAPER
 from .svg import inline_panels
-from .typeset import figure_text, page_text
-from .wording import power_of_ten
+from .wording import in_tens
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _RC: Any = {
     "svg.fonttype": "path",
     "svg.hashsalt": "discmech",
-    "font.family": ["STIXGeneral", "DejaVu Sans"],
-    "mathtext.fontset": "stix",
+    "font.family": ["STIXGeneral", "DejaVu Serif"],
+    "text.parse_math": False,
     "font.size": 8.5,
     "axes.linewidth": 0.6,
     "axes.edgecolor": MUTED,
@@ -86,8 +84,7 @@ def render(panels: Sequence[Panel], sheet: Sheet, definitions: dict[str, str]) -
     from matplotlib.figure import Figure
 
     columns = max(1, min(sheet.columns, len(panels)))
-    lines = math.ceil(len(panels) / columns)
-    width, height = columns * sheet.width, lines * sheet.height
+    width, height = columns * sheet.width, math.ceil(len(panels) / columns) * sheet.height
     cells, scales = [], []
     with matplotlib.rc_context(_RC):
         figure = Figure(figsize=(width, height), facecolor=PAPER)
@@ -95,24 +92,21 @@ def render(panels: Sequence[Panel], sheet: Sheet, definitions: dict[str, str]) -
         for index, panel in enumerate(panels):
             line, column = divmod(index, columns)
             x, y = column * sheet.width, height - (line + 1) * sheet.height
-            inner_width = sheet.width - sheet.left - sheet.right
-            inner_height = sheet.height - sheet.top - sheet.bottom
             rectangle = (
                 (x + sheet.left) / width,
                 (y + sheet.bottom) / height,
-                inner_width / width,
-                inner_height / height,
+                (sheet.width - sheet.left - sheet.right) / width,
+                (sheet.height - sheet.top - sheet.bottom) / height,
             )
             axes = figure.add_axes(rectangle)
             _dress(axes, panel, sheet)
             panel.draw(axes)
-            scales.append(_scales(axes, sheet))
+            scales.append(_scales(axes))
             cells.append((72 * x, 72 * line * sheet.height, 72 * sheet.width, 72 * sheet.height))
         svg, words, png = BytesIO(), BytesIO(), BytesIO()
         about = {"Date": None, "Creator": "discmech"}
         figure.savefig(svg, format="svg", metadata=about)
         figure.savefig(png, format="png", dpi=200, metadata={"Software": "discmech"})
-        _say_in_words(figure)
         with matplotlib.rc_context({"svg.fonttype": "none"}):  # the page has fonts of its own
             figure.savefig(words, format="svg", metadata=about)
     spoken = [panel.spoken for panel in panels]
@@ -120,38 +114,22 @@ def render(panels: Sequence[Panel], sheet: Sheet, definitions: dict[str, str]) -
     return Drawing(svg.getvalue(), png.getvalue(), inline, sheet.width, columns)
 
 
-def _say_in_words(figure: Figure) -> None:
-    """Powers and indices as letters instead of formulas, whose parts have places of their own.
-
-    The page's font is not the one that these places were computed for.
-    """
-    from matplotlib.text import Text
-    from matplotlib.ticker import FixedLocator
-
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
-            words = [label.get_text() for label in axis.get_ticklabels()]
-            if isinstance(axis.get_major_locator(), FixedLocator) and any("$" in w for w in words):
-                axis.set_ticklabels([page_text(w) for w in words])
-    for text in figure.findobj(Text):
-        assert isinstance(text, Text)
-        text.set_text(page_text(text.get_text()))
-
-
-def _scales(axes: Axes, sheet: Sheet) -> str:
+def _scales(axes: Axes) -> str:
     """Of x and y: [first place, last place, number there, number there, logarithmic], as JSON.
 
-    Places are in points of the panel, downwards from its upper edge as SVG has them.
+    Places are in points of the sheet, downwards from its upper edge as SVG has them.
     """
-    edges = (sheet.left, sheet.width - sheet.right, sheet.height - sheet.bottom, sheet.top)
-    places = [72 * edge for edge in edges]
-    ends = [float(f"{end:.7g}") for end in (*axes.get_xlim(), *axes.get_ylim())]
-    logs = [int(axis.get_scale() == "log") for axis in (axes.xaxis, axes.yaxis)]
-    return json.dumps(
-        [[*(round(p, 2) for p in places[i : i + 2]), *ends[i : i + 2], logs[i // 2]]
-         for i in (0, 2)],
-        separators=(",", ":"),
-    )  # fmt: skip
+    box, point = axes.bbox, 72 / axes.figure.dpi
+    top = axes.figure.bbox.height
+    found = []
+    for axis, places, ends in (
+        (axes.xaxis, (box.x0, box.x1), axes.get_xlim()),
+        (axes.yaxis, (top - box.y0, top - box.y1), axes.get_ylim()),
+    ):
+        numbers = [float(f"{end:.7g}") for end in ends]
+        log = int(axis.get_scale() == "log")
+        found.append([*(round(point * place, 2) for place in places), *numbers, log])
+    return json.dumps(found, separators=(",", ":"))
 
 
 def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> None:
@@ -166,10 +144,10 @@ def _dress(axes: Axes, panel: Panel, sheet: Sheet) -> None:
     }
     at: dict[str, Any] = {"xy": (0, 1), "fontsize": 9.5, "fontweight": "bold"}
     shift = -0.75 * 72 * sheet.left if sheet.left < 1 else -72 * sheet.left + 4
-    axes.annotate(figure_text(panel.title), xytext=(shift, 17), **at, **place)
+    axes.annotate(panel.title, xytext=(shift, 17), **at, **place)
     small: dict[str, Any] = {"xy": (0, 1), "fontsize": 8, "color": MUTED}
-    axes.annotate(figure_text(panel.subtitle), xytext=(shift, 7), **small, **place)
-    axes.set_xlabel(figure_text(panel.xlabel), fontsize=8, color=MUTED, labelpad=1.5)
+    axes.annotate(panel.subtitle, xytext=(shift, 7), **small, **place)
+    axes.set_xlabel(panel.xlabel, fontsize=8, color=MUTED, labelpad=1.5)
     tall = 72 * (sheet.height - sheet.top - sheet.bottom)
     axes.xaxis.set_label_coords(0.5, -15.5 / tall)  # fixed: matplotlib need not measure the ticks
     axes.yaxis.set_label_coords(0, 0.5)
@@ -203,16 +181,10 @@ def log_axis(axes: Axes, which: str, limits: tuple[float, float], most: int = 5)
         ticks = [tick for tick in ticks if low <= tick <= high]
     axis = getattr(axes, f"{which}axis")
     plain = all(0.01 <= tick < 10000 for tick in ticks)
-    axis.set_ticks(ticks, labels=[f"{tick:g}" if plain else tick_text(tick) for tick in ticks])
+    axis.set_ticks(ticks, labels=[f"{tick:g}" if plain else in_tens(tick) for tick in ticks])
     axis.set_ticks([], minor=True)
     axis.grid(visible=True, color=GRID, linewidth=0.4)
     axes.set_axisbelow(True)
-
-
-def tick_text(value: float) -> str:
-    """10⁻⁵ or 2×10⁻⁵ as mathematics."""
-    mantissa, exponent = power_of_ten(value, 0)
-    return f"${mantissa + chr(92) + 'times' if mantissa else ''}10^{{{exponent}}}$"
 
 
 def note(axes: Axes, words: str) -> None:
@@ -221,5 +193,5 @@ def note(axes: Axes, words: str) -> None:
 
     axes.set_xticks([])
     axes.set_yticks([])
-    text = figure_text(textwrap.fill(words, 34))
+    text = textwrap.fill(words, 34)
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=MUTED)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from html import escape
+from functools import cache
+from html import escape, unescape
 from typing import Any
 
 LARGEST = 3000  # operations; what is larger is only freed of common factors
 LINE = 105  # letters in a line of an equation
-_TIMES = '<mo lspace="0.1em" rspace="0.1em">&#8290;</mo>'
-_TAG = re.compile(r"<[^>]*>|&#8290;")
+_TAG = re.compile("<[^>]*>|\u2062")
 
 
 def ascending(
@@ -85,48 +85,60 @@ def _expanded(expression: Any) -> Any:
     return expand(expression, power_base=False, power_exp=False, log=False)
 
 
+def display(formula: str) -> str:
+    """A formula as an element of a page or of a file."""
+    return f'<math display="block">{formula}</math>'
+
+
+def together(formulas: Sequence[str]) -> str:
+    """Formulas as one, each on a line of its own, that stands for itself."""
+    return display(_table(formulas))
+
+
+def spaced(formula: str) -> str:
+    """The same with products that the page's style spaces."""
+    return formula.replace("<mo>\u2062</mo>", "<mo class=x>\u2062</mo>")
+
+
+def _table(rows: Iterable[str]) -> str:
+    cells = "".join(f"<mtr><mtd>{row}</mtd></mtr>" for row in rows)
+    return f'<mtable displaystyle="true">{cells}</mtable>'
+
+
 def _width(pieces: Iterable[str]) -> int:
     """About how many letters wide; a fraction is counted with both its parts."""
     return sum(len(_TAG.sub("", piece)) for piece in pieces)
 
 
-def _lines(head: str, pieces: Sequence[str]) -> list[str]:
+def _lines(pieces: Sequence[str]) -> list[str]:
     """Pieces put together to lines, those after the first indented."""
-    rows, room = [head], LINE
+    rows, room = [""], LINE
     for piece in pieces:
         wide = _width([piece])
         if wide > room and room < LINE:
-            rows.append('<mspace width="2em"/>')
-            room = LINE
+            piece = '<mspace width="2em"/>' + piece.replace("<mo>", '<mo form="infix">', 1)
+            rows, room = [*rows, ""], LINE
         rows[-1] += piece
         room -= wide
     return [f"<mrow>{row}</mrow>" for row in rows]
 
 
-def _fence(inner: str) -> str:
-    """Brackets, as tall as what they hold only where that is tall."""
-    flat = "" if "<mfrac" in inner or "<mroot" in inner else ' stretchy="false"'
-    return f"<mrow><mo{flat}>(</mo>{inner}<mo{flat}>)</mo></mrow>"
-
-
 class Typesetter:
-    """Presentation MathML; the factors of a product stand in the order step, parameters, rest."""
+    """Presentation MathML of sums whose terms stand in the order that they are given in."""
 
-    def __init__(self, letters: Mapping[Any, str], h: Any, coordinates: Iterable[Any]) -> None:
-        self.letters = letters
-        self.h = h
-        self.coordinates = set(coordinates)
+    def __init__(self, letters: Mapping[Any, str]) -> None:
+        from sympy import Symbol
+
+        self.letters = {s: Symbol(name, **s.assumptions0) for s, name in letters.items()}
 
     def equation(self, left: Sequence[Any], right: Sequence[Any]) -> str:
         """Sum = sum, in lines of about `LINE` characters, broken before a term."""
         before, after = self.signed(left), self.signed(right)
         if _width([*before, *after]) <= LINE:
             return f"<mrow>{''.join(before)}<mo>=</mo>{''.join(after)}</mrow>"
-        rows = [*_lines("", before), *_lines('<mo form="infix">=</mo>', after)]
-        if _width(before) <= LINE // 8:
-            rows[:2] = [rows[0] + rows[1]]
-        cells = "".join(f"<mtr><mtd>{row}</mtd></mtr>" for row in rows)
-        return f'<mtable displaystyle="true">{cells}</mtable>'
+        after[0] = f'<mo form="infix">=</mo>{after[0]}'
+        short = _width(before) <= LINE // 8
+        return _table(_lines([*before, *after]) if short else [*_lines(before), *_lines(after)])
 
     def sum(self, terms: Sequence[Any]) -> str:
         """The terms in this order, with their signs between them."""
@@ -134,102 +146,45 @@ class Typesetter:
 
     def signed(self, terms: Sequence[Any]) -> list[str]:
         """Each term with the sign before it; the first without a plus. Nothing is zero."""
-        found: list[str] = []
+        from sympy.printing.precedence import PRECEDENCE
+
+        printer, found = _printer(), list[str]()
         for term in terms:
             minus = term.as_coeff_Mul()[0].is_negative
-            form = ' form="infix"' if found else ""
-            sign = f"<mo{form}>−</mo>" if minus else f"<mo{form}>+</mo>" if found else ""
-            size = -term if minus else term
-            shown = self._fenced(size) if minus and size.is_Add else self.product(size)
-            found.append(sign + shown)
+            sign = "<mo>−</mo>" if minus else "<mo>+</mo>" if found else ""
+            size = (-term if minus else term).xreplace(self.letters)
+            least = PRECEDENCE["Mul"] if sign else 0  # a sum without a sign needs no brackets
+            found.append(sign + _written(printer.parenthesize(size, least, strict=True)))
         return found or ["<mn>0</mn>"]
 
-    def product(self, term: Any) -> str:
-        """A product without sign; sums stand beside, not in, a fraction over something short."""
-        from sympy import Mul, fraction
 
-        above, below = fraction(term)
-        factors = sorted((f for f in Mul.make_args(above) if f != 1), key=self._rank)
-        if below == 1 or term.is_Add:
-            return self._row(factors) if not term.is_Add else self.expression(term)
-        if all(f.is_number or f.is_Symbol for f in Mul.make_args(below)):
-            sums = [f for f in factors if f.is_Add]
-            rest = self._row([f for f in factors if not f.is_Add])
-            small = f"<mfrac>{rest}{self.expression(below)}</mfrac>"
-            beside = _TIMES.join(self._fenced(f) for f in sums)
-            return f"<mrow>{small}{_TIMES if sums else ''}{beside}</mrow>"
-        return f"<mfrac>{self._row(factors)}{self.expression(below)}</mfrac>"
+@cache
+def _printer() -> Any:
+    """sympy's, with functions by their own names, Stumpff's as c_k(z)."""
+    from sympy import Symbol
+    from sympy.printing.mathml import MathMLPresentationPrinter
 
-    def expression(self, given: Any) -> str:
-        """Any expression; what this class does not know is written as sympy does."""
-        from sympy.printing.mathml import mathml
+    class Printer(MathMLPresentationPrinter):
+        def _print_Function(self, expr: Any) -> Any:
+            name, given = type(expr).__name__, expr.args
+            if name == "Held":
+                return self._print(given[0])
+            if name == "stumpff":
+                name, given = f"c_{given[0]}", given[1:]
+            row = self.dom.createElement("mrow")
+            row.appendChild(self._print(Symbol(name)))
+            row.appendChild(self._paren_comma_separated(*given))
+            return row
 
-        if given.is_Integer and given >= 0:
-            return f"<mn>{given}</mn>"
-        if given.is_Symbol:
-            return self.symbol(self.letters.get(given, str(given)))
-        if given.is_Add:
-            return self.sum(sorted(given.args, key=self._place))
-        if given.is_Mul or given.is_Rational:
-            return self.sum([given])
-        if given.is_Pow and given.exp.as_coeff_Mul()[0].is_negative:
-            return self.product(given)
-        if given.is_Pow:
-            return self._power(given.base, given.exp)
-        if type(given).__name__ == "stumpff":
-            return f"{self.symbol(f'c_{given.args[0]}')}{self._fenced(given.args[1])}"
-        if type(given).__name__ == "Held":
-            return self.expression(given.args[0])
-        if given.is_Function:
-            inner = "<mo>,</mo>".join(self.expression(a) for a in given.args)
-            return f"<mrow><mi>{escape(type(given).__name__)}</mi>{_fence(inner)}</mrow>"
-        return str(mathml(given, printer="presentation"))
+    return Printer()
 
-    @staticmethod
-    def symbol(name: str) -> str:
-        """x_1, inertia_2 or z′_1 with its index below."""
-        letter, _, index = name.rpartition("_")
-        if not letter or not index.isdigit():
-            return f"<mi>{escape(name)}</mi>"
-        return f"<msub><mi>{escape(letter)}</mi><mn>{index}</mn></msub>"
 
-    def _power(self, base: Any, exponent: Any) -> str:
-        if exponent.is_Rational and (exponent.p, exponent.q) == (1, 2):
-            return f"<msqrt>{self.expression(base)}</msqrt>"
-        below = self.expression(base) if base.is_Symbol else self._fenced(base)
-        if exponent.is_Rational and exponent.q > 1:
-            above = f"<mrow><mn>{exponent.p}</mn><mo>/</mo><mn>{exponent.q}</mn></mrow>"
-        else:
-            above = self.expression(exponent)
-        if below.startswith("<msub>"):
-            inner = below.removeprefix("<msub>").removesuffix("</msub>")
-            return f"<msubsup>{inner}{above}</msubsup>"
-        return f"<msup>{below}{above}</msup>"
-
-    def _row(self, factors: Sequence[Any]) -> str:
-        if len(factors) < 2:
-            return self.expression(factors[0]) if factors else "<mn>1</mn>"
-        shown = [self._fenced(f) if f.is_Add else self.expression(f) for f in factors]
-        return f"<mrow>{_TIMES.join(shown)}</mrow>"
-
-    def _fenced(self, given: Any) -> str:
-        return _fence(self.expression(given))
-
-    def _rank(self, factor: Any) -> tuple[int, str]:
-        """Numbers, the step, parameters, coordinates, functions of them, sums."""
-        symbols = factor.free_symbols
-        kinds = [
-            not symbols,
-            symbols == {self.h},
-            not factor.is_Add and not symbols & self.coordinates,
-            factor.is_Symbol or (factor.is_Pow and factor.base.is_Symbol),
-            not factor.is_Add,
-            True,
-        ]
-        return kinds.index(True), str(factor)
-
-    def _place(self, term: Any) -> tuple[int, bool, str]:
-        """Ascending powers of the step, and first what has a positive sign."""
-        power = term.as_coeff_exponent(self.h)[1]
-        rank = int(power) if power.is_Integer else 99
-        return rank, bool(term.as_coeff_Mul()[0].is_negative), str(term)
+def _written(node: Any) -> str:
+    """A node of sympy's as text, rows of one entry as that."""
+    if node.nodeType == node.TEXT_NODE:
+        return escape(unescape(node.data), quote=False)
+    inner = "".join(map(_written, node.childNodes))
+    if node.tagName == "mrow" and len(node.childNodes) == 1:
+        return inner
+    given = "".join(f' {key}="{value}"' for key, value in node.attributes.items())
+    return f"<{node.tagName}{given}>{inner}</{node.tagName}>"

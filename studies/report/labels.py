@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from .palette import GRID, WORDS
-from .typeset import figure_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,17 +33,11 @@ def end_labels(
         start = (ends[k][0] * width + 3.5, min(max(ends[k][1], 0.0), 1.0) * height)
         where = (width + indent, spot)
         points: dict[str, Any] = {"xycoords": "axes points", "annotation_clip": False}
-        line: dict[str, Any] = {
-            "arrowstyle": "-",
-            "color": GRID,
-            "linewidth": 0.5,
-            "shrinkA": 0,
-            "shrinkB": 0,
-        }
+        line = {"arrowstyle": "-", "color": GRID, "linewidth": 0.5, "shrinkA": 0, "shrinkB": 0}
         if abs(where[1] - start[1]) > 2 or where[0] - start[0] > 12:
             axes.annotate("", xy=start, xytext=(where[0] - 1.5, spot), arrowprops=line, **points)
         axes.annotate(
-            figure_text(words),
+            words,
             xy=where,
             fontsize=7.6,
             va="center_baseline" if "\n" not in words else "center",
@@ -61,13 +54,11 @@ def spread(
 
     Less what must lie below each, the middles only have to ascend: isotonic regression.
     """
-    below = list(accumulate(((a + b) / 2 for a, b in pairwise(heights)), initial=0.0))
-    groups: list[tuple[float, int]] = []  # sum and number of the wishes that share a place
-    for wish, offset in zip(wished, below, strict=False):
-        groups.append((wish - offset, 1))
-        while len(groups) > 1 and groups[-1][0] / groups[-1][1] < groups[-2][0] / groups[-2][1]:
-            (s0, n0), (s1, n1) = groups[-2:]
-            groups[-2:] = [(s0 + s1, n0 + n1)]
-    level = [total / count for total, count in groups for _ in range(count)]
-    ceiling = high - below[-1] if level else high
-    return [max(low, min(q, ceiling)) + o for q, o in zip(level, below, strict=False)]
+    if not wished:
+        return []
+    import numpy as np
+    from scipy.optimize import isotonic_regression
+
+    below = np.cumsum([0.0, *((a + b) / 2 for a, b in pairwise(heights))])
+    level = isotonic_regression(np.array(wished) - below).x
+    return list(np.maximum(low, np.minimum(level, high - below[-1])) + below)

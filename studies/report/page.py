@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.study import counts, every_study
-from .mathml import display, inline, together
+from .formulas import display, spaced, together
 from .publish import published
 from .sparkline import Past, Sparklines, unknown_past
 from .summary import headline, machine, merged, runs, tally, trouble, when
@@ -222,8 +222,8 @@ class _Room:
         for head, key in wanted:
             given = entry.get(key) or []
             long, shown = [], []
-            for formula in map(display, [given] if isinstance(given, str) else given):
-                small = inline(formula)
+            for formula in [given] if isinstance(given, str) else given:
+                small = display(spaced(formula))
                 if len(small) > max(SHORT_FORMULA, min(LONGEST_FORMULA, self.left)):
                     long.append(formula)
                 else:

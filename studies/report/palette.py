@@ -14,6 +14,11 @@ BLUE, VERMILLION, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 SKY, ORANGE = "#56b4e9", "#e69f00"
 WORDS = {BLUE: "#005c8f", VERMILLION: "#a84a00", GREEN: "#00694d", PURPLE: "#98467a"}
 WORDS |= {SKY: "#1b6a96", ORANGE: "#855c00", INK: "#1a1a1a", MUTED: "#606060"}
+#: the page's CSS variable for each colour of a drawing
+THEME = {INK: "ink", MUTED: "muted", GRID: "grid", PAPER: "paper", BLUE: "blue", SKY: "sky"}
+THEME |= {VERMILLION: "vermillion", GREEN: "green", PURPLE: "purple", ORANGE: "orange"}
+THEME |= {dark: f"{THEME[colour]}-words" for colour, dark in WORDS.items() if dark != colour}
+THEME |= {"#000000": "ink"}
 _FIXED = {"rectangle": (VERMILLION, "s"), "midpoint": (BLUE, "o"), "trapezoidal": (GREEN, "^")}
 # other people's integrators: grey and dashed, so that colours are the rules' own
 _PEERS = {

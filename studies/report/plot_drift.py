@@ -10,7 +10,6 @@ from .alike import shares
 from .canvas import Panel, Sheet, log_axis, log_limits, note, round_off
 from .labels import end_labels
 from .palette import GRID, INK, MUTED, Mark
-from .typeset import figure_text
 from .wording import Case, mapping, number, rows, rule_name, scientific, verdict
 
 if TYPE_CHECKING:
@@ -145,7 +144,7 @@ def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: in
                 if scale * abs(error) > 0.22
             ]
             labels.append((end, -float(index), _band(case), mark.colour))
-        axes.set_yticks([place for place, _ in ticks], [figure_text(words) for _, words in ticks])
+        axes.set_yticks(*zip(*ticks, strict=True))
         axes.tick_params(axis="y", labelsize=6.6, length=2, pad=1.5)
         end_labels(axes, labels, indent=6)
 

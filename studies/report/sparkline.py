@@ -8,7 +8,6 @@ from html import escape
 from itertools import groupby, pairwise
 from typing import TYPE_CHECKING
 
-from .svg import route
 from .wording import Case, numbers_in, verdict
 
 if TYPE_CHECKING:
@@ -66,7 +65,7 @@ def sparkline(past: Sequence[Found]) -> str:
     box = f"-2 -2 {WIDTH + 4} {HEIGHT + 4}"
     return (
         f'<svg class=past viewBox="{box}" role=img><title>{escape(words(past))}</title>'
-        f'<path d="{route("M" + "L".join(places), 0, 0, 1)}"/>{drawn}</svg>'
+        f'<path d="M{" ".join(places)}"/>{drawn}</svg>'
     )
 
 

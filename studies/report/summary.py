@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..core.study import counts, every_study
-from .tables import COLOURS, file_name, got, print_trouble, wanted
+from .tables import COLOURS, file_name, got, print_trouble, rich_table, wanted
 from .wording import (
     NONE,
     VERDICTS,
@@ -78,19 +78,16 @@ def headline(studies: Sequence[Result]) -> dict[str, str]:
 
 def print_summary(screen: Console, results: Sequence[Result]) -> None:
     """For a terminal: the verdict of each study in a line, then what did not pass."""
-    from rich.table import Table
-
-    studies = merged(results)
-    said = headline(studies)
-    table = Table(title=said["text"], title_style=COLOURS[said["verdict"]])
-    for head in ("Study", "Verdict", "Fail", "Inconclusive", "Pass", "Controls caught"):
-        table.add_column(head, justify="left" if len(table.columns) < 2 else "right")
+    studies, lines = merged(results), []
     for study in studies:
         word, count = verdict(study), tally(study["cases"])
         caught_of = f"{count['caught']} of {count['controls']}" if count["controls"] else NONE
         numbers = [str(count[key]) for key in ("fail", "inconclusive", "pass")]
-        table.add_row(str(study["study"]), f"[{COLOURS[word]}]{word}[/]", *numbers, caught_of)
-    screen.print(table)
+        lines.append([str(study["study"]), f"[{COLOURS[word]}]{word}[/]", *numbers, caught_of])
+    said = headline(studies)
+    right = ("Fail", "Inconclusive", "Pass", "Controls caught")
+    heads = ("Study", "Verdict", *right)
+    screen.print(rich_table(said["text"], heads, lines, COLOURS[said["verdict"]], right))
     for study in studies:
         ours = list(filter(counts, study["cases"]))
         print_trouble(screen, {**study, "cases": ours}, commands=True)

@@ -6,12 +6,12 @@ import csv
 import io
 import json
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.study import view_of
-from .typeset import tex
 from .view import Column
 from .wording import (
     NONE,
@@ -32,6 +32,17 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 COLOURS = {"pass": "green", "fail": "bold red", "inconclusive": "yellow"}  # on a terminal
+
+
+_TEX = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+_TEX |= {character: "\\" + character for character in "&%$#_{}"}
+_TEX |= {"±": r"$\pm$", "≤": r"$\le$", "≥": r"$\ge$", "—": "---", "·": r"$\cdot$", "√": r"$\surd$"}
+_TEX |= {"|": r"$|$", "‖": r"$\|$", "<": "$<$", ">": "$>$", "–": "--", "×": r"$\times$"}
+_TEX |= {"μ": r"$\mu$", "Γ": r"$\Gamma$", "π": r"$\pi$", "ω": r"$\omega$", "ε": r"$\varepsilon$"}
+_TEX |= {"ξ": r"$\xi$", "α": r"$\alpha$", "β": r"$\beta$", "γ": r"$\gamma$", "θ": r"$\theta$"}
+_LEVELS = re.compile("([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|([₀₁₂₃₄₅₆₇₈₉]+)")
+_FLAT = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉", "-01234567890123456789")
+_SEAM = re.compile(r"(?<!\\)\$\$")  # one formula ends where the next begins
 
 
 def columns(study: str) -> list[Column]:
@@ -147,6 +158,16 @@ def _csv(lines: Sequence[Mapping[str, Any]], first: Sequence[str]) -> str:
     return stream.getvalue()
 
 
+def tex(text: str) -> str:
+    """The words for LaTeX: special characters escaped, indices and Greek as mathematics."""
+
+    def level(match: re.Match[str]) -> str:
+        return f"${'^' if match[1] else '_'}{{{match[0].translate(_FLAT)}}}$"
+
+    text = "".join(_TEX.get(character, character) for character in text)
+    return _SEAM.sub("", _LEVELS.sub(level, text))
+
+
 def cases_tex(result: Result) -> str:
     """A booktabs tabular; put `\\usepackage{booktabs}` into the preamble."""
     cases = result.get("cases") or []
@@ -178,25 +199,40 @@ def file_name(name: str) -> str:
     return kept.strip("-") or "study"
 
 
+def rich_table(
+    title: str,
+    heads: Sequence[str],
+    lines: Iterable[Sequence[str]],
+    style: str = "",
+    numbers: Collection[str] = (),
+) -> Table:
+    """A table for a terminal, of cells in rich's markup; the columns of numbers stand right."""
+    from rich.table import Table
+
+    found = Table(title=title, title_style=style)
+    for head in heads:
+        right = head in numbers
+        found.add_column(head, overflow="fold", justify="right" if right else "left")
+    for line in lines:
+        found.add_row(*line)
+    return found
+
+
 def terminal_table(result: Result) -> Table:
     """The verdicts of a study for a terminal: failures last, where the eye is when it ends."""
     from rich.markup import escape
-    from rich.table import Table
 
     study = str(result.get("study"))
     cases = sorted(result.get("cases") or [], key=lambda c: -VERDICTS.index(verdict(c)))
     shown = filled(columns(study), cases)
-    table = Table(title=f"{study}: {verdict(result)}", title_style=COLOURS[verdict(result)])
-    for head, _ in shown:
-        table.add_column(head, overflow="fold")
+    lines = []
     for case in cases:
         texts = [escape(text(case)).replace(" | ", "\n") for _, text in shown]
         colour = COLOURS[verdict(case)]
-        if is_control(case):
-            texts[1] += " [dim](control)[/dim]"
-        texts[-1] = f"[{colour}]{texts[-1]}[/{colour}]"
-        table.add_row(*texts)
-    return table
+        texts[1] += " [dim](control)[/dim]" * is_control(case)
+        lines.append([*texts[:-1], f"[{colour}]{texts[-1]}[/{colour}]"])
+    said = verdict(result)
+    return rich_table(f"{study}: {said}", [head for head, _ in shown], lines, COLOURS[said])
 
 
 def print_result(screen: Console, result: Result) -> None:

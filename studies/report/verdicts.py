@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.study import view_of
 from .advising import times
-from .tables import COLOURS, got, short, wanted
+from .tables import COLOURS, got, rich_table, short, wanted
 from .wording import (
     NONE,
     VERDICTS,
@@ -71,7 +71,7 @@ def table(result: Result) -> Table:
     said = verdict(result)
     lines = [[*names, *(shown(cell) or f"[dim]{NONE}[/dim]" for cell in cells)]
              for names, cells in rows]  # fmt: skip
-    return _terminal(f"{result['study']}: {said}", heads, lines, COLOURS[said])
+    return rich_table(f"{result['study']}: {said}", heads, lines, COLOURS[said])
 
 
 def overview(result: Result) -> dict[str, Any]:
@@ -178,20 +178,7 @@ def side_by_side(result: Result) -> Table:
 
     found = comparison(result)
     lines = [[escape(cell) for cell in line] for line in found["lines"]]
-    return _terminal(found["title"], found["heads"], lines)
-
-
-def _terminal(
-    title: str, heads: Sequence[str], lines: Sequence[Sequence[str]], style: str = ""
-) -> Table:
-    from rich.table import Table
-
-    found = Table(title=title, title_style=style)
-    for head in heads:
-        found.add_column(head, overflow="fold")
-    for line in lines:
-        found.add_row(*line)
-    return found
+    return rich_table(found["title"], found["heads"], lines)
 
 
 def by_study(result: Result) -> list[Result]:

@@ -38,12 +38,13 @@ def number(value: Any) -> float | None:
     return result if math.isfinite(result) else None
 
 
-def power_of_ten(value: float, places: int = 1) -> tuple[str, int]:
-    """Mantissa and exponent, the mantissa empty where it is exactly one: 1e-13 -> ("", -13)."""
+def in_tens(value: float, places: int = 0) -> str:
+    """3.1×10⁻¹⁶; without the mantissa where it is exactly one."""
     mantissa, exponent = f"{value:.{places}e}".split("e")
+    tens = "10" + str(int(exponent)).translate(_SUPERSCRIPTS)
     if value > 0 and abs(value / 10.0 ** int(exponent) - 1) < 1e-9:
-        mantissa = ""
-    return mantissa, int(exponent)
+        return tens
+    return f"{mantissa}×{tens}".replace("-", "−")
 
 
 def scientific(value: Any, places: int = 1) -> str:
@@ -55,9 +56,7 @@ def scientific(value: Any, places: int = 1) -> str:
         return "0"
     if 0.01 <= abs(found) < 1000:
         return f"{found:.{places + 2}g}".replace("-", "−")
-    mantissa, exponent = power_of_ten(found, places)
-    tens = "10" + str(exponent).translate(_SUPERSCRIPTS)
-    return f"{mantissa}×{tens}".replace("-", "−") if mantissa else tens
+    return in_tens(found, places)
 
 
 def numbers_in(words: str) -> list[float]:

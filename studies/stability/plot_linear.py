@@ -10,7 +10,6 @@ from ..report.alike import shares
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.labels import end_labels
 from ..report.palette import GRID, INK, MUTED, VERMILLION, Mark
-from ..report.typeset import figure_text
 from ..report.wording import Case, mapping, number, rows, rule_name
 
 if TYPE_CHECKING:
@@ -122,7 +121,7 @@ def springs(key: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
             place: dict[str, Any] = {"xycoords": axes.get_xaxis_transform()}
             axes.plot([omega], [1.0], ls="", marker="|", ms=7, mew=1.4, color=VERMILLION,
                       transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
-            axes.annotate(figure_text(f"ω = {omega:g}: blown up"), (omega, 1.0), (4, -7),
+            axes.annotate(f"ω = {omega:g}: blown up", (omega, 1.0), (4, -7),
                           fontsize=6.6, color=MUTED, textcoords="offset points",
                           **place)  # fmt: skip
 

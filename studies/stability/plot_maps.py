@@ -8,10 +8,9 @@ from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from ..report.canvas import Panel, Sheet, log_axis, note, tick_text
+from ..report.canvas import Panel, Sheet, log_axis, note
 from ..report.palette import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILLION
-from ..report.typeset import figure_text
-from ..report.wording import Case, mapping, number, rows, rule_name
+from ..report.wording import Case, in_tens, mapping, number, rows, rule_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,7 +75,7 @@ def stability_map(title: str, case: Case) -> Panel:
         for line in range(1, len(stiff)):
             axes.axhline(line - 0.5, color="#ffffff", lw=0.6)
         shown = [k for k in range(len(stiff)) if len(stiff) < 7 or k % 2 == 0]
-        texts = [f"{v:g}" if 0.001 <= v < 10000 else tick_text(v) for v in stiff]
+        texts = [f"{v:g}" if 0.001 <= v < 10000 else in_tens(v) for v in stiff]
         axes.set_yticks(shown, [texts[k] for k in shown])
         axes.tick_params(axis="y", length=0)
 
@@ -109,6 +108,6 @@ def legend() -> Panel:
         axes.set_ylim(len(LOOKS) - 0.4, -0.6)
         for line, kind in enumerate(LOOKS):
             _cell(axes, kind, (0.2, 1.6), line, 0.34, [0.6, 1.2])
-            axes.text(2.0, line, figure_text(kind), va="center", fontsize=8)
+            axes.text(2.0, line, kind, va="center", fontsize=8)
 
     return Panel("Classes", "", "", "Classes: " + ", ".join(LOOKS), draw)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note, round_off
 from ..report.labels import end_labels
 from ..report.palette import BLUE, GRID, INK, MUTED, PAPER, VERMILLION, WORDS, Mark
-from ..report.typeset import figure_text
 from ..report.wording import Case, mapping, number, rows, rule_name, scientific, verdict
 
 if TYPE_CHECKING:
@@ -92,10 +91,10 @@ def _names(
         colour = INK if state == "pass" else WORDS[VERMILLION]
         name = rule_name(case) + ("" if state == "pass" else f" ({state})")
         style: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "transform": across}
-        axes.text(-0.02, -spot, figure_text(name), ha="right", color=colour, **style)
+        axes.text(-0.02, -spot, name, ha="right", color=colour, **style)
         if case.get("scene") != before:
             before = case.get("scene")
-            scene = figure_text(titles.get(str(before), str(before)))
+            scene = titles.get(str(before), str(before))
             left: dict[str, Any] = {"xycoords": across, "xytext": (-0.75 * 72 * LEFT, 0)}
             bold: dict[str, Any] = {"fontsize": 7.6, "va": "center_baseline", "fontweight": "bold"}
             axes.annotate(scene, (0, 1.0 - spot), textcoords="offset points", **left, **bold)
@@ -110,7 +109,7 @@ def _above(axes: Axes, x: float, words: str, side: str) -> None:
     where: dict[str, Any] = {"xycoords": axes.get_xaxis_transform(), "xytext": (0, 2)}
     if beyond:
         x, side, where["xytext"] = high, "right", (0, 9)
-    axes.annotate(figure_text(words), (x, 1), textcoords="offset points", fontsize=7, color=MUTED,
+    axes.annotate(words, (x, 1), textcoords="offset points", fontsize=7, color=MUTED,
                   ha=side, **where)  # fmt: skip
 
 

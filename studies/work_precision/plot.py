@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from ..report.canvas import Panel, Sheet, log_axis, log_limits, note
 from ..report.labels import end_labels
 from ..report.palette import INK, MUTED, PAPER, Mark
-from ..report.typeset import figure_text
 from ..report.wording import Case, mapping, number, rows, rule_name, verdict
 
 if TYPE_CHECKING:
@@ -54,7 +53,7 @@ def panel(title: str, cases: Sequence[Case], marks: dict[str, Mark]) -> Panel:
         if floor:
             axes.axhline(floor, color=INK, lw=0.7, ls=(0, (3, 2)))
             axes.annotate(
-                figure_text("rounding of the start"), (0, floor), (2, 2), fontsize=6.4,
+                "rounding of the start", (0, floor), (2, 2), fontsize=6.4,
                 xycoords=axes.get_yaxis_transform(), textcoords="offset points",
                 ha="left", va="bottom", color=MUTED,
             )  # fmt: skip

@@ -22,8 +22,8 @@ RECORD = {
     "date": "2025-01-01", "seconds": 12.3, "settings": {"steps": 1000000},
 }  # fmt: skip
 MATHML = (
-    "<mrow><mfrac><msub><mi>x</mi><mi>0</mi></msub><mi>h</mi></mfrac><mo>&InvisibleTimes;</mo>"
-    "<mfenced><mi>&#956;</mi></mfenced></mrow>"
+    "<mrow><mfrac><msub><mi>x</mi><mi>0</mi></msub><mi>h</mi></mfrac><mo>\u2062</mo>"
+    "<mrow><mo>(</mo><mi>μ</mi><mo>)</mo></mrow></mrow>"
 )
 
 

@@ -114,8 +114,8 @@ def test_a_command_is_copied_and_says_so(good: Path) -> None:
 def test_the_number_of_a_mark_is_shown_under_the_pointer(good: Path) -> None:
     seen = found(good, """
         const plot = document.querySelector("svg.plot");
-        const marks = plot.querySelector(".marks").getAttribute("d").match(/[\\d.]+/g);
-        const corner = new DOMPoint(+marks[0], +marks[1]);
+        const mark = plot.querySelector("use:not(.axis *)");
+        const corner = new DOMPoint(mark.x.baseVal.value, mark.y.baseVal.value);
         const at = corner.matrixTransform(plot.getScreenCTM());
         const point = (x, y) => plot.dispatchEvent(new PointerEvent(
             "pointermove", {clientX: x, clientY: y, bubbles: true}));

@@ -139,10 +139,10 @@ def test_its_words(runs, told):
 
 
 @pytest.mark.parametrize(("figures", "d", "end"), [
-    (("2.0", "2.5", "3.0"), "M0 12l30-6 30-6", 0),
-    (("band 10⁻¹⁶", "band 10⁻¹⁴", "band 1.0×10⁻¹⁵"), "M0 12l30-12 30 6", 6),  # decades
-    (("to hω = 2", "at no hω", "to hω = 2"), "M0 12l30-12 30 12", 12),  # no number in each
-    (("stopped", "stopped", "right"), "M0 12h30l30-12", 0),
+    (("2.0", "2.5", "3.0"), "M0 12 30 6 60 0", 0),
+    (("band 10⁻¹⁶", "band 10⁻¹⁴", "band 1.0×10⁻¹⁵"), "M0 12 30 0 60 6", 6),  # decades
+    (("to hω = 2", "at no hω", "to hω = 2"), "M0 12 30 0 60 12", 12),  # no number in each
+    (("stopped", "stopped", "right"), "M0 12 30 12 60 0", 0),
 ])  # fmt: skip
 def test_its_shape(figures, d, end):
     line = sparkline(past(*figures))

@@ -13,7 +13,6 @@ import pytest
 from discmech import Scene, midpoint, pair
 from discmech.studies import get
 from discmech.studies.command.interrupts import PATIENCE
-from discmech.studies.command.output import Estimate
 from discmech.studies.core.case import Case
 from discmech.studies.core.one_case import run_case
 from tests.studies.test_userfile import RULE
@@ -105,25 +104,6 @@ def test_machine_code_that_hears_nothing_is_ended(tmp_path):
     finally:
         process.kill()
         process.wait()
-
-
-def test_an_estimate_leaves_out_what_was_there_at_once():
-    now = [0.0]
-    estimate = Estimate(lambda: now[0])
-    assert estimate.words() == ""
-    estimate.report(0.6)  # an earlier run's
-    assert estimate.words() == ""
-    now[0] = 10.0
-    estimate.report(0.7)
-    assert estimate.words() == "about 30 s left"
-    now[0] = 100.0
-    assert estimate.words() == "about 5 min left"
-    estimate.report(None)
-    assert estimate.words() == ""
-    estimate.report(0.2)  # another wait
-    now[0] = 110.0
-    estimate.report(0.3)
-    assert estimate.words() == "about 70 s left"
 
 
 def test_a_wait_for_a_reference_says_how_far_it_is(tmp_path, monkeypatch):

@@ -5,20 +5,19 @@ from __future__ import annotations
 import io
 import math
 import re
+import xml.etree.ElementTree as ElementTree
 from typing import Any
 
 import pytest
 
 from discmech.studies.report import (
     formulas,
-    mathml,
     plot_drift,
     tables,
-    typeset,
     wording,
 )
 from discmech.studies.report.summary import headline, merged
-from tests.studies.fake_results import MATHML, spoiled
+from tests.studies.fake_results import spoiled
 
 
 def test_terminal_table_ends_with_the_failures() -> None:
@@ -83,8 +82,8 @@ def test_small_numbers(value: Any, text: str) -> None:
 
 
 def test_words_for_latex() -> None:
-    assert typeset.tex("≤ 3.1×10⁻¹⁶, |Γ|²") == r"$\le$ $3.1\times 10^{-16}$, $|\Gamma|^{2}$"
-    assert typeset.tex("50 % of a_b, 3×2") == r"50 \% of a\_b, 3$\times$2"
+    assert tables.tex("≤ 3.1×10⁻¹⁶, |Γ|²") == r"$\le$ 3.1$\times$10$^{-16}$, $|\Gamma|^{2}$"
+    assert tables.tex("50 % of a_b, 3×2") == r"50 \% of a\_b, 3$\times$2"
 
 
 @pytest.mark.parametrize(
@@ -112,16 +111,9 @@ def test_only_the_quantity_that_drifts_is_said_to_fail() -> None:
     assert plot_drift.drifted(case | {"measured": {}}, "μ₃") == "midpoint\n(fail)"
 
 
-def test_only_presentation_mathml_reaches_the_page() -> None:
-    assert "<mo>(</mo><mi>μ</mi><mo>)</mo>" in mathml.display(MATHML)
-    assert mathml.display("<mi onclick='x()'>a</mi>") == '<math display="block"><mi>a</mi></math>'
-    assert "<script" not in mathml.display("<script>alert(1)</script>")
-    assert "<code>" in mathml.display("<mi>")
-
-
 def words(formula: str) -> str:
     """A formula's letters, a times sign as a space."""
-    return re.sub("<[^>]*>", "", formula).replace("&#8290;", " ")
+    return re.sub("<[^>]*>", "", formula).replace("\u2062", " ")
 
 
 def test_formulas_are_collected_and_stay_exact() -> None:
@@ -137,15 +129,15 @@ def test_formulas_are_collected_and_stay_exact() -> None:
     assert [*named.values()] == [square]
     assert cancel(sum(formulas.ascending(body + force, h, {x, z})) - body - force) == 0
     letters = {u: "u_1", w: "u_2", next(iter(named)): "Δ(u)"}
-    shown = formulas.Typesetter(letters, h, [u, w, x, z]).equation([u], terms)
+    shown = formulas.Typesetter(letters).equation([u], terms)
     assert words(shown) == (
-        "u1=a u1−h b u1 u22+h2 u14 (a u12+b u22)+8 h bΔ(u) (u2 x−u1 z)+h3 b u1 x z2 Δ(u)"
+        "u1=a u1−b h u1 u22+h2 u1 (a u12+b u22)4+8 b h (-u1 z+u2 x)Δ(u)+b h3 u1 x z2 Δ(u)"
     )
     apart = ((x - z) ** 2 + (u - w) ** 2) ** Rational(-3, 2)
     terms = formulas.ascending(a * u + h * b * (x - z) * apart, h, {x, z})
     assert terms[-1].has(apart) and cancel(sum(terms) - a * u - h * b * (x - z) * apart) == 0
-    minus = formulas.Typesetter({}, h, [u]).sum([-(a + b), -(a - b) / 2, u ** (a / 2)])
-    assert words(minus).startswith("−a−b") or words(minus).startswith("−(a+b)")
+    minus = formulas.Typesetter({}).sum([-(a + b), -(a - b) / 2, u ** (a / 2)])
+    assert words(minus) == "-a-b+(-a2+b2)+ua2"
 
 
 def test_equations_of_a_scheme_are_typeset() -> None:
@@ -158,12 +150,12 @@ def test_equations_of_a_scheme_are_typeset() -> None:
         assert len(found["residual_mathml"]) == len(found["momentum_mathml"]) == lines
         for key in ("residual_mathml", "momentum_mathml", "points_mathml"):
             for formula in found[key]:
-                assert mathml.display(formula).startswith("<math")
+                assert ElementTree.fromstring(formulas.display(formula)).tag == "math"
                 assert not re.search("_|after|z0", words(formula))
     held = equations_of(Scheme(scenes.get("suslov"), discretisations.midpoint))
     assert words(held["constraints_mathml"][0]) == "u3=0"
     assert words(held["constrained_momentum_mathml"][2]).startswith("μ3+h λ2=")
     assert words(held["constrained_residual_mathml"][0]).endswith("=μ′1")
     assert words(found["residual_mathml"][2]).startswith(
-        "inertia3 u3+h u1 u22 (inertia1−inertia2)+"
+        "inertia3 u3+h u1 u2 (inertia1-inertia2)2+"
     )
