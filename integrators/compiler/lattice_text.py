@@ -179,7 +179,8 @@ class _TermText(KernelText):
         return with_names(_called_if_long(text), self.own)
 
     def _with_called(self, kernels: Sequence[str]) -> str:
-        shared = [_called_if_long(f"@kernel\n{text}") for _, _, text in self._functions.values()]
+        shared = [with_names(_called_if_long(f"@kernel\n{text}"), self.own)
+                  for _, _, text in self._functions.values()]  # fmt: skip
         return "\n\n".join([*shared, *kernels])
 
     def local(self) -> str:

@@ -153,7 +153,7 @@ class LatticeEquations:
         if lattice.shape != "list" and rule.nodes.unknown * self.groupoid.dim_u < 3:
             return None
         word, values = "force_of_bonds", _site_values(lattice)
-        while word in values:
+        while any(name.startswith(word) for name in values):
             word += "_"
         values[word] = (0,) * self.groupoid.dim_u
         site = _scene(lattice, "", self.groupoid, _on_site(lattice), values)

@@ -91,12 +91,18 @@ class LatticeRun:
         if self.status != OK and self.by_stages:
             self._go_on_by_newton(self.mu)
 
-    def _go_on_by_newton(self, mu: np.ndarray) -> None:
-        """Begin at x and these μ with the kernels of Newton's method: no fixed point was found."""
+    def _go_on_by_newton(self, mu: np.ndarray, near: np.ndarray | None = None) -> None:
+        """Begin at x and these μ with the kernels of Newton's method: no fixed point was found.
+
+        near: w of the step before, which the search begins with; else that begins with `u`.
+        """
         self.kernels, self.by_stages = self.flow.newton, False
         self.mu[:] = mu
         total, most = self.totals[[CORRECTIONS, MOST]]
         self._prepare()
+        if near is not None:
+            for w in self.past:
+                w[:] = near
         self.begin()
         self.totals[CORRECTIONS] += total
         self.totals[MOST] = max(most, self.totals[MOST])
@@ -135,7 +141,7 @@ class LatticeRun:
         self.index += done
         self.solved += done * (len(self.x) if self.flow.scheme.local else 1)
         if status != OK and self.by_stages:
-            self._go_on_by_newton(self.nu)
+            self._go_on_by_newton(self.nu, self.past[0].copy())
             return self.advance(steps - done)
         return status
 
@@ -143,6 +149,8 @@ class LatticeRun:
     def state(self) -> dict[str, np.ndarray]:
         """All that the steps to come depend on."""
         arrays = {"x": self.x, "nu": self.nu, "totals": self.totals}
+        if self.by_stages:  # the end of the step that is solved is in it
+            arrays["work"] = self.arguments[7]
         counts = [self.index, self.solved, int(self.by_stages),
                   *([int(self.sparse.relaxing)] if self.sparse else ())]  # fmt: skip
         return {**arrays, **{f"w{i}": w for i, w in enumerate(self.past)},
@@ -156,6 +164,7 @@ class LatticeRun:
         for name, array in self.state.items():
             if name != "counts":
                 array[:] = state[name]
+        self.status = OK
         if self.sparse is not None:
             self.sparse.relaxing = bool(relaxing[0])
 
