@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from discmech import reference
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.scene import Scene
 
@@ -158,11 +159,9 @@ def _truth(scene: Scene, end: Fraction) -> State | None:
 
 
 def _certified(scene: Scene, end: Fraction) -> State | None:
-    from discmech.reference import ReferenceFailure, solution
-
     try:
-        found = solution(scene, end, digits=15, proof=False)
-    except ReferenceFailure:
+        found = reference.solution(scene, end, digits=15, proof=False)
+    except reference.ReferenceFailure:
         return None
     if found.certain_digits < 12:
         return None

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from discmech import reference
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow
 from discmech.integrators.numbers import arithmetic, first_violation
@@ -86,13 +87,11 @@ def cause_of_drift(case: Case, drift: dict[str, float]) -> dict[str, Any] | None
 def _of_motion(scheme: Scheme, rows_of: Any) -> float:
     """How far a quantity moves along the certified solution in some steps, relative to its terms;
     0 where there is no solution."""
-    from discmech.reference import ReferenceFailure, solutions
-
     scene, s = scheme.scene, scheme.s
     times = [k * scene.step for k in (0, 1, ROWS)]
     try:
-        found = solutions(scene, times, 35)
-    except ReferenceFailure:
+        found = reference.solutions(scene, times, 35)
+    except reference.ReferenceFailure:
         return 0.0
     x, mu = ([list(getattr(e, part)) for e in found] for part in ("x", "mu"))
     base = [s.with_time(row, t) for row, t in zip(x, times, strict=True)] if s.clocked else x

@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
+from discmech import reference
 from discmech.integrators import Scheme
 from discmech.integrators.flows import Flow, round_off_from
 from discmech.integrators.numbers import mpmath
@@ -65,8 +66,6 @@ def digits_for(order: int) -> int:
 
 
 def _at(scheme: Scheme, small: int, digits: int) -> LocalOrder:
-    from discmech.reference import solutions
-
     scene, expected = scheme.scene, scheme.order or 2
     steps = _steps(scene, expected, small)
     places = (Fraction(0),) if scheme.s.clocked else PLACES
@@ -74,7 +73,8 @@ def _at(scheme: Scheme, small: int, digits: int) -> LocalOrder:
     # for usual orders too: the way there is long, and gone once for all rules of the scene
     ends = (h for order in {expected, *USUAL} for h in _steps(scene, order, small))
     times = {t + h for h in (Fraction(0), *ends) for t in begins}
-    exact = dict(zip(sorted(times), solutions(scene, sorted(times), digits + GUARD), strict=True))
+    states = reference.solutions(scene, sorted(times), digits + GUARD)
+    exact = dict(zip(sorted(times), states, strict=True))
     found: list[tuple[float, str]] = []
     with mpmath.workdps(digits + GUARD):
         for t in begins:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
+from discmech import reference
 from discmech.integrators import StepFailure
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.numbers import mpmath
@@ -79,16 +80,13 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     part of), also multipliers, the same of λ (`mean_multipliers`; None where its step back fails),
     and its order in `measured`. With 16 digits, where runs have no order, also round_off.
     """
-    from discmech.reference import multipliers as forces_of
-    from discmech.reference import solution
-
     _ = case.scheme  # what cannot be used is said before a reference is made for it
     duration, first = ladder(case)
     rungs, most = RUNGS[case.digits == 16], MOST_RUNGS[case.digits == 16]
     progress(f"{case.scene.name} {case.label}: reference", 0.0)
-    exact = solution(case.scene, duration, digits=max(30, case.digits + 5))
+    exact = reference.solution(case.scene, duration, digits=max(30, case.digits + 5))
     known = case.scene.constrained and case.digits > 16
-    forces = forces_of(case.scene, exact) if known else None
+    forces = reference.multipliers(case.scene, exact) if known else None
     rows: list[dict[str, Any]] = []
     for i in range(most):
         # go on only while the asymptotic window has not been reached, and may yet be
@@ -133,11 +131,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 def _local(case: Case) -> dict[str, Any] | None:
     """What one very small step says of the order; None where it cannot be made."""
-    from discmech.reference.failures import ReferenceFailure
-
     try:
         return asdict(local_order(case.scheme))
-    except (StepFailure, ReferenceFailure):
+    except (StepFailure, reference.ReferenceFailure):
         return None
 
 

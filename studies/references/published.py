@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
+from discmech import reference
 from discmech.integrators import Scene, pair
 from discmech.integrators.numbers import mpmath, sympy
 
@@ -113,8 +114,6 @@ def problems() -> list[Published]:
 
 def measure(progress: Progress = silent) -> list[dict[str, Any]]:
     """A row a problem: its numbers, ours, and the digits that are right, one by one and in all."""
-    from discmech.reference import progress_to, solution
-
     rows = []
     asked = problems()
     for i, entry in enumerate(asked):
@@ -123,8 +122,8 @@ def measure(progress: Progress = silent) -> list[dict[str, Any]]:
             progress(label, (i + fraction) / len(asked))
 
         printed = max(map(_digits, entry.values))
-        with progress_to(share):
-            found = solution(entry.scene, entry.time, printed + MARGIN)
+        with reference.progress_to(share):
+            found = reference.solution(entry.scene, entry.time, printed + MARGIN)
         rows.append(compared(entry, [*found.x, *found.v], printed, found.certain_digits))
     return rows
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from discmech import reference
 from discmech.integrators.errors import CannotMeasure
 
 from ..core.runs import energy_with_terms, relative_drifts, with_terms
@@ -108,9 +109,7 @@ class Yardstick:
 
 def reference_of(problem: Problem) -> np.ndarray:
     """Certified (x, μ) at the checkpoints, rounded once, (k, n+m)."""
-    from discmech.reference import solutions
-
-    found = solutions(problem.scene, problem.times, digits=20, proof=False)
+    found = reference.solutions(problem.scene, problem.times, digits=20, proof=False)
     worst = min(s.certain_digits for s in found)
     if worst < 17:
         raise CannotMeasure(f"the reference has {worst} certain digits where 17 are needed.")
