@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -65,10 +66,11 @@ def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Options are known by their whole names: --t is no --tolerance."""
+    """Options are known by their whole names: --t is no --tolerance; -1/10 is a number."""
 
     def __init__(self, **given: Any) -> None:
         super().__init__(allow_abbrev=False, **given)
+        self._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """All are known: a command says itself what it does not know, and what is like it."""

@@ -7,11 +7,10 @@ import sys
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators import retractions
 from discmech.integrators.errors import arguments_checked
 
 from ..core import lookup
-from .options import RULE_HELP
+from .options import RULE_HELP, scene_asked
 from .output import DERIVED, progress_shown
 
 if TYPE_CHECKING:
@@ -40,10 +39,7 @@ def _explain(options: argparse.Namespace) -> int:
 
     with progress_shown("deriving") as show:
         show("deriving", 0.0)
-        scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
-        if options.retraction:
-            scene = scene.with_retraction(retractions.get(options.retraction))
-        scheme = Scheme(scene, rule)
+        scheme = Scheme(scene_asked(options), lookup.rule(options.rule))
         show("writing and compiling", DERIVED)
         page = explanation(scheme)
     sys.stdout.write(page)
@@ -85,15 +81,12 @@ def _lines(scheme: Scheme) -> list[str]:
     out = written(scheme, most)
     others = [f"  … and so on; discmech report {scene.name} typesets all"] if most else []
 
-    def formula(left: str, terms: Any, sign: str = "=") -> list[str]:
+    def formula(left: str, terms: Any) -> list[str]:
         shown = plain_text(terms, out.letters)
         left = left if len(left) <= LONGEST else f"({len(left)} letters)"
         if len(shown) > LONGEST:
             shown = f"({len(shown)} letters; discmech report {scene.name} typesets them)"
-        return textwrap.wrap(
-            f"{left} {sign} {shown}", WIDTH, initial_indent="  ", subsequent_indent="      ",
-            break_long_words=False, break_on_hyphens=False,
-        )  # fmt: skip
+        return _wrapped(f"{left} = {shown}")
 
     lines += textwrap.wrap(notation(scheme), WIDTH)
     if out.lagrangian:
@@ -144,16 +137,20 @@ def _contact(scheme: Scheme) -> list[str]:
         said = f"0 ≤ {plain_text([gap], letters)}"
         if plane is not None:
             said += f", slips along {', '.join(plain_text([e], letters) for e in plane)}"
-        lines += textwrap.wrap(
-            said, WIDTH, initial_indent="  ", subsequent_indent="      ",
-            break_long_words=False, break_on_hyphens=False,
-        )  # fmt: skip
+        lines += _wrapped(said)
     given = scene.friction if isinstance(scene.friction, tuple) else (scene.friction,)
     friction = ", ".join(map(str, given))
     return [
         *lines,
         f"  friction {friction}, restitution {scene.restitution}, impacts {scene.impacts}",
     ]
+
+
+def _wrapped(formula: str) -> list[str]:
+    return textwrap.wrap(
+        formula, WIDTH, initial_indent="  ", subsequent_indent="      ",
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
 
 
 def _facts(scheme: Scheme) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from discmech.integrators import BadInput, retractions
@@ -13,6 +13,8 @@ from ..core import lookup
 from ..core.options import Option, digits_in, whole
 
 if TYPE_CHECKING:
+    from discmech.integrators import Scene
+
     from ..core.case import Choice
     from ..core.cluster import Cluster
 
@@ -106,13 +108,25 @@ def jobs(options: argparse.Namespace) -> int | Cluster | None:
     return None if options.jobs is None else whole("--jobs")(options.jobs)
 
 
+def scene_asked(options: argparse.Namespace) -> Scene:
+    """The one scene, in the retraction if one is asked for; raises `BadInput` as `lookup.scene`."""
+    scene = lookup.scene(options.scene)
+    if options.retraction:
+        return scene.with_retraction(retractions.get(options.retraction))
+    return scene
+
+
 def as_typed(options: argparse.Namespace) -> str:
     """The words that ask the same again."""
-    parts = ["discmech", options.study, *options.scenes]
-    for flag, values in (("--rule", options.rules), ("--retraction", options.retraction),
-                         ("--digits", options.digits)):  # fmt: skip
-        parts += [word for value in values for word in (flag, value)]
-    parts += [
-        word for option in options.own for word in option.words(getattr(options, option.name))
-    ]
-    return shlex.join([*parts, *(["--steps", options.steps] if options.steps else [])])
+    own = [word for option in options.own for word in option.words(getattr(options, option.name))]
+    words = (options.study, *options.scenes)
+    given = {"--rule": options.rules, "--retraction": options.retraction}
+    return typed(words, given | {"--digits": options.digits}, own, options.steps)
+
+
+def typed(
+    words: Iterable[str], given: Mapping[str, Sequence[str]], own: Sequence[str], steps: str | None
+) -> str:
+    """A command with its words, options that may be repeated, others and --steps."""
+    parts = [word for flag, values in given.items() for value in values for word in (flag, value)]
+    return shlex.join(["discmech", *words, *parts, *own, *(["--steps", steps] if steps else [])])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import time
 from pathlib import Path
 from typing import Any
@@ -53,7 +52,6 @@ def add_to(commands: Any) -> None:
     others.add_argument("--costs", action="store_true", help="cost against digits and against time")
     add_fresh(parser)
     parser.add_argument("--folder", help="write a page with the picture of --costs there")
-    parser._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
     parser.set_defaults(action=_reference)
 
 

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import sys
 import time
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators import StepFailure, retractions
+from discmech.integrators import StepFailure
 
 from ..core import lookup
 from ..core.options import digits_in, whole
-from .options import RULE_HELP
+from .options import RULE_HELP, scene_asked
 from .output import DERIVED, progress_shown, write
 
 if TYPE_CHECKING:
@@ -48,13 +47,13 @@ def add_to(commands: Any) -> None:
         help="where a step leaves its chart: refuse (default), bisect or shrink",
     )
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
-    # "-1/10" and "-1e-3" are numbers too, not flags
-    parser._negative_number_matcher = re.compile(r"^-[\d.]+([eE/][-+]?\d+)?$")
     parser.set_defaults(action=run_scene)
 
 
 def run_scene(options: argparse.Namespace) -> int:
     """Exit code 0; a step that fails is raised once its part of the run is written."""
+    import mpmath
+
     with progress_shown("deriving and compiling") as show:
         flow, run, failure, seconds = _measured(options, show)
         digits, step, choice = flow.digits, flow.step, flow.choice
@@ -62,14 +61,11 @@ def run_scene(options: argparse.Namespace) -> int:
     scene, rule = flow.scheme.scene, flow.scheme.rule
 
     def numbers(array: Any) -> Any:
-        return (
-            array.tolist()
-            if digits == 16
-            else [
-                _decimal(e, digits) if array.ndim == 1 else [_decimal(v, digits) for v in e]
-                for e in array
-            ]
-        )
+        if digits == 16:
+            return array.tolist()
+        if array.ndim > 1:
+            return [numbers(row) for row in array]
+        return [mpmath.nstr(value, digits, min_fixed=-5, max_fixed=15) for value in array]
 
     impacts = getattr(run, "impacts", None)
     found = {
@@ -111,9 +107,7 @@ def _measured(
     from discmech.integrators import Scheme
     from discmech.integrators.numbers import exact_rational
 
-    scene, rule = lookup.scene(options.scene), lookup.rule(options.rule)
-    if options.retraction:
-        scene = scene.with_retraction(retractions.get(options.retraction))
+    scene, rule = scene_asked(options), lookup.rule(options.rule)
     digits, every = digits_in(options.digits), whole("--every")(options.every)
     show(f"{scene.name}: deriving", 0.0)
     scheme = Scheme(scene, rule)
@@ -149,12 +143,6 @@ def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> flo
         return None
     with np.errstate(all="ignore"):
         return float(np.abs(energy_errors(scheme, run, digits)).max())
-
-
-def _decimal(value: Any, digits: int) -> str:
-    import mpmath
-
-    return str(mpmath.nstr(value, digits, min_fixed=-5, max_fixed=15))
 
 
 def _print_run(run: dict[str, Any]) -> None:

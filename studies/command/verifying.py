@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import shlex
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +13,7 @@ from discmech.integrators import BadInput
 from .. import NAMES
 from ..core.options import digits_in, whole
 from ..core.store import Store
-from .options import RULE_HELP, add_fresh, add_jobs, jobs
+from .options import RULE_HELP, add_fresh, add_jobs, jobs, typed
 from .output import console, exit_code, progress_shown, writable, write
 
 EPILOG = "A bar says what is left; after Ctrl-C the same command goes on where it stopped. "
@@ -88,7 +87,9 @@ def _answer(options: argparse.Namespace) -> int:
     begun = time.perf_counter()
     with progress_shown("loading") as show:
         result = ask(request, show, told, jobs(options), Store(options.fresh))
-        result["command"] = _as_typed(options)
+        given = {"--scene": options.scenes, "--study": options.studies, "--digits": options.digits}
+        own = ["--all"] if options.all else []
+        result["command"] = typed((options.name, *options.rules), given, own, options.steps)
         if options.json:
             write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
         if options.html:
@@ -125,12 +126,3 @@ def _page(request: Any, result: dict[str, Any]) -> str:
         tables += [advising.recommendation(result)] if result["advice"] else []
     studies = verdicts.by_study(result)
     return lone_page(studies, [about(s) for s in scenes.values()], result["command"], tables)
-
-
-def _as_typed(options: argparse.Namespace) -> str:
-    parts = ["discmech", options.name, *options.rules]
-    for flag, values in (("--scene", options.scenes), ("--study", options.studies),
-                         ("--digits", options.digits)):  # fmt: skip
-        parts += [word for value in values for word in (flag, value)]
-    parts += ["--all"] if options.all else []
-    return shlex.join([*parts, *(["--steps", options.steps] if options.steps else [])])

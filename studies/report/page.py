@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .figures import Plate, Remembered
 
 LONGEST_FORMULA = 60_000  # characters of MathML; longer ones are linked, not shown
-FORMULAE = 900_000  # and of all of them together,
+FORMULAE = 700_000  # and of all of them together,
 SHORT_FORMULA = 1_000  # but what is no longer than this is always shown
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MOMENTUM_SHEET = Sheet(width=3.3, right=1.16)
 ENERGY_SHEET = Sheet(width=3.3, left=0.6, right=0.95, height=2.6)
-BINS = 150
+BINS = 100
 HALF = 0.36  # half the height of a strip, where the next one is 1 below
 
 

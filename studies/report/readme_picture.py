@@ -41,8 +41,8 @@ def picture(report: Path) -> bytes:
 
 def main(arguments: list[str]) -> int:
     """Write the picture; 2 where there is no report to draw it from."""
-    given = [Path(argument) for argument in arguments[:2]]
-    report, file = [*given, *(Path("reports/build"), Path("docs/convergence.png"))[len(given) :]]
+    usual = ("reports/build", "docs/convergence.png")
+    report, file = map(Path, (*arguments[:2], *usual[len(arguments) :]))
     try:
         drawn = picture(report)
     except (OSError, ValueError, KeyError) as error:

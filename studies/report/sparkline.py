@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 60, 12  # around it, 2 for the marks
 #: bytes of all lines of a page, by whether a case passes: so many that do cannot take the room of
-#: one that does not. Of its 3 MB the whole report leaves 184,000, a line takes some 270.
+#: one that does not. Of its 3 MB the whole report leaves some 170,000, a line takes some 270.
 ROOM = {True: 100_000, False: 40_000}
 Past = Callable[[Case], "Sequence[Found]"]
 

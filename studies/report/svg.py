@@ -15,6 +15,7 @@ _COLOUR = re.compile(r"#[0-9a-fA-F]{6}\b")
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
 _COMMAND = re.compile(r"([MLCQz])([^MLCQz]*)")
 _STEP = re.compile(r" (?=-)")
+_QUOTED = re.compile("[\\s\"'=<>`&]")  # what HTML wants in quotes
 SMALL = 1000  # letters of a path that is a mark and no region
 _REFERENCE = re.compile(r"#([^)]+)")
 _NAME = re.compile("\ue000[0-9a-f]{10}")  # begins with a letter that no text has
@@ -41,7 +42,7 @@ def inline_panels(
     for index, (cell, words, scale) in enumerate(zip(cells, spoken, scales, strict=True), 1):
         box = " ".join(f"{edge:g}" for edge in cell)
         head = f'<svg class="plot" viewBox="{box}" role="img" data-axes="{scale}" '
-        body = _written(groups[f"axes_{index}"], definitions)
+        body = _joined(_written(groups[f"axes_{index}"], definitions))
         found.append(f'{head}aria-label="{escape(words)}">{body}</svg>')
     for element in root.findall(".//{*}defs"):
         _written(element, definitions)
@@ -55,20 +56,18 @@ def short_names(page: str) -> str:
     return _NAME.sub(lambda match: names[match[0]], page)
 
 
-def _written(element: ET.Element, definitions: dict[str, str], defined: bool = False) -> str:
-    """The element as it is drawn, without superfluous groups; what it defines is moved away."""
-    tag = element.tag.rpartition("}")[2]
+def _written(element: ET.Element, definitions: dict[str, str], defined: bool = False) -> list[str]:
+    """What an element draws, without superfluous groups; what it defines is moved away."""
+    tag, found = element.tag.rpartition("}")[2], {}
     if tag == "defs":
         for shape in element:
             if name := shape.get("id"):
-                definitions[_name(name)] = _written(shape, definitions, defined=True)
-        return ""
-    found = {}
+                definitions[_name(name)] = "".join(_written(shape, definitions, defined=True))
+        return []
     for key, value in element.attrib.items():
         if key == "style":
-            name = _name(value)
+            name = found["class"] = _name(value)
             definitions[name] = f"<style>.{name}{{{_COLOUR.sub(_themed, value)}}}</style>"
-            found["class"] = name
         elif key == "id":
             if defined:
                 found["id"] = _name(value)
@@ -80,12 +79,36 @@ def _written(element: ET.Element, definitions: dict[str, str], defined: bool = F
             found[key] = _route(value, 100 if defined and len(value) < SMALL else 10)
         elif not value.startswith("rotate(-0 "):
             found[key] = _NUMBER.sub(lambda m: _short(float(m[0])), value)
-    inner = escape((element.text or "").strip(), quote=False)
-    inner += "".join(_written(child, definitions, defined) for child in element)
-    if tag == "g" and not found:
-        return inner
-    attributes = "".join(f' {key}="{escape(value)}"' for key, value in found.items())
-    return f"<{tag}{attributes}>{inner}</{tag}>" if inner else f"<{tag}{attributes}/>"
+    inner = [part for child in element for part in _written(child, definitions, defined)]
+    if tag == "g":
+        if not found:
+            return inner
+        if found.get("class") == "axis":  # nothing of it covers anything else of it
+            inner.sort()
+        heads = {part.partition(" href=")[0] for part in inner}
+        if len(heads) == 1 and (head := heads.pop()).startswith("<use class="):
+            found["class"] = head.partition("=")[2]
+            inner = [part.replace(head, "<use", 1) for part in inner]
+    text = escape((element.text or "").strip(), quote=False) + _joined(inner)
+    drawn = f"<{tag}" + "".join(
+        f' {key}="{escape(value)}"' if key == "d" or _QUOTED.search(value) else f" {key}={value}"
+        for key, value in sorted(found.items())
+    )
+    if text:
+        return [f"{drawn}>{text}</{tag}>"]
+    return [drawn + ("/>" if drawn.endswith('"') else " />")]
+
+
+def _joined(parts: Sequence[str]) -> str:
+    """Neighbouring paths of one style are one."""
+    found: list[str] = []
+    for part in parts:
+        head, d, route = part.partition(' d="')
+        if found and head.startswith("<path") and found[-1].startswith(head + d):
+            found[-1] = found[-1].removesuffix('"/>') + route
+        else:
+            found.append(part)
+    return "".join(found)
 
 
 def _name(content: str) -> str:
@@ -107,8 +130,10 @@ def _route(d: str, unit: int) -> str:
         numbers = [round(unit * float(n)) for n in rest.split()]
         steps = [(n - before[k % 2]) / unit for k, n in enumerate(numbers)]
         before = (numbers[-2], numbers[-1])
-        start = before if letter == "M" else start
-        found += letter.lower() + _STEP.sub("", " ".join(map(_short, steps)))
+        if letter == "M":
+            steps, start = [n / unit for n in numbers], before
+        found += letter if letter == "M" else letter.lower()
+        found += _STEP.sub("", " ".join(map(_short, steps)))
     return found
 
 
