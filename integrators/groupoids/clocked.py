@@ -44,6 +44,7 @@ class Clocked(Groupoid):
         return self._of("target", x, u, h).col_join(sympy.Matrix([x[-1] + h * self.share(u)]))
 
     def _of(self, what: str, x: Column, *rest: Any) -> Any:
+        """The method `what` of `inner`, at x without the time."""
         return getattr(self.inner, what)(x[:-1, :], *rest)
 
     product: Any = partialmethod(_of, "product")

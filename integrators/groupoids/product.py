@@ -69,9 +69,11 @@ class ProductGroupoid(Groupoid):
         return [*first, *second]
 
     def _stacked(self, what: str, *arguments: Any) -> Column:
+        """Results of both parts, one below the other."""
         return sympy.Matrix.vstack(*self._both(what, *arguments))
 
     def _in_blocks(self, what: str, *arguments: Any) -> SymbolicMatrix:
+        """Results of both parts in blocks: ρ is (hI, 0) for pair × group."""
         return sympy.Matrix.diag(*self._both(what, *arguments))
 
     target: Any = partialmethod(_stacked, "target")
