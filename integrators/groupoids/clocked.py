@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partialmethod
 from typing import Any
 
 from ..numbers import sympy
-from ..numbers.types import Column, Expression, Letter, SymbolicMatrix
+from ..numbers.types import Column, Expression, FieldPair, Letter, SymbolicMatrix
 from .groupoid import Groupoid, Motion
 
 
@@ -44,27 +43,40 @@ class Clocked(Groupoid):
         return self._of("target", x, u, h).col_join(sympy.Matrix([x[-1] + h * self.share(u)]))
 
     def _of(self, what: str, x: Column, *rest: Any) -> Any:
-        """The method `what` of `inner`, at x without the time."""
         return getattr(self.inner, what)(x[:-1, :], *rest)
-
-    product: Any = partialmethod(_of, "product")
-    L: Any = partialmethod(_of, "L")
-    R: Any = partialmethod(_of, "R")
-    inverse_left: Any = partialmethod(_of, "inverse_left")
-    inversion: Any = partialmethod(_of, "inversion")
-    structure_functions: Any = partialmethod(_of, "structure_functions")
-    group_parts: Any = partialmethod(_of, "group_parts")
-    displacement_at: Any = partialmethod(_of, "displacement_at")
 
     def _with_row(self, matrix: SymbolicMatrix) -> SymbolicMatrix:
         """A zero row below: nothing moves the time."""
         return matrix.col_join(sympy.zeros(1, matrix.cols))
 
+    def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
+        return self._of("product", x, u, v, h)
+
     def element(self, u: Column, h: Expression) -> SymbolicMatrix:
         return self.inner.element(u, h)
 
+    def inverse_left(self, x: Column, w: Column, h: Expression) -> SymbolicMatrix:
+        return self._of("inverse_left", x, w, h)
+
     def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
         return self._with_row(self._of("rho", x, h))
+
+    def L(self, x: Column, u: Column, h: Expression) -> SymbolicMatrix:
+        return self._of("L", x, u, h)
+
+    def R(self, x: Column, v: Column, h: Expression) -> SymbolicMatrix:
+        return self._of("R", x, v, h)
+
+    def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
+        functions: list[SymbolicMatrix] = self._of("structure_functions", x, h)
+        return functions
+
+    def group_parts(self, x: Column, u: Column, h: Expression) -> list[tuple[Groupoid, Column]]:
+        parts: list[tuple[Groupoid, Column]] = self._of("group_parts", x, u, h)
+        return parts
+
+    def inversion(self, x: Column, u: Column, h: Expression) -> Column:
+        return self._of("inversion", x, u, h)
 
     @property
     def _inversion(self) -> Column:
@@ -79,3 +91,7 @@ class Clocked(Groupoid):
     ) -> Motion:
         inner: Motion = self._of("point_motion", x, u, h, theta, z[:-1, :])
         return inner._replace(anchor=self._with_row(inner.anchor))
+
+    def displacement_at(self, x: Column, u: Column, h: Expression, theta: Expression) -> FieldPair:
+        pair: FieldPair = self._of("displacement_at", x, u, h, theta)
+        return pair

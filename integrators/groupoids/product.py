@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, partialmethod
+from functools import cached_property
 from typing import Any
 
 from ..errors import BadInput
@@ -68,21 +68,11 @@ class ProductGroupoid(Groupoid):
         first, second = self._both("group_parts", x, u, h)
         return [*first, *second]
 
-    def _stacked(self, what: str, *arguments: Any) -> Column:
-        """Results of both parts, one below the other."""
-        return sympy.Matrix.vstack(*self._both(what, *arguments))
+    def target(self, x: Column, u: Column, h: Expression) -> Column:
+        return sympy.Matrix.vstack(*self._both("target", x, u, h))
 
-    def _in_blocks(self, what: str, *arguments: Any) -> SymbolicMatrix:
-        """Results of both parts in blocks: ρ is (hI, 0) for pair × group."""
-        return sympy.Matrix.diag(*self._both(what, *arguments))
-
-    target: Any = partialmethod(_stacked, "target")
-    product: Any = partialmethod(_stacked, "product")
-    increment: Any = partialmethod(_stacked, "increment")
-    rho: Any = partialmethod(_in_blocks, "rho")
-    L: Any = partialmethod(_in_blocks, "L")
-    R: Any = partialmethod(_in_blocks, "R")
-    inverse_left: Any = partialmethod(_in_blocks, "inverse_left")
+    def product(self, x: Column, u: Column, v: Column, h: Expression) -> Column:
+        return sympy.Matrix.vstack(*self._both("product", x, u, v, h))
 
     def element(self, u: Column, h: Expression) -> SymbolicMatrix:
         """The element of the part that comes from a matrix group; of two such, block-diagonal."""
@@ -90,6 +80,26 @@ class ProductGroupoid(Groupoid):
             return super().element(u, h)
         blocks = zip(self.parts, self.fibre(u), strict=True)
         return sympy.Matrix.diag(*[g.element(w, h) for g, w in blocks if g.retraction])
+
+    def increment(self, x: Column, u: Column, h: Expression) -> Column:
+        """Both increments, n×1."""
+        return sympy.Matrix.vstack(*self._both("increment", x, u, h))
+
+    def rho(self, x: Column, h: Expression) -> SymbolicMatrix:
+        """ρ₁ and ρ₂ in blocks, n×m; (hI, 0) for pair × group."""
+        return sympy.Matrix.diag(*self._both("rho", x, h))
+
+    def L(self, x: Column, u: Column, h: Expression) -> SymbolicMatrix:
+        """L₁ and L₂ in blocks, m×m."""
+        return sympy.Matrix.diag(*self._both("L", x, u, h))
+
+    def R(self, x: Column, v: Column, h: Expression) -> SymbolicMatrix:
+        """R₁ and R₂ in blocks, m×m."""
+        return sympy.Matrix.diag(*self._both("R", x, v, h))
+
+    def inverse_left(self, x: Column, w: Column, h: Expression) -> SymbolicMatrix:
+        """L₁⁻¹ and L₂⁻¹ in blocks, m×m."""
+        return sympy.Matrix.diag(*self._both("inverse_left", x, w, h))
 
     def structure_functions(self, x: Column, h: Expression) -> list[SymbolicMatrix]:
         """C₁ and C₂ in blocks: fields of different parts commute."""
