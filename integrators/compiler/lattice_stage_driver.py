@@ -1,9 +1,10 @@
 """The driver of collocation on a lattice: sweeps over bonds and sites until the stages are solved.
 
 As `lattice_driver` this is text of a module, `collocation_text`; its names are those of
-`stage_driver`, with the bond's force. What bonds do at a node is a force on the sites at both ends:
-in a sweep they are added up first, then each site takes a turn of its own fixed point. So nothing
-ties the unknowns of two sites, and what is compiled grows neither with the stages nor the sites.
+`stage_driver`, with the bond's force. Arrays go from function to function as one record.
+What bonds do at a node is a force on the sites at both ends: in a sweep they are added up first,
+then each site takes a turn of its own fixed point. So nothing ties the unknowns of two sites, and
+what is compiled grows neither with the stages nor the sites.
 
 A row of `work` holds of a site at all nodes w, π, L ξ h b, the bonds' forces and the point z, then
 (w₁, π₁ − π₀, Σhbf) and the change of π₀ − μ; w1, w2 and w3 hold ξ, μ and π₀ − μ for the next step;
@@ -20,6 +21,10 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
 
     w is always the solution of the step that comes.
     """
+    lattice = Record(
+        x=x, nu=nu, w=w, w1=w1, w2=w2, w3=w3, work=work, p=p, q=q, ranges=ranges, parts=parts,
+        segments=segments, pieces=pieces, totals=totals,
+    )  # fmt: skip
     c = load(coefficients[0], slice(0, RULE.width))
     weights = tuple([c[0] * e for e in WEIGHTS])
     done, status = 0, OK
@@ -28,20 +33,19 @@ def advance(task, steps, x, nu, mu, w, w1, w2, w3, work, ties, p, q, coefficient
     else:
         if task == 0:
             copy(nu, mu, m, ranges, parts)
-            place_ends(x, work, segments, pieces)
+            place_ends(lattice)
             for r in range(parts):
                 for i in range(ranges[r, 0], ranges[r, 1]):
                     put(w3, i, (0.0,) * m)
         more = True
         while more:
             if steps > 0:
-                update_sites(x, nu, w3, work, c, ranges, parts)
+                update_sites(lattice, c)
                 done += 1
-            guess_sites(x, nu, w1, w2, work, weights, c, int(totals[AGE]), ranges, parts)
-            status = collocated(x, nu, w1, w2, w3, work, p, q, weights, c, ranges, parts, segments,
-                                pieces, totals)  # fmt: skip
+            guess_sites(lattice, weights, c)
+            status = collocated(lattice, weights, c)
             if status == OK:
-                show_unknowns(w, work, c, ranges, parts)
+                show_unknowns(lattice, c)
             more = status == OK and done < steps
     return done, status
 
@@ -59,9 +63,10 @@ def put_at_site(a, i, first, values):
         write_lanes(a, (i, first + k * WIDTH), value, WIDTH)
 
 
-def place_ends(x, work, segments, pieces):
+def place_ends(lattice):
     """Let the point of each site of a bond be that of x: those of fixed sites stay there."""
-    for s in range(pieces):
+    x, work, segments = lattice.x, lattice.work, lattice.segments
+    for s in range(lattice.pieces):
         for k in range(segments[s, 2]):
             for end in (0, 1):
                 i = segments[s, end] + k
@@ -70,39 +75,41 @@ def place_ends(x, work, segments, pieces):
                 put_at_site(work, i, POINT, still)
 
 
-def guess_sites(x, nu, w1, w2, work, weights, c, age, ranges, parts):
+def guess_sites(lattice, weights, c):
     """w, π and ξ at the nodes of every free site, from those of the last step."""
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
+    x, w1, work, age = lattice.x, lattice.w1, lattice.work, int(lattice.totals[AGE])
+    for r in range(lattice.parts):
+        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
             here = row(x, i, n)
-            w, pi, xi = guess(RULE, here, row(nu, i, m), at_site(w1, i, 0, m),
-                              at_site(w2, i, 0, m), weights, c, age)  # fmt: skip
+            w, pi, xi = guess(RULE, here, row(lattice.nu, i, m), at_site(w1, i, 0, m),
+                              at_site(lattice.w2, i, 0, m), weights, c, age)  # fmt: skip
             put_at_site(work, i, 0, w)
             put_at_site(work, i, MOMENTA, pi)
             put_at_site(w1, i, 0, xi)
             put_at_site(work, i, POINT, tuple([RULE.point(here, a, c) for a in w]))
 
 
-def collocated(x, nu, w1, w2, w3, work, p, q, weights, c, ranges, parts, segments, pieces, totals):
+def collocated(lattice, weights, c):
     """Repeat sweeps until the next one would change less than round-off; the status.
 
     When that is, and when π₀ − μ is corrected, is as in `stage_driver.collocate`; a component has
     one size on the whole lattice.
     """
+    totals = lattice.totals
     before, best, stale, count, status = HUGE, HUGE, 0, 0, OK
     uneven, pending, going = 1 < 0, 1 < 0, True
     sizes, left = (HUGE,) * (2 * m), (HUGE,) * (2 * m)
     gate, whole, change = 0.0, 0.0, HUGE
     while going:
-        pull_sites(work, q, c, ranges, parts, segments, pieces)
-        moved, now, ends = sweep(x, nu, w1, w2, w3, work, p, weights, c, ranges, parts, totals)
+        pull_sites(lattice, c)
+        moved, now, ends = sweep(lattice, weights, c)
         if count < 2:
             sizes = now
             uneven = differ(sizes[:m]) or differ(sizes[m:])
             whole = smallest(scales(sizes[m:]))
             gate = 1 / 64
             if totals[AGE] > 0:
-                gate = lost_in_all(w3, ranges, parts) * whole / 8
+                gate = lost_in_all(lattice) * whole / 8
         scaled = scales(sizes[:m]) + scales(sizes[m:])
         change = largest_of(tuple([a * b for a, b in zip(moved, scaled)]))
         if uneven:
@@ -120,9 +127,9 @@ def collocated(x, nu, w1, w2, w3, work, p, q, weights, c, ranges, parts, segment
         if settled or (RULE.shifted and change < gate):
             going = going and not settled
             if RULE.shifted:
-                off = whole * shift_sites(x, nu, w3, work, c, ranges, parts)
+                off = whole * shift_sites(lattice, c)
                 if (settled or 2 * change < off) and off > 8 * EPS and status == OK:
-                    shift_on(w3, work, ranges, parts)
+                    shift_on(lattice)
                     before, best, stale, gate = HUGE, HUGE, 0, off / 16
                     going = count < MOST_SWEEPS
                     status = OK if going else NOT_CONVERGED
@@ -134,13 +141,14 @@ def collocated(x, nu, w1, w2, w3, work, p, q, weights, c, ranges, parts, segment
     return status
 
 
-def pull_sites(work, q, c, ranges, parts, segments, pieces):
+def pull_sites(lattice, c):
     """Add up the forces of all bonds at all nodes."""
+    work, q, segments = lattice.work, lattice.q, lattice.segments
     none = tuple([(0 * b,) * m for b in WEIGHTS])
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
+    for r in range(lattice.parts):
+        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
             put_at_site(work, i, PULL, none)
-    for s in range(pieces):
+    for s in range(lattice.pieces):
         a, b, length, first = segments[s, 0], segments[s, 1], segments[s, 2], segments[s, 3]
         for k in range(length):
             i, j, own = a + k, b + k, row(q, first + k, BONDS)
@@ -152,21 +160,22 @@ def pull_sites(work, q, c, ranges, parts, segments, pieces):
                                                    for e, f in zip(so_far, found)]))  # fmt: skip
 
 
-def sweep(x, nu, w1, w2, w3, work, p, weights, c, ranges, parts, totals):
+def sweep(lattice, weights, c):
     """π from w and the forces, then w from the new π, of every free site.
 
     (the largest change of each component, its largest size, a number that is none if one is not).
     """
+    work, w1, w2, totals = lattice.work, lattice.w1, lattice.w2, lattice.totals
     moved, sizes, ends, worst = (0.0,) * (2 * m), (0.0,) * (2 * m), 0.0, 0.0
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
-            here, own = row(x, i, n), row(p, i, SITES)
+    for r in range(lattice.parts):
+        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
+            here, own = row(lattice.x, i, n), row(lattice.p, i, SITES)
             w, pi, xi = at_site(work, i, 0, m), at_site(work, i, MOMENTA, m), at_site(w1, i, 0, m)
             pulls = at_site(work, i, PULL, m)
             forces = tuple([RULE.force(here, a, b, e, f, own, c)
                             for a, b, e, f in zip(w, pi, xi, pulls)])  # fmt: skip
             dp = times(weights, tuple([e[0] for e in forces]))
-            start = plus(row(w3, i, m), row(nu, i, m))
+            start = plus(row(lattice.w3, i, m), row(lattice.nu, i, m))
             new_pi = tuple([plus(part, start) for part in at_nodes(MU_OF_MOMENTUM, dp)])
             moves = tuple([RULE.velocity(here, a, b, own, c) for a, b in zip(w, new_pi)])
             dw = times(weights, tuple([e[0] for e in moves]))
@@ -190,64 +199,68 @@ def sweep(x, nu, w1, w2, w3, work, p, weights, c, ranges, parts, totals):
     return moved, sizes, ends
 
 
-def ends_of(nu, w3, work, i):
+def ends_of(lattice, i):
     """(w₁, π₁, Σhbπ̇, Σhbf) of a site's last sweep."""
-    ends = load(work[i], slice(ENDS, SHIFT))
+    lost, mu = row(lattice.w3, i, m), row(lattice.nu, i, m)
+    ends = load(lattice.work[i], slice(ENDS, SHIFT))
     end, sum_p, sum_f = ends[:m], ends[m : 2 * m], ends[2 * m :]
-    last = tuple([(a + b) + e for a, b, e in zip(sum_p, row(w3, i, m), row(nu, i, m))])
+    last = tuple([(a + b) + e for a, b, e in zip(sum_p, lost, mu)])
     return end, last, sum_p, sum_f
 
 
-def shift_sites(x, nu, w3, work, c, ranges, parts):
+def shift_sites(lattice, c):
     """How far π₀ − μ of each site is off; the most of a site."""
     off = 0.0
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
-            end, last, sum_p, sum_f = ends_of(nu, w3, work, i)
-            more = RULE.shift(row(x, i, n), end, last, sum_p, sum_f, row(w3, i, m), c)
-            save(work[i], SHIFT, more)
+    for r in range(lattice.parts):
+        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
+            end, last, sum_p, sum_f = ends_of(lattice, i)
+            lost = row(lattice.w3, i, m)
+            more = RULE.shift(row(lattice.x, i, n), end, last, sum_p, sum_f, lost, c)
+            save(lattice.work[i], SHIFT, more)
             off = larger(norm(more), off)
     return off
 
 
-def shift_on(w3, work, ranges, parts):
+def shift_on(lattice):
     """Correct π₀ − μ of each site, and π with it."""
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
+    work = lattice.work
+    for r in range(lattice.parts):
+        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
             more = load(work[i], slice(SHIFT, SHIFT + m))
-            add(w3, i, more)
+            add(lattice.w3, i, more)
             pi = at_site(work, i, MOMENTA, m)
             put_at_site(work, i, MOMENTA, tuple([plus(part, more) for part in pi]))
 
 
-def lost_in_all(w3, ranges, parts):
+def lost_in_all(lattice):
     """The largest π₀ − μ of a site."""
     size = 0.0
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
-            size = larger(norm(row(w3, i, m)), size)
+    for r in range(lattice.parts):
+        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
+            size = larger(norm(row(lattice.w3, i, m)), size)
     return size
 
 
-def update_sites(x, nu, w3, work, c, ranges, parts):
+def update_sites(lattice, c):
     """x and μ at the end of a step."""
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
+    x, nu = lattice.x, lattice.nu
+    for r in range(lattice.parts):
+        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
             here, given = row(x, i, n), row(nu, i, m)
-            end, last, sum_p, sum_f = ends_of(nu, w3, work, i)
+            end, last, sum_p, sum_f = ends_of(lattice, i)
             if RULE.shifted:
-                last = plus(last, load(work[i], slice(SHIFT, SHIFT + m)))
+                last = plus(last, load(lattice.work[i], slice(SHIFT, SHIFT + m)))
             zero_x, zero = (0.0,) * n, (0.0,) * m
             dx, dmu = RULE.update(here, end, last, sum_p, sum_f, zero_x, zero, c)
             put(x, i, plus(here, dx))
             put(nu, i, plus(given, dmu))
 
 
-def show_unknowns(w, work, c, ranges, parts):
+def show_unknowns(lattice, c):
     """u = w₁/h, and the coefficients of the velocity's Legendre polynomials."""
-    for r in range(parts):
-        for i in range(ranges[r, 0], ranges[r, 1]):
-            dw = at_site(work, i, MOVES, m)
+    for r in range(lattice.parts):
+        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
+            dw = at_site(lattice.work, i, MOVES, m)
             for degree, table in enumerate(LEGENDRE):
                 found = totals_of(times(table, dw))
-                save(w[i], degree * m, tuple([e / c[0] for e in found]))
+                save(lattice.w[i], degree * m, tuple([e / c[0] for e in found]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -11,7 +12,7 @@ from ..numbers.types import Vector
 from .contact_step import ContactSteps, Moment
 
 
-class ContactRun:
+class ContactRun(ABC):
     """A run of so many steps from a moment, each every-th a row.
 
     rows: x, μ and u; impulses (r, K, 1 + D) of the step that leaves a row; impacts: (step, impact).
@@ -72,10 +73,10 @@ class ContactRun:
             return
         raise self.failure(cause, self.trajectory(-(-self.index // self.every))) from None
 
+    @abstractmethod
     def trajectory(self, count: int) -> Any:
         """The first `count` rows as a user gets them."""
-        raise NotImplementedError
 
+    @abstractmethod
     def failure(self, failure: Exception, rows: Any) -> StepFailure:
         """The failure of the step to come; rows: those so far."""
-        raise NotImplementedError

@@ -43,7 +43,7 @@ class LatticeRun:
         self.past = [np.zeros((N, widths[word])) for word in ("w", "w1", "w2", "w3")]
         for w in () if self.by_stages else self.past:
             w[:, : self.u.shape[1]] = self.u
-        work = np.zeros((1 if scheme.local else N, widths["work"]))
+        self._work = work = np.zeros((1 if scheme.local else N, widths["work"]))
         order, segments = segments_of(lattice.pairs)
         # with constraints fixed sites have equations too: those of multipliers, and u = 0
         solved = np.ones_like(self.free) if scheme.constrained else self.free
@@ -150,7 +150,7 @@ class LatticeRun:
         """All that the steps to come depend on."""
         arrays = {"x": self.x, "nu": self.nu, "totals": self.totals}
         if self.by_stages:  # the end of the step that is solved is in it
-            arrays["work"] = self.arguments[7]
+            arrays["work"] = self._work
         counts = [self.index, self.solved, int(self.by_stages),
                   *([int(self.sparse.relaxing)] if self.sparse else ())]  # fmt: skip
         return {**arrays, **{f"w{i}": w for i, w in enumerate(self.past)},
