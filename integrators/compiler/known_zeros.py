@@ -6,6 +6,7 @@ may not drop 0·x, which could be no number; an elimination may, where the zero 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from functools import reduce
 from typing import Any
@@ -36,5 +37,10 @@ def added_up(numbers: Iterable[Any]) -> Any:
     return reduce(added, numbers, 0.0)
 
 
+def inverse(e: Any) -> Any:
+    """1/e."""
+    return math.inf if known_zero(e) else 1 / e
+
+
 #: names of a lattice's text
-KNOWN_ZEROS = {f.__name__: f for f in (multiplied, added, subtracted, added_up)}
+KNOWN_ZEROS = {f.__name__: f for f in (multiplied, added, subtracted, added_up, inverse)}

@@ -79,7 +79,7 @@ def solved(D, B):
 
 def reduced(D, B):
     """D⁻¹ B, by the first unknown and what is left of the others."""
-    over = 1 / D[0][0]
+    over = inverse(D[0][0])
     head = tuple([multiplied(over, e) for e in D[0][1:]])
     first = tuple([multiplied(over, e) for e in B[0]])
     if len(D) == 1:

@@ -38,6 +38,9 @@ class Scope:
         self.names = dict(module.names)
         self.places: dict[str, Any] = {}  # of what is assigned in several places, and of "return"
         self.ends: list[str] = []  # of the loops around
+        self.branches = 0  # that numbers decide, around what is written now
+        self.returned: list[Any] = []  # what the function returns, where no number decides that
+        self.left = False  # whether it may have returned before
 
     def call(self, arguments: Sequence[Any]) -> Any:
         """What the function returns; tuples as Python's."""
@@ -45,6 +48,8 @@ class Scope:
             self._bind(argument.arg, value)
         self.exit = self.routine.name("exit")
         self._run(self.node.body)
+        if self.returned:
+            return self.returned[0]
         self.routine.begin(self.exit)
         return loaded(self.places["return"]) if "return" in self.places else None
 
@@ -57,7 +62,7 @@ class Scope:
 
     def _run(self, statements: Sequence[Any]) -> None:
         for statement in statements:
-            if not self.routine.open:
+            if self.returned or not self.routine.open:
                 return
             match statement:
                 case ast.Assign(targets=[target], value=node):
@@ -98,6 +103,10 @@ class Scope:
         mapped(lambda v, place: place.__setitem__(0, v), numbers, self.places[name])
 
     def _return(self, numbers: Any) -> None:
+        if not (self.branches or self.left):
+            self.returned = [numbers]
+            return
+        self.left = True
         if numbers is not None:
             self._put("return", numbers)
         self.routine.jump(f"label %{self.exit}")
@@ -109,10 +118,12 @@ class Scope:
             return
         yes, no, after = (self.routine.name(label) for label in ("yes", "no", "after"))
         self.routine.jump(f"i1 {test.name}, label %{yes}, label %{no}")
+        self.branches += 1
         for label, body in ((yes, node.body), (no, node.orelse)):
             self.routine.begin(label)
             self._run(body)
             self.routine.jump(f"label %{after}")
+        self.branches -= 1
         self.routine.begin(after)
 
     def _loop(self, test: Callable[[], Any], turn: Callable[[], None]) -> None:
@@ -124,7 +135,9 @@ class Scope:
             routine.jump(f"{routine.operand('b', goes)}, label %{body}, label %{end}")
         routine.begin(body)
         self.ends.append(end)
+        self.branches += 1
         turn()
+        self.branches -= 1
         self.ends.pop()
         routine.jump(f"label %{head}")
         routine.begin(end)

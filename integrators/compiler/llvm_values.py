@@ -278,23 +278,29 @@ def mapped(function: Callable[..., Any], *trees: Any) -> Any:
     return function(*trees)
 
 
-def flat(tree: Any) -> list[Any]:
-    """The numbers and arrays in a tuple of tuples; facts and functions are left out."""
+def flat(tree: Any, *, known: bool = True) -> list[Any]:
+    """The numbers and arrays in a tuple of tuples; facts and functions are left out.
+
+    known: with those that Python knows.
+    """
     leaves: list[Any] = []
-    mapped(lambda leaf: leaves.append(leaf) if _is_number(leaf) else None, tree)
+    mapped(lambda leaf: leaves.append(leaf) if _is_number(leaf, known) else None, tree)
     return [leaf if isinstance(leaf, Array) else register(leaf) for leaf in leaves]
 
 
-def filled(tree: Any, values: Iterable[Any]) -> Any:
+def filled(tree: Any, values: Iterable[Any], *, known: bool = True) -> Any:
     """Tuples like these, with other numbers, one after another."""
     rest = iter(values)
-    return mapped(lambda leaf: next(rest) if _is_number(leaf) else leaf, tree)
+    return mapped(lambda leaf: next(rest) if _is_number(leaf, known) else leaf, tree)
 
 
-def form(tree: Any) -> Any:
+def form(tree: Any, *, known: bool = True) -> Any:
     """Numbers without names: what a shared function is written once for."""
-    return filled(tree, [replace(v, name="", routine=None) for v in flat(tree)])
+    unnamed = [replace(v, name="", routine=None) for v in flat(tree, known=known)]
+    return filled(tree, unnamed, known=known)
 
 
-def _is_number(leaf: Any) -> bool:
-    return isinstance(leaf, (Value, Array, int, float, np.ndarray)) and not isinstance(leaf, bool)
+def _is_number(leaf: Any, known: bool) -> bool:
+    if isinstance(leaf, (Value, Array)):
+        return True
+    return known and isinstance(leaf, (int, float, np.ndarray)) and not isinstance(leaf, bool)

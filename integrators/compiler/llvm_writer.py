@@ -102,14 +102,17 @@ class Module:
         self.written.append("\n".join([f"define {head}{aligned} {{", "entry:", *body, "}"]))
 
     def _called(self, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
-        """The call of a function that is written once for each form of its arguments."""
+        """The call of a function that is written once for each form of its arguments.
+
+        What Python knows of its results is handed on as it is.
+        """
         caller, given = self.routine, flat(arguments)
         key = f"{name} {form(arguments)}"
         if key not in self._shared:
             routine = self.routine = Routine(self.declared)
             inner = [replace(v, name=f"%a{i}", routine=routine) for i, v in enumerate(given)]
             returned = function(*filled(arguments, inner))
-            results = flat(returned)
+            results = flat(returned, known=False)
             type_, result = "void", "void"
             if in_memory(results):
                 inner.append(Array("f", "%.out", routine=routine))
@@ -124,16 +127,18 @@ class Module:
             routine.end(result)
             place = f"@{name}.{len(self._shared)}"
             self._define(f"internal {type_} {place}({', '.join(map(_typed, inner))})")
-            self._shared[key], self.routine = (type_, place, form(returned)), caller
+            self._shared[key], self.routine = (type_, place, form(returned, known=False)), caller
         type_, place, result_form = self._shared[key]
-        results = flat(result_form)
+        results = flat(result_form, known=False)
         if in_memory(results):
             out = caller.memory("f", len(results))
             caller.do(f"call void {place}({', '.join(map(_typed, [*given, out]))})")
-            return filled(result_form, [out[i] for i in range(len(results))])
+            numbers = [out[i] for i in range(len(results))]
+            return filled(result_form, numbers, known=False)
         result = caller.get("", f"call {type_} {place}({', '.join(map(_typed, given))})").name
-        return filled(result_form, [caller.get(v.kind, f"extractvalue {type_} {result}, {i}")
-                                    for i, v in enumerate(results)])  # fmt: skip
+        numbers = [caller.get(v.kind, f"extractvalue {type_} {result}, {i}")
+                   for i, v in enumerate(results)]  # fmt: skip
+        return filled(result_form, numbers, known=False)
 
     def _foreign(self, name: str, *arguments: Any) -> Array:
         """Numbers handed over in memory, and those that come back."""

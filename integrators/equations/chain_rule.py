@@ -13,14 +13,16 @@ from typing import Any
 
 from ..groupoids import Motion
 from ..numbers import Definition, jacobian, slopes, symbols_of, sympy
-from ..numbers.types import Column, Expression, Expressions, Letter, Letters, SymbolicMatrix
+from ..numbers.types import Column, Expression, Expressions, Letter, SymbolicMatrix
 from .symbols import column, vector
 
 #: columns that something depends on, with its derivatives by them: a matrix, or what makes it where
 #: few rules need it, such as a whole Hessian
 Partials = list[tuple[Column, Any]]
 Row = list[Expression]
-#: the same of one letter
+#: the place of each letter of a variable, in order
+Index = dict[Letter, int]
+#: partials of one letter
 RowPartials = list[tuple[Column, Iterable[Expression]]]
 
 
@@ -50,9 +52,9 @@ class Block:
         return bool(self.theta == 1)
 
     @cached_property
-    def index(self) -> dict[Letter, int]:
+    def index(self) -> Index:
         """The place of each letter."""
-        return {letter: i for i, letter in enumerate(self.letters)}
+        return indexed(self.letters)
 
     @cached_property
     def _rows(self) -> dict[int, list[Row]]:
@@ -115,16 +117,15 @@ class ChainRule:
 
         framed: whether frames move, too.
         """
-        rows = self._totals(entries, tuple(variable), framed)
+        rows = self._totals(entries, indexed(variable), framed)
         return sympy.Matrix(len(rows), len(variable), [e for row in rows for e in row])
 
-    def _totals(self, entries: Expressions, variable: Letters, framed: bool) -> list[Row]:
-        width = len(variable)
-        symbols = symbols_of(entries) if width else set()
+    def _totals(self, entries: Expressions, variable: Index, framed: bool) -> list[Row]:
+        symbols = symbols_of(entries) if variable else set()
         rows = {s: self._row(s, variable, framed) for s in sorted(symbols, key=str)}
-        letters = [s for s, row in rows.items() if any(e != 0 for e in row)]
+        letters = [s for s, row in rows.items() if any(row)]
         return [
-            _combined([(direct[s], rows[s]) for s in letters if s in direct], width)
+            _combined([(direct[s], rows[s]) for s in letters if s in direct], len(variable))
             for direct in slopes(entries, letters)
         ]
 
@@ -132,14 +133,14 @@ class ChainRule:
         """What all letters stand for, in order."""
         return [block.definition() for block in self.blocks]
 
-    def _row(self, letter: Letter, variable: Letters, framed: bool) -> Row:
+    def _row(self, letter: Letter, variable: Index, framed: bool) -> Row:
         """The derivatives of one letter by the variable's."""
         if letter in variable:
-            return [sympy.Integer(letter == v) for v in variable]
+            return [sympy.Integer(i == variable[letter]) for i in range(len(variable))]
         block = self.owner.get(letter)
         if block is None or (block in self._frames and not framed):
             return [sympy.Integer(0)] * len(variable)
-        key = (letter, variable[0], len(variable), framed)
+        key = (letter, next(iter(variable)), len(variable), framed)
         if key not in self._known:
             if isinstance(block, Block) and not block.partials:
                 value = block.values[block.index[letter]]
@@ -153,38 +154,38 @@ class ChainRule:
             self._known[key] = self._named(row) if summed else row
         return self._known[key]
 
-    def _along_frames(self, letter: Letter, variable: Letters) -> Row:
+    def _along_frames(self, letter: Letter, variable: Index) -> Row:
         """What the frames' motion adds to a letter's derivatives."""
         pairs = [
             (slope, self._row(e, variable, True))
             for frame in self._frames
-            if variable[0] not in frame.index
+            if next(iter(variable)) not in frame.index
             for e, slope in zip(frame.letters, self._along(letter, frame), strict=True)
         ]
         return _combined(pairs, len(variable))
 
     def _along(self, letter: Letter, frame: Block) -> Row:
         """The derivatives of one letter along a frame; half of those of a gradient are known."""
-        block, letters = self.owner[letter], tuple(frame.letters)
+        block, letters = self.owner[letter], list(frame.letters)
         if block.commutators is None or block.frame is not frame:
-            return self._row(letter, letters, False)
+            return self._row(letter, frame.index, False)
         m = len(letters)
         if (letter, letters[0], m, False) not in self._known:
             rows = list[Row]()
             for i, (e, value) in enumerate(zip(block.letters, block.values, strict=True)):
                 known = [row[i] + c for row, c in zip(rows, block.commutators[i, :i], strict=True)]
-                row = self._totals([value], letters[i:], False)[0]
+                row = self._totals([value], indexed(letters[i:]), False)[0]
                 rows.append([*known, *self._named(row)])
                 self._known[e, letters[0], m, False] = rows[-1]
         return self._known[letter, letters[0], m, False]
 
-    def _through(self, parts: RowPartials, variable: Letters, framed: bool) -> Row:
+    def _through(self, parts: RowPartials, variable: Index, framed: bool) -> Row:
         pairs = [
             (slope, self._row(inner, variable, framed))
             for letters, partial in parts
             if any(any(self._row(inner, variable, framed)) for inner in letters)
             for inner, slope in zip(letters, partial, strict=True)
-            if slope != 0
+            if slope
         ]
         return _combined(pairs, len(variable))
 
@@ -198,10 +199,15 @@ class ChainRule:
         return [swap.get(e, e) for e in row]
 
 
+def indexed(letters: Iterable[Letter]) -> Index:
+    """The place of each letter."""
+    return {letter: i for i, letter in enumerate(letters)}
+
+
 def _combined(pairs: list[tuple[Expression, Row]], width: int) -> Row:
     """Σ slope·row over the pairs; nothing is multiplied by zero."""
     return [
-        sympy.Add(*[slope * row[j] for slope, row in pairs if slope != 0 and row[j] != 0])
+        sympy.Add(*[slope * row[j] for slope, row in pairs if slope and row[j]])
         for j in range(width)
     ]
 

@@ -165,7 +165,9 @@ def _of_start(s: SceneSymbols) -> tuple[int, Any]:
     matrix = constraint_matrix(s, s.x)
     rows = constraint(s, s.x).col_join(times(matrix, s.u))
     slope = jacobian(rows, s.x.col_join(s.u))
-    terms = sympy.Matrix([sum(map(abs, sympy.Add.make_args(e))) for e in rows])
+    terms = rows.applyfunc(
+        lambda e: sympy.Add(*[sympy.Abs(t, evaluate=False) for t in sympy.Add.make_args(e)])
+    )
     given = {"x": s.x, "u": s.u, "h": s.h, "p": s.parameter_list}
     return matrix.rows, numeric(given, [rows, slope, terms, matrix], Double(), columns=True)
 
