@@ -93,9 +93,10 @@ def collocated(lattice, weights, c):
     """Repeat sweeps until the next one would change less than round-off; the status.
 
     When that is, and when π₀ − μ is corrected, is as in `stage_driver.collocate`; a component has
-    one size on the whole lattice.
+    one size on the whole lattice. At rest changes are as large as w, and need not move x.
     """
     totals = lattice.totals
+    most = MOST_SWEEPS if totals[AGE] > 0 else MOST_AT_START
     before, best, stale, count, status = HUGE, HUGE, 0, 0, OK
     uneven, pending, going = 1 < 0, 1 < 0, True
     sizes, left = (HUGE,) * (2 * m), (HUGE,) * (2 * m)
@@ -118,8 +119,8 @@ def collocated(lattice, weights, c):
         count = count + 1
         settled, best, stale = settle(change, before, best, stale, count, pending)
         before = change
-        if stale > 2 or count >= MOST_SWEEPS or not ends < HUGE:
-            settled = stale > 2 and change < NOISE
+        if stale > 2 or count >= most or not ends < HUGE:
+            settled = stale > 2 and (change < NOISE or largest_of(moved[:m]) <= unseen(lattice))
             status = OK if settled else NOT_CONVERGED
             going = False
         if not ends < HUGE:
@@ -131,7 +132,7 @@ def collocated(lattice, weights, c):
                 if (settled or 2 * change < off) and off > 8 * EPS and status == OK:
                     shift_on(lattice)
                     before, best, stale, gate = HUGE, HUGE, 0, off / 16
-                    going = count < MOST_SWEEPS
+                    going = count < most
                     status = OK if going else NOT_CONVERGED
     totals[CORRECTIONS] += count
     totals[LAST_SIZE] = change
@@ -193,10 +194,20 @@ def sweep(lattice, weights, c):
             end = totals_of(dw) + totals_of(dp) + turned
             save(work[i], ENDS, end)
             ends = ends + norm(end)
-            if norm(changed) > worst:
-                worst = norm(changed)
+            size = norm(changed) if norm(end) < HUGE else HUGE
+            if size > worst:
+                worst = size
                 totals[PLACE] = i
     return moved, sizes, ends
+
+
+def unseen(lattice):
+    """Changes of w up to this are round-off of the largest x of a site."""
+    size = 0.0
+    for r in range(lattice.parts):
+        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
+            size = larger(norm(row(lattice.x, i, n)), size)
+    return UNSEEN * EPS * size
 
 
 def ends_of(lattice, i):

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..numbers import with_tables
 from ..numbers.types import Column, Letters
-from .lattice_text import with_names
+from .lattice_text import UNSEEN, with_names
 from .stage_system import StageSource
 from .stage_text import StageText, collocation_driver
 
@@ -22,7 +22,8 @@ class LatticeStages:
 
     q: h, then parameters that all share. source: the collocation of one site, in letters `own` of
     its own and `pull` of the force on it. force: ρ̂ᵀ∂L/∂x of a bond, at both its ends x, in
-    letters `bond_own`.
+    letters `bond_own`. most: sweeps of the first step, beyond which another way is faster; None
+    where no number of them is known.
     """
 
     source: StageSource
@@ -32,13 +33,14 @@ class LatticeStages:
     x: Letters
     bond_own: Letters
     force: Column
+    most: int | None = None
 
     @property
     def key(self) -> tuple[Any, ...]:
         """All that the text is made of."""
         source = self.source
         return (source.nodes, source.given, self.q, self.own, self.pull, self.x, self.bond_own,
-                self.force)  # fmt: skip
+                self.force, self.most)  # fmt: skip
 
 
 def collocation_text(system: LatticeStages) -> str:
@@ -64,6 +66,7 @@ def collocation_text(system: LatticeStages) -> str:
         # a component has one size on the whole lattice, so smaller sites need more sweeps than a
         # scene: with 1/4 energy drifts (chain of 6, gauss-4, 2·10⁵ steps: 5.8e-13, Newton 4.9e-14)
         "NOISE, SMALLEST = ROOT_EPS / 16, R(1) / 64",
+        f"UNSEEN, MOST_AT_START = {UNSEEN}, min(MOST_SWEEPS, {system.most or 'HUGE'})",
     ]
     driver = collocation_driver("lattice_stage_driver")
     return with_tables("\n\n".join([f"# {stages.name}", text, "\n".join(facts), driver]))

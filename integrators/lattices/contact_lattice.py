@@ -148,7 +148,7 @@ class _Run(ContactRun):
         return ContactLatticeTrajectory(
             NUMBERS.multiples(flow.step, numbers * self.every), x, u, mu,
             np.zeros((count, len(flow.lattice.pairs), 0)), self.made / max(1, self.index), 0,
-            self.index, flow.step, gaps=gaps.phi(x), impulses=P, impacts=self._impacts(),
+            self.index, flow.step, None, gaps=gaps.phi(x), impulses=P, impacts=self._impacts(),
         )  # fmt: skip
 
     def _impacts(self) -> SiteImpacts:

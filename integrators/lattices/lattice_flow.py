@@ -43,7 +43,8 @@ class LatticeTrajectory:
     that leaves x_k; both are 0 at fixed sites. multipliers (r, B, k): λ of each bond's
     constraint in the step that leaves the row (k = 0 without). newton_mean: corrections a step (of
     a site, where sites are solved by themselves; sweeps, where stages are a fixed point),
-    newton_max: the most of one step.
+    newton_max: the most of one step. newton_since: the steps before Newton's method solved
+    for stages whose fixed point it did not, or was slower; else None.
     """
 
     t: np.ndarray
@@ -55,6 +56,7 @@ class LatticeTrajectory:
     newton_max: int
     steps: int
     step: Fraction
+    newton_since: int | None
 
 
 class LatticeFlow:
@@ -215,8 +217,9 @@ class LatticeFlow:
         t = NUMBERS.multiples(self.step, numbers * every)
         mean = run.totals[CORRECTIONS] / max(1, run.solved)
         return LatticeTrajectory(
-            t, x, u, mu, multipliers, mean, int(run.totals[MOST]), run.index, self.step
-        )
+            t, x, u, mu, multipliers, mean, int(run.totals[MOST]), run.index, self.step,
+            run.newton_since if run.newton_since >= 0 else None,
+        )  # fmt: skip
 
     def _start(self, x0: Any, mu0: Any) -> tuple[np.ndarray, np.ndarray]:
         lattice: Lattice = self.lattice

@@ -33,6 +33,8 @@ class LatticeRun:
         self.u = flow.lattice.start[1] * self.free[:, None]
         self._projection: LatticeRun | None = None
         self.kernels, self.by_stages = flow.kernels, flow.by_stages
+        #: the step from which Newton's method solves for what was a fixed point before, or −1
+        self.newton_since = -1
         self._prepare()
         self.begin()
 
@@ -96,7 +98,7 @@ class LatticeRun:
 
         near: w of the step before, which the search begins with; else that begins with `u`.
         """
-        self.kernels, self.by_stages = self.flow.newton, False
+        self.kernels, self.by_stages, self.newton_since = self.flow.newton, False, self.index
         self.mu[:] = mu
         total, most = self.totals[[CORRECTIONS, MOST]]
         self._prepare()
@@ -151,16 +153,17 @@ class LatticeRun:
         arrays = {"x": self.x, "nu": self.nu, "totals": self.totals}
         if self.by_stages:  # the end of the step that is solved is in it
             arrays["work"] = self._work
-        counts = [self.index, self.solved, int(self.by_stages),
+        counts = [self.index, self.solved, self.newton_since,
                   *([int(self.sparse.relaxing)] if self.sparse else ())]  # fmt: skip
         return {**arrays, **{f"w{i}": w for i, w in enumerate(self.past)},
                 "counts": np.array(counts)}  # fmt: skip
 
     def restore(self, state: Any) -> None:
         """Go on from a state."""
-        self.index, self.solved, by_stages, *relaxing = map(int, state["counts"])
-        if self.by_stages and not by_stages:
+        index, solved, since, *relaxing = map(int, state["counts"])
+        if self.by_stages and since >= 0:
             self._go_on_by_newton(self.mu)
+        self.index, self.solved, self.newton_since = index, solved, since
         for name, array in self.state.items():
             if name != "counts":
                 array[:] = state[name]
@@ -222,9 +225,11 @@ class LatticeRun:
 
     def failure(self, status: int, rows: Any) -> StepFailure:
         """The error of a step that was not found."""
-        i = int(self.totals[PLACE])
+        # sites are written in order, so the first one that is not finite is not so by others
+        bad = np.flatnonzero(~np.isfinite(self._work).all(axis=1)) if len(self._work) > 1 else ()
+        i = int(bad[0]) if status == SINGULAR and len(bad) else int(self.totals[PLACE])
         cause = ("Newton's method does not converge" if status == NOT_CONVERGED
-                 else "a correction is not finite, as where FL is singular")  # fmt: skip
+                 else "a correction is not finite, as where L is not or FL is singular")  # fmt: skip
         flow, index = self.flow, self.index
         if status == SINGULAR and self.sparse is None and not flow.scheme.local:
             cause += (", or a pivot is 0 in the fixed order of a chain (its bonds as a list of "

@@ -54,6 +54,8 @@ FORMS = ("poisson", "bond", "patch")
 DEFECTS = ("residual", "constraint", "hidden")
 #: of the terms of dJ/dt: a sum that is 0 but for round-off, of up to 10⁶ sites, is far below
 NO_RATE = 2.0**-30
+#: what may help where errors show no order
+ELSEWHERE = "give another x0, v0 or step, or the system as a Scene, which has more digits"
 PAIRS = 2  # by which Ω is tested at a state
 
 
@@ -319,7 +321,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if energy.verdict == "fail":
         energy.reason += " Its rate changes with the length of the run; take more --steps."
     if unclear or energy.verdict != "pass":
-        reason = f"{'; '.join(unclear)}: start elsewhere." if unclear else energy.reason
+        reason = f"{'; '.join(unclear)}: {ELSEWHERE}." if unclear else energy.reason
         return Verdict("inconclusive", reason, expected)
     return Verdict("pass", "", expected)
 

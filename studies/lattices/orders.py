@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -19,14 +20,17 @@ from .reference import solution
 
 LEVELS, MOST_LEVELS = 5, 8
 COARSE, HIGHER = 32, 8  # steps of the coarsest run in time, so many fewer from order 4 on
+#: from order 6 on, where halved steps make errors round-off after three levels: steps of the
+#: coarsest run; so many times the order above 4 the runs take their time
+STEEP, COARSEST, LONGER = 6, 3, Fraction(1, 2)
 FINER = 8  # in space, a step is so small a part of the spacing
-STRAIGHT = 0.012  # as in the study of order
+STRAIGHT = 0.012  # as in the study of order; an octave of steps between two errors, else less
 #: of a change or an error, beside the largest number of its kind: round-off of some hundred steps
 LEAST = 2.0**-46
 
 
 def end_of(case: Case, exact: Any) -> tuple[Any, float, dict[str, str]]:
-    """(x, μ) after COARSE steps by the equations of motion, how well it is known (errors below that
+    """(x, μ) at the end by the equations of motion, how well it is known (errors below that
     say nothing), and what errors are held against.
 
     The first is None where there is a closed form, and where the equations are not followed: then
@@ -35,27 +39,44 @@ def end_of(case: Case, exact: Any) -> tuple[Any, float, dict[str, str]]:
     if exact is not None:
         return None, LEAST, {"held_against": "closed form"}
     try:
-        x, mu, known = solution(case.scheme, float(COARSE * case.scene.step))
+        x, mu, known = solution(case.scheme, float(duration(case)))
     except CannotMeasure as error:
         return None, LEAST, {"held_against": "its own runs", "why_not": str(error)}
     return (x, mu), known, {"held_against": "equations of motion"}
 
 
+def duration(case: Case) -> Fraction:
+    """The time that runs of different steps take."""
+    scene: Any = case.scene
+    above = (case.scheme.order or 0) - 4
+    return COARSE * scene.step * max(1, LONGER * above)
+
+
 def in_time(case: Case, exact: Any, end: Any, most: int) -> list[tuple[float, float]]:
-    """(step, error) of runs over COARSE steps of the lattice's own size, halved and halved."""
+    """(step, error) of runs over the same time, their steps halved and halved.
+
+    Of a steep rule by √2, where its errors are not those to its own runs (changes are on a line
+    only where each step is the same part of the one before).
+    """
     lattice: Any = case.scene
-    T, runs = COARSE * lattice.step, []
-    coarsest = COARSE if (case.scheme.order or 0) < 4 else COARSE // HIGHER
+    T, runs = duration(case), []
     itself = exact is None and end is None  # held against its own runs
-    for k in range(most + itself):
-        flow = case.scheme.flow(T / (coarsest * 2**k))
-        run = flow.trajectory(coarsest * 2**k, coarsest * 2**k)
+    order = case.scheme.order or 0
+    if order >= STEEP and not itself:
+        counts = [round(COARSEST * 2 ** (k / 2)) for k in range(2 * most - 1)]
+    else:
+        coarsest = COARSE if order < 4 else COARSE // HIGHER
+        counts = [coarsest * 2**k for k in range(most + itself)]
+    for count in counts:
+        flow = case.scheme.flow(T / count)
+        run = flow.trajectory(count, count)
         runs.append((run.x[-1], run.mu[-1]))
-    ends = runs[1:] if itself else [end] * most
+    ends = runs[1:] if itself else [end] * len(runs)
     if exact is not None:
-        ends = [_state(flow, exact(lattice, float(T)))] * most
+        ends = [_state(flow, exact(lattice, float(T)))] * len(runs)
     inner = _inner(lattice) if exact is not None else slice(None)
-    return [(float(T) / (coarsest * 2**k), _apart(runs[k], ends[k], inner)) for k in range(most)]
+    return [(float(T) / count, _apart(run, last, inner))
+            for count, run, last in zip(counts, runs, ends)]  # noqa: B905  # fmt: skip
 
 
 def in_space(case: Case, known: Known, most: int) -> list[tuple[float, float]]:
@@ -99,7 +120,8 @@ def fitted(
         points = ladder(most)
         steps, errors = zip(*points, strict=True)
         safe = [e if e > 0 else math.nan for e in errors]
-        window = asymptotic_window(steps, safe, least, STRAIGHT)
+        octaves = math.log2(steps[0] / steps[-1]) / (len(steps) - 1)
+        window = asymptotic_window(steps, safe, least, STRAIGHT * octaves)
         if window is not None:
             break
     rows = []

@@ -1,5 +1,7 @@
 """Rules with stages on lattices: a fixed point of all stages, or Newton's method."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -93,9 +95,30 @@ def test_newton_takes_over_where_bonds_are_stiff():
     """No fixed point contracts at hω = 20; it is the same run."""
     flow, other = both(stiff(10**4), gauss(3), "1/10")
     run, wanted = (f.trajectory(20, 5) for f in (flow, other))
-    assert not LatticeRun(flow, *flow._start(None, None)).by_stages
+    assert run.newton_since == 0 and wanted.newton_since is None
     assert np.array_equal(run.x, wanted.x) and np.array_equal(run.mu, wanted.mu)
     assert run.newton_max >= wanted.newton_max
+
+
+def test_newton_does_what_it_does_faster():
+    """Of three unknowns a site along a chain, where the first step takes many sweeps."""
+    lattice = stiff(1)
+    slow_, fast = (both(lattice, gauss(3), h)[0].trajectory(20) for h in ("1/2", "1/10"))
+    assert slow_.newton_since == 0 and fast.newton_since is None
+    as_list = replace(lattice, bonds=[(i, i + 1) for i in range(7)])
+    run = both(as_list, gauss(3), "1/2")[0].trajectory(20)
+    assert run.newton_since is None and abs(run.x - slow_.x).max() < ROUND_OFF
+
+
+@pytest.mark.parametrize("far", [0, 1000])
+@pytest.mark.parametrize("k", [1, 100])
+def test_round_off_is_solved_for_at_rest(k, far):
+    """What is left of springs at their length moves no x, and no method has to be changed."""
+    at_rest = replace(stiff(k), x0=far + np.arange(8)[:, None] * 1.1, on_bond=lambda x, y, p: (
+        -p.k * (y[0] - x[0] - 1.1) ** 2 / 2))  # fmt: skip
+    run = both(at_rest, gauss(4), "1/10")[0].trajectory(200)
+    assert run.newton_since is None
+    assert abs(run.x - at_rest.x0).max() < 64 * 2.0**-53 * abs(at_rest.x0).max()
 
 
 def colliding():
@@ -117,7 +140,7 @@ def test_newton_takes_over_on_the_way(tmp_path, monkeypatch):
     while start.by_stages and steps < 24:
         start.checked(start.advance(1))
         steps += 1
-    assert 4 < steps < 24
+    assert 4 < steps < 24 and run.newton_since == steps
     rest = other.trajectory(24 - steps, x0=run.x[steps], mu0=run.mu[steps])
     assert abs(rest.x - run.x[steps:]).max() < ROUND_OFF
     path, stop = tmp_path / "run.npz", steps + 2
@@ -130,6 +153,7 @@ def test_newton_takes_over_on_the_way(tmp_path, monkeypatch):
         flow.trajectory(24, checkpoint=path, progress=interrupt)
     again = flow.trajectory(24, checkpoint=path)
     assert np.array_equal(again.x, run.x) and np.array_equal(again.mu, run.mu)
+    assert again.newton_since == run.newton_since
 
 
 @pytest.mark.parametrize("lattice", [fput(), fput("list", bonds=SCATTERED, parameters=LIST,
@@ -171,6 +195,20 @@ def test_a_step_that_nothing_finds_keeps_its_rows():
         flow.trajectory(24)
     assert failure.value.trajectory.newton_max > 10
     assert len(failure.value.trajectory.t) == 3
+
+
+@pytest.mark.parametrize("rule", [gauss(3), midpoint], ids=lambda r: r.name)
+@pytest.mark.parametrize("bonds", ["chain", [(i, i + 1) for i in range(8)]], ids=["chain", "list"])
+def test_the_site_that_has_no_numbers_is_named(rule, bonds):
+    """Others have none by it."""
+    x0, v0 = np.ones((9, 1)), np.zeros((9, 1))
+    x0[6], v0[6] = 0.05, -1
+    leaving = Lattice(
+        "leaving", pair(1), 9, {}, lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 1.5,
+        lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0, bonds=bonds,
+    )  # fmt: skip
+    with pytest.raises(StepFailure, match="as where L is not or FL is singular.* at site 6 "):
+        Scheme(leaving, rule).flow("1/50").trajectory(20)
 
 
 def test_a_parameter_may_have_any_name():
