@@ -228,8 +228,9 @@ class LatticeRun:
         # sites are written in order, so the first one that is not finite is not so by others
         bad = np.flatnonzero(~np.isfinite(self._work).all(axis=1)) if len(self._work) > 1 else ()
         i = int(bad[0]) if status == SINGULAR and len(bad) else int(self.totals[PLACE])
-        cause = ("Newton's method does not converge" if status == NOT_CONVERGED
-                 else "a correction is not finite, as where L is not or FL is singular")  # fmt: skip
+        cause = "a correction is not finite, as where L is not or FL is singular"
+        if status == NOT_CONVERGED:
+            cause = "Newton's method does not converge"
         flow, index = self.flow, self.index
         if status == SINGULAR and self.sparse is None and not flow.scheme.local:
             cause += (", or a pivot is 0 in the fixed order of a chain (its bonds as a list of "

@@ -207,7 +207,7 @@ def test_the_site_that_has_no_numbers_is_named(rule, bonds):
         "leaving", pair(1), 9, {}, lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 1.5,
         lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0, bonds=bonds,
     )  # fmt: skip
-    with pytest.raises(StepFailure, match="as where L is not or FL is singular.* at site 6 "):
+    with pytest.raises(StepFailure, match=r"as where L is not or FL is singular.* at site 6 "):
         Scheme(leaving, rule).flow("1/50").trajectory(20)
 
 
