@@ -226,8 +226,9 @@ class LatticeRun:
     def failure(self, status: int, rows: Any) -> StepFailure:
         """The error of a step that was not found."""
         # sites are written in order, so the first one that is not finite is not so by others
-        bad = np.flatnonzero(~np.isfinite(self._work).all(axis=1)) if len(self._work) > 1 else ()
-        i = int(bad[0]) if status == SINGULAR and len(bad) else int(self.totals[PLACE])
+        bad = np.flatnonzero(~np.isfinite(self._work).all(axis=1))
+        named = status != SINGULAR or len(bad) == 0 or self.flow.scheme.local
+        i = int(self.totals[PLACE] if named else bad[0])
         cause = "a correction is not finite, as where L is not or FL is singular"
         if status == NOT_CONVERGED:
             cause = "Newton's method does not converge"
