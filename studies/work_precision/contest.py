@@ -28,7 +28,7 @@ from .standings import Climb, crossovers, summary
 
 #: times the budget that the timing may take: the least rounds of all runs use up one (a ladder ends
 #: there), the rest is for runs whose median they leave unknown, if there are any
-REPEATING = 3
+REPEATING = 2
 GIVEN_UP = 4  # runs without an end within the budget: after as many no other is tried
 
 
