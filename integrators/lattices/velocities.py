@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from ..equations import SceneSymbols, legendre_inverse, mass_matrix
 from ..errors import CannotMeasure
-from ..numbers import Double, LazyModule, numeric
+from ..numbers import Double, LazyModule, numeric, symbols_of
 from .blocks import at_ends, of_all, of_lattice
 
 sparse: Any = LazyModule("scipy.sparse")
@@ -36,17 +37,13 @@ def velocities(flow: Any, x: np.ndarray, mu: np.ndarray, near: np.ndarray) -> np
 
 def _together(flow: Any, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.ndarray:
     """ξ (N, m) of one row, by Newton's method with the mass matrix of all sites."""
-    lattice, free, (N, m) = flow.lattice, flow.lattice.free, mu.shape
-    moving, held = (sparse.diags(np.repeat(e, m).astype(float)) for e in (free, ~free))
+    lattice, free = flow.lattice, flow.lattice.free
     v = v * free[:, None]
     largest = abs(v).max()
     for _ in range(MOST):
-        mass = held
-        for s, p, ends in flow.scheme.terms:
-            (blocks,) = of_all(_mass(s), len(ends), *at_ends(ends, x, v), p)
-            mass = mass + moving @ of_lattice(blocks, ends, N) @ moving
+        solve = _at_any_place(flow.scheme) or _solver(flow.scheme, x, v)
         missing = (mu - flow.momenta(x, v)) * free[:, None]
-        change = _solved(mass, missing.ravel(), lattice.name).reshape(N, m)
+        change = solve(missing.ravel()).reshape(mu.shape)
         v = v + change
         largest = max(largest, abs(v).max())  # not that of v, which may be 0
         if not abs(change).max() > LAST * largest:
@@ -55,19 +52,33 @@ def _together(flow: Any, x: np.ndarray, mu: np.ndarray, v: np.ndarray) -> np.nda
                         f"after {MOST} corrections.")  # fmt: skip
 
 
-def _solved(mass: Any, right: np.ndarray, name: str) -> np.ndarray:
-    """mass⁻¹ right, its rows and columns in units in which the largest entry of each is near 1.
+@lru_cache(maxsize=4)
+def _at_any_place(scheme: Any) -> Callable[[np.ndarray], np.ndarray] | None:
+    """The solver where no mass depends on places and velocities; None where one does."""
+    for s, *_ in scheme.terms:
+        if symbols_of(mass_matrix(s)) & {*s.x, *s.u}:
+            return None
+    return _solver(scheme, *scheme.lattice.start)
+
+
+def _solver(scheme: Any, x: np.ndarray, v: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+    """mass⁻¹ of all sites, its rows and columns in units in which the largest of each is near 1.
 
     Raises `CannotMeasure` where a pivot is no more than rounding makes of 0.
     """
+    free, (N, m), name = scheme.lattice.free, v.shape, scheme.lattice.name
+    moving, mass = (sparse.diags(np.repeat(e, m).astype(float)) for e in (free, ~free))
+    for s, p, ends in scheme.terms:
+        (blocks,) = of_all(_mass(s), len(ends), *at_ends(ends, x, v), p)
+        mass = mass + moving @ of_lattice(blocks, ends, N) @ moving
     most = abs(mass).max(axis=1).toarray().ravel()
     units = 1 / np.sqrt(np.where(most > 0, most, 1))
     scaled = sparse.diags(units) @ mass @ sparse.diags(units)
     try:
         solver = linalg.splu(scaled.tocsc())
         pivots = abs(solver.U.diagonal())
-        if pivots.min() > len(right) * 2.0**-52 * pivots.max():
-            return np.asarray(units * solver.solve(units * right))
+        if pivots.min() > N * m * 2.0**-52 * pivots.max():
+            return lambda right: np.asarray(units * solver.solve(units * right))
     except RuntimeError:  # that is what it says of a pivot of 0
         pass
     raise CannotMeasure(
