@@ -70,6 +70,7 @@ class ExpressionGraph:
         self.details: list[Any] = []
         self._nodes: dict[Hashable, int] = {}
         self._known: dict[Expression, Value] = {}
+        self._rational: dict[Value, Expression] = {}
         self._unknown: list[Expression] = []
 
     def values(self, expressions: Iterable[Expression]) -> list[Value]:
@@ -93,7 +94,9 @@ class ExpressionGraph:
         if e.is_Rational:
             refuse_long((int(e.p), int(e.q)), "what a step computes")
             p = abs(e.p)
-            return self._node(LEAF, (), str(p) if e.q == 1 else f"(R({p})/{e.q})") + int(e.p < 0)
+            found = self._node(LEAF, (), str(p) if e.q == 1 else f"(R({p})/{e.q})")
+            self._rational[found] = abs(e)
+            return found + int(e.p < 0)
         if e.is_Add:
             return self._sum(map(self._value, self.reading.terms(e)))
         if factors := self.reading.factors(e):
@@ -131,11 +134,15 @@ class ExpressionGraph:
     def _sum(self, terms: Iterable[Value]) -> Value:
         """a − b and b − a are one node: the term that was met first is positive."""
         terms = list(terms)
+        if known := self._rationals(terms):
+            return self._value(sympy.Add(*known))
         minus = min(terms) % 2
         return self._node(SUM, (t ^ minus for t in terms)) + minus
 
     def _product(self, factors: Iterable[Value]) -> Value:
         factors = list(factors)
+        if known := self._rationals(factors):
+            return self._value(sympy.Mul(*known))
         minus = sum(f % 2 for f in factors) % 2
         counts = Counter(f & ~1 for f in factors if self.details[f >> 1] != "1")
         if len(counts) > 1:  # (a − b)(b − a) is a square, which sympy does not see
@@ -146,6 +153,8 @@ class ExpressionGraph:
 
     def _power(self, base: Expression, exponent: Expression) -> Value:
         b = self._value(base)
+        if exponent.is_Integer and exponent < 0 and (known := self._rationals([b])) and known[0]:
+            return self._value(known[0] ** exponent)
         if not exponent.is_Rational:
             return self._node(POWER, (b, self._value(exponent)))
         whole, rest = divmod(abs(exponent), 1)
@@ -156,6 +165,15 @@ class ExpressionGraph:
             power = [self._product([b] * int(whole))] if whole else []
             size = self._product([*power, *root])
         return size if exponent > 0 else self._node(INVERSE, [size & ~1]) + size % 2
+
+    def _rationals(self, values: list[Value]) -> list[Expression]:
+        """The numbers that these are, if all are rational: written out Python would divide them.
+
+        sympy does so unless it is told not to.
+        """
+        if any(v & ~1 not in self._rational for v in values):
+            return []
+        return [-self._rational[v & ~1] if v % 2 else self._rational[v] for v in values]
 
     # -- what several sums or several products have in common -----------------------------------
 

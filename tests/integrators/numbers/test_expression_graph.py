@@ -124,6 +124,22 @@ def test_values_of_what_is_made_of_the_same_two(name):
             agree([(name, 10, 9, k), (name, 10, 11, k), (name, 1, 0, k), ("sum", 2, 0, k)])
 
 
+def test_numbers_that_sympy_holds_apart_are_not_divided_by_python():
+    """As floats 1/(9 − 3) has sixteen digits in any arithmetic."""
+    held = Add(-3, 2, evaluate=False)
+    third = Pow(3, -1, evaluate=False)
+    found = [1 / Add(Mul(3, held, evaluate=False), 9, evaluate=False), third, A * third, A / held,
+             Pow(Mul(3, third, evaluate=False), -2, evaluate=False)]  # fmt: skip
+    numbers = arithmetic(40)
+    for evaluated in (by_numeric, by_coefficients):
+        with numbers.working():
+            values = numbers.public(evaluated(found, numbers))
+        with mpmath.workdps(45):
+            wanted = map(mpmath.mpf, ["1/6", "1/3", "7/30", "-0.7", 1])
+            for value, right in zip(values, wanted, strict=True):
+                assert abs(value - right) < 1e-38, (evaluated.__name__, right)
+
+
 @pytest.mark.parametrize("value", [
     0.1, -1 / 3, 12345678901234567.0, 5e-324, 2.0**-1030, 1.7e308,
     sympy.Float("1.2345678901234567890123456789012345678901234567891e-7", 50), sympy.pi.evalf(17),
