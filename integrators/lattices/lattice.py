@@ -80,7 +80,9 @@ class Lattice:
                 f"a lattice's name is {self.name!r}: use letters, digits, dots and dashes only."
             )
         if not isinstance(self.site, Groupoid):
-            raise BadInput(f"{self.name}: site is {self.site!r}; give a groupoid, such as pair(1).")
+            given = getattr(self.site, "name", repr(self.site))
+            raise BadInput(f"{self.name}: site is {given}; give a groupoid, as pair(1) or lie_group"
+                           "(so(3)).")  # fmt: skip
         if not isinstance(self.sites, INTEGER) or isinstance(self.sites, bool) or self.sites < 2:
             raise BadInput(f"{self.name}: sites is {self.sites!r}; give a whole number from 2.")
         if self.constraint is not None and self.on_bond is None:
@@ -284,6 +286,8 @@ def _pair(pair: np.ndarray) -> str:
 
 def floats(value: Any, what: str) -> np.ndarray:
     """An array of finite floats; raises `BadInput`."""
+    if value is None:
+        raise BadInput(f"{what} is left out; give an array.")
     try:
         given = np.array(value)
         array = given.real.astype(np.float64)

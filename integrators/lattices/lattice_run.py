@@ -136,10 +136,18 @@ class LatticeRun:
         """So many steps; the status."""
         if self.status != OK or steps == 0:
             return self.status
+        # sites that are solved by themselves do not see what is no number: steps are made again
+        before = self.state if self.flow.scheme.local and steps > 1 else {}
+        before = {name: array.copy() for name, array in before.items()}
         if self.sparse is not None:
             done, status = self.sparse.steps(steps)
         else:
             done, status = self.kernels.advance(RUN, steps, *self.arguments)
+        if before and not (np.isfinite(self.x).all() and np.isfinite(self.nu).all()):
+            self.restore(before)
+            while self.status == OK and np.isfinite(self.nu).all() and steps > 0:
+                self.status, steps = self.advance(1), steps - 1
+            return self.status if self.status != OK else SINGULAR
         self.index += done
         self.solved += done * (len(self.x) if self.flow.scheme.local else 1)
         if status != OK and self.by_stages:
@@ -181,7 +189,7 @@ class LatticeRun:
         if status == OK and self.multipliers.shape[1]:
             status = self._project()
         self.mu[~self.free] = 0
-        bad = np.flatnonzero(~np.isfinite(self.mu).all(axis=1))
+        bad = np.flatnonzero(~np.isfinite(np.hstack([self.mu, self.u])).all(axis=1))
         if status == OK and len(bad):
             self.totals[PLACE], status = bad[0], SINGULAR
         return status
@@ -226,8 +234,9 @@ class LatticeRun:
     def failure(self, status: int, rows: Any) -> StepFailure:
         """The error of a step that was not found."""
         # sites are written in order, so the first one that is not finite is not so by others
-        bad = np.flatnonzero(~np.isfinite(self._work).all(axis=1))
-        named = status != SINGULAR or len(bad) == 0 or self.flow.scheme.local
+        written = np.hstack([self.x, self.nu]) if self.flow.scheme.local else self._work
+        bad = np.flatnonzero(~np.isfinite(written).all(axis=1))
+        named = status != SINGULAR or len(bad) == 0
         i = int(self.totals[PLACE] if named else bad[0])
         cause = "a correction is not finite, as where L is not or FL is singular"
         if status == NOT_CONVERGED:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..compiler import LatticeStages, LatticeSystem
 from ..equations import SceneSymbols
-from ..errors import CannotMeasure
+from ..errors import BadInput, CannotMeasure
 from ..geometry import order_of_step
 from ..numbers import Double, flatten, working_digits
 from ..rules import Composition, Discretisation, OneStepMap, adjoint, check_rule
@@ -161,7 +161,10 @@ class LatticeScheme:
             found.append((s, [values[p] for p in s.parameter_list], ends))
         return found
 
-    def flow(self, step: Any, digits: int = 16) -> LatticeFlow:
-        """The flow at one step size, in double precision."""
+    def flow(self, step: Any = None, digits: int = 16, **others: Any) -> LatticeFlow:
+        """The flow at one step size, in double precision; raises `BadInput` for all else."""
+        if step is None or others:
+            words = "".join(f"{word}= is for scenes; " for word in others)
+            raise BadInput(f"{self.lattice.name}: {words}a lattice has flow(step), of one size.")
         kind = LatticeFlow if self.lattice.contact is None else ContactLatticeFlow
         return kind(self, step, digits)

@@ -197,20 +197,6 @@ def test_a_step_that_nothing_finds_keeps_its_rows():
     assert len(failure.value.trajectory.t) == 3
 
 
-@pytest.mark.parametrize("rule", [gauss(3), midpoint], ids=lambda r: r.name)
-@pytest.mark.parametrize("bonds", ["chain", [(i, i + 1) for i in range(8)]], ids=["chain", "list"])
-def test_the_site_that_has_no_numbers_is_named(rule, bonds):
-    """Others have none by it."""
-    x0, v0 = np.ones((9, 1)), np.zeros((9, 1))
-    x0[6], v0[6] = 0.05, -1
-    leaving = Lattice(
-        "leaving", pair(1), 9, {}, lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 1.5,
-        lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0, bonds=bonds,
-    )  # fmt: skip
-    with pytest.raises(StepFailure, match=r"as where L is not or FL is singular.* at site 6 "):
-        Scheme(leaving, rule).flow("1/50").trajectory(20)
-
-
 def test_a_parameter_may_have_any_name():
     for name, value in (("force_of_bonds", 3), ("force_of_bonds_0", 3), ("h", MASS), ("ww0_0", 2)):
         named = fput(parameters={"stiff": 1, "alpha": 0, name: value},

@@ -1,0 +1,55 @@
+"""What a lattice says where numbers end, and of what it does not take."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from discmech import BadInput, Lattice, Scheme, midpoint, pair, so, trapezoidal
+from discmech.integrators.errors import StepFailure
+from discmech.integrators.rules import gauss
+from tests.integrators.lattices.test_lattices import fput
+
+
+@pytest.mark.parametrize("rule", [gauss(3), midpoint, trapezoidal], ids=lambda r: r.name)
+@pytest.mark.parametrize("bonds", ["chain", [(i, i + 1) for i in range(8)]], ids=["chain", "list"])
+def test_the_site_that_has_no_numbers_is_named(rule, bonds):
+    """Others have none by it."""
+    x0, v0 = np.ones((9, 1)), np.zeros((9, 1))
+    x0[6], v0[6] = 0.05, -1
+    leaving = Lattice(
+        "leaving", pair(1), 9, {}, lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 1.5,
+        lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0, bonds=bonds,
+    )  # fmt: skip
+    for every in (1, 20):
+        with pytest.raises(StepFailure, match=r"as where L is not or FL is singular.* at site 6 "):
+            Scheme(leaving, rule).flow("1/50").trajectory(20, every)
+
+
+def test_a_site_without_a_velocity_is_named_at_once():
+    """One of no mass has a row of no numbers."""
+    masses = np.array([1.0, 1, 1, 0, 1])
+    light = fput(parameters={"mass": masses, "stiff": 1, "alpha": 0}, sites=5,
+                 x0=np.arange(5.0)[:, None] ** 2, v0=np.zeros((5, 1)))  # fmt: skip
+    with pytest.raises(StepFailure, match=r"at site 3 at step 0"):
+        Scheme(light, trapezoidal).flow("1/50").trajectory(0)
+
+
+@pytest.mark.parametrize(("given", "said"), [
+    ({"x0": None}, "x0 is left out; give an array"),
+    ({"v0": None}, "v0 is left out; give an array"),
+])  # fmt: skip
+def test_an_array_that_is_left_out_is_named(given, said):
+    with pytest.raises(BadInput, match=said):
+        fput(**given)
+
+
+def test_an_algebra_is_no_site():
+    with pytest.raises(BadInput, match=r"site is so\(3\); give a groupoid, as pair\(1\) or lie"):
+        replace(fput(), site=so(3))
+
+
+@pytest.mark.parametrize("words", [{"tolerance": 1e-8}, {"step": "1/10", "on_edge": "shrink"}])
+def test_what_flows_of_scenes_take_is_refused_in_a_sentence(words):
+    with pytest.raises(BadInput, match=r"is for scenes; a lattice has flow\(step\)"):
+        Scheme(fput(), midpoint).flow(**words)
