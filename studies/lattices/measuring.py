@@ -22,7 +22,7 @@ from .cost import costs, slopes
 from .faults import CONTROLS, DampedStep, RungeKuttaStep
 from .following import LongRun, followed
 from .known import Known, built_in, known_of
-from .orders import LEVELS, end_of, fitted, in_space, in_time, slope
+from .orders import LEVELS, duration, end_of, fitted, in_space, in_time, slope
 from .patches import patch_defects
 from .quantities import change, entries_of, of_symmetries
 from .reference import rates_at
@@ -143,8 +143,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         return contacts.measure(case, label, progress, timed(case))
     progress(f"{label}: order", 0.0)
     of_lattice = known.exact if known.refined is None else None
-    end, least, against = end_of(case, of_lattice)
-    ladder = partial(in_time, case, of_lattice, end)
+    T = duration(case)
+    end, least, against = end_of(case, of_lattice, T)
+    ladder = partial(in_time, case, of_lattice, end, T, least)
     rows, window = fitted("time", ladder, LEVELS, least)
     measured: dict[str, Any] = {"order": slope(window), "exact": of_lattice is not None,
                                 "known": least, **against}  # fmt: skip

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme
-from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.lattices import Lattice
 
 from ..core.case import Case
@@ -21,17 +21,18 @@ from .reference import solution
 LEVELS, MOST_LEVELS = 5, 8
 COARSE, HIGHER = 32, 8  # steps of the coarsest run in time, so many fewer from order 4 on
 #: from order 6 on, where halved steps make errors round-off after three levels: steps of the
-#: coarsest run; so many times the order above 4 the runs take their time
-STEEP, COARSEST, LONGER = 6, 3, Fraction(1, 2)
+#: coarsest run, and the error that it may have for runs of twice the time to be asked for
+STEEP, COARSEST, LARGE = 6, 3, 1e-4
+ENOUGH = 3  # errors of round-off, one after another
 FINER = 8  # in space, a step is so small a part of the spacing
 STRAIGHT = 0.012  # as in the study of order; an octave of steps between two errors, else less
 #: of a change or an error, beside the largest number of its kind: round-off of some hundred steps
 LEAST = 2.0**-46
 
 
-def end_of(case: Case, exact: Any) -> tuple[Any, float, dict[str, str]]:
-    """(x, μ) at the end by the equations of motion, how well it is known (errors below that
-    say nothing), and what errors are held against.
+def end_of(case: Case, exact: Any, T: Fraction) -> tuple[Any, float, dict[str, str]]:
+    """(x, μ) at T by the equations of motion, how well it is known (errors below that say
+    nothing), and what errors are held against.
 
     The first is None where there is a closed form, and where the equations are not followed: then
     the change to the run with half the step has to do, and {"held_against", "why_not"} says so.
@@ -39,27 +40,48 @@ def end_of(case: Case, exact: Any) -> tuple[Any, float, dict[str, str]]:
     if exact is not None:
         return None, LEAST, {"held_against": "closed form"}
     try:
-        x, mu, known = solution(case.scheme, float(duration(case)))
+        x, mu, known = solution(case.scheme, float(T))
     except CannotMeasure as error:
         return None, LEAST, {"held_against": "its own runs", "why_not": str(error)}
     return (x, mu), known, {"held_against": "equations of motion"}
 
 
 def duration(case: Case) -> Fraction:
-    """The time that runs of different steps take."""
+    """The time T that runs of different steps take.
+
+    Of a steep rule it is made longer, up to the scene's, until its coarsest run has a large error.
+    """
     scene: Any = case.scene
-    above = (case.scheme.order or 0) - 4
-    return COARSE * scene.step * max(1, LONGER * above)
+    T: Fraction = COARSE * scene.step
+    if (case.scheme.order or 0) >= STEEP:
+        while scene.duration >= 2 * T and _change(case, 2 * T) < LARGE:
+            T *= 2
+    return T
 
 
-def in_time(case: Case, exact: Any, end: Any, most: int) -> list[tuple[float, float]]:
-    """(step, error) of runs over the same time, their steps halved and halved.
+def _change(case: Case, T: Fraction) -> float:
+    """By how much the coarsest run differs from one of half its steps, infinite without either."""
+    try:
+        one, other = (_end(case, T, count) for count in (COARSEST, 2 * COARSEST))
+    except StepFailure:
+        return math.inf
+    return _apart(one, other, slice(None))
+
+
+def _end(case: Case, T: Fraction, count: int) -> tuple[np.ndarray, np.ndarray]:
+    run = case.scheme.flow(T / count).trajectory(count, count)
+    return run.x[-1], run.mu[-1]
+
+
+def in_time(
+    case: Case, exact: Any, end: Any, T: Fraction, least: float, most: int
+) -> list[tuple[float, float]]:
+    """(step, error) of runs over the time T, their steps halved and halved.
 
     Of a steep rule by √2, where its errors are not those to its own runs (changes are on a line
     only where each step is the same part of the one before).
     """
     lattice: Any = case.scene
-    T, runs = duration(case), []
     itself = exact is None and end is None  # held against its own runs
     order = case.scheme.order or 0
     if order >= STEEP and not itself:
@@ -67,16 +89,20 @@ def in_time(case: Case, exact: Any, end: Any, most: int) -> list[tuple[float, fl
     else:
         coarsest = COARSE if order < 4 else COARSE // HIGHER
         counts = [coarsest * 2**k for k in range(most + itself)]
-    for count in counts:
-        flow = case.scheme.flow(T / count)
-        run = flow.trajectory(count, count)
-        runs.append((run.x[-1], run.mu[-1]))
-    ends = runs[1:] if itself else [end] * len(runs)
     if exact is not None:
-        ends = [_state(flow, exact(lattice, float(T)))] * len(runs)
+        end = _state(case.scheme.flow(T), exact(lattice, float(T)))
     inner = _inner(lattice) if exact is not None else slice(None)
-    return [(float(T) / count, _apart(run, last, inner))
-            for count, run, last in zip(counts, runs, ends)]  # noqa: B905  # fmt: skip
+    found, before = list[tuple[float, float]](), None
+    for k, count in enumerate(counts):
+        run = _end(case, T, count)
+        if itself and before is not None:
+            found.append((float(T) / counts[k - 1], _apart(before, run, inner)))
+        elif not itself:
+            found.append((float(T) / count, _apart(run, end, inner)))
+        before = run
+        if len(found) > most and max(e for _, e in found[-ENOUGH:]) <= least:
+            break
+    return found
 
 
 def in_space(case: Case, known: Known, most: int) -> list[tuple[float, float]]:
