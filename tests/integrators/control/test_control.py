@@ -8,6 +8,7 @@ from itertools import pairwise
 import mpmath
 import numpy as np
 import pytest
+import sympy
 from scipy.linalg import expm
 
 from discmech import BadInput, Control, Scene, Scheme, midpoint, one_step, pair, rectangle, scenes
@@ -259,7 +260,23 @@ def test_a_drive_of_a_known_time_is_seen():
     )
 
 
+def test_a_motion_that_grows_is_steered():
+    """A swing-up that takes 20 units of time: e²⁰ hides from a Gramian what its last steps do."""
+    pendulum = scenes.get("pendulum").with_values(x0=[0], v0=[0], symmetries=())
+    found = Control(pendulum, effort, ([np.pi], [0]), duration=20).solve(400)
+    assert abs(found.x[-1, 0] - np.pi) < 1e-12 and found.cost < 1
+
+
+def test_one_step_has_too_few_controls():
+    with pytest.raises(BadInput, match="2 conditions, but .* 1 values .* take more steps"):
+        Control(mass(), effort, ([1], [0])).solve(1)
+    assert abs(Control(mass(), effort, ([1], [0])).solve(1, gauss(2)).cost - 6) < 1e-12
+
+
 # -- what has no answer ---------------------------------------------------------------------------
+
+REST = scenes.get("rigid-body").with_values(v0=[0, 0, 0], symmetries=())
+HALF_TURN = [-1, 0, 0, 0, -1, 0, 0, 0, 1]
 
 
 @pytest.mark.parametrize(("given", "said"), [
@@ -270,6 +287,8 @@ def test_a_drive_of_a_known_time_is_seen():
     ((mass(), lambda x, v, f, p: x[0] ** 2, ([1], [0])), "does not bind every control"),
     ((mass(), lambda x, v, f, p: -f[0] ** 2, ([1], [0])), "no minimum"),
     ((mass(duration=10), lambda x, v, f, p: f[0] ** 2 - 10 * x[0] ** 2, ([1], [0])), "no minimum"),
+    ((mass(), lambda x, v, f, p: f[0] ** 2 - sympy.log(9 - f[0] ** 2), ([1], [0])), "not finite"),
+    ((REST.with_attitude(), effort, (HALF_TURN, [0, 0, 0])), "edge of its chart, as a half turn"),
     ((mass(), lambda x, v, f, p: f[0] ** 2 + p.k, ([1], [0])), "its cost asks for what is not"),
     ((mass(), lambda x, v, f, p: [f, f], ([1], [0])), "its cost is"),
     ((mass(), effort, ([1], [0]), lambda x, v, f, p: [f[0], 0], 1), "must give a list of 1"),
