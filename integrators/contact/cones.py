@@ -53,6 +53,11 @@ def residual(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
     return found
 
 
+def missed(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
+    """By how much P misses the cones, of each part."""
+    return of_parts(abs(residual(P, U, r, cones)), cones)
+
+
 def scaling(W: Any, cones: Cones) -> Vector:
     """r, an impulse for a velocity: one of the normal, one of the plane of each contact.
 
@@ -90,16 +95,13 @@ def impulses(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic, start
     raise NotFound(P)
 
 
-def solved(
-    P: Vector, U0: Vector, W: Any, r: Vector, cones: Cones, numbers: Arithmetic,
-    units_left: int = ROUNDED,
-) -> bool:  # fmt: skip
+def solved(P: Vector, U0: Vector, W: Any, r: Vector, cones: Cones, numbers: Arithmetic) -> bool:
     """Whether P are the impulses, to round-off; a plane's also to that of its radius κ P_n."""
-    left = of_parts(abs(residual(P, U0 + W @ P, r, cones)), cones)
+    left = missed(P, U0 + W @ P, r, cones)
     units = of_parts(abs(P) + r * (abs(U0) + abs(W) @ abs(P)), cones)
     for k, (n, (_, bound)) in enumerate(cones.planes.items(), cones.normals):
         units[k] += bound * abs(P[n])
-    return bool((left <= units_left * numbers.eps * units).all())
+    return bool((left <= ROUNDED * numbers.eps * units).all())
 
 
 def _newton(

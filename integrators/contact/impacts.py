@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..numbers.types import Number, Vector
-from .cones import Cones, NotFound, of_parts, residual, scaling, solved
+from .cones import Cones, NotFound, missed, of_parts, scaling
 from .gaps import Gaps, Place
 
 NOISE = 2**10  # units of round-off of its terms below which a velocity is 0
@@ -101,14 +101,13 @@ def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]
     F, unit, data = trial(P)
     r, before = scaling(W, cones), None
     for _ in range(MOST):
-        units = of_parts(numbers.eps * (abs(P) + r * unit), cones)
+        units = of_parts(numbers.eps * (abs(P) + r * unit), cones) + numbers.eps**4
         try:
             change = gaps.impulses(W, F - W @ P, cones, P) - P
+            size = (of_parts(change, cones) / units).max()
         except NotFound as failure:  # frozen, redundant contacts may contradict each other
-            if (of_parts(abs(residual(P, F, r, cones)), cones) <= NEAR * units).all():
-                return P, data
             change = failure.near - P
-        size = (of_parts(change, cones) / (units + numbers.eps**4)).max()
+            size = (missed(P, F, r, cones) / units).max()
         if size <= NEAR or (before is not None and before / 2 <= size < STAGNANT):
             return P, data
         if not size < np.inf:
@@ -136,7 +135,9 @@ def velocity_law(
             P = gaps.impulses(W, U, contacts.cones, 0 * U)
         except NotFound as failure:  # redundant contacts agree to the noise of their velocities
             P, r = failure.near, scaling(W, contacts.cones)
-            if not solved(P, U, W, r, contacts.cones, gaps.numbers, NOISE):
+            unit = abs(P) + r * (abs(contacts.rows) @ abs(xi))
+            left = missed(P, U + W @ P, r, contacts.cones)
+            if (left > NOISE * gaps.numbers.eps * of_parts(unit, contacts.cones)).any():
                 raise
         P = (1 + e) * P
     else:

@@ -15,9 +15,9 @@ import numpy as np
 
 from ..contact import (
     SWEEPS,
-    NotFound,
     TOUCHING,
     Gaps,
+    NotFound,
     Place,
     gap_functions,
     opposed,

@@ -83,9 +83,9 @@ class _Run:
         hardest = abs(P).max(initial=0) or 1
         self.breadth = [max((abs(e) for place in places for e in place.where[i]), default=0)
                         for i in range(self.gaps.count)]  # fmt: skip
-        self.fastest = [max((length(place.slip[i] @ xi) for place, (_, xi, _) in
-                             zip(places, self.states, strict=True) if len(place.slip[i])), default=0)
-                        for i in range(self.gaps.count)]  # fmt: skip
+        moving = [(place, xi) for place, (_, xi, _) in zip(places, self.states, strict=True)]
+        self.fastest = [max(length(place.slip[i] @ xi) if self.gaps.friction[i] > 0 else 0
+                            for place, xi in moving) for i in range(self.gaps.count)]  # fmt: skip
         found = dict.fromkeys(("complementarity", "cone", "slip", "impact_energy", "jump",
                                "restitution"), 0 * hardest)  # fmt: skip
         found["penetration"] = max(0, *(-phi / widest).ravel())

@@ -64,7 +64,7 @@ def test_at_rest_on_two_ends_with_friction():
 
 @pytest.mark.parametrize("impacts", ["stepped", "located"])
 def test_a_box_that_turns_on_a_face_comes_to_rest(impacts):
-    """Four corners that stick have to do so at once, which no single frozen system of them allows."""
+    """Four corners that stick have to do so at once, which no frozen system of them allows."""
     box = scenes.get("tumbling-box").with_values(
         x0=[0, 0, "0.8", 1, 0, 0, 0, 1, 0, 0, 0, 1], v0=["0.2", "0.1", 0, 0, 0, "0.3"]
     )

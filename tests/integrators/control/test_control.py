@@ -147,7 +147,7 @@ def test_the_costate_is_the_gradient_of_the_discrete_cost(name):
 
 
 def test_the_costate_by_two_stages_is_the_gradient_too():
-    """The cost as the momentum of a mass beside the pendulum that C pushes: steps weigh it alike."""
+    """The cost as the momentum of a mass that C pushes, which steps weigh as they do a force."""
     steps, scene = 4, scenes.get("pendulum").with_values(duration=1, symmetries=())
 
     def cost(x, v, f, p):
@@ -312,7 +312,7 @@ def test_a_motion_that_grows_is_steered():
 
 
 def test_one_step_has_too_few_controls():
-    with pytest.raises(BadInput, match="2 conditions, but .* 1 values .* take more steps"):
+    with pytest.raises(BadInput, match=r"2 conditions, but .* 1 values .* take more steps"):
         Control(mass(), effort, ([1], [0])).solve(1)
     assert abs(Control(mass(), effort, ([1], [0])).solve(1, gauss(2)).cost - 6) < 1e-12
 
