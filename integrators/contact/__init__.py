@@ -1,6 +1,6 @@
 """Unilateral contact with friction: gaps φ(x) ≥ 0, Coulomb's cones, impacts, steps under them."""
 
-from .cones import NOT_FOUND, SWEEPS, length, scaling, solved
+from .cones import SWEEPS, NotFound, length, scaling, solved
 from .contact_run import ContactRun
 from .contact_step import ZENO, ContactSteps, FreeSteps, Impact, Moment
 from .gaps import TOUCHING, Gaps, Place, gap_expressions, gap_functions
@@ -9,6 +9,6 @@ from .start import check_gaps, opposed
 
 __all__ = [
     "ContactRun", "ContactSteps", "FreeSteps", "Gaps", "Impact", "LocatedSteps", "Moment",
-    "NOT_FOUND", "Place", "SWEEPS", "TOUCHING", "ZENO", "check_gaps", "gap_expressions",
+    "NotFound", "Place", "SWEEPS", "TOUCHING", "ZENO", "check_gaps", "gap_expressions",
     "gap_functions", "length", "opposed", "scaling", "solved",
 ]  # fmt: skip

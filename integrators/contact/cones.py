@@ -2,7 +2,7 @@
 
 As roots of the natural map, min(P_n, r U_n) and P_t − proj(P_t − r U_t) on the disc of the radius
 κ P_n: sweeps of Gauss and Seidel over the contacts find who touches and who slips, a semismooth
-Newton method the rest. Where contacts are redundant its matrix is singular, and sweeps go on.
+Newton method the rest. Where contacts are redundant its matrix is singular, and its step the least.
 """
 
 from __future__ import annotations
@@ -15,9 +15,16 @@ from ..errors import CannotMeasure
 from ..numbers import Arithmetic
 from ..numbers.types import Number, Vector
 
-NOT_FOUND = "no impulses of the contacts were found"
 SWEEPS, CORRECTIONS = 2000, 12
 ROUNDED = 64  # units of round-off that are left of a solution
+
+
+class NotFound(CannotMeasure):
+    """No impulses of the contacts were found; near: as near as sweeps come."""
+
+    def __init__(self, near: Vector) -> None:
+        super().__init__("no impulses of the contacts were found")
+        self.near = near
 
 
 class Cones(NamedTuple):
@@ -46,6 +53,11 @@ def residual(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
     return found
 
 
+def missed(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
+    """By how much P misses the cones, of each part."""
+    return of_parts(abs(residual(P, U, r, cones)), cones)
+
+
 def scaling(W: Any, cones: Cones) -> Vector:
     """r, an impulse for a velocity: one of the normal, one of the plane of each contact.
 
@@ -63,7 +75,7 @@ def scaling(W: Any, cones: Cones) -> Vector:
 def impulses(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic, start: Vector) -> Vector:
     """P with U = U₀ + W P in the cones, near `start` where contacts are redundant.
 
-    Raises `CannotMeasure` where none is found.
+    Raises `NotFound` where none is found.
     """
     r, P = scaling(W, cones), start.copy()
     if solved(P, U0, W, r, cones, numbers):
@@ -74,20 +86,22 @@ def impulses(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic, start
             if n in cones.planes:
                 t, bound = cones.planes[n]
                 P[t] = _on_disc(P[t] - r[t] * (U0[t] + W[t] @ P), bound * P[n])
-        if sweep < 10 or not sweep % 50:
+        if sweep < 10 or sweep % 50 == 49:
             if solved(P, U0, W, r, cones, numbers):
                 return P
             found = _newton(W, U0, r, P, cones, numbers)
             if found is not None and solved(found, U0, W, r, cones, numbers):
                 return found
-    raise CannotMeasure(NOT_FOUND)
+    raise NotFound(P)
 
 
 def solved(P: Vector, U0: Vector, W: Any, r: Vector, cones: Cones, numbers: Arithmetic) -> bool:
-    """Whether P are the impulses, to round-off."""
-    left = abs(residual(P, U0 + W @ P, r, cones))
-    unit = ROUNDED * numbers.eps * (abs(P) + r * (abs(U0) + abs(W) @ abs(P)))
-    return bool((of_parts(left, cones) <= of_parts(unit, cones)).all())
+    """Whether P are the impulses, to round-off; a plane's also to that of its radius κ P_n."""
+    left = missed(P, U0 + W @ P, r, cones)
+    units = of_parts(abs(P) + r * (abs(U0) + abs(W) @ abs(P)), cones)
+    for k, (n, (_, bound)) in enumerate(cones.planes.items(), cones.normals):
+        units[k] += bound * abs(P[n])
+    return bool((left <= ROUNDED * numbers.eps * units).all())
 
 
 def _newton(
@@ -108,14 +122,30 @@ def _newton(
                 inner = (radius / size) * (inner - np.outer(along, along @ inner))
                 inner[:, n] += along * bound
             slope[t] -= inner
-        try:
-            step = numbers.solve(slope, residual(P, U, r, cones))
-        except ZeroDivisionError:
+        step = _least(slope, residual(P, U, r, cones), r**0.5, numbers)
+        if step is None:
             return None
         P = P - step
         if max(abs(step), default=0) <= ROUNDED * numbers.eps * max(abs(P), default=0):
             break
     return P
+
+
+def _least(slope: np.ndarray, left: Vector, unit: Vector, numbers: Arithmetic) -> Vector | None:
+    """The least step with slope·step = left in these units; in more than 16 digits the only one.
+
+    Where contacts are redundant the slope is singular to round-off, and the rows of it agree.
+    """
+    if slope.dtype == object:
+        try:
+            return numbers.solve(slope, left)
+        except ZeroDivisionError:
+            return None
+    scaled, right = slope * unit / unit[:, None], left / unit
+    if not (np.isfinite(scaled).all() and np.isfinite(right).all()):
+        return None
+    found: Vector = unit * np.linalg.lstsq(scaled, right, rcond=ROUNDED * numbers.eps)[0]
+    return found
 
 
 def _on_disc(z: Vector, radius: Number) -> Vector:

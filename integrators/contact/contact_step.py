@@ -250,6 +250,8 @@ class ContactSteps:
                          gaps.energy(m.place.x, pushed_off, after))  # fmt: skip
             along = P[landed] @ there.normal[start.owners[landed]]
             s = given_back(gaps, there, end.mu, end.u, along, wanted)
+            if self.e < 1:  # more than all of it pulls; an elastic impact is to keep the energy
+                s = min(s, self.one)
             taken.impulses[start.owners[landed], 0] -= s * P[landed]
             end = end._replace(mu=end.mu - s * along)
         return end, end.u, taken.impulses

@@ -15,13 +15,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
-from .cones import NOT_FOUND, Cones, of_parts, scaling
+from .cones import Cones, NotFound, missed, of_parts, scaling
 from .gaps import Gaps, Place
 
 NOISE = 2**10  # units of round-off of its terms below which a velocity is 0
 MOST, STAGNANT = 400, 2**12
+NEAR = 4  # units of round-off of a motion's velocities that are left of a solution
 AGAIN = 100  # impacts at one place and time: each opens some gap that another one closes
 
 
@@ -101,10 +101,14 @@ def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]
     F, unit, data = trial(P)
     r, before = scaling(W, cones), None
     for _ in range(MOST):
-        change = gaps.impulses(W, F - W @ P, cones, P) - P
-        units = of_parts(numbers.eps * (abs(P) + r * unit), cones)
-        size = (of_parts(change, cones) / (units + numbers.eps**4)).max()
-        if size <= 4 or (before is not None and before / 2 <= size < STAGNANT):
+        units = of_parts(numbers.eps * (abs(P) + r * unit), cones) + numbers.eps**4
+        try:
+            change = gaps.impulses(W, F - W @ P, cones, P) - P
+            size = (of_parts(change, cones) / units).max()
+        except NotFound as failure:  # frozen, redundant contacts may contradict each other
+            change = failure.near - P
+            size = (missed(P, F, r, cones) / units).max()
+        if size <= NEAR or (before is not None and before / 2 <= size < STAGNANT):
             return P, data
         if not size < np.inf:
             break
@@ -113,7 +117,7 @@ def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]
         if size > STAGNANT and isinstance(W, np.ndarray):
             W = W + np.outer(new - F - W @ change, change) / (change @ change)
         F, before = new, size
-    raise CannotMeasure(NOT_FOUND)
+    raise NotFound(P)
 
 
 def velocity_law(
@@ -127,7 +131,15 @@ def velocity_law(
     W = gaps.flexibility(place.x, xi, contacts.rows, contacts.push)
     if gaps.quadratic:
         U = contacts.rows @ xi
-        P = (1 + e) * gaps.impulses(W, U, contacts.cones, 0 * U)
+        try:
+            P = gaps.impulses(W, U, contacts.cones, 0 * U)
+        except NotFound as failure:  # redundant contacts agree to the noise of their velocities
+            P, r = failure.near, scaling(W, contacts.cones)
+            unit = abs(P) + r * (abs(contacts.rows) @ abs(xi))
+            left = missed(P, U + W @ P, r, contacts.cones)
+            if (left > NOISE * gaps.numbers.eps * of_parts(unit, contacts.cones)).any():
+                raise
+        P = (1 + e) * P
     else:
         # a velocity may be far below what its round-off is a part of: μ, and where Newton began
         known, began = abs(gaps.inverse_mass(place.x, xi)), abs(near)

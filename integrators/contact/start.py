@@ -42,15 +42,17 @@ def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
                     why = f"no motion on {s.groupoid.name} changes it there; leave it out."
                 raise BadInput(f"{scene.name}: gap {i} is closed at x0 and {why}")
         for k, own in enumerate(gaps.coordinates):
-            if not own or gaps.friction[k] == 0 or len(place.normal[k]) == 1:
+            if gaps.friction[k] == 0 or len(place.normal[k]) == 1:
                 continue  # with one velocity any slip is a multiple of the rate of the gap
             xi = np.array([float(e) for e in scene.v0])
             rows = np.vstack([place.normal[k][None], place.slip[k]])
             if not _independent(gaps.flexibility(x, xi, rows, rows)):
-                raise BadInput(
-                    f"{scene.name}: at x0 the coordinates of gap {k} do not move apart from each "
-                    "other and from the gap; give those of the touching point along its plane."
-                )
+                why = f"the coordinates of gap {k} do not move apart from each other and from the "
+                why += "gap; give those of the touching point along its plane."
+                if own is None:
+                    why = f"motions on {s.groupoid.name} do not span the plane of gap {k}, along "
+                    why += "which friction acts; give coordinates of it, (φ, [t, …])."
+                raise BadInput(f"{scene.name}: at x0 {why}")
         closed = place.normal[place.closed]
         if opposed(closed):
             listed = ", ".join(map(str, np.flatnonzero(place.closed)))

@@ -215,6 +215,11 @@ def solve(
         rows = problem.rows((z, p, v))
         first = stages(rows[:1], t[:1], h)[0][0, problem.z]
         cost = stages.cost(rows, t[:-1], h)[0].sum()
+    if not np.isfinite(cost):
+        raise BadInput(
+            f"{name}: the cost is not finite at the motion that was found; give more time, a "
+            "nearer end or a path= along which it is finite."
+        )
     states = np.vstack([z0, z])
     controls = rows[:, at["f"]].reshape(steps, len(stages.places), stages.controls)
     u, costates = rows[:, at["w"]][:, :m], np.vstack([first, p])

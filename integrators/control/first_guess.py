@@ -85,7 +85,8 @@ def _points(
         off = np.abs(f(x0, u, t[-1])[0] - x1).max()
         if not off <= 1e-9 * (1 + np.abs(x1).max()):
             raise BadInput(
-                f"{s.name}: no straight arrow leads from x0 to x1, which may be on another orbit "
-                f"of {stages.scene.groupoid.name}; give an end that it reaches, or a path=."
+                f"{s.name}: no straight arrow leads from x0 to x1, which may be at the edge of its "
+                "chart, as a half turn is, or on another orbit of "
+                f"{stages.scene.groupoid.name}; give a path=, or an end that it reaches."
             )
     return np.array([f(x0, u, time)[0] for time in t]).reshape(len(t), n)

@@ -41,7 +41,9 @@ def check_bound(name: str, problem: Any) -> None:
 def check_steered(name: str, problem: Any) -> None:
     """Raise `BadInput` where the inputs do not move the end in all of its directions.
 
-    By the Gramian of the linear equations alone: what the cost is, does not matter.
+    By the Gramian of the linear equations alone: what the cost is, does not matter. A direction is
+    missed where no step moves it, whatever weight a step has; each has one that keeps motions that
+    grow from hiding what the last steps do.
     """
     H, d, at = problem.hessian, problem.d, problem.stages.slices
     if not np.isfinite(H).all():
@@ -53,7 +55,17 @@ def check_steered(name: str, problem: Any) -> None:
     solved = np.linalg.pinv(E_w) @ np.concatenate([E_z, E_f], axis=2)
     A, B = Z_z - Z_w @ solved[:, :, :d], Z_f - Z_w @ solved[:, :, d:]
     letters, basis = _ends(problem)
-    moved = basis.T @ _gramians(A, -B @ B.transpose(0, 2, 1), 0 * A)[-1] @ basis
+    if (given := B.shape[0] * B.shape[2]) < basis.shape[1]:
+        raise BadInput(
+            f"{name}: the end has {basis.shape[1]} conditions, but these steps have {given} values "
+            "of the controls; take more steps."
+        )
+    moved, onward = np.zeros((basis.shape[1],) * 2), basis
+    for k in reversed(range(len(B))):
+        seen = B[k].T @ onward
+        moved += seen.T @ seen
+        onward = A[k].T @ onward
+        onward = onward / max(1, np.abs(onward).max(initial=0))
     size = np.sqrt(np.abs(np.diag(moved)))
     size[size <= UNMOVED * size.max(initial=0)] = np.inf  # then its row is 0
     values, vectors = np.linalg.eigh(moved / np.outer(size, size))

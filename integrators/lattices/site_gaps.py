@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from ..contact import (
-    NOT_FOUND,
     SWEEPS,
     TOUCHING,
     Gaps,
+    NotFound,
     Place,
     gap_functions,
     opposed,
@@ -163,7 +163,7 @@ class SiteGaps(Gaps):
                 P[turn] = np.maximum(0, P[turn] - r[turn] * (U0[turn] + part @ P))
             if solved(P, U0, W, r, cones, NUMBERS):
                 return P
-        raise CannotMeasure(NOT_FOUND)
+        raise NotFound(P)
 
     def energy(self, x: np.ndarray, xi: np.ndarray, mu: np.ndarray) -> float:
         """H of all sites and bonds."""

@@ -104,7 +104,7 @@ def measure_round_off(
         with mpmath.workdps(MORE_DIGITS + 15):
             off, _ = gap(*ends)
             _, whole = gap(ends[0], [*exact.x, *exact.mu])
-            row["round_off"] = float(off / whole)
+            row["round_off"] = float(off / (whole or 1))
         known.append((steps, row["round_off"]))
 
 

@@ -13,8 +13,8 @@ from discmech.integrators.contact import ZENO, Gaps, length
 from discmech.integrators.flows import ContactTrajectory
 from discmech.integrators.numbers import arithmetic
 
-#: of the largest coordinate of its plane, the way of a step below which a contact sticks, for
-#: round-off moves it too
+#: of the largest coordinate of its plane, the way of a step below which a contact sticks, and of
+#: its fastest slip, the slip: round-off moves it too
 SLOW = 1e-10
 
 
@@ -23,10 +23,10 @@ def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float
 
     penetration: −φ, of the largest sum of its terms and of the way of a step. pull: −P_n.
     complementarity: P_n φ, at impacts, and of gaps that are open at both ends of a step. cone:
-    ‖P_t‖ − κ P_n. slip: 1 − the part of the full friction κ P_n that is against the slip, over
-    steps that slip from end to end (0; 1 without friction, 2 along the slip). impact_energy: what
-    an impact adds. jump: μ⁺ − μ⁻ less the impulses. restitution: P_n |U⁺ + e U⁻| of the normal
-    velocities.
+    ‖P_t‖ − κ P_n. slip: the part of the full friction κ P_n that is against the way of a step, less
+    than it would be against the slips at both ends, over steps that slip from end to end (0; 1
+    without friction, 2 along the slip). impact_energy: what an impact adds. jump: μ⁺ − μ⁻ less the
+    impulses. restitution: P_n |U⁺ + e U⁻| of the normal velocities.
     """
     numbers = arithmetic(2 * digits)
     with numbers.working():
@@ -83,6 +83,9 @@ class _Run:
         hardest = abs(P).max(initial=0) or 1
         self.breadth = [max((abs(e) for place in places for e in place.where[i]), default=0)
                         for i in range(self.gaps.count)]  # fmt: skip
+        moving = [(place, xi) for place, (_, xi, _) in zip(places, self.states, strict=True)]
+        self.fastest = [max(length(place.slip[i] @ xi) if self.gaps.friction[i] > 0 else 0
+                            for place, xi in moving) for i in range(self.gaps.count)]  # fmt: skip
         found = dict.fromkeys(("complementarity", "cone", "slip", "impact_energy", "jump",
                                "restitution"), 0 * hardest)  # fmt: skip
         found["penetration"] = max(0, *(-phi / widest).ravel())
@@ -114,9 +117,11 @@ class _Run:
         slips = [place.slip[i] @ self.states[j][1] for j, place in ((k, here), (k + 1, there))]
         moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])] @ here.bases[i]
         way, full = length(moved), kappa * P[0]
-        slipping = way > SLOW * self.breadth[i] and all(slip @ moved > 0 for slip in slips)
+        slow = SLOW * self.fastest[i] * way  # a slip that ended in the step has a last one of noise
+        slipping = way > SLOW * self.breadth[i] and all(slip @ moved > slow for slip in slips)
         if slipping and full > 1e-9 * hardest:
-            self._most(found, "slip", 1 + (push @ moved) / (full * way))
+            turn = min(slip @ moved / length(slip) for slip in slips)  # friction is against these
+            self._most(found, "slip", (turn + push @ moved / full) / way)
 
     def _at_impacts(self, found: dict[str, Any], widest: Any, hardest: Any) -> None:
         gaps = self.gaps

@@ -23,7 +23,7 @@ DIGITS = (16,)
 RULES = ("midpoint", "trapezoidal")
 MODES = ("stepped", "located")
 STEPS = 200
-#: 1 − cos of the largest angle, 29°, by which a slip may turn in a step
+#: 1 − cos of the largest angle, 29°, by which a slip may leave those at both ends within a step
 TURN = 0.125
 #: an order may be less than the rule's by so much: two steps of which the finer is not yet fine,
 #: against one that has (1/8)^p of the error itself

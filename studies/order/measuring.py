@@ -110,7 +110,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         with mpmath.workdps(case.digits + 15):
             dx, x = gap(run.x[-1], exact.x)
             dmu, mu = gap(run.mu[-1], exact.mu)
-            size = mpmath.sqrt(x**2 + mu**2)
+            size = mpmath.sqrt(x**2 + mu**2) or 1  # at rest at 0 errors are not relative
             row["error"] = float(mpmath.sqrt(dx**2 + dmu**2) / size)
             row["error_x"] = float(dx / size) if len(exact.x) else None
             row["error_mu"] = float(dmu / size)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from discmech import Scene, pair
+from discmech.integrators import rules as discretisations
 from discmech.studies import get
-from discmech.studies.core.case import Choice
+from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.lookup import rules
+from discmech.studies.core.one_case import run_case
 from discmech.studies.report import tables
 
 ROUGH = """
@@ -70,3 +73,12 @@ def test_the_order_study_says_which_rules_it_leaves_out_at_16_digits():
 def test_a_band_that_resolves_nothing_is_called_so():
     for band, words in ((1.38, "band 1.38, unresolved"), (1e-3, "band 10⁻³")):
         assert tables.short("energy", {"measured": {"band": band}}) == words
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+def test_a_scene_at_rest_at_the_origin_has_no_order(digits):
+    """All of its numbers are 0, which no error is a part of."""
+    rest = Scene("at-rest", pair(1), lambda x, v, p: v[0] ** 2 / 2, x0=[0], v0=[0], duration=1)
+    found = run_case(get("order"), Case("order", rest, discretisations.get("midpoint"), digits))
+    assert found["verdict"] == "inconclusive"
+    assert found["measured"]["order"] is None and {r["error"] for r in found["rows"]} == {0}

@@ -57,14 +57,14 @@ def test_a_ball_comes_to_rest(impacts, e):
 
 @pytest.mark.parametrize(("impacts", "digits"), [("located", 16), ("stepped", 16), ("located", 30)])
 def test_a_block_slides_to_rest(impacts, digits):
-    found = run("sliding-block", "0.1", 60, impacts, midpoint, digits)
+    found = run("sliding-block", "0.07", 86, impacts, midpoint, digits)  # it stops inside a step
     wanted = mpmath.mpf("2.5")
     assert abs(found.x[-1, 0] - wanted) < (10 ** (3.5 - digits) if impacts == "located" else 3e-3)
     assert abs(found.mu[-1]).max() == 0 and abs(found.x[-1] - found.x[-3]).max() == 0
     assert abs(found.multipliers[:-1, 0] - mpmath.mpf("0.96")).max() < 1e-13
     sliding, resting = found.impulses[2, 0], found.impulses[-2, 0]
     assert abs(sliding[1] / sliding[0] + 0.5) < 1e-13  # Coulomb's cone, against the slip
-    assert abs(resting[1] + mpmath.mpf("0.028")) < 1e-13  # what holds it on the slope
+    assert abs(resting[1] + mpmath.mpf("0.0196")) < 1e-13  # what holds it on the slope
 
 
 def test_a_block_on_a_steep_slope_slides_on():
@@ -88,11 +88,16 @@ def test_located_impacts_have_the_order_of_the_rule(rule, order):
 
 
 def test_stepped_impacts_have_order_one():
-    wanted = (np.pi - np.arccos(0.5)) * np.array([1, 3])
-    made = Scheme(SPRING, midpoint)
-    for step in (0.02, 0.01, 0.005):
-        found = made.flow(step, impacts="stepped").trajectory(round(6.6 / step))
-        assert abs(found.impacts.t - wanted).max() < 3 * step
+    """Late by 0 to 1 steps, and by half of one on average over starts: of no higher order.
+
+    The mean of 24 that fall anywhere has the deviation 1/√(12·24); a quarter is four below a half.
+    """
+    made, starts = Scheme(SPRING, midpoint), 1 + 0.02 * np.sqrt(2) * np.arange(24)
+    for step in (0.02, 0.005):
+        flow = made.flow(step, impacts="stepped")
+        late = [flow.trajectory(round(2.4 / step), x0=[x], mu0=[0]).impacts.t[0] / step
+                - (np.pi - np.arccos(0.5 / x)) / step for x in starts]  # fmt: skip
+        assert min(late) > -0.01 and max(late) < 1.01 and np.mean(late) > 0.25
 
 
 def test_a_puck_that_turns_under_friction_has_order_two():
@@ -121,7 +126,8 @@ def test_a_frictionless_bowl_is_a_constraint():
 
 @pytest.mark.slow
 def test_a_hundred_thousand_impacts_lose_no_energy():
-    found = Scheme(BALL.with_values(x0=["0.02"]), midpoint).flow("0.1").trajectory(401_000, 997)
+    start = "0.0213"  # from 0.02 each flight is four steps
+    found = Scheme(BALL.with_values(x0=[start]), midpoint).flow("0.1").trajectory(430_000, 997)
     assert len(found.impacts.t) >= 100_000
     energy = found.mu[:, 0] ** 2 / 2 + found.x[:, 0]
-    assert abs(energy / 0.02 - 1).max() < 1e-10
+    assert abs(energy / float(start) - 1).max() < 1e-10

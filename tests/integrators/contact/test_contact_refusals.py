@@ -80,6 +80,20 @@ def test_a_gap_that_no_motion_on_the_groupoid_changes():
         Scheme(top.with_values(contact=lambda x, p: [x.dot(x) - 1]), midpoint)
 
 
+def test_friction_in_a_plane_that_no_motions_span():
+    """x itself has two directions across φ′ there, and a sphere one: no paradox of friction."""
+    bare = scenes.get("spherical-pendulum").with_values(
+        contact=lambda x, p: [x[2] + Rational(7, 10)], friction="0.2", restitution="0.5"
+    )
+    with pytest.raises(BadInput, match=r"do not span the plane of gap 0.*give coordinates"):
+        Scheme(bare, midpoint).flow("0.02")
+    given = bare.with_values(
+        contact=lambda x, p: [(x[2] + Rational(7, 10), [sympy.atan2(x[1], x[0])])]
+    )
+    found = Scheme(given, midpoint).flow("0.02").trajectory(200)
+    assert len(found.impacts.t) and found.gaps.min() > -1e-13
+
+
 def test_a_column_of_gaps_is_a_list():
     columns = ball(contact=lambda x, p: sympy.Matrix([x[0], x[0] + 1])).trajectory(3)
     assert columns.gaps.shape == (4, 2)

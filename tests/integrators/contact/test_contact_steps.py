@@ -19,6 +19,7 @@ from discmech.integrators.contact.cones import scaling
 from discmech.integrators.contact.impacts import active
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.rules import get
+from discmech.studies.contact.laws import defects
 from tests.integrators.contact.motions import BALL, energies, run, scheme
 
 # -- several contacts -----------------------------------------------------------------------------
@@ -59,6 +60,41 @@ def test_at_rest_on_two_ends_with_friction():
     found = Scheme(stick, midpoint).flow("0.05", impacts="located").trajectory(30)
     assert abs(found.x[-1, 0] - 0.2**2 / (2 * 0.3)) < 1e-13
     assert abs(found.mu[-1]).max() < 1e-15
+
+
+@pytest.mark.parametrize("impacts", ["stepped", "located"])
+def test_a_box_that_turns_on_a_face_comes_to_rest(impacts):
+    """Four corners that stick have to do so at once, which no frozen system of them allows."""
+    box = scenes.get("tumbling-box").with_values(
+        x0=[0, 0, "0.8", 1, 0, 0, 0, 1, 0, 0, 0, 1], v0=["0.2", "0.1", 0, 0, 0, "0.3"]
+    )
+    found = Scheme(box, midpoint).flow(box.step, impacts=impacts).trajectory(60)
+    assert abs(found.mu[-1]).max() < 1e-15 and abs(found.gaps[:, [1, 3, 5, 7]]).max() < 1e-14
+
+
+def test_nothing_pulls_where_two_corners_land_in_one_step():
+    """With e < 1 no more is given back than was pushed, whatever the energy of the free step is."""
+    box = scenes.get("tumbling-box").with_values(
+        v0=["-0.09", "0.28", "0.54", "1.41", "-1.14", "0.37"], friction="0.7", restitution="0.2"
+    )
+    found = Scheme(box, midpoint).flow(box.step, impacts="stepped").trajectory(86)
+    assert found.impulses[:, :, 0].min() >= -1e-15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "count", "steps"), [
+    ("falling-stick", 20, 600), ("tumbling-box", 10, 400),
+])  # fmt: skip
+def test_random_starts_run_to_rest(name, count, steps):
+    random, scene = np.random.default_rng(1), scenes.get(name)
+    for _ in range(count):
+        v0 = [Rational(int(e), 100) for e in random.integers(-150, 151, len(scene.v0))]
+        friction, e = (Rational(int(random.integers(k, 9)), 10) for k in (1, 0))
+        made = Scheme(scene.with_values(v0=v0, friction=friction, restitution=e), midpoint)
+        for impacts in ("stepped", "located"):
+            found = made.flow(scene.step, impacts=impacts).trajectory(steps)
+            laws = defects(made, found, 16)
+            assert max(laws.values()) < 1e-11, (v0, friction, e, impacts, laws)
 
 
 def test_one_step_maps_and_forces_have_contact_too():

@@ -8,6 +8,7 @@ from itertools import pairwise
 import mpmath
 import numpy as np
 import pytest
+import sympy
 from scipy.linalg import expm
 
 from discmech import BadInput, Control, Scene, Scheme, midpoint, one_step, pair, rectangle, scenes
@@ -145,6 +146,50 @@ def test_the_costate_is_the_gradient_of_the_discrete_cost(name):
         assert abs(slope) < 1e-14
 
 
+def test_the_costate_by_two_stages_is_the_gradient_too():
+    """The cost as the momentum of a mass that C pushes, which steps weigh as they do a force."""
+    steps, scene = 4, scenes.get("pendulum").with_values(duration=1, symmetries=())
+
+    def cost(x, v, f, p):
+        return f[0] ** 2 / 2 + v[0] ** 2 + v[0] ** 3 / 5 + sympy.sin(x[0])
+
+    found = Control(scene, cost, end=(None, None)).solve(steps, gauss(2))
+    start, first = np.append(found.x[0], found.mu[0]), found.control_times[0] * steps
+
+    def push(x, v, p, t):
+        (c, d), (f, g) = p.places, p.push
+        at = f + (g - f) * (steps * t - c) / (d - c)
+        return [at, cost(x, v, [at], p)]
+
+    beside = Scene(
+        "beside", pair(2), lambda x, v, p: scene.lagrangian(x[:1, :], v[:1, :], p) + v[1] ** 2 / 2,
+        {**scene.parameters, "push": [0, 0], "places": list(first)}, [*scene.x0, 0], [*scene.v0, 0],
+        force=push,
+    )  # fmt: skip
+    scheme = Scheme(beside, gauss(2))
+
+    def total(z, controls):
+        x, mu = [z[0], 0], [z[1], 0]
+        for f in controls:
+            flow = scheme.at(parameters={"push": list(f)}).flow("0.25", 50)
+            (*x, _), mu = flow.dual_step([*x, 0], mu)
+        return mu[1]
+
+    with mpmath.workdps(50):
+        numbers = np.vectorize(mpmath.mpf, otypes=[object])
+        z, controls, tiny = numbers(start), numbers(found.controls[:, :, 0]), mpmath.mpf(10) ** -20
+        assert abs(total(z, controls) - found.cost) < 1e-13
+        for i in range(2):
+            e = tiny * numbers(np.arange(2) == i)
+            slope = (total(z + e, controls) - total(z - e, controls)) / (2 * tiny)
+            assert abs(slope - found.costates[0, i]) < 1e-13 * (1 + abs(slope))
+        for j in range(2):
+            e = 0 * controls
+            e[1, j] = tiny
+            slope = (total(z, controls + e) - total(z, controls - e)) / (2 * tiny)
+            assert abs(slope) < 1e-14
+
+
 @pytest.mark.parametrize("name", [
     "low-thrust-transfer", pytest.param("upright-top", marks=pytest.mark.slow),
 ])  # fmt: skip
@@ -259,7 +304,23 @@ def test_a_drive_of_a_known_time_is_seen():
     )
 
 
+def test_a_motion_that_grows_is_steered():
+    """A swing-up that takes 20 units of time: e²⁰ hides from a Gramian what its last steps do."""
+    pendulum = scenes.get("pendulum").with_values(x0=[0], v0=[0], symmetries=())
+    found = Control(pendulum, effort, ([np.pi], [0]), duration=20).solve(400)
+    assert abs(found.x[-1, 0] - np.pi) < 1e-12 and found.cost < 1
+
+
+def test_one_step_has_too_few_controls():
+    with pytest.raises(BadInput, match=r"2 conditions, but .* 1 values .* take more steps"):
+        Control(mass(), effort, ([1], [0])).solve(1)
+    assert abs(Control(mass(), effort, ([1], [0])).solve(1, gauss(2)).cost - 6) < 1e-12
+
+
 # -- what has no answer ---------------------------------------------------------------------------
+
+REST = scenes.get("rigid-body").with_values(v0=[0, 0, 0], symmetries=())
+HALF_TURN = [-1, 0, 0, 0, -1, 0, 0, 0, 1]
 
 
 @pytest.mark.parametrize(("given", "said"), [
@@ -270,6 +331,8 @@ def test_a_drive_of_a_known_time_is_seen():
     ((mass(), lambda x, v, f, p: x[0] ** 2, ([1], [0])), "does not bind every control"),
     ((mass(), lambda x, v, f, p: -f[0] ** 2, ([1], [0])), "no minimum"),
     ((mass(duration=10), lambda x, v, f, p: f[0] ** 2 - 10 * x[0] ** 2, ([1], [0])), "no minimum"),
+    ((mass(), lambda x, v, f, p: f[0] ** 2 - sympy.log(9 - f[0] ** 2), ([1], [0])), "not finite"),
+    ((REST.with_attitude(), effort, (HALF_TURN, [0, 0, 0])), "edge of its chart, as a half turn"),
     ((mass(), lambda x, v, f, p: f[0] ** 2 + p.k, ([1], [0])), "its cost asks for what is not"),
     ((mass(), lambda x, v, f, p: [f, f], ([1], [0])), "its cost is"),
     ((mass(), effort, ([1], [0]), lambda x, v, f, p: [f[0], 0], 1), "must give a list of 1"),
