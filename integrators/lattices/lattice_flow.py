@@ -146,7 +146,11 @@ class LatticeFlow:
             return self._trajectory(run, [column[:count] for column in rows], every, first)
 
         def failed(status: int) -> StepFailure:
-            return run.failure(status, made(-(-run.index // every) - first))
+            rows = made(count := -(-run.index // every) - first)
+            last = (first + count - 1) * every
+            known = self.scheme.local and count > 0
+            here = run.traced(rows.x[-1], rows.mu[-1], last) if known else run
+            return here.failure(status, rows)
 
         def write() -> None:
             for column, values in zip(rows, run.shown.values(), strict=True):

@@ -136,18 +136,10 @@ class LatticeRun:
         """So many steps; the status."""
         if self.status != OK or steps == 0:
             return self.status
-        # sites that are solved by themselves do not see what is no number: steps are made again
-        before = self.state if self.flow.scheme.local and steps > 1 else {}
-        before = {name: array.copy() for name, array in before.items()}
         if self.sparse is not None:
             done, status = self.sparse.steps(steps)
         else:
             done, status = self.kernels.advance(RUN, steps, *self.arguments)
-        if before and not (np.isfinite(self.x).all() and np.isfinite(self.nu).all()):
-            self.restore(before)
-            while self.status == OK and np.isfinite(self.nu).all() and steps > 0:
-                self.status, steps = self.advance(1), steps - 1
-            return self.status if self.status != OK else SINGULAR
         self.index += done
         self.solved += done * (len(self.x) if self.flow.scheme.local else 1)
         if status != OK and self.by_stages:
@@ -230,6 +222,18 @@ class LatticeRun:
         """Raise `StepFailure` unless the status is that all is well."""
         if status != OK:
             raise self.failure(status, None)
+
+    def traced(self, x: np.ndarray, mu: np.ndarray, index: int) -> LatticeRun:
+        """This run again from its row of step `index`, to the first step without numbers.
+
+        Kernels of sites that are solved by themselves go on there.
+        """
+        again = LatticeRun(self.flow, x.copy(), mu.copy())
+        again.index = index
+        while again.index < self.index and again.advance(1) == OK:
+            if not np.isfinite(np.hstack([again.x, again.nu])).all():
+                return again
+        return self
 
     def failure(self, status: int, rows: Any) -> StepFailure:
         """The error of a step that was not found."""
