@@ -45,7 +45,7 @@ from .layout import (
     SWEEPS,
     Layout,
 )
-from .machine_code import address
+from .machine_code import address, cores
 from .omissions import SAVINGS, is_affine
 from .stage_system import StageSource, StageSystem
 from .stage_text import NoShortForm
@@ -59,6 +59,6 @@ __all__ = [
     "NOT_CONVERGED", "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR",
     "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System", "address",
     "cache_folder", "cached_text", "compile", "compile_lattice", "compile_lattice_stages",
-    "compile_stages", "compiled_text", "imported", "interpreted", "is_affine", "kernel_text",
-    "names_of", "taken_over", "text_key", "write_atomically",
+    "compile_stages", "compiled_text", "cores", "imported", "interpreted", "is_affine",
+    "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
 ]  # fmt: skip

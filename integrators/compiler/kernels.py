@@ -30,12 +30,14 @@ from .system import System, written
 class LatticeKernels:
     """The functions of a lattice (`lattice_driver`): `advance`, and `prepare` of each system.
 
-    widths: columns of the arrays that `advance` takes.
+    widths: columns of the arrays that `advance` takes. affine: whether a site that is solved by
+    itself is so without iterations.
     """
 
     advance: Callable[..., tuple[int, int]]
     prepare: tuple[Callable[[Numbers], Sequence[Number]], ...]
     widths: dict[str, int]
+    affine: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +165,8 @@ def _of_lattice(
     arrays |= {word: Array("f", columns=width) for word, width in widths.items()}
     advance = compiled(name, text, names, arrays, constants)
     prepare = tuple(kind.prepare for kind in names["SYSTEMS"])
-    return LatticeKernels(advance, prepare, widths)
+    affine = all(getattr(kind, "affine", False) for kind in names["SYSTEMS"])
+    return LatticeKernels(advance, prepare, widths, affine)
 
 
 def text_key(*parts: Any) -> str:

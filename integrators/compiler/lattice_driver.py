@@ -172,6 +172,7 @@ def velocities(system, a, c):
         for i in range(a.ranges[r, 0], a.ranges[r, 1]):
             found, count, status = alone(system, a, c, i)
             if not system.affine and status != OK:
+                a.totals[PLACE] = i
                 break
             put(a.w1, i, found)
         if status != OK:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import ctypes
 import hashlib
+import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
@@ -67,6 +68,12 @@ def vector_width() -> int:
     """The floats that a vector of this processor holds."""
     features = _host()[1].split(",")
     return 8 if "+avx512f" in features else 4 if "+avx" in features else 2
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
 def compiled(

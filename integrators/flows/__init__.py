@@ -1,7 +1,8 @@
 """Schemes and their flows: starts, steps, runs, failures."""
 
+from ..compiler import cores
 from .contact_flow import ContactFlow, ContactTrajectory
-from .ensemble import Ensemble, cores, side_by_side
+from .ensemble import Ensemble, side_by_side
 from .flow import Flow, Trajectory
 from .initial_state import Start
 from .multipliers import mean_multipliers

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..compiler import cores
 from ..errors import BadInput, StepFailure
 from ..numbers import Double
 from ..numbers.types import Matrix, Vector
@@ -95,9 +95,3 @@ def _filled(rows: Matrix, count: int, numbers: Any) -> Matrix:
     """The rows with what is no number behind them, `count` in all."""
     missing = numbers.public(np.full((count - len(rows), rows.shape[1]), np.nan))
     return np.concatenate([rows, missing])
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity else os.cpu_count() or 1

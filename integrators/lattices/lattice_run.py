@@ -19,6 +19,7 @@ from ..compiler import (
 )
 from ..errors import BadInput, StepFailure
 from .sparse_steps import BEGIN, RUN, SHOW, SparseMatrix, SparseSteps
+from .two_halves import LEAST, TwoHalves
 
 
 class LatticeRun:
@@ -68,6 +69,9 @@ class LatticeRun:
             self.x, self.nu, self.mu, *self.past, work, ties, own, of_bond, c, kinds, len(q),
             ranges, len(ranges), segments, len(segments), self.totals,
         )  # fmt: skip
+        self.halves: TwoHalves | None = None
+        if scheme.local and not (scheme.substeps or kernels.affine) and len(self.x) >= LEAST:
+            self.halves = TwoHalves(kernels.advance, self.arguments)
         #: what of a run is in its arrays
         self.digest = hashlib.sha256()
         for array in (self.x, self.mu, own, of_bond, c, ranges, segments):
@@ -138,6 +142,8 @@ class LatticeRun:
             return self.status
         if self.sparse is not None:
             done, status = self.sparse.steps(steps)
+        elif self.halves is not None:
+            done, status = self.halves.steps(steps)
         else:
             done, status = self.kernels.advance(RUN, steps, *self.arguments)
         self.index += done

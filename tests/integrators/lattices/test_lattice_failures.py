@@ -7,6 +7,7 @@ import pytest
 
 from discmech import BadInput, Lattice, Scheme, midpoint, pair, so, trapezoidal
 from discmech.integrators.errors import StepFailure
+from discmech.integrators.lattices import lattice_run
 from discmech.integrators.rules import gauss
 from tests.integrators.lattices.test_lattices import fput
 
@@ -24,6 +25,31 @@ def test_the_site_that_has_no_numbers_is_named(rule, bonds):
     for every in (1, 20):
         with pytest.raises(StepFailure, match=r"as where L is not or FL is singular.* at site 6 "):
             Scheme(leaving, rule).flow("1/50").trajectory(20, every)
+
+
+def test_a_site_of_the_second_half_is_named(monkeypatch):
+    """Halves that are stepped side by side have counts of their own."""
+    monkeypatch.setattr(lattice_run, "LEAST", 2)
+    x0, v0 = np.ones((9, 1)), np.ones((9, 1))
+    x0[6], v0[6] = 0.05, -1
+    leaving = Lattice(
+        "leaving", pair(1), 9, {}, lambda x, v, p: v[0] ** 2 / 2 + v[0] ** 4 / 9 - x[0] ** 1.5,
+        lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0,
+    )  # fmt: skip
+    with pytest.raises(StepFailure, match="at site 6 at step 3"):
+        Scheme(leaving, trapezoidal).flow("1/50").trajectory(20, 20)
+
+
+def test_a_site_whose_first_step_is_not_found_is_named():
+    """Its step ends where its mass is infinite, before a row is shown."""
+    x0, v0 = np.zeros((9, 1)), np.zeros((9, 1))
+    x0[6], v0[6] = 1, -8
+    ending = Lattice(
+        "ending", pair(1), 9, {}, lambda x, v, p: (v[0] ** 2 + v[0] ** 4 / 9) / 2 / (1 + x[0]),
+        lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0,
+    )  # fmt: skip
+    with pytest.raises(StepFailure, match="at site 6 at step 0"):
+        Scheme(ending, trapezoidal).flow("1/4").trajectory(20)
 
 
 def test_a_site_without_a_velocity_is_named_at_once():
