@@ -103,7 +103,8 @@ _KNOWN = {
     "membrane": Known(sized=lambda N: systems.membrane(round(N**0.5), round(N**0.5)), steps=4_000),
     "bodies": Known(momenta={"angular momentum": body_momentum}, sized=systems.bodies),
     "beam": Known(momenta=OF_A_BEAM, sized=systems.beam),
-    "spaghetti": Known(momenta=OF_A_BEAM, sized=systems.spaghetti),
+    # its energy goes over to short waves, and seems to drift in shorter runs
+    "spaghetti": Known(momenta=OF_A_BEAM, sized=systems.spaghetti, steps=100_000),
     "rods": Known(momenta=OF_A_PENDULUM, sized=lambda N: _falling(rods(N - 1, 0))),
     "bead-chain": Known(sized=systems.bead_chain),
     # a joint at a point of the axis leaves a link its spin about that axis
