@@ -1,7 +1,7 @@
 """Numbers and arrays whose operators write LLVM's instructions where Python's would compute.
 
-What Python knows already (constants, lengths, tuples) stays a value of Python's: it is decided and
-unrolled while the instructions are written. Division by zero gives inf or nan.
+What Python knows already (constants, lengths, tuples) is decided and unrolled while instructions
+are written. Division by zero gives inf or nan.
 """
 
 from __future__ import annotations
@@ -268,9 +268,6 @@ def lanes_among(numbers: Iterable[Any]) -> str:
     return next((kind for kind in kinds if kind.startswith("v")), "")
 
 
-# -- tuples of numbers -----------------------------------------------------------------------------
-
-
 def mapped(function: Callable[..., Any], *trees: Any) -> Any:
     """Tuples of tuples, of what a function gives for each leaf."""
     if isinstance(trees[0], tuple):
@@ -278,29 +275,24 @@ def mapped(function: Callable[..., Any], *trees: Any) -> Any:
     return function(*trees)
 
 
-def flat(tree: Any, *, known: bool = True) -> list[Any]:
-    """The numbers and arrays in a tuple of tuples; facts and functions are left out.
-
-    known: with those that Python knows.
-    """
-    leaves: list[Any] = []
-    mapped(lambda leaf: leaves.append(leaf) if _is_number(leaf, known) else None, tree)
-    return [leaf if isinstance(leaf, Array) else register(leaf) for leaf in leaves]
+def flat(tree: Any, known: bool = True) -> list[Any]:
+    """The numbers and arrays in a tuple of tuples, if `known` with numbers that Python knows."""
+    found: list[Any] = []
+    mapped(lambda e: found.append(e) if _is_number(e, known) else None, tree)
+    return [e if isinstance(e, Array) else register(e) for e in found]
 
 
-def filled(tree: Any, values: Iterable[Any], *, known: bool = True) -> Any:
+def filled(tree: Any, values: Iterable[Any], known: bool = True) -> Any:
     """Tuples like these, with other numbers, one after another."""
     rest = iter(values)
     return mapped(lambda leaf: next(rest) if _is_number(leaf, known) else leaf, tree)
 
 
-def form(tree: Any, *, known: bool = True) -> Any:
+def form(tree: Any, known: bool = True) -> Any:
     """Numbers without names: what a shared function is written once for."""
-    unnamed = [replace(v, name="", routine=None) for v in flat(tree, known=known)]
-    return filled(tree, unnamed, known=known)
+    return filled(tree, [replace(v, name="", routine=None) for v in flat(tree, known)], known)
 
 
 def _is_number(leaf: Any, known: bool) -> bool:
-    if isinstance(leaf, (Value, Array)):
-        return True
-    return known and isinstance(leaf, (int, float, np.ndarray)) and not isinstance(leaf, bool)
+    plain = isinstance(leaf, (int, float, np.ndarray)) and not isinstance(leaf, bool)
+    return isinstance(leaf, (Value, Array)) or (known and plain)
