@@ -110,7 +110,7 @@ def collocated(lattice, weights, c):
             whole = smallest(scales(sizes[m:]))
             gate = 1 / 64
             if totals[AGE] > 0:
-                gate = lost_in_all(lattice) * whole / 8
+                gate = largest_row(lattice, lattice.w3, m) * whole / 8
         scaled = scales(sizes[:m]) + scales(sizes[m:])
         change = largest_of(tuple([a * b for a, b in zip(moved, scaled)]))
         if uneven:
@@ -203,11 +203,7 @@ def sweep(lattice, weights, c):
 
 def unseen(lattice):
     """Changes of w up to this are round-off of the largest x of a site."""
-    size = 0.0
-    for r in range(lattice.parts):
-        for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
-            size = larger(norm(row(lattice.x, i, n)), size)
-    return UNSEEN * EPS * size
+    return UNSEEN * EPS * largest_row(lattice, lattice.x, n)
 
 
 def ends_of(lattice, i):
@@ -243,12 +239,12 @@ def shift_on(lattice):
             put_at_site(work, i, MOMENTA, tuple([plus(part, more) for part in pi]))
 
 
-def lost_in_all(lattice):
-    """The largest π₀ − μ of a site."""
+def largest_row(lattice, a, width):
+    """The largest row of a free site, of that width."""
     size = 0.0
     for r in range(lattice.parts):
         for i in range(lattice.ranges[r, 0], lattice.ranges[r, 1]):
-            size = larger(norm(row(lattice.w3, i, m)), size)
+            size = larger(norm(row(a, i, width)), size)
     return size
 
 

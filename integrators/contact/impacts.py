@@ -137,7 +137,7 @@ def velocity_law(
             P, r = failure.near, scaling(W, contacts.cones)
             unit = abs(P) + r * (abs(contacts.rows) @ abs(xi))
             left = missed(P, U + W @ P, r, contacts.cones)
-            if (left > NOISE * gaps.numbers.eps * of_parts(unit, contacts.cones)).any():
+            if not (left <= NOISE * gaps.numbers.eps * of_parts(unit, contacts.cones)).all():
                 raise
         P = (1 + e) * P
     else:

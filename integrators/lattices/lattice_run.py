@@ -187,7 +187,7 @@ class LatticeRun:
         if status == OK and self.multipliers.shape[1]:
             status = self._project()
         self.mu[~self.free] = 0
-        bad = np.flatnonzero(~np.isfinite(np.hstack([self.mu, self.u])).all(axis=1))
+        bad = np.flatnonzero(~(np.isfinite(self.mu).all(axis=1) & np.isfinite(self.u).all(axis=1)))
         if status == OK and len(bad):
             self.totals[PLACE], status = bad[0], SINGULAR
         return status

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from ..compiler import CORRECTIONS, MOST, OK, PLACE, cores
+from .sparse_steps import RUN
 
 LEAST = 4096  # sites, from which on no lattice that was measured becomes slower
-RUN = 1
 
 
 class TwoHalves:
@@ -35,6 +35,7 @@ class TwoHalves:
         self.own = [(rows, len(rows), *none[2:]) if len(rows) else none for rows in sites]
         self.within = [(*none[:2], rows, len(rows)) if len(rows) else none for rows in bonds]
         self.others = np.zeros_like(self.totals)
+        self.second = _second() if cores() > 1 else None
 
     def steps(self, steps: int) -> tuple[int, int]:
         """So many: (steps done, status)."""
@@ -52,11 +53,11 @@ class TwoHalves:
     def _both(self, one: tuple[Any, ...], other: tuple[Any, ...]) -> int:
         """The status of both parts, done side by side."""
         self.others[[CORRECTIONS, MOST]] = 0
-        beside = _second().submit(self._part, other, self.others) if cores() > 1 else None
+        beside = self.second and self.second.submit(self._part, other, self.others)
         status = self._part(one, self.totals)
         of_other = self._part(other, self.others) if beside is None else beside.result()
         self.totals[CORRECTIONS] += self.others[CORRECTIONS]
-        self.totals[MOST] = max(self.totals[[MOST]].max(), self.others[MOST])
+        self.totals[MOST] = max(self.totals[MOST], self.others[MOST])
         if status == OK and of_other != OK:
             self.totals[PLACE] = self.others[PLACE]
         return status if status != OK else of_other

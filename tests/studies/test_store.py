@@ -9,9 +9,7 @@ from functools import partial
 import pytest
 
 from discmech.integrators import scenes
-from discmech.integrators.rules import (
-    midpoint,
-)
+from discmech.integrators.rules import midpoint
 from discmech.studies import get
 from discmech.studies.command.entry import INTERRUPTED, main
 from discmech.studies.core import fingerprint, side_by_side
