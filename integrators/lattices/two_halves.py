@@ -53,7 +53,8 @@ class TwoHalves:
     def _both(self, one: tuple[Any, ...], other: tuple[Any, ...]) -> int:
         """The status of both parts, done side by side."""
         self.others[[CORRECTIONS, MOST]] = 0
-        beside = self.second and self.second.submit(self._part, other, self.others)
+        second = self.second
+        beside = None if second is None else second.submit(self._part, other, self.others)
         status = self._part(one, self.totals)
         of_other = self._part(other, self.others) if beside is None else beside.result()
         self.totals[CORRECTIONS] += self.others[CORRECTIONS]
