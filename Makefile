@@ -43,8 +43,9 @@ $(READY): pyproject.toml $(LOCK) $(if $(FITS),,FORCE)
 		$(FIND); \
 		echo "setting up $(VENV) with $$("$$python" -V) (once, about a minute)"; \
 		rm -rf $(VENV) && "$$python" -m venv $(VENV); fi
-	@$(BIN)/python $(PIP) install -q --no-deps -r $(LOCK)
+	@$(BIN)/python $(PIP) install -q --no-deps --no-compile -r $(LOCK)
 	@$(BIN)/python $(PIP) install -q --no-deps --no-build-isolation -e .
+	@$(BIN)/python -c 'import sympy, scipy.integrate, matplotlib.figure, numba, rich'  # compiled once
 	@mkdir -p $(VENV)/checkout && ln -sfn ../.. $(VENV)/checkout/discmech  # mypy_path
 	@$(BIN)/python $(PIP) check >/dev/null || { $(BIN)/python $(PIP) check; \
 		echo '$(LOCK) does not fit pyproject.toml: say make lock.' >&2; exit 2; }

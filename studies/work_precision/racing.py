@@ -21,8 +21,8 @@ LEAST, MOST = 5, 31  # rounds
 SHORTEST = 1e-3  # seconds: a shorter run is repeated within a sample, against noise and the clock
 #: seconds: before each sample of a shorter run it is called once untimed. The first call after
 #: another run finds caches and branch predictors cold and takes 20 to 100 µs more: up to four times
-#: as long, and not the same from process to process
-WARM = 5e-3
+#: as long, and not the same from process to process. Of a longer run that is no more than `KNOWN`
+WARM = 2.5e-3
 #: a median is known when half of the interval that holds it with this confidence is so much of it
 CONFIDENCE, KNOWN = 0.9, 0.04
 
@@ -108,13 +108,14 @@ def race(
 def _plan(run: Callable[[], object], clock: Callable[[], float]) -> tuple[bool, int]:
     """Whether a run is called once untimed before a sample, and how often within it.
 
-    By the fastest of three calls: the first is cold, and any may be disturbed.
+    By the fastest of three calls: the first is cold, and any may be disturbed. Of a long run one
+    tells enough.
     """
     fastest = math.inf
     for _ in range(3):
         start = clock()
         run()
         fastest = min(fastest, clock() - start)
-        if fastest >= WARM:
-            return False, 1
-    return True, max(1, min(1000, math.ceil(SHORTEST / max(fastest, 1e-9))))
+        if fastest >= 2 * WARM:
+            break
+    return fastest < WARM, max(1, min(1000, math.ceil(SHORTEST / max(fastest, 1e-9))))
