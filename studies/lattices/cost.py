@@ -57,9 +57,9 @@ class _Timed:
 
     def __init__(self, lattice: Lattice, rule: Any) -> None:
         known_in_c = lattice.name == "fput" and rule.name in IN_C
-        self.flow: Any = Scheme(lattice, rule).flow(C_STEP if known_in_c else lattice.step)
-        self.flow.kernels  # noqa: B018 - compiled before the clock runs
-        self.advance, self.sites, self.steps = _steps_of(self.flow), lattice.sites, 2
+        flow: Any = Scheme(lattice, rule).flow(C_STEP if known_in_c else lattice.step)
+        flow.kernels  # noqa: B018 - compiled before the clock runs
+        self.flow, self.sites, self.advance, self.steps = flow, lattice.sites, _steps_of(flow), 2
         while (first := _seconds(self.advance, self.steps)) < LONG / 4:
             self.steps *= 2
         self.steps = max(1, int(self.steps * LONG / first))

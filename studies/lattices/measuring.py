@@ -35,7 +35,7 @@ NEEDS = (
 )
 RULES = ("trapezoidal", "midpoint", "gauss-2")
 STAGED = ("gauss-2",)
-#: of these lattices fewer, unless rules are chosen: what others show, or would take long to compile.
+#: of these lattices fewer, unless rules are chosen: what others show, or takes long to compile.
 #: By gauss-2 the energy of Toda's chain wanders so slowly that telling takes 8 million steps
 FEWER = {"toda": ("trapezoidal",),
          "breather-box": ("midpoint",),

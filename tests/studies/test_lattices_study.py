@@ -215,6 +215,11 @@ def test_an_energy_that_comes_and_goes_slowly_is_no_fail():
 
 
 @pytest.mark.slow
+def test_a_long_run_tells_an_energy_that_wanders_slowly():
+    assert run_case(STUDY, case("toda", "gauss-2"))["verdict"] == "pass"
+
+
+@pytest.mark.slow
 def test_an_energy_that_drifts_is_a_fail(monkeypatch):
     right = following.energies
 
