@@ -186,13 +186,16 @@ def _published(options: argparse.Namespace) -> int:
 
 def _costs(options: argparse.Namespace) -> int:
     """The growth of the cost: a table, and the page with the picture."""
-    from ..references import measuring as costs
+    from ..core.case import Choice
+    from ..core.running import run_study
+    from ..core.study import every_study
     from ..report.page import write_report
     from ..report.tables import print_result
     from .report import about
 
     with progress_shown() as show:
-        found = costs.measure(show, store=Store(options.fresh))
+        study, choice = every_study()["references"], Choice(own=(("thorough", True),))
+        found = run_study(study, choice, show, store=Store(options.fresh))
     if options.json:
         write(options.json, json.dumps(found, indent=1))
     if options.json != "-":
@@ -201,8 +204,8 @@ def _costs(options: argparse.Namespace) -> int:
     if not options.folder:
         return EXIT[found["verdict"]]
     try:
-        scene = about(scenes.get(costs.SCENE))
-        place = write_report([found], [], [scene], Path(options.folder), costs.COMMAND)
+        scene = about(scenes.get(found["cases"][0]["scene"]))
+        place = write_report([found], [], [scene], Path(options.folder), found["command"])
     except OSError as error:
         raise BadInput(
             f"{options.folder} cannot be written ({error.strerror}); name another --folder."

@@ -21,11 +21,13 @@ from ..core.fingerprint import of_views
 from ..core.history import History
 from ..core.running import run_studies
 from ..core.store import Store
+from ..core.study import every_study
 from ..core.workers import worker_pool
 
 if TYPE_CHECKING:
     from ..report.figures import Remembered
 
+OF_THE_BENCH = ("references",)  # studies that are about no scene
 WORTH_DRAWING_TOGETHER = 100  # cases; another process takes three seconds to begin
 
 
@@ -49,15 +51,14 @@ def make_report(
     from .equations import equations_of
 
     history = None if store is None else History(store)
-    studies = [study for study in map(get, NAMES) if list(study.cases(choice))]
+    names = (*NAMES, *(OF_THE_BENCH if choice == Choice() else ()))
+    studies = [s for name in names if list((s := every_study()[name]).cases(choice))]
     results, equations = run_studies(
         studies, choice, progress, store=store, jobs=jobs, also=equations_of
     )
     if choice == Choice():
         from ..power.results import power
-        from ..references import measuring as costs
 
-        results.append(costs.measure(progress, costs.DIGITS[:6], costs.TIMES[:6], store))
         results.append(power(progress, jobs or cores(), store=store))
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in choice.pairs()}

@@ -122,24 +122,23 @@ def run_studies(
     results = []
     for i, study in enumerate(studies):
         whole = [found[i, k] for k in range(len(plan.cases[i]))]
-        results.append(
-            {
-                "schema": SCHEMA,
-                "study": study.name,
-                "verdict": worst(c["verdict"] for c in whole if counts(c)),
-                "command": f"discmech {study.name}",
-                "record": record(sum(c["seconds"] for c in whole), {"steps": choice.steps}),
-                "remembered": remembered[i],
-                "notes": [
-                    *choice.unheeded(),
-                    *choice.apart(study.name),
-                    *study.notes(choice),
-                    *([] if store is None else store.troubles.values()),
-                    *about_remembered(remembered[i], len(whole)),
-                ],
-                "cases": whole,
-            }
-        )
+        result = {
+            "schema": SCHEMA,
+            "study": study.name,
+            "verdict": worst(c["verdict"] for c in whole if counts(c)),
+            "command": f"discmech {study.name}",
+            "record": record(sum(c["seconds"] for c in whole), {"steps": choice.steps}),
+            "remembered": remembered[i],
+            "notes": [
+                *choice.unheeded(),
+                *choice.apart(study.name),
+                *study.notes(choice),
+                *([] if store is None else store.troubles.values()),
+                *about_remembered(remembered[i], len(whole)),
+            ],
+            "cases": whole,
+        }
+        results.append(study.completed(result))
     return results, [extras[i] for i in sorted(extras) if extras[i] is not None]
 
 

@@ -3,7 +3,8 @@
 A study is a folder beside this one. Its `__init__` says what it is (`STUDY`) and loads nothing;
 `measuring` has `NEEDS`, `cases(choice)`, `measure(case, progress)` → numbers and
 `judge(case, measurement)` → verdict, and may have `diagnose(case, measurement)`,
-`notes(choice)`, `depends_on(case)`, `rules_beside(case)`, `timed(case)` and `together(case)`;
+`notes(choice)`, `depends_on(case)`, `rules_beside(case)`, `timed(case)`, `together(case)` and
+`complete(result)`;
 `view`, where there is one, has `VIEW`: how its numbers are shown.
 """
 
@@ -125,6 +126,11 @@ class Study:
         """What is to be said of the whole study."""
         said = getattr(self.measuring, "notes", None)
         return [] if said is None else list(said(choice))
+
+    def completed(self, result: dict[str, Any]) -> dict[str, Any]:
+        """The result of all cases, with what is said of them together."""
+        told = getattr(self.measuring, "complete", None)
+        return result if told is None else {**result, **told(result)}
 
 
 def counts(case: Mapping[str, Any]) -> bool:

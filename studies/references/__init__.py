@@ -18,5 +18,6 @@ STUDY = Study(
         "such numbers for each product in the equations. It can mislead: it is one scene, and a "
         "scene whose orbits come near a singularity, or separate, takes more."
     ),
+    alone=True,
     usual=False,
 )

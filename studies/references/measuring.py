@@ -11,61 +11,104 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
+from discmech.integrators import rules as discretisations
 from discmech.integrators import scenes
 
-from ..core.case import Progress, silent
-from ..core.fingerprint import of_work
-from ..core.record import machine, provenance, record
-from ..core.store import Store
+from ..core.case import Case, Choice, Progress, Verdict, silent
 
-SCENE = "heavy-top"
+NAME, SCENE = "references", "heavy-top"
+NEEDS = "it is about references, and not about a scene."
 DIGITS = (15, 30, 50, 100, 200, 400, 700, 1000)
 SHORT = Fraction(1, 2)  # the time at which digits are compared
 TIMES = (1, 2, 5, 10, 20, 50, 100)
+USUAL = 6  # of each, unless time is no matter
 SURE = 0.5  # seconds of processor time, beside which what disturbs a run is small
 COMMAND = "discmech reference --costs"
 
 
-def measure(
-    progress: Progress = silent,
-    digits: Sequence[int] = DIGITS,
-    times: Sequence[int] = TIMES,
-    store: Store | None = None,
-) -> dict[str, Any]:
-    """The result of a study: a case an integration, by digits and then by time, and the slopes.
+@dataclass(frozen=True)
+class Integration(Case):
+    """One certified integration to a time, against digits or against time; of no rule."""
 
-    A case passes if all digits that were asked for are proven.
-    """
+    kind: str = field(kw_only=True)
+    time: Fraction = field(kw_only=True)
+    rules: tuple[()] = ()
+
+    @property
+    def label(self) -> str:
+        """No rule takes part."""
+        return ""
+
+    @property
+    def command(self) -> str:
+        """What makes the same reference."""
+        return f"discmech reference {SCENE} --time {float(self.time):g} --digits {self.digits}"
+
+
+def cases(choice: Choice) -> list[Case]:
+    """By digits and then by time."""
+    most = None if choice.thorough else USUAL
+    wanted = [("digits", digits, SHORT) for digits in DIGITS[:most]]
+    wanted += [("time", 50, Fraction(t)) for t in TIMES[:most]]
+    scene, rule = scenes.get(SCENE), discretisations.midpoint
+    return [Integration(NAME, scene, rule, d, kind=kind, time=t) for kind, d, t in wanted]
+
+
+def together(case: Case) -> str:
+    """All of them: their times are compared with each other."""
+    return NAME
+
+
+def notes(choice: Choice) -> list[str]:
+    """Where there is more."""
+    return [] if choice.thorough else [f"{COMMAND} goes on to more."]
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """One certified integration, without any table or cache; the better of two if it is short."""
+    from discmech.reference.bounded import bounded_integration
     from discmech.reference.equations import equations_of
+    from discmech.reference.series import compile_series
 
-    equations = equations_of(scenes.get(SCENE))
-    jobs = [("digits", d, SHORT) for d in digits] + [("time", 50, Fraction(t)) for t in times]
-    weights = [d**2.5 * float(t) for _, d, t in jobs]
-    cases = []
-    for i, (kind, d, t) in enumerate(jobs):
-        progress(f"{SCENE}: {d} digits, t = {t}", sum(weights[:i]) / sum(weights))
-        cases.append(_case(kind, _remembered(equations, d, t, store)))
+    assert isinstance(case, Integration)
+    equations = equations_of(case.scene)
+    program = compile_series(equations)
+    best = math.inf
+    for _ in range(2):
+        begun = time.process_time()
+        findings, sweep, _ = bounded_integration(equations, program, [case.time], case.digits)
+        best = min(best, time.process_time() - begun)
+        if best > SURE:
+            break
+    found = findings[case.time]
+    row = {
+        "digits": case.digits, "time": float(case.time), "seconds": best, "steps": sweep.steps,
+        "order": sweep.order, "proven": found.certain, "certainty": found.certainty,
+    }  # fmt: skip
+    return {"measured": row, "rows": [row], "kind": case.kind}
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """A case passes if all digits that were asked for are proven."""
+    proven, expected = measurement["measured"]["proven"], {"digits": case.digits}
+    if proven >= case.digits:
+        return Verdict("pass", "", expected)
+    return Verdict("fail", f"only {proven} digits are certain.", expected)
+
+
+def complete(result: dict[str, Any]) -> dict[str, Any]:
+    """The slopes of all cases, and the law of growth beside them."""
     slopes = {}
     for kind in ("digits", "time"):
-        rows = [case["measured"] for case in cases if case["kind"] == kind]
+        rows = [case["measured"] for case in result["cases"] if case["kind"] == kind]
         slopes[kind] = growth = _slope(rows, kind)
         for row in rows:
             row["growth"] = growth
-    seconds = sum(case["seconds"] for case in cases)
-    return {
-        "schema": 1,
-        "study": "references",
-        "command": COMMAND,
-        "verdict": "pass" if all(case["verdict"] == "pass" for case in cases) else "fail",
-        "record": record(seconds, {"digits": list(digits), "times": list(times)}),
-        "notes": [law(slopes), *([] if digits == DIGITS else [f"{COMMAND} goes on to more."])],
-        "slopes": slopes,
-        "cases": cases,
-    }
+    return {"command": COMMAND, "slopes": slopes, "notes": [law(slopes), *result["notes"]]}
 
 
 def law(slopes: dict[str, float | None]) -> str:
@@ -74,48 +117,6 @@ def law(slopes: dict[str, float | None]) -> str:
         f"Seconds grow like digits^{slopes['digits']} (law: D² M(D), slope 2 to 3.6) and like "
         f"t^{slopes['time']} (law: 1, a little more where errors grow)."
     )
-
-
-def _case(kind: str, row: dict[str, Any]) -> dict[str, Any]:
-    at, sound = row.pop("measured_at"), row["proven"] >= row["digits"]
-    return {
-        "scene": SCENE, "rule": None, "retraction": None, "digits": row["digits"], "kind": kind,
-        "verdict": "pass" if sound else "fail",
-        "reason": "" if sound else f"only {row['proven']} digits are certain.",
-        "command": f"discmech reference {SCENE} --time {row['time']:g} --digits {row['digits']}",
-        "expected": {"digits": row["digits"]}, "measured": row, "rows": [row],
-        "seconds": row["seconds"], "measured_at": at,
-    }  # fmt: skip
-
-
-def _remembered(equations: Any, digits: int, t: Fraction, store: Store | None) -> dict[str, Any]:
-    if store is None:
-        return _timed(equations, digits, t)
-    words = ("references", f"{digits} {t}", str(machine()))
-    key = of_work(words, [Path(__file__)], scenes.get(SCENE), ())
-    found: dict[str, Any] = store.remembered(key, lambda: _timed(equations, digits, t))
-    return found
-
-
-def _timed(equations: Any, digits: int, t: Fraction) -> dict[str, Any]:
-    """One certified integration, without any table or cache; the better of two if it is short."""
-    from discmech.reference.bounded import bounded_integration
-    from discmech.reference.series import compile_series
-
-    program = compile_series(equations)
-    best = math.inf
-    for _ in range(2):
-        begun = time.process_time()
-        findings, sweep, _ = bounded_integration(equations, program, [t], digits)
-        best = min(best, time.process_time() - begun)
-        if best > SURE:
-            break
-    found = findings[t]
-    return {
-        "digits": digits, "time": float(t), "seconds": best, "steps": sweep.steps,
-        "order": sweep.order, "proven": found.certain, "certainty": found.certainty,
-        "measured_at": provenance(),
-    }  # fmt: skip
 
 
 def _slope(rows: Sequence[dict[str, Any]], by: str) -> float | None:

@@ -10,6 +10,7 @@ import pytest
 from discmech.reference import frozen, solution, store
 from discmech.reference.solution import forget
 from discmech.studies.command.entry import main
+from discmech.studies.core.case import Choice
 from discmech.studies.references import measuring as costs
 from discmech.studies.references import published
 
@@ -164,10 +165,11 @@ def test_published_digits_are_shown(capsys, monkeypatch):
 
 
 def test_costs_as_table_and_page(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(costs.measure, "__defaults__", (costs.silent, (15, 40), (1, 2), None))
+    for name, values in (("DIGITS", (15, 40)), ("TIMES", (1, 2))):
+        monkeypatch.setattr(costs, name, values)
     file, folder = tmp_path / "costs.json", tmp_path / "page"
     code, out, _ = ask(capsys, "--costs", "--folder", str(folder), "--json", str(file))
-    assert code == 0 and "Seconds grow like digits^" in out and "goes on to more" in out
+    assert code == 0 and "Seconds grow like digits^" in out
     found = json.loads(file.read_text(encoding="utf-8"))
     assert found["verdict"] == "pass" and len(found["cases"]) == 4
     for case in found["cases"]:
@@ -178,8 +180,9 @@ def test_costs_as_table_and_page(capsys, monkeypatch, tmp_path):
     assert "Seconds grow like digits^" in (folder / "index.html").read_text(encoding="utf-8")
 
 
-def test_digits_that_are_not_proven_fail(monkeypatch):
-    honest = costs._timed
-    monkeypatch.setattr(costs, "_timed", lambda *given: {**honest(*given), "proven": 14})
-    found = costs.measure(digits=(15,), times=(1,))
-    assert found["verdict"] == "fail" and "only 14 digits" in found["cases"][0]["reason"]
+def test_digits_that_are_not_proven_fail():
+    case = costs.cases(Choice())[0]
+    found = {"measured": costs.measure(case)["measured"] | {"proven": 14}}
+    said = costs.judge(case, found)
+    assert said.verdict == "fail" and "only 14 digits" in said.reason
+    assert costs.notes(Choice()) == ["discmech reference --costs goes on to more."]
