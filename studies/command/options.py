@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from discmech.integrators import BadInput, retractions
 
@@ -80,21 +80,31 @@ def choice_of(options: argparse.Namespace) -> Choice:
 
     for name in options.retraction:
         retractions.get(name)
-    asked = []
-    for option in options.own:
-        given = getattr(options, option.name)
-        if given not in (None, [], False):
-            read = (tuple(map(option.read, given)) if option.repeated
-                    else given if option.metavar is None else option.read(given))  # fmt: skip
-            asked.append((option.name, read))
     return Choice(
-        own=tuple(asked),
+        own=own_of(options),
         scenes=lookup.scenes_of(options.scenes),
         rules=lookup.rules(options.rules),
         retractions=tuple(options.retraction),
         digits=tuple(dict.fromkeys(map(digits_in, options.digits))),
         steps=None if options.steps is None else whole("--steps")(options.steps),
     )
+
+
+def own_of(options: argparse.Namespace) -> tuple[tuple[str, Any], ...]:
+    """The values of a study's own options, by name; raises `BadInput` as their readers."""
+    asked: list[tuple[str, Any]] = []
+    for option in options.own:
+        given = getattr(options, option.name)
+        if given not in (None, [], False):
+            read = (tuple(map(option.read, given)) if option.repeated
+                    else given if option.metavar is None else option.read(given))  # fmt: skip
+            asked.append((option.name, read))
+    return tuple(asked)
+
+
+def own_words(options: argparse.Namespace) -> list[str]:
+    """The words that give a study's own options again."""
+    return [word for option in options.own for word in option.words(getattr(options, option.name))]
 
 
 def jobs(options: argparse.Namespace) -> int | Cluster | None:
@@ -118,10 +128,9 @@ def scene_asked(options: argparse.Namespace) -> Scene:
 
 def as_typed(options: argparse.Namespace) -> str:
     """The words that ask the same again."""
-    own = [word for option in options.own for word in option.words(getattr(options, option.name))]
     words = (options.study, *options.scenes)
     given = {"--rule": options.rules, "--retraction": options.retraction}
-    return typed(words, given | {"--digits": options.digits}, own, options.steps)
+    return typed(words, given | {"--digits": options.digits}, own_words(options), options.steps)
 
 
 def typed(

@@ -27,7 +27,7 @@ from ..core.workers import worker_pool
 if TYPE_CHECKING:
     from ..report.figures import Remembered
 
-OF_THE_BENCH = ("references",)  # studies that are about no scene
+OF_THE_BENCH = ("references", "power")  # studies that are about no scene
 WORTH_DRAWING_TOGETHER = 100  # cases; another process takes three seconds to begin
 
 
@@ -56,13 +56,10 @@ def make_report(
     results, equations = run_studies(
         studies, choice, progress, store=store, jobs=jobs, also=equations_of
     )
-    if choice == Choice():
-        from ..power.results import power
-
-        results.append(power(progress, jobs or cores(), store=store))
     progress("figures", 1.0)
     scenes = {scene.name: scene for scene, _ in choice.pairs()}
-    for case in (case for study in studies for case in study.cases(choice)):
+    ours = (study for study in studies if study.name not in OF_THE_BENCH)
+    for case in (case for study in ours for case in study.cases(choice)):
         scenes.setdefault(case.scene.name, case.scene)  # of contact, and of optimal control
     described = [about(scene) for scene in scenes.values()]
     drawn = _drawn_once(store, jobs if isinstance(jobs, int) else cores())

@@ -44,14 +44,6 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
     return _digest(*words, *(part for rule in rules for part in of_rule(case.scene, rule)))
 
 
-def of_work(words: Iterable[str], files: Iterable[Path], scene: Scene,
-            rules: Iterable[Discretisation]) -> str:  # fmt: skip
-    """Of work that is no case of a study: the files that do it, a scene and rules of the bench."""
-    parts = [part for rule in rules for part in _facts(rule)]
-    texts = [text_of(str(file)) for file in files]
-    return _digest(*words, str(versions()), *texts, *of_scene(scene), *parts)
-
-
 def known_by_text(case: Case) -> bool:
     """Whether the fingerprint needs nothing derived: scene and rules are the bench's own."""
     rules = getattr(case, "rules", (case.rule,))

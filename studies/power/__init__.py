@@ -1,6 +1,24 @@
 """Seeded faults that must be caught, and random valid rules that must not be."""
 
+from ..core.options import Option, refuse
 from ..core.study import Study
+
+
+def _unit(text: str) -> int:
+    try:
+        power = int(text)
+    except ValueError:
+        power = 1000
+    if abs(power) > 150:
+        refuse(f"--unit is {text!r}: give a whole number from -150 to 150.")
+    return power
+
+
+def _seed(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) < 19):
+        refuse(f"--seed is {text!r}: give a whole number from 0 on, of 18 digits at most.")
+    return int(text)
+
 
 STUDY = Study(
     name="power",
@@ -21,4 +39,19 @@ STUDY = Study(
         "as many as somebody thought of."
     ),
     usual=False,
+    options=(
+        Option("--thorough", "all faults and 200 rules, not one in 12"),
+        Option("--unit", "faults alone, on scenes with an action 10^K times as large", "K", _unit),
+        Option(
+            "--seed",
+            "faults at other places, another sample, other rules: of numbers nobody has seen",
+            "S",
+            _seed,
+        ),
+        Option(
+            "--only",
+            "faults and rules whose name holds these; 'valid rule': all of these",
+            "WORDS",
+        ),
+    ),
 )

@@ -1,34 +1,36 @@
-"""Each fault, and each valid rule, through the studies: what said no, and what did not."""
+"""Each fault, and each valid rule, through the studies: what said no, and what did not.
+
+A fault is a control: something wrong on purpose, which has to be caught.
+"""
 
 from __future__ import annotations
 
-import tempfile
+import random
+import shlex
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
-from functools import partial
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.rules import Discretisation
 
 from .. import get
-from ..core.case import Case
-from ..core.cluster import Cluster
-from ..core.environment import environment
-from ..core.fingerprint import of_work
+from ..core.case import Case, Choice, Progress, Verdict, silent
+from ..core.fingerprint import text_of
 from ..core.one_case import run_case
-from ..core.record import provenance
-from ..core.store import Store
-from ..core.workers import worker_pool
+from . import STUDY
 from .catalogue import everything
 from .equivalents import proof
 from .faults import Fault, NoPlace, scene_of
+from .results import complete as complete
+from .results import outcome
 from .sites import FaultyCase, faulty_scheme
 from .valid import ValidCase, built_on, random_rule
 
+NAME = "power"
+NEEDS = "the name of no fault and of no rule holds these words."
 #: (study, digits, steps): short runs, for schemes are run uncompiled
 STUDIES = (
     ("order", 16, 12), ("order", 50, 16), ("symplecticity", 16, 24), ("symplecticity", 50, 8),
@@ -36,41 +38,164 @@ STUDIES = (
 )  # fmt: skip
 #: the scenes of the valid rules, in turn
 SCENES = ("pendulum", "rigid-body", "kepler", "pendulum", "rigid-body", "heavy-top")
-Result = dict[str, Any]
-Asked = partial[Any]
-BATCH = 100  # faults or rules that a pool of processes does
+SAMPLE = 12  # of so many faults of a site and rules of a kind one, unless all are asked for
+RULES = 200
 
 
-def of_fault(index: int, unit: int = 0, seed: int = 0) -> Result | None:
-    """One of `everything(unit, seed)` through the studies; None where there is no such fault.
+@dataclass(frozen=True)
+class Candidate(Case):
+    """A fault, or a valid rule drawn by its seed, on a scene of the bench.
 
-    {"name", "scene", "rule", "site", "what", "found": {study: {"verdict", "reason", "seconds"}},
-    "caught", "equivalent", "seconds"}; `caught` names the studies that said no.
-
-    Studies have their digits in the name; where the bench refuses the object, the only one is
-    "refused". `equivalent` is the proof, of those that nothing caught.
+    fault, or the number of the rule. rules: the bench's own that it changes, or is built on.
+    options: the words of its command.
     """
-    fault = everything(unit, seed)[index]
-    begun = time.process_time()
+
+    fault: Fault | None = field(kw_only=True)
+    number: int = field(kw_only=True, default=0)
+    rules: tuple[Discretisation, ...] = field(kw_only=True)
+    options: tuple[str, ...] = field(kw_only=True)
+
+    @property
+    def label(self) -> str:
+        """The rule's name, with a fault in it or not."""
+        return self.rule.name
+
+    @property
+    def name(self) -> str:
+        """How tables call it."""
+        return self.fault.name if self.fault else f"{self.scene.name} {self.rule.name}"
+
+    @property
+    def command(self) -> str:
+        """What puts it through the studies again."""
+        return shlex.join(["discmech", NAME, "--only", self.name, *self.options])
+
+
+def cases(choice: Choice) -> list[Case]:
+    """All faults and rules whose name holds `only`; else all if `thorough`, else one in `SAMPLE`.
+
+    unit: the faults alone, on scenes whose action is 10^unit times as large (random rules have
+    terms of their own size). seed: of the faults' places, of the sample and of the random rules.
+    """
+    unit, seed = choice.asked("unit", 0), choice.asked("seed", 0)
+    options = tuple(word for option in STUDY.options if option.name in ("unit", "seed")
+                    for word in option.words(choice.asked(option.name)))  # fmt: skip
+    faults: list[Candidate] = []
+    for fault in everything(unit, seed):
+        rule = discretisations.get(fault.rule)
+        faults.append(Candidate(
+            NAME, scenes.get(fault.scene), rule, 16, control=fault.site, fault=fault,
+            rules=(rule,), options=options,
+        ))  # fmt: skip
+    valid: list[Candidate] = []
+    for number in () if unit else range(RULES * seed, RULES * (seed + 1)):
+        scene, rule = scenes.get(scene_for(number)), random_rule(number)
+        valid.append(Candidate(
+            NAME, scene, rule, 16, fault=None, number=number, rules=tuple(built_on(rule)),
+            options=options,
+        ))  # fmt: skip
+    if only := choice.asked("only", ""):
+        faults = [case for case in faults if only in case.name]
+        valid = [case for case in valid if only in f"valid rule {case.name}"]
+    elif not choice.thorough:
+        faults = sampled(faults, lambda case: str(case.control).split(".")[0], seed)
+        valid = sampled(valid, lambda case: case.label.rpartition("-")[0], seed)
+    return [*faults, *valid]
+
+
+def sampled(candidates: Sequence[Any], kind: Callable[[Any], str], seed: int = 0) -> list[Any]:
+    """One in `SAMPLE` of each kind, at least one, chosen by the seed, in order."""
+    kinds: dict[str, list[int]] = {}
+    for number, candidate in enumerate(candidates):
+        kinds.setdefault(kind(candidate), []).append(number)
+    generator = random.Random("discmech power" + (f" {seed}" if seed else ""))
+    chosen = [generator.sample(n, -(-len(n) // SAMPLE)) for n in kinds.values()]
+    return [candidates[number] for number in sorted(n for several in chosen for n in several)]
+
+
+def scene_for(seed: int) -> str:
+    """The scene of a valid rule."""
+    return SCENES[seed // 6 % len(SCENES)]
+
+
+def together(case: Case) -> Case:
+    """Itself: no scheme is shared with any other case."""
+    return case
+
+
+def notes(choice: Choice) -> list[str]:
+    """Where these are not all."""
+    all_of_them = choice.thorough or choice.asked("only")
+    return [] if all_of_them else ["A sample; discmech power --thorough takes all."]
+
+
+def depends_on(case: Case) -> str:
+    """The studies that it goes through."""
+    names = dict.fromkeys(name for name, *_ in STUDIES)
+    return "".join(text_of(str(get(name).measuring.__file__)) for name in names)
+
+
+def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """Rows {study, verdict, reason, seconds}; measured: {site, what, caught, equivalent}.
+
+    `caught` names the studies that said no. They have their digits in the name; where the bench
+    refuses the object, the only one is "refused". `equivalent` is the proof that a fault which
+    nothing caught is none. Where there is no such fault, there are no rows.
+    """
+    assert isinstance(case, Candidate)
+    site, what = "valid rule", case.rule.source
+    if case.fault is None:
+        found: dict[str, Any] | None = of_rule(case.number)
+    else:
+        site, what = case.fault.site, case.fault.what
+        found = of_fault(case.fault)
+    if found is None:
+        return {"measured": {}, "rows": []}
+    return {
+        "measured": {"site": site, "what": what, "caught": found["caught"],
+                     "equivalent": found["equivalent"]},
+        "rows": [{"study": name, **said} for name, said in found["found"].items()],
+    }  # fmt: skip
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """A fault has to be caught, or proved to be none; of a valid rule no study may say no."""
+    found, rows = measurement["measured"], measurement["rows"]
+    if not found:
+        return Verdict("pass", "there is no such fault.")
+    if case.control is None:
+        alarms = [row for row in rows if row["study"] in found["caught"]]
+        reason = "; ".join(f"{row['study']}: {row['reason']}" for row in alarms)
+        return Verdict("fail" if alarms else "pass", reason, {"wanted": "no alarm"})
+    missed = ", ".join(f"{row['study']} {row['verdict']}" for row in rows)
+    survives = f"no study says no, and no proof says that it is valid: {missed}."
+    said = outcome(found)
+    reason = {"caught": "", "equivalent": found["equivalent"], "survives": survives}[said]
+    return Verdict("fail" if said == "survives" else "pass", reason, {"wanted": "caught"})
+
+
+def of_fault(fault: Fault) -> dict[str, Any] | None:
+    """{"found": {study: {"verdict", "reason", "seconds"}}, "caught", "equivalent"}; see `measure`.
+
+    None where there is no such fault.
+    """
     try:
         found = _studied(fault)
         caught = any(one["verdict"] == "fail" for one in found.values())
-        said = "" if caught else proof(fault)
+        return _told(found, "" if caught else proof(fault))
     except NoPlace:
         return None
-    about = {"scene": fault.scene, "rule": fault.rule, "site": fault.site, "what": fault.what}
-    return _told(fault.name, about, found, said, begun)
 
 
-def _told(
-    name: str, about: dict[str, str], found: dict[str, Any], equivalent: str, begun: float
-) -> Result:
-    return {
-        "name": name, **about, "found": found,
-        "caught": [study for study, one in found.items() if one["verdict"] == "fail"],
-        "equivalent": equivalent,
-        "seconds": time.process_time() - begun, "measured_at": provenance(),
-    }  # fmt: skip
+def of_rule(seed: int) -> dict[str, Any]:
+    """The same of a valid rule drawn at random: whatever is in `caught` is a false alarm."""
+    scene, rule = scene_of(scene_for(seed)), random_rule(seed)
+    return _told(_through_studies(ValidCase("", scene, rule, 16)), "")
+
+
+def _told(found: dict[str, Any], equivalent: str) -> dict[str, Any]:
+    caught = [study for study, one in found.items() if one["verdict"] == "fail"]
+    return {"found": found, "caught": caught, "equivalent": equivalent}
 
 
 def _studied(fault: Fault) -> dict[str, Any]:
@@ -84,20 +209,6 @@ def _studied(fault: Fault) -> dict[str, Any]:
 
 def _refused(why: str) -> dict[str, Any]:
     return {"refused": {"verdict": "fail", "reason": why, "seconds": 0.0}}
-
-
-def scene_for(seed: int) -> str:
-    """The scene of a valid rule."""
-    return SCENES[seed // 6 % len(SCENES)]
-
-
-def of_rule(seed: int) -> Result:
-    """The same of a valid rule drawn at random: whatever is in `caught` is a false alarm."""
-    begun = time.process_time()
-    scene, rule = scene_of(scene_for(seed)), random_rule(seed)
-    found = _through_studies(ValidCase("", scene, rule, 16))
-    about = {"scene": scene.name, "rule": rule.name, "site": "valid rule", "what": rule.source}
-    return _told(f"{scene.name} {rule.name}", about, found, "", begun)
 
 
 def _through_studies(any_case: Case) -> dict[str, Any]:
@@ -116,73 +227,3 @@ def _through_studies(any_case: Case) -> dict[str, Any]:
             "seconds": time.process_time() - begun,
         }  # fmt: skip
     return found
-
-
-def measure(
-    faults: Sequence[int],
-    rules: Sequence[int],
-    jobs: int | Cluster,
-    progress: Callable[[str, float], None],
-    store: Store | None = None,
-    unit: int = 0,
-    seed: int = 0,
-) -> tuple[list[Result], list[Result]]:
-    """(results of the faults of these indices that exist, results of the rules of these seeds).
-
-    unit, seed: the faults' (`everything`).
-    A store keeps each as it is finished, and what it has already is not measured again.
-    """
-    of_faults: list[Asked] = [partial(of_fault, n, unit, seed) for n in faults]
-    of_rules: list[Asked] = [partial(of_rule, n) for n in rules]
-    names = {ask: _name(ask.args[0], unit, seed) for ask in of_faults}
-    names |= {ask: f"valid rule {ask.args[0]}" for ask in of_rules}
-    results: dict[Asked, Result | None] = {}
-    keys = {} if store is None else {ask: _key(ask, name) for ask, name in names.items()}
-    for ask, key in keys.items():
-        if store is not None and (earlier := store.find(key)) is not None:
-            results[ask] = earlier["found"]
-    left = [ask for ask in names if ask not in results]
-    left.sort(key=lambda ask: ask.func is of_fault)  # rules take longer: so none is left at the end
-    for part in range(0, len(left), BATCH):
-        # a new pool each time, so that memory stays bounded: max_tasks_per_child can hang
-        # (CPython issue 115634)
-        batch = left[part : part + BATCH]
-        with _own_cache(), worker_pool(jobs) as pool:
-            for ask, result in zip(batch, pool.map(_asked, batch), strict=True):
-                results[ask] = result
-                if store is not None:
-                    store.keep(keys[ask], {"found": result})
-                progress(names[ask], len(results) / len(names))
-    faulty, valid = ([r for ask in asked if (r := results[ask]) is not None]
-                     for asked in (of_faults, of_rules))  # fmt: skip
-    return faulty, valid
-
-
-def _asked(ask: Asked) -> Result | None:
-    return ask()
-
-
-def _name(index: int, unit: int, seed: int) -> str:
-    return everything(unit, seed)[index].name + (f" in units of 10^{unit}" if unit else "")
-
-
-def _key(ask: Asked, name: str) -> str:
-    """The fingerprint of a fault's or valid rule's result: the studies' text, its scene and rules.
-
-    Its name, and the text of this folder, say all else.
-    """
-    files = [Path(__file__), *(Path(str(get(study).measuring.__file__)) for study, *_ in STUDIES)]
-    if ask.func is of_fault:
-        fault = everything(*ask.args[1:])[ask.args[0]]
-        scene, rules = fault.scene, [discretisations.get(fault.rule)]
-    else:
-        scene, rules = scene_for(ask.args[0]), built_on(random_rule(ask.args[0]))
-    return of_work(["power", name], dict.fromkeys(files), scenes.get(scene), rules)
-
-
-@contextmanager
-def _own_cache() -> Iterator[None]:
-    """Kernels of faulty schemes are kept nowhere."""
-    with (tempfile.TemporaryDirectory(prefix="discmech-power-") as folder,
-          environment({"DISCMECH_CACHE": folder})):  # fmt: skip
-        yield

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import sympy
@@ -12,14 +13,14 @@ import sympy
 from discmech.integrators.compiler.kernel_text import driver_text
 from discmech.integrators.numbers import first_violation, vanishes_as
 from discmech.studies.command.entry import main
-from discmech.studies.core.store import Store
-from discmech.studies.power import measuring, results
+from discmech.studies.core.case import Choice, worst
+from discmech.studies.core.one_case import run_case
+from discmech.studies.power import STUDY, measuring
 from discmech.studies.power.catalogue import SOLVER, STAGED, everything
 from discmech.studies.power.equivalents import proof
-from discmech.studies.power.faults import NoPlace
-from discmech.studies.power.measuring import of_fault, of_rule
+from discmech.studies.power.faults import Fault, NoPlace
+from discmech.studies.power.measuring import RULES, of_fault, of_rule, sampled
 from discmech.studies.power.operators import OPERATORS
-from discmech.studies.power.results import RULES, result, sampled
 from discmech.studies.power.sites import faulty_scheme, sound_scheme
 from discmech.studies.power.valid import KINDS, random_rule
 from discmech.studies.report.page import lone_page
@@ -27,14 +28,9 @@ from discmech.studies.report.page import lone_page
 CATALOGUE = everything()
 
 
-def index(words):
-    found = [i for i, fault in enumerate(CATALOGUE) if words in fault.name]
-    assert len(found) == 1, [CATALOGUE[i].name for i in found]
-    return found[0]
-
-
-def named(words):
-    return CATALOGUE[index(words)]
+def named(words, catalogue=CATALOGUE):
+    (found,) = [fault for fault in catalogue if words in fault.name]
+    return found
 
 
 #: one of each site, and what has to say no
@@ -64,7 +60,7 @@ SLOW = ("rigid", "duffing", "knife-edge midpoint")
 def test_a_fault_is_caught_by_the_study_that_is_there_for_it(words, study, monkeypatch):
     there = [s for s in measuring.STUDIES if study in (f"{s[0]} {s[1]}", "refused")]
     monkeypatch.setattr(measuring, "STUDIES", there)
-    found = of_fault(index(words))
+    found = of_fault(named(words))
     assert study in found["caught"], found["found"]
     assert not found["equivalent"]
 
@@ -75,7 +71,7 @@ def test_a_fault_is_caught_by_the_study_that_is_there_for_it(words, study, monke
     pytest.param("heavy-top midpoint: equation.gain_at_points, sign #0", marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_a_fault_is_caught_in_any_unit_of_action(words, unit):
-    found = of_fault(index(words), unit)
+    found = of_fault(named(words, everything(unit)))
     assert found["caught"], found["found"]
 
 
@@ -142,7 +138,9 @@ def test_a_fault_that_changes_nothing_is_none():
     fault = named("rigid-body midpoint: fraction, half #0")
     with pytest.raises(NoPlace):
         faulty_scheme(fault)
-    assert of_fault(index(fault.name)) is None
+    assert of_fault(fault) is None
+    (case,) = measuring.cases(Choice(own=(("only", fault.name),)))
+    assert run_case(STUDY, case)["rows"] == []  # and so it is left out
 
 
 def test_the_sound_scheme_is_left_alone():
@@ -185,35 +183,51 @@ def test_the_command(tmp_path, capsys):
         assert f"{word} is '-999': give a whole number" in capsys.readouterr().err
 
 
-def made(name, caught=(), equivalent="", site="rule"):
-    """What `measure` says of a fault or a rule, by hand."""
-    found = {k: {"verdict": "fail" if k in caught else "pass", "reason": f"{k}!", "seconds": 1.0}
-             for k in ("order 50", "energy 16")}  # fmt: skip
+def made(name, caught=(), equivalent="", site="rule", command=""):
+    """The case of a fault or a rule, by hand."""
     scene, rule = name.split()
-    about = {"name": name, "scene": scene, "rule": rule, "site": site, "what": "sign #0"}
-    return {**about, "found": found, "caught": list(caught), "equivalent": equivalent,
-            "seconds": 2.0, "measured_at": {}}  # fmt: skip
+    fault = Fault(scene, rule, site, "sign") if site != "valid rule" else None
+    case = SimpleNamespace(control=fault and site, digits=16)
+    rows = [{"study": k, "verdict": "fail" if k in caught else "pass", "reason": f"{k}!",
+             "seconds": 1.0} for k in ("order 50", "energy 16")]  # fmt: skip
+    found = {"site": site, "what": "sign #0", "caught": list(caught), "equivalent": equivalent}
+    said = measuring.judge(case, {"measured": found, "rows": rows})
+    return {"scene": scene, "rule": rule, "retraction": None, "digits": 16, "seconds": 2.0,
+            "command": command or f"discmech power --only '{name}'", "control": fault is not None,
+            "verdict": said.verdict, "reason": said.reason, "expected": said.expected,
+            "measured": found, "rows": rows, "measured_at": {}}  # fmt: skip
+
+
+def result(*cases):
+    return STUDY.completed({
+        "schema": 1, "study": "power", "command": "discmech power", "record": {}, "notes": [],
+        "verdict": worst(case["verdict"] for case in cases), "cases": list(cases),
+    })  # fmt: skip
 
 
 def test_a_survivor_fails_and_so_does_a_false_alarm():
     caught, equal = made("pendulum midpoint", ["order 50"]), made("kepler midpoint", (), "it is")
     valid = made("kepler random-1", site="valid rule")
-    assert result([caught, equal], [valid], "discmech power")["verdict"] == "pass"
-    survivor = result([caught, made("kepler midpoint")], [valid], "discmech power")
-    assert survivor["verdict"] == "fail" and survivor["survivors"] == ["kepler midpoint"]
+    assert result(caught, equal, valid)["verdict"] == "pass"
+    survivor = result(caught, made("kepler midpoint"), valid)
+    assert survivor["survivors"] == ["kepler midpoint: rule, sign #0"]
     assert "order 50 pass, energy 16 pass" in survivor["cases"][1]["reason"]
-    again = result([caught], [valid], "", "", ["--unit", "-150", "--seed", "3"])["cases"]
-    assert [case["command"].partition("--only ")[2] for case in again] == [
-        "'pendulum midpoint' --unit -150 --seed 3", "'kepler random-1' --unit -150 --seed 3",
-    ]  # fmt: skip
-    alarm = result([caught], [made("kepler random-1", ["energy 16"])], "discmech power")
+    alarm = result(caught, made("kepler random-1", ["energy 16"], site="valid rule"))
     assert alarm["verdict"] == "fail" and alarm["cases"][1]["reason"] == "energy 16: energy 16!"
+    assert alarm["false_alarms"] == ["kepler random-1"]
+
+
+def test_commands_have_the_unit_and_the_seed():
+    asked = Choice(own=(("unit", -150), ("seed", 3), ("only", "pendulum midpoint: rule, sign")))
+    (case,) = measuring.cases(asked)
+    name = "'pendulum midpoint: rule, sign #3'"
+    assert case.command == f"discmech power --only {name} --unit -150 --seed 3"
 
 
 def test_the_tables_say_which_study_caught_what_and_which_did_not():
     faults = [made("a b", ["order 50"]), made("c d", ["order 50", "energy 16"]),
               made("e f", (), "it is"), made("g h", site="groupoid.L")]  # fmt: skip
-    by_site, by_study = result(faults, [], "discmech power")["tables"]
+    by_site, by_study = result(*faults)["tables"]
     assert by_site["lines"] == [["rule", "2", "1", "0"], ["groupoid", "0", "0", "1"],
                                 ["all", "2", "1", "1"]]  # fmt: skip
     assert by_study["lines"] == [
@@ -223,8 +237,8 @@ def test_the_tables_say_which_study_caught_what_and_which_did_not():
 
 
 def test_the_page_has_the_tables_the_command_and_the_survivor_first():
-    found = result([made("a b", ["order 50"]), made("c d"), made("e f", (), "it is")],
-                   [made("g h", site="valid rule")], "discmech power")  # fmt: skip
+    found = result(made("a b", ["order 50"]), made("c d"), made("e f", (), "it is"),
+                   made("g h", site="valid rule"))  # fmt: skip
     page = lone_page([found], [], "discmech power")
     assert "1 of 2 controls was caught" in page  # the equivalent one is none
     assert "no study says no" in page and "Caught by" in page and ">equivalent</b>" in page
@@ -244,71 +258,29 @@ def test_the_sample_has_faults_of_every_site_and_rules_of_every_kind():
     assert some != sampled(range(RULES), lambda seed: kinds[seed], 1)
 
 
-def test_another_seed_has_other_places_and_other_rules(monkeypatch):
+def test_another_seed_has_other_places_and_other_rules():
     x = sympy.Matrix(sympy.symbols("x_:9"))
     h = sympy.Symbol("h")
     signed = [f for f in CATALOGUE if f.operator == "sign"]
     places = {seed: [replace(f, seed=seed).changed(x, h) for f in signed] for seed in (0, 1)}
     assert len({tuple(p) for p in places[0]}) > 1 and places[0] != places[1]
-    asked = []
-    monkeypatch.setattr(results, "measure", lambda *given: (asked.append(given), ([], []))[1])
     for seed in (0, 1, 20261123):
-        found = results.power(lambda *_: None, 1, thorough=True, only="valid rule", seed=seed)
-        assert ("--seed" in found["command"]) == (seed > 0)
-    assert [list(given[1]) for given in asked] == [
-        list(range(200 * seed, 200 * seed + 200)) for seed in (0, 1, 20261123)
-    ]
-    assert not any(given[0] for given in asked)
+        chosen = (("thorough", True), ("only", "valid rule"), ("seed", seed))
+        asked = measuring.cases(Choice(own=chosen))
+        assert [case.number for case in asked] == list(range(200 * seed, 200 * seed + 200))
+        assert not any(case.fault for case in asked)
     names = {f.name for f in everything(0, 7)}
     assert not names & {f.name for f in CATALOGUE if not f.words}
     assert {f.name for f in CATALOGUE if f.words} < names
 
 
-def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
-    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path))
-    stop = [True]
-
-    class Pool:
-        """In this process, and interrupted once."""
-
-        def __init__(self, *_):
-            pass
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *_):
-            pass
-
-        def map(self, function, numbers):
-            for k, number in enumerate(ask.args[0] for ask in numbers):
-                if stop[0] and k == 2:
-                    raise KeyboardInterrupt
-                asked.append(number)
-                yield made(f"a f{number}") if number % 5 else None
-
-    monkeypatch.setattr(measuring, "worker_pool", Pool)
-
-    def run():
-        return measuring.measure(range(10, 16), [], 1, lambda *_: None, Store())
-
-    asked = []
-    with pytest.raises(KeyboardInterrupt):
-        run()
-    stop[0] = False
-    assert asked == [10, 11]
-    found, _ = run()
-    assert asked == [10, 11, 12, 13, 14, 15]
-    assert [f["rule"] for f in found] == ["f11", "f12", "f13", "f14"]
-
-
 @pytest.mark.slow
 def test_every_fault_is_caught_or_proved_to_be_none():
-    found = [result for i in range(len(CATALOGUE)) if (result := of_fault(i)) is not None]
+    found = {f.name: result for f in CATALOGUE if (result := of_fault(f)) is not None}
     assert len(found) >= 200
-    assert not [f["name"] for f in found if not f["caught"] and not f["equivalent"]]
+    assert not [name for name, f in found.items() if not f["caught"] and not f["equivalent"]]
 
 
 @pytest.mark.slow
 def test_no_valid_rule_is_refused():
-    assert not [rule["name"] for seed in range(200) if (rule := of_rule(seed))["caught"]]
+    assert not [seed for seed in range(200) if of_rule(seed)["caught"]]
