@@ -16,8 +16,6 @@ from discmech.studies import NAMES, get
 from discmech.studies.command import report
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Verdict
-from discmech.studies.power import results
-from discmech.studies.references import measuring as costs
 
 WORDS = [
     "report",
@@ -139,14 +137,21 @@ def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
 def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
     words, monkeypatch, tmp_path, capsys
 ):
-    fault = {"name": "a b", "scene": "a", "rule": "b", "site": "rule", "what": "sign #0",
-             "found": {"order 50": {"verdict": "pass", "reason": "", "seconds": 1.0}},
-             "caught": [], "equivalent": "", "seconds": 1.0, "measured_at": {}}  # fmt: skip
-    monkeypatch.setattr(costs, "DIGITS", (15, 30))
-    monkeypatch.setattr(costs, "TIMES", (1, 2))
-    monkeypatch.setattr(report, "run_studies", lambda *a, **k: ([], []))
-    made = results.result([fault], [], "discmech power")
-    monkeypatch.setattr(results, "power", lambda *_, **__: made)
+    found = {"site": "rule", "what": "sign #0", "caught": [], "equivalent": ""}
+    row = {"study": "order 50", "verdict": "pass", "reason": "", "seconds": 1.0}
+    survivor = {"scene": "a", "rule": "b", "retraction": None, "digits": 16, "control": True,
+                "verdict": "fail", "reason": "no study says no", "command": "", "measured_at": {},
+                "expected": {"wanted": "caught"}, "measured": found, "rows": [row],
+                "seconds": 1.0}  # fmt: skip
+    made = {"study": "power", "verdict": "fail", "command": "discmech power", "record": {},
+            "notes": [], "cases": [survivor]}  # fmt: skip
+
+    def run_studies(studies, *_, **__):
+        asked = [study.name for study in studies]
+        assert ("references" in asked) is ("power" in asked)
+        return ([study.completed(made) for study in studies if study.name == "power"], [])
+
+    monkeypatch.setattr(report, "run_studies", run_studies)
     code = main(["report", *words, "--folder", str(tmp_path / "build")])
     page = html.unescape((tmp_path / "build" / "index.html").read_text("utf-8"))
     whole = not words
