@@ -64,5 +64,5 @@ def _print(found: dict[str, Any]) -> None:
     print(
         f"{found['faults']} faults: {found['caught']} caught, {found['equivalent']} proved to "
         f"be none, {len(found['survivors'])} survive; {found['rules']} valid rules: "
-        f"{len(found['false_alarms'])} false alarms; {found['seconds']:.0f} s of processor time."
+        f"{len(found['false_alarms'])} false alarms; {found['seconds']:.0f} s of measuring."
     )

@@ -46,6 +46,11 @@ def cases(choice: Choice) -> list[Case]:
             and c.scene.lagrangian is not None and not isinstance(c.rule, Composition)]  # fmt: skip
 
 
+def together(case: Case) -> Case:
+    """Itself: its variants are timed in turn, disturbed alike."""
+    return case
+
+
 def variants(case: Case) -> list[Variant]:
     """The flow as it is, without each saving that it makes, and without all of them."""
     scheme, step = case.scheme, case.scene.step
