@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from copy import copy
 from fractions import Fraction
 from functools import lru_cache, reduce
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +25,10 @@ from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
 
 from .case import Case, Progress, judged_alone
+
+if TYPE_CHECKING:
+    from discmech.integrators import Scene
+    from discmech.reference import MotionEnds
 
 MOST_ROWS = 10**6
 FAR = 4  # times the sum of the energy's terms at the start: such an error is an escape
@@ -133,20 +138,27 @@ def refuse_ended(case: Case, time: float) -> None:
     A method that stops in the first half of the way there stops by itself. A reference that cannot
     be had, or beyond the scene's duration takes too many steps, says nothing.
     """
+    if judged_alone(case.scene) or case.scene.lagrangian is None:
+        return
+    end = _end_of(case.scene, 2 * time)
+    if end is not None and end.time < 2 * time:
+        raise copy(end)  # a traceback would keep the run
+
+
+@lru_cache(maxsize=64)  # rules of one scene, and faults of one rule, ask alike
+def _end_of(scene: Scene, time: float) -> MotionEnds | None:
+    """Where the motion ends on the way to a time, if a reference tells."""
     from discmech import reference
 
-    scene = case.scene
-    if judged_alone(scene) or scene.lagrangian is None:
-        return
     try:
         reference.solution(scene, scene.duration, digits=30, proof=False)
-        if 2 * time > scene.duration:
-            reference.follow(scene, 2 * time)
+        if time > scene.duration:
+            reference.follow(scene, time)
     except reference.MotionEnds as end:
-        if end.time < 2 * time:
-            raise
+        return end
     except (reference.ReferenceFailure, BadInput):
-        return
+        pass
+    return None
 
 
 Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
