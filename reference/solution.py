@@ -122,7 +122,11 @@ def _answers(
     """From the frozen table, from the user's cache, and the rest computed."""
     name, key = problem.scene.name, problem.key
     found: dict[Fraction, Solution] = {}
-    for table in (lambda: frozen.fitting(name, key), lambda: cache.kept(name, key)):
+    tables = [lambda: frozen.fitting(name, key), lambda: cache.kept(name, key)]
+    own = key if proof else f"{key}, without proof"  # which is no answer to who asks for one
+    if not proof:
+        tables.append(lambda: cache.kept(name, own))
+    for table in tables:
         if len(found) < len(times):
             held = table()
             rows = {t: held and held.row(t, digits, attitude) for t in set(times) - set(found)}
@@ -131,8 +135,7 @@ def _answers(
     if missing:
         solved = problem.solve(missing, digits, attitude, proof)
         found |= solved
-        if proof:
-            cache.keep(name, key, solved.values())
+        cache.keep(name, own, solved.values())
     return found
 
 

@@ -102,7 +102,7 @@ def _solved(mass: np.ndarray, right: np.ndarray) -> np.ndarray:
     """mass⁻¹ right in each row; no numbers where it is singular."""
     try:
         if mass.ndim == 2:
-            return np.asarray(np.linalg.solve(mass, right.T).T)
+            return np.asarray(right @ np.linalg.inv(mass).T)
         return np.asarray(np.linalg.solve(mass, right[..., None])[..., 0])
     except np.linalg.LinAlgError:
         if mass.ndim == 2:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from copy import copy
 from fractions import Fraction
 from functools import lru_cache, reduce
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +25,10 @@ from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
 
 from .case import Case, Progress, judged_alone
+
+if TYPE_CHECKING:
+    from discmech.integrators import Scene
+    from discmech.reference import MotionEnds
 
 MOST_ROWS = 10**6
 FAR = 4  # times the sum of the energy's terms at the start: such an error is an escape
@@ -133,20 +138,27 @@ def refuse_ended(case: Case, time: float) -> None:
     A method that stops in the first half of the way there stops by itself. A reference that cannot
     be had, or beyond the scene's duration takes too many steps, says nothing.
     """
+    if judged_alone(case.scene) or case.scene.lagrangian is None:
+        return
+    end = _end_of(case.scene, 2 * time)
+    if end is not None and end.time < 2 * time:
+        raise copy(end)  # a traceback would keep the run
+
+
+@lru_cache(maxsize=64)  # rules of one scene, and faults of one rule, ask alike
+def _end_of(scene: Scene, time: float) -> MotionEnds | None:
+    """Where the motion ends on the way to a time, if a reference tells."""
     from discmech import reference
 
-    scene = case.scene
-    if judged_alone(scene) or scene.lagrangian is None:
-        return
     try:
         reference.solution(scene, scene.duration, digits=30, proof=False)
-        if 2 * time > scene.duration:
-            reference.follow(scene, 2 * time)
+        if time > scene.duration:
+            reference.follow(scene, time)
     except reference.MotionEnds as end:
-        if end.time < 2 * time:
-            raise
+        return end
     except (reference.ReferenceFailure, BadInput):
-        return
+        pass
+    return None
 
 
 Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]
@@ -187,33 +199,35 @@ def in_rows(
     scheme: DiscretisedScene, f: Any, run: Any, numbers: Arithmetic, inverse: Any = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """f in every row of a run; with ξ(x, μ) where the inverse Legendre map is given."""
+    double = isinstance(numbers, Double)
 
     def of(column: Any) -> np.ndarray:
-        if isinstance(numbers, Double):
-            return np.asarray(column)
-        given = [numbers.number(e) for e in column.ravel()]
-        return np.array(given, dtype=object).reshape(column.shape)
+        if double:
+            return np.asarray(column, dtype=float)
+        given = [numbers.number(e) for e in np.ravel(column)]
+        return np.array(given, dtype=object).reshape(np.shape(column))
 
     with numbers.working():
         p = [numbers.number(v) for v in scheme.scene.parameter_values]
         x, mu = of(getattr(run, "base", run.x)), of(run.mu)
-        xi = mu
-        if inverse is not None:
-            # u is near to ξ; states that another method made come without it
+        start: Any = None
+        if inverse is not None:  # u is near to ξ; states that another method made come without it
             near = getattr(run, "u", None)
-            start = [scheme.scene.v0] * len(mu) if near is None else near
-            xi = inverse(x, mu, p, of(np.array(start, dtype=numbers.dtype)))
-        if not isinstance(numbers, Double):
+            start = np.broadcast_to(of(scheme.scene.v0), mu.shape) if near is None else of(near)
+        if not double:
+            xi = mu if inverse is None else inverse(x, mu, p, start)
             found = [f(*at, p) for at in zip(x, xi, mu, strict=True)]
             return np.array([v for v, _ in found]), np.array([t for _, t in found])
-        parts = []
+        columns: list[np.ndarray] = []
         for first in range(0, max(1, len(mu)), COLUMN):  # what a processor holds near
-            at = (e[first : first + COLUMN] for e in (x, xi, mu))
-            values, terms = f(*(e.T for e in at), p)
-            shape = (len(mu[first : first + COLUMN]), len(values))
-            parts.append([np.broadcast_to(e.T, shape) for e in (values, terms)])
-        values, terms = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return values, terms
+            at = slice(first, first + COLUMN)
+            b, m = (np.ascontiguousarray(e[at].T) for e in (x, mu))
+            given = f(b, m if inverse is None else inverse(x[at], mu[at], p, start[at]).T, m, p)
+            columns = columns or [np.empty((len(e), len(mu))) for e in given]
+            for whole, e in zip(columns, given, strict=True):
+                whole.T[at] = e.T
+        values, terms = columns
+    return values.T, terms.T
 
 
 def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.ndarray:
@@ -224,7 +238,8 @@ def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.nda
     """
     values, terms = found
     with arithmetic(digits).working():
-        drifts = _largest(np.abs(values - values[0]))
+        columns = (abs(column - column[0]) for column in values.T)
+        drifts = reduce(np.maximum, columns, np.zeros(len(values), values.dtype))
         scale = np.maximum(_largest(terms), terms[0].max())
         if digits == 16:  # all rows at once
             return np.divide(drifts, scale, out=np.zeros_like(drifts), where=drifts != 0)
@@ -235,8 +250,10 @@ def energy_errors(scheme: DiscretisedScene, run: Trajectory, digits: int = 16) -
     """(H − H₀)/scale per row, signed; scale is the largest sum of absolute terms of H."""
     values, terms = energy_with_terms(scheme, digits)(run)
     with arithmetic(digits).working():
-        errors = values[:, 0] - values[0, 0]
-        return np.asarray(errors / terms.max() if terms.max() else errors, dtype=float)
+        errors, most = values[:, 0], terms.max()
+        errors -= errors[0]
+        errors /= most or 1
+        return np.asarray(errors, dtype=float)
 
 
 def bins(length: int, most: int) -> list[tuple[int, int]]:

@@ -67,10 +67,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     def errors_of(more: int) -> tuple[np.ndarray, np.ndarray]:
         nonlocal still
         run = long_run(case, case.scheme, more * steps, progress)
-        still = _comes_to_rest(run)
         times, errors = np.asarray(run.t, dtype=float), energy_errors(case.scheme, run, case.digits)
+        still = False
         if not np.ptp(errors) <= WIDE:  # so it is behind a collision too
             refuse_ended(case, float(times[-1]))
+            still = _comes_to_rest(run)
         return times, errors
 
     found = {**measured_errors(case, errors_of), "still": still}
@@ -145,7 +146,7 @@ def certain_drift(case: Case, times: np.ndarray, errors: np.ndarray) -> Line | N
     Mean, minima and maxima of the parts go the same way, each with an interval that leaves out 0,
     and steadily, however the run is parted (`PARTITIONS`); and it is more than round-off.
     """
-    if len(errors) < 256 or not np.isfinite(errors).all():
+    if len(errors) < 256 or not np.isfinite(errors).all() or _steadiness(errors) < STEADY:
         return None
     mean, *others = (
         batch_line(times, errors, CERTAIN, of, [count * k // 8 for count in BATCHES])
@@ -153,7 +154,7 @@ def certain_drift(case: Case, times: np.ndarray, errors: np.ndarray) -> Line | N
     )  # fmt: skip
     ends = [end * np.sign(mean.slope) for line in (mean, *others) for end in line.interval]
     beyond = abs(mean.slope) * times[-1] > _allowed(case, 0.0)
-    return mean if beyond and min(ends) > 0 and _steadiness(errors) >= STEADY else None
+    return mean if beyond and min(ends) > 0 else None
 
 
 def _goes_on(drifts: list[list[float]]) -> bool:

@@ -244,6 +244,17 @@ def test_what_was_computed_is_kept_until_the_scene_changes(own_references, monke
     assert cache.kept("henon-heiles", Problem.of(scene).key).rows
 
 
+def test_what_has_no_proof_is_kept_for_those_who_ask_for_none(own_references, monkeypatch):
+    forget()
+    found = solution("henon-heiles", "0.3", digits=31, proof=False)
+    forget()
+    monkeypatch.setattr(certify, "certified_integration", nothing_is_computed)
+    again = solution("henon-heiles", "0.3", digits=31, proof=False)
+    assert again.evidence == found.evidence and again.certainty == "agreement"
+    with pytest.raises(AssertionError):
+        solution("henon-heiles", "0.3", digits=31)
+
+
 def test_a_table_is_checked_whole_and_must_be_there(copies):
     """Also its attitude, and only what is in it."""
     name = "rigid-body"

@@ -80,5 +80,6 @@ def test_bad_input_to_the_reference_leaves_the_failure_of_the_step(monkeypatch):
         raise BadInput("no exact number")
 
     monkeypatch.setattr("discmech.reference.solution", refused)
-    found = run_case(get("momentum"), case("momentum", FALL, rules.get("midpoint"), 16, 2000))
+    other = FALL.with_values(name="refused")  # of which nothing is known yet
+    found = run_case(get("momentum"), case("momentum", other, rules.get("midpoint"), 16, 2000))
     assert found["verdict"] == "fail" and "did not converge" in found["reason"]
