@@ -34,7 +34,7 @@ STUDY = Study(
         "wrong power, an index, a transposed matrix, a stale value, the misprints of the paper) "
         "each go through the studies, and so do random rules that are valid. A fault has to be "
         "caught by one study at least, or proved to be none; no valid rule may be refused. It "
-        "can mislead: runs are short and uncompiled, on four scenes, so a fault that only shows "
+        "can mislead: runs are short, on four scenes, so a fault that only shows "
         "after a million steps survives here and is caught by the whole studies; and faults are "
         "as many as somebody thought of."
     ),

@@ -31,7 +31,7 @@ from discmech.integrators.scene import Scene
 
 from ..core.case import Case
 from .faults import Fault, NoPlace, scene_of
-from .interpreted import InterpretedScheme
+from .faulty_scheme import FaultyScheme
 
 #: attributes of `Scheme.at_points` by their names in faults, which stay: a name is a fault's seed
 EQUATIONS = {
@@ -96,14 +96,14 @@ def faulty_scheme(fault: Fault) -> Scheme:
     if site == "constraint":
         given = scheme.equations
         changed = fault.operate(given, scheme.h)
-        return InterpretedScheme(scheme, _altered(given, **{name: changed}))
+        return FaultyScheme(scheme, _altered(given, **{name: changed}))
     equations = scheme.equations.altered(fault.name, **maps)
     if site == "form":
         form = (name, lambda tensor: fault.operate(tensor, None))
-        return InterpretedScheme(scheme, equations, form=form)
+        return FaultyScheme(scheme, equations, form=form)
     if site == "solver":
-        return InterpretedScheme(scheme, equations, edit=lambda text: fault.operate(text, None))
-    return InterpretedScheme(scheme, equations)
+        return FaultyScheme(scheme, equations, edit=lambda text: fault.operate(text, None))
+    return FaultyScheme(scheme, equations)
 
 
 @dataclass(frozen=True)

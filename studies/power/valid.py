@@ -8,27 +8,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from discmech.integrators import Scheme
 from discmech.integrators.numbers import mpmath, sympy
 from discmech.integrators.rules import Composition, Discretisation, Method, midpoint, trapezoidal
-from discmech.integrators.scene import Scene
-
-from ..core.case import Case, scheme_of
-from .interpreted import InterpretedScheme
 
 Nodes = list[tuple[Fraction, Fraction]]  # (θ, weight)
-
-
-@dataclass(frozen=True)
-class ValidCase(Case):
-    """A case of a study of a random rule, run uncompiled."""
-
-    def scheme_on(self, scene: Scene) -> Scheme:
-        return InterpretedScheme(scheme_of(scene, self.rule))
 
 
 def random_rule(seed: int) -> Discretisation:
