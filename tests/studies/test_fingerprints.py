@@ -25,6 +25,7 @@ from discmech.integrators.rules import (
 from discmech.studies import NAMES, get
 from discmech.studies.core import fingerprint, lookup
 from discmech.studies.core.case import Case, Choice
+from discmech.studies.power import STUDY as POWER
 from discmech.studies.power import measuring as power
 
 
@@ -132,16 +133,11 @@ RESTS_ON = {
 }  # fmt: skip
 
 
-def keys_of_power():
-    """By the rules that each fault or valid rule is run with."""
-    found = {}
-    for index, fault in enumerate(power.everything(0, 0)):
-        base = fault.rule.rpartition(":")[2]
-        found.setdefault(base, (partial(power.of_fault, index), fault.name))
-    for seed in range(6):
-        rules = ", ".join(rule.name for rule in power.built_on(power.random_rule(seed)))
-        found[f"valid {rules}"] = (partial(power.of_rule, seed), f"valid rule {seed}")
-    return {rules: power._key(*asked) for rules, asked in found.items()}
+def keys_of_power(of=lambda case: case.fault.rule.rpartition(":")[2] if case.fault else (
+    f"valid {', '.join(rule.name for rule in case.rules)}")):  # fmt: skip
+    """By the rules that each fault or valid rule is run with, or what else is asked of a case."""
+    asked = {of(case): case for case in power.cases(Choice(own=(("thorough", True),)))}
+    return {name: fingerprint.of_case(POWER, case, False) for name, case in asked.items()}
 
 
 def change_rule(tree, rule, text="    h = 2 * h / 2\n"):
@@ -199,21 +195,20 @@ def test_rules_by_quadrature_rest_on_their_file_and_others_do_not(checkout):
 
 def test_a_fault_rests_on_its_scene_and_on_the_studies_that_look_for_it(checkout):
     tree, forget = checkout
-    faults = {f.scene: (partial(power.of_fault, i), f.name)
-              for i, f in enumerate(power.everything(0, 0))}  # fmt: skip
-    before = {scene: power._key(*asked) for scene, asked in faults.items()}
+    keys = partial(keys_of_power, lambda case: case.scene.name)
+    before = keys()
     append(tree / "integrators/scenes/kepler.py")
     append(tree / "studies/contact/measuring.py")  # no study of those
     append(tree / "studies/power/view.py")
     forget()
-    after = {scene: power._key(*asked) for scene, asked in faults.items()}
-    assert [scene for scene in faults if after[scene] != before[scene]] == ["kepler"]
+    after = keys()
+    assert [scene for scene in before if after[scene] != before[scene]] == ["kepler"]
     for file in ("studies/momentum/measuring.py", "studies/power/catalogue.py",
                  "studies/core/one_case.py", "integrators/flows/flow.py"):  # fmt: skip
         append(tree / file)
         forget()
-        again = {scene: power._key(*asked) for scene, asked in faults.items()}
-        assert all(again[scene] != after[scene] for scene in faults), file
+        again = keys()
+        assert all(again[scene] != after[scene] for scene in after), file
         after = again
 
 
