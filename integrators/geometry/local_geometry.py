@@ -182,14 +182,18 @@ class LocalGeometry:
 
     def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Tracked:
         """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
-        rho, bracket = self._natural(x)[0], self.contracted(x, mu)
+        rho, c = self._natural(x)
+        bracket = self._contracted(c, mu)
         anchor = self.numbers.zeros(self.n, self.n)
         bracket = -bracket if bracket_sign > 0 else bracket
         return tracked(np.block([[Tracked(anchor), rho], [-rho.T, bracket]]))
 
     def contracted(self, x: Vector, mu: Vector) -> Tracked:
         """μ_θ Ĉ^θ_{γν} at x, m×m."""
-        c, none = self._natural(x)[1], Tracked(self.numbers.zeros(self.m, self.m))
+        return self._contracted(self._natural(x)[1], mu)
+
+    def _contracted(self, c: Tracked, mu: Vector) -> Tracked:
+        none = Tracked(self.numbers.zeros(self.m, self.m))
 
         def part(t: int) -> Tracked:
             return Tracked(mu[t] * c.value[t], lambda: abs(mu[t]) * c.error[t])

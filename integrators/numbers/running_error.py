@@ -63,7 +63,10 @@ class RunningError:
     __radd__, __rmul__ = __add__, __mul__
 
     def __sub__(self, other: Any) -> RunningError:
-        return self + -other
+        if type(other) is not RunningError:
+            return self + -other
+        total = self.value - other.value
+        return RunningError(total, self.error + other.error + abs(total))
 
     def __rsub__(self, other: Any) -> RunningError:
         return -self + other
@@ -122,7 +125,7 @@ class Tracked:
             a, b = sizes(abs(self.value)), sizes(abs(other.value))
             return np.asarray(self.error @ b + a @ (other.error + len(b) * b))
 
-        return Tracked(self.value @ other.value, bound)
+        return Tracked(product(self.value, other.value), bound)
 
     def __rmatmul__(self, other: Any) -> Tracked:
         return tracked(other) @ self
@@ -163,6 +166,16 @@ class Tracked:
         return Tracked(value, lambda: self.error * abs(number) + 2 * abs(value))
 
     __radd__, __rmul__ = __add__, __mul__
+
+
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a @ b; with many digits a number times 0 takes as long as any, so zeros of b are left out."""
+    if a.dtype != object or b.ndim < 2 or b.all():
+        return np.asarray(a @ b)
+    found = np.empty((*a.shape[:-1], b.shape[1]), dtype=object)
+    for column, used in enumerate((b != 0).T):
+        found[..., column] = a[..., used] @ b[used, column]
+    return found
 
 
 def sizes(found: Vector) -> Vector:
