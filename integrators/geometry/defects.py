@@ -23,14 +23,25 @@ def entrywise_defect(map_: Any, form: Any, wanted: Any, resolution: Number) -> N
 
     map_: M (k×l), form: Π (l×l), wanted: Π′ (k×k), plain or `Tracked`. Where an entry is made of
     zeros that are known to round-off only, its error bound is added, times `resolution`: 1 where
-    numbers have the digits that are judged, √ε where they have twice as many.
+    numbers have the digits that are judged, √ε where they have twice as many (`over_terms`).
     """
     map_, form, wanted = map(tracked, (map_, form, wanted))
     gap = map_ @ form @ map_.T - wanted
     of_map, of_form, of_wanted = (sizes(abs(e.value)) for e in (map_, form, wanted))
     terms = of_map @ of_form @ of_map.T + of_wanted
-    scale = terms + resolution * gap.error
-    return in_round_offs(gap.value.ravel(), scale.ravel())
+    return over_terms(gap, terms, resolution)
+
+
+def over_terms(gap: Any, terms: Any, resolution: Number) -> Number:
+    """The largest entry of a `Tracked` gap over its terms and its error bound times `resolution`.
+
+    The bound can only make it smaller, and costs more than all values. So with twice the digits it
+    is not asked for where every gap is below √ε of its terms alone: there is no such zero there.
+    """
+    found = in_round_offs(gap.value.ravel(), terms.ravel())
+    if found <= resolution < 1:
+        return found
+    return in_round_offs(gap.value.ravel(), (terms + resolution * gap.error).ravel())
 
 
 def pullback_defect(

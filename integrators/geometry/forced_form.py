@@ -24,7 +24,7 @@ import numpy as np
 
 from ..numbers import Arithmetic, Tracked, solve, tracked
 from ..numbers.types import Number, Vector
-from .defects import in_round_offs
+from .defects import over_terms
 from .local_geometry import LocalGeometry, Maps, slopes
 
 
@@ -91,8 +91,7 @@ class FormChange:
         gap = self.map_.T @ self.after @ self.map_ - self.before + self.work
         size = abs(self.map_.value)
         terms = size.T @ abs(self.after.value) @ size + abs(self.before.value)
-        scale = terms + abs(self.work.value) + resolution * gap.error
-        return in_round_offs(gap.value.ravel(), scale.ravel())
+        return over_terms(gap, terms + abs(self.work.value), resolution)
 
     def volume(self, numbers: Arithmetic) -> tuple[Number, Number]:
         """(det P, how far its square is from det(ω − dθ_f)), the latter relative to their sum.

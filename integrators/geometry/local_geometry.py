@@ -5,7 +5,7 @@ All derivatives are exact, from the implicit function theorem.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 from typing import Any
 
@@ -23,6 +23,7 @@ from ..numbers import (
     rounded,
     solve,
     tracked,
+    tracked_later,
     with_running_errors,
 )
 from ..numbers.types import Matrix, Number, Numbers, Vector
@@ -84,12 +85,16 @@ class LocalGeometry:
 
     def tracked(self, x: Vector, u: Vector) -> Maps:
         """`at` as `Tracked` arrays, for an u that solves F⁻(x, u) = hμ to round-off."""
-        inverse = inverse_sizes(self.numbers, self.at(x, u)["minus_u"])
-        of_u = self.round_off_of_u(x, u, inverse, 0 * abs(x), self.numbers.zeros(self.m))
-        arrow = rounded(u, of_u)
-        at = rounded(x, 0 * abs(x))
-        values = self._errors("local")(at, arrow, self._rounded_stages(x, u, at, arrow), self._q)
-        return self._completed([tracked(value) for value in values])
+        maps = self.at(x, u)
+
+        def with_errors() -> Iterable[Tracked]:
+            inverse = inverse_sizes(self.numbers, maps["minus_u"])
+            of_u = self.round_off_of_u(x, u, inverse, 0 * abs(x), self.numbers.zeros(self.m))
+            at, arrow = rounded(x, 0 * abs(x)), rounded(u, of_u)
+            found = self._errors("local")(at, arrow, self._rounded_stages(x, u, at, arrow), self._q)
+            return self._completed([tracked(value) for value in found]).values()
+
+        return dict(zip(maps, tracked_later(maps.values(), with_errors), strict=True))
 
     def _completed(self, values: Any) -> Maps:
         names = (*_PARTS, *(_OF_STAGES if self.k else ()))
@@ -177,21 +182,35 @@ class LocalGeometry:
 
     def poisson_tensor(self, x: Vector, mu: Vector, bracket_sign: int = 1) -> Tracked:
         """Π(x, μ) of {x^i, μ_γ} = ρ̂^i_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, (n+m)×(n+m)."""
-        rho, bracket = self._natural(x)[0], self.contracted(x, mu)
+        rho, c = self._natural(x)
+        bracket = self._contracted(c, mu)
         anchor = self.numbers.zeros(self.n, self.n)
         bracket = -bracket if bracket_sign > 0 else bracket
         return tracked(np.block([[Tracked(anchor), rho], [-rho.T, bracket]]))
 
     def contracted(self, x: Vector, mu: Vector) -> Tracked:
         """μ_θ Ĉ^θ_{γν} at x, m×m."""
-        c = self._natural(x)[1]
-        some = [t for t in range(self.m) if c.value[t].any() or c.error[t].any()]
-        parts = (Tracked(mu[t] * c.value[t], abs(mu[t]) * c.error[t]) for t in some)
-        return sum(parts, Tracked(self.numbers.zeros(self.m, self.m)))
+        return self._contracted(self._natural(x)[1], mu)
+
+    def _contracted(self, c: Tracked, mu: Vector) -> Tracked:
+        none = Tracked(self.numbers.zeros(self.m, self.m))
+
+        def part(t: int) -> Tracked:
+            return Tracked(mu[t] * c.value[t], lambda: abs(mu[t]) * c.error[t])
+
+        def bound() -> np.ndarray:
+            some = (t for t in range(self.m) if c.value[t].any() or c.error[t].any())
+            return sum(map(part, some), none).error
+
+        seen = (t for t in range(self.m) if c.value[t].any())
+        return Tracked(sum(map(part, seen), none).value, bound)
 
     def _natural(self, x: Vector) -> tuple[Tracked, Tracked]:
         """ρ̂ at x, n×m, and Ĉ there as [θ, γ, ν]."""
-        rho, c = map(tracked, self._errors("natural")(rounded(x, 0 * abs(x)), self._q))
+        values = self._value("natural", x, self.q)
+        rho, c = tracked_later(
+            values, lambda: self._errors("natural")(rounded(x, 0 * abs(x)), self._q)
+        )
         return rho, c
 
     def tangent(self, here: Maps, there: Maps) -> Matrix:

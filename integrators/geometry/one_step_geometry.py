@@ -17,6 +17,7 @@ from ..numbers import (
     rounded,
     solve,
     tracked,
+    tracked_later,
 )
 from ..numbers.types import Matrix, Numbers, Vector
 from .local_geometry import KEPT, LocalGeometry, StagesNotFound
@@ -118,9 +119,11 @@ class OneStepGeometry(LocalGeometry):
         w = newton(change, start, round_off(start), self.numbers.eps)
         if w is None:
             raise StepNotFound("Newton did not find a step again that a run has taken.")
-        unknowns = rounded(w, round_off(w))
-        found = self._errors("one_step")(at, momentum, unknowns, self._q)
-        return w, [tracked(e) for e in found]
+
+        def with_errors() -> Any:
+            return self._errors("one_step")(at, momentum, rounded(w, round_off(w)), self._q)
+
+        return w, tracked_later(parts(w), with_errors)
 
     def at(self, x: Numbers, u: Numbers) -> Any:
         """Raises `CannotMeasure`: a map has no Legendre maps at arrows."""

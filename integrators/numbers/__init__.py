@@ -64,6 +64,7 @@ from .running_error import (
     sizes,
     solve,
     tracked,
+    tracked_later,
     values_of,
 )
 from .running_error_text import with_running_errors
@@ -81,6 +82,6 @@ __all__ = [
     "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of", "random_columns",
     "mpmath", "random_point", "refuse_large", "register", "registered_function", "replaced",
     "rounded", "run_text", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy", "to_sympy",
-    "tracked", "values_of", "vanishes", "vanishes_as", "whole_number", "with_running_errors",
-    "with_tables", "working_digits", "written_out",
+    "tracked", "tracked_later", "values_of", "vanishes", "vanishes_as", "whole_number",
+    "with_running_errors", "with_tables", "working_digits", "written_out",
 ]  # fmt: skip

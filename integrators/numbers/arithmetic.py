@@ -172,6 +172,8 @@ class Multiple:
     def number(self, value: Exact | Number, what: str = "value") -> Number:
         if isinstance(value, type(self._gmpy2.mpfr(0))):
             return value
+        if isinstance(value, float) and math.isfinite(value):
+            return self._gmpy2.mpfr(float(value))  # a run's rows should not start with fractions
         value = exact(value, what)
         if isinstance(value, Fraction):
             return self._gmpy2.mpfr(self._gmpy2.mpq(value.numerator, value.denominator))

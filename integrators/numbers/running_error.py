@@ -8,8 +8,9 @@ of every function are counted in, and units of length, time and mass with them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -62,7 +63,10 @@ class RunningError:
     __radd__, __rmul__ = __add__, __mul__
 
     def __sub__(self, other: Any) -> RunningError:
-        return self + -other
+        if type(other) is not RunningError:
+            return self + -other
+        total = self.value - other.value
+        return RunningError(total, self.error + other.error + abs(total))
 
     def __rsub__(self, other: Any) -> RunningError:
         return -self + other
@@ -92,25 +96,36 @@ class Tracked:
     """An array of numbers with a bound of each one's error: the same by whole matrices.
 
     It goes through numpy's functions that only move entries (stack, block, transpose) and through
-    @, +, − and `solve`. Bounds are `sizes`: a bound is not asked for to many digits.
+    @, +, − and `solve`. Bounds are `sizes`: a bound is not asked for to many digits. They cost more
+    than the values and are computed once they are asked for, by `bound()`; without one, none is.
     """
 
     __array_ufunc__ = None  # a plain array leaves its operators to this class
 
-    def __init__(self, value: np.ndarray, error: np.ndarray | None = None) -> None:
-        self.value = value
-        self.error = np.zeros(np.shape(value)) if error is None else sizes(error)
+    def __init__(self, value: np.ndarray, bound: Callable[[], np.ndarray] | None = None) -> None:
+        self.value, self._bound = value, bound
+
+    @cached_property
+    def error(self) -> np.ndarray:
+        """The bounds, of the value's shape, in units of round-off."""
+        return np.zeros(np.shape(self.value)) if self._bound is None else sizes(self._bound())
 
     def __array_function__(self, function: Any, types: Any, arguments: Any, more: Any) -> Tracked:
         values = _each(arguments, lambda e: tracked(e).value)
-        errors = _each(arguments, lambda e: tracked(e).error)
-        return Tracked(function(*values, **more), function(*errors, **more))
+
+        def bound() -> np.ndarray:
+            return np.asarray(function(*_each(arguments, lambda e: tracked(e).error), **more))
+
+        return Tracked(function(*values, **more), bound)
 
     def __matmul__(self, other: Any) -> Tracked:
         other = tracked(other)
-        a, b = sizes(abs(self.value)), sizes(abs(other.value))
-        error = self.error @ b + a @ (other.error + len(b) * b)
-        return Tracked(self.value @ other.value, error)
+
+        def bound() -> np.ndarray:
+            a, b = sizes(abs(self.value)), sizes(abs(other.value))
+            return np.asarray(self.error @ b + a @ (other.error + len(b) * b))
+
+        return Tracked(product(self.value, other.value), bound)
 
     def __rmatmul__(self, other: Any) -> Tracked:
         return tracked(other) @ self
@@ -118,10 +133,10 @@ class Tracked:
     def __add__(self, other: Any) -> Tracked:
         other = tracked(other)
         total = self.value + other.value
-        return Tracked(total, self.error + other.error + sizes(abs(total)))
+        return Tracked(total, lambda: self.error + other.error + sizes(abs(total)))
 
     def __neg__(self) -> Tracked:
-        return Tracked(-self.value, self.error)
+        return Tracked(-self.value, lambda: self.error)
 
     def __sub__(self, other: Any) -> Tracked:
         return self + -tracked(other)
@@ -131,15 +146,15 @@ class Tracked:
 
     def __truediv__(self, number: Number) -> Tracked:
         value = self.value / number
-        return Tracked(value, self.error / abs(number) + 2 * abs(value))
+        return Tracked(value, lambda: self.error / abs(number) + 2 * abs(value))
 
     def __getitem__(self, place: Any) -> Tracked:
-        return Tracked(self.value[place], self.error[place])
+        return Tracked(self.value[place], lambda: self.error[place])
 
     @property
     def T(self) -> Tracked:
         """The transpose."""
-        return Tracked(self.value.T, self.error.T)
+        return Tracked(self.value.T, lambda: self.error.T)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -148,9 +163,19 @@ class Tracked:
 
     def __mul__(self, number: Number) -> Tracked:
         value = self.value * number
-        return Tracked(value, self.error * abs(number) + 2 * abs(value))
+        return Tracked(value, lambda: self.error * abs(number) + 2 * abs(value))
 
     __radd__, __rmul__ = __add__, __mul__
+
+
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a @ b; with many digits a number times 0 takes as long as any, so zeros of b are left out."""
+    if a.dtype != object or b.ndim < 2 or b.all():
+        return np.asarray(a @ b)
+    found = np.empty((*a.shape[:-1], b.shape[1]), dtype=object)
+    for column, used in enumerate((b != 0).T):
+        found[..., column] = a[..., used] @ b[used, column]
+    return found
 
 
 def sizes(found: Vector) -> Vector:
@@ -174,8 +199,14 @@ def tracked(array: Any) -> Tracked:
         return array
     array = np.asarray(array)
     if array.dtype == object:
-        return Tracked(values_of(array), errors_of(array))
+        return Tracked(values_of(array), lambda: errors_of(array))
     return Tracked(array)
+
+
+def tracked_later(values: Iterable[Any], again: Callable[[], Iterable[Any]]) -> list[Tracked]:
+    """Arrays as `Tracked`, whose errors are those of `again()`: the same ones, `tracked`."""
+    once = cache(lambda: [tracked(e) for e in again()])
+    return [Tracked(e, partial(lambda k: once()[k].error, k)) for k, e in enumerate(values)]
 
 
 def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
@@ -184,9 +215,12 @@ def solve(numbers: Arithmetic, a: Any, b: Any) -> Any:
         return numbers.solve(a, b)
     a, b = tracked(a), tracked(b)
     x = numbers.solve(a.value, b.value)
-    inverse = inverse_sizes(numbers, a.value)
-    left = (a.error + len(a.value) * sizes(abs(a.value))) @ sizes(abs(x)) + b.error
-    return Tracked(x, inverse @ left)
+
+    def bound() -> np.ndarray:
+        left = (a.error + len(a.value) * sizes(abs(a.value))) @ sizes(abs(x)) + b.error
+        return np.asarray(inverse_sizes(numbers, a.value) @ left)
+
+    return Tracked(x, bound)
 
 
 def inverse_sizes(numbers: Arithmetic, a: np.ndarray) -> np.ndarray:

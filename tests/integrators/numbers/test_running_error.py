@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from discmech.integrators.numbers import arithmetic, inverse_sizes
+from discmech.integrators.numbers.running_error import product
 
 
 @pytest.mark.parametrize("digits", [16, 50])
@@ -27,3 +28,16 @@ def test_a_singular_matrix_has_none(rows, digits):
     numbers = arithmetic(digits)
     with numbers.working(), pytest.raises(ZeroDivisionError):
         inverse_sizes(numbers, np.array(rows, numbers.dtype) * numbers.number(1))
+
+
+@pytest.mark.parametrize("digits", [16, 50])
+@pytest.mark.parametrize("shape", [(3, 4), (4,), (0, 4)])
+@pytest.mark.parametrize("columns", [0, 3])
+def test_a_product_leaves_out_nothing_but_zeros(shape, columns, digits):
+    numbers, random = arithmetic(digits), np.random.default_rng(7)
+    a, b = (random.integers(-3, 4, size) for size in (shape, (4, columns)))
+    b[:, :1] = 0  # a column that leaves nothing
+    with numbers.working():
+        found = product(*(numbers.zeros(*e.shape) + e for e in (a, b)))
+        assert found.dtype == numbers.dtype and found.shape == (a @ b).shape
+        assert np.all(found == a @ b)
