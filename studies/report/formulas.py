@@ -63,7 +63,7 @@ def _under_roots(expression: Any, h: Any) -> dict[Any, Any]:
 
 def _powers(expression: Any, h: Any, base: Collection[Any]) -> list[Any]:
     """c₀ + c₁h + …, as the terms of c₀, of c₁h and so on."""
-    from sympy import Add, collect, count_ops, factor, factor_terms, fraction
+    from sympy import Add, collect, fraction
 
     powers = collect(_expanded(expression), h, evaluate=False) if expression != 0 else {}
     found = []
@@ -73,12 +73,34 @@ def _powers(expression: Any, h: Any, base: Collection[Any]) -> list[Any]:
             kind = bool(term.free_symbols & set(base))
             kin.setdefault((kind, str(fraction(term)[1].as_coeff_Mul()[1])), []).append(term)
         for _, terms in sorted(kin.items()):
-            part = Add(*terms)
-            small = count_ops(part) < LARGEST // 10
-            found.append(power * (factor(part) if small else factor_terms(part)))
+            found.append(power * _factored(Add(*terms)))
     return found
 
 
+@cache  # rules of a scene, and both ends of a step, have most terms in common
+def _factored(part: Any) -> Any:
+    """A sum of one denominator as a product, as sympy's `factor` has it, but by flint."""
+    from flint import fmpz_mpoly_ctx
+    from sympy import Add, Mul, Poly, Rational, count_ops, factor, factor_terms, fraction
+    from sympy.core.mul import _keep_coeff  # a number before a sum that stays outside
+
+    if not part.is_Add:
+        return part
+    if count_ops(part) >= LARGEST // 10:
+        return factor_terms(part)
+    below = fraction(part.args[0])[1].as_coeff_Mul()[1]
+    above = Poly(Add(*(term * below for term in part.args)))
+    if not (above.domain.is_ZZ or above.domain.is_QQ):  # decimals
+        return factor(part)
+    number, above = above.clear_denoms(convert=True)
+    ring = fmpz_mpoly_ctx.get([f"x{k}" for k, _ in enumerate(above.gens)], "lex")
+    whole = ring.from_dict({m: int(c) for m, c in above.rep.to_dict().items()})
+    content, factors = whole.factor()
+    again = [Poly.from_dict(f.to_dict(), *above.gens).as_expr() ** k for f, k in factors]
+    return _keep_coeff(Rational(int(content), number), Mul(*again)) / factor(below)
+
+
+@cache
 def _expanded(expression: Any) -> Any:
     from sympy import expand
 
@@ -148,14 +170,20 @@ class Typesetter:
         """Each term with the sign before it; the first without a plus. Nothing is zero."""
         from sympy.printing.precedence import PRECEDENCE
 
-        printer, found = _printer(), list[str]()
+        found = list[str]()
         for term in terms:
             minus = term.as_coeff_Mul()[0].is_negative
             sign = "<mo>−</mo>" if minus else "<mo>+</mo>" if found else ""
             size = (-term if minus else term).xreplace(self.letters)
             least = PRECEDENCE["Mul"] if sign else 0  # a sum without a sign needs no brackets
-            found.append(sign + _written(printer.parenthesize(size, least, strict=True)))
+            found.append(sign + _typeset(size, least))
         return found or ["<mn>0</mn>"]
+
+
+@cache
+def _typeset(size: Any, least: int) -> str:
+    """In brackets where it binds less than that."""
+    return _written(_printer().parenthesize(size, least, strict=True))
 
 
 @cache
