@@ -106,7 +106,8 @@ def render(panels: Sequence[Panel], sheet: Sheet, definitions: dict[str, str]) -
         svg, words, png = BytesIO(), BytesIO(), BytesIO()
         about = {"Date": None, "Creator": "discmech"}
         figure.savefig(svg, format="svg", metadata=about)
-        figure.savefig(png, format="png", dpi=200, metadata={"Software": "discmech"})
+        quick = {"compress_level": 4}  # for 1 % of the size
+        figure.savefig(png, dpi=200, metadata={"Software": "discmech"}, pil_kwargs=quick)
         with matplotlib.rc_context({"svg.fonttype": "none"}):  # the page has fonts of its own
             figure.savefig(words, format="svg", metadata=about)
     spoken = [panel.spoken for panel in panels]

@@ -102,6 +102,7 @@ def _curve(axes: Axes, case: Case, mark: Mark, share: Share) -> None:
 def slope_marks(axes: Axes, fellows: dict[float, list[Curve]], curves: Sequence[Curve]) -> None:
     """A triangle for each slope, clear of everything, near to the curves that should have it."""
     import numpy as np
+    from scipy.spatial import KDTree
 
     taken = _along(axes, curves)
     decades_x, decades_y = (
@@ -114,8 +115,7 @@ def slope_marks(axes: Axes, fellows: dict[float, list[Curve]], curves: Sequence[
         spots = np.mgrid[0.03 : 0.9 - width : 0.03, 0.08 : 0.94 - height : 0.03].reshape(2, -1).T
 
         def nearest(points: Curve, spots: Any = spots, outline: Any = outline) -> Any:
-            apart = spots[:, None, None] + outline[None, :, None] - np.array(points)[None, None]
-            return np.sqrt((apart**2).sum(axis=-1).min(axis=(1, 2)))
+            return KDTree(points).query(spots[:, None] + outline)[0].min(axis=1)
 
         own = np.array(sorted(_along(axes, kin)))
         below = spots[:, 1] < np.interp(spots[:, 0] + width / 2, own[:, 0], own[:, 1])
