@@ -155,7 +155,7 @@ def _end_of(scene: Scene, time: float) -> MotionEnds | None:
         if time > scene.duration:
             reference.follow(scene, time)
     except reference.MotionEnds as end:
-        return end
+        return copy(end)  # its traceback would keep what asked first
     except (reference.ReferenceFailure, BadInput):
         pass
     return None

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+from contextlib import suppress
+
+import numpy as np
 import pytest
 
 from discmech.integrators import BadInput, Scene, discretisation, pair, rules, scenes
 from discmech.integrators.scene import Conserved
+from discmech.reference import MotionEnds
 from discmech.studies import get
 from discmech.studies.core.one_case import run_case
+from discmech.studies.core.runs import refuse_ended
 from tests.studies.cached_results import case, measured
 
 #: a geodesic of the hyperbolic plane: it runs to the boundary x₂ = 0, where μ grows without end
@@ -83,3 +90,17 @@ def test_bad_input_to_the_reference_leaves_the_failure_of_the_step(monkeypatch):
     other = FALL.with_values(name="refused")  # of which nothing is known yet
     found = run_case(get("momentum"), case("momentum", other, rules.get("midpoint"), 16, 2000))
     assert found["verdict"] == "fail" and "did not converge" in found["reason"]
+
+
+def test_an_end_that_is_remembered_keeps_nothing_of_who_asked_first():
+    def asked():
+        run = np.zeros(2)  # a million rows, in a study
+        with suppress(MotionEnds):
+            refuse_ended(case("momentum", other, rules.get("midpoint"), 16, 2000), 3.0)
+            pytest.fail("it goes on")
+        return weakref.ref(run)
+
+    other = FALL.with_values(name="remembered")
+    found = asked()
+    gc.collect()
+    assert found() is None
