@@ -10,6 +10,8 @@ import shlex
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from discmech.integrators import BadInput, scenes
@@ -18,6 +20,7 @@ from discmech.integrators.rules import Discretisation
 
 from .. import get
 from ..core.case import Case, Choice, Progress, Verdict, silent
+from ..core.environment import environment
 from ..core.fingerprint import text_of
 from ..core.one_case import run_case
 from . import STUDY
@@ -144,11 +147,12 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """
     assert isinstance(case, Candidate)
     site, what = "valid rule", case.rule.source
-    if case.fault is None:
-        found: dict[str, Any] | None = of_rule(case.number)
-    else:
-        site, what = case.fault.site, case.fault.what
-        found = of_fault(case.fault)
+    with environment({"DISCMECH_CACHE": _own_cache().name}):
+        if case.fault is None:
+            found: dict[str, Any] | None = of_rule(case.number)
+        else:
+            site, what = case.fault.site, case.fault.what
+            found = of_fault(case.fault)
     if found is None:
         return {"measured": {}, "rows": []}
     return {
@@ -156,6 +160,12 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                      "equivalent": found["equivalent"]},
         "rows": [{"study": name, **said} for name, said in found["found"].items()],
     }  # fmt: skip
+
+
+@cache
+def _own_cache() -> TemporaryDirectory[str]:
+    """Kernels of faulty schemes serve nobody again: they go with the process."""
+    return TemporaryDirectory(prefix="discmech-power-")
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

@@ -224,6 +224,14 @@ def test_commands_have_the_unit_and_the_seed():
     assert case.command == f"discmech power --only {name} --unit -150 --seed 3"
 
 
+def test_kernels_of_a_fault_are_left_nowhere(tmp_path, monkeypatch):
+    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path / "users"))
+    monkeypatch.setattr(measuring, "STUDIES", [("energy", 16, 100)])
+    asked = (("seed", 3), ("only", "pendulum midpoint: rule, sign"))
+    (case,) = measuring.cases(Choice(own=asked))
+    assert run_case(STUDY, case)["rows"] and not (tmp_path / "users").exists()
+
+
 def test_the_tables_say_which_study_caught_what_and_which_did_not():
     faults = [made("a b", ["order 50"]), made("c d", ["order 50", "energy 16"]),
               made("e f", (), "it is"), made("g h", site="groupoid.L")]  # fmt: skip
