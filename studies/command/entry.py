@@ -6,6 +6,7 @@ Only what the asked command needs is loaded: `discmech list` imports neither sym
 from __future__ import annotations
 
 import argparse
+import errno
 import json
 import re
 import sys
@@ -60,6 +61,12 @@ def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return PASS
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        again = "; the same command goes on where it stopped" if farewell.kept else ""
+        print(f"discmech: {error.strerror}: make room{again}.", file=sys.stderr)
+        return BAD_INPUT
     except KeyboardInterrupt:
         farewell.say()
         return INTERRUPTED

@@ -114,6 +114,17 @@ def test_a_failed_write_leaves_the_old_file(ask, tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir() if p.is_file()] == ["list.json"]
 
 
+def test_a_full_disk_is_told_in_a_sentence(ask, tmp_path, monkeypatch):
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("discmech.studies.report.page.write_report", full)
+    line = ("energy", "harmonic", "--rule", "midpoint", "--steps", "50")
+    code, _, err = ask(*line, "--folder", str(tmp_path))
+    assert code == 2 and err.count("\n") == 1
+    assert "No space left on device: make room; the same command goes on" in err
+
+
 def test_where_the_result_goes_is_looked_at_before_the_study_runs(ask, tmp_path, monkeypatch):
     monkeypatch.setattr(
         get("energy").measuring, "measure", lambda *_: pytest.fail("measured in vain")
