@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput
-from discmech.integrators.compiler import cache_folder, write_atomically
+from discmech.integrators.compiler import cache_folder
 
 from .case import VERDICTS
+from .store import seal, unsealed
 
 ANSWERS = ("worse", "cannot tell", "better", "equal")  # the order in which they are shown
 Result = dict[str, Any]
@@ -38,8 +39,7 @@ def save(name: str, result: Result) -> Path:
     """Save a result under a name; an older one of that name and study is replaced."""
     path = path_of(name, result["study"])
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, json.dumps(result))
+        seal(path, json.dumps(result))
     except OSError as error:
         raise BadInput(f"the baseline {name} cannot be saved ({path}: {error.strerror}).") from None
     return path
@@ -48,19 +48,17 @@ def save(name: str, result: Result) -> Path:
 def load(name: str, study: str) -> Result | None:
     """The result of a study that was saved under a name, or None if there is none.
 
-    Raises `BadInput` for a file that holds something else.
+    Raises `BadInput` for a file that is not what `save` wrote.
     """
     path = path_of(name, study)
     if not path.exists():
         return None
-    try:
-        found: Result = json.loads(path.read_text(encoding="utf-8"))
-        if found["study"] == study and found["cases"] and found["record"]:
-            return found
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
+    found = unsealed(path)
+    if found.get("study") == study:
+        return found
     raise BadInput(
-        f"the baseline {name} of {study} is damaged ({path}): save it anew with --save-baseline."
+        f"the baseline {name} of {study} is damaged, or of an earlier version ({path}): save it "
+        "anew with --save-baseline."
     )
 
 
