@@ -11,6 +11,7 @@ from discmech.integrators import BadInput
 
 from ..core.store import Store
 from ..core.study import every_study
+from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import add_fresh, add_jobs, add_own, jobs, own_of, own_words
 from .output import EXIT, console, progress_shown, writable, write
 
@@ -27,7 +28,8 @@ def add_to(commands: Any) -> None:
     add_jobs(parser)
     add_fresh(parser)
     parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
-    parser.set_defaults(action=_power)
+    add_baselines(parser)
+    parser.set_defaults(action=_power, study="power")
 
 
 def _power(options: argparse.Namespace) -> int:
@@ -35,17 +37,21 @@ def _power(options: argparse.Namespace) -> int:
     from ..core.running import run_study
 
     study, choice = every_study()["power"], Choice(own=own_of(options))
+    before = earlier(options)
     writable(options.json)
     if not study.cases(choice):
         raise BadInput(f"the name of no fault and of no rule holds {options.only!r}.")
     with progress_shown("loading") as show:
         found = run_study(study, choice, show, store=Store(options.fresh), jobs=jobs(options))
     found["command"] = shlex.join(["discmech", "power", *own_words(options)])
+    notes = beside_baseline(options, found, before)
     if options.json:
         write(options.json, json.dumps(found, indent=1, ensure_ascii=False))
     if options.json != "-":
         _print(found)
-    return EXIT[found["verdict"]]
+        for note in notes:
+            print(note)
+    return EXIT["fail"] if is_worse(found) else EXIT[found["verdict"]]
 
 
 def _print(found: dict[str, Any]) -> None:

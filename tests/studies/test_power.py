@@ -177,6 +177,9 @@ def test_the_command(tmp_path, capsys):
     assert {row["study"] for row in caught["rows"]} >= set(caught["measured"]["caught"])
     assert "-1 times" in equivalent["reason"]
     assert "-1 times" in capsys.readouterr().out
+    for said in ("saved as the baseline then (there was none)", ": 2 equal"):
+        assert main([*words, "--baseline", "then"]) == 0
+        assert said in capsys.readouterr().out
     assert main(["power", "--only", "no such fault"]) == 2
     for word in ("--seed", "--unit"):
         assert main(["power", word, "-999"]) == 2
