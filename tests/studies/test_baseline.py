@@ -41,8 +41,10 @@ def answers(then, now):
     (case(order=1.8), case(order=2.0), "better"),
     (case(order=None), case(order=2.0), "equal"),
     (timed(1.0, 1.2), timed(1.1, 1.3), "equal"),
-    (timed(1.0, 1.2), timed(1.3, 1.4), "worse"),
-    (timed(1.0, 1.2), timed(0.7, 0.9), "better"),
+    (timed(1.0, 1.2), timed(1.3, 1.4), "cannot tell"),
+    (timed(1.0, 1.2), timed(0.7, 0.9), "cannot tell"),
+    (timed(1.0, 1.2), timed(1.9, 2.0), "worse"),
+    (timed(1.0, 1.2), timed(0.5, 0.6), "better"),
 ])  # fmt: skip
 def test_the_answer(then, now, answer):
     assert answers(result(then), result(now)) == [answer]
