@@ -16,9 +16,9 @@ Result = Mapping[str, Any]
 
 def complete(result: Result) -> dict[str, Any]:
     """Counts and tables; candidates for which there was no place are no cases."""
-    cases = [case for case in result["cases"] if case["rows"]]
-    faults = [case for case in cases if case["control"]]
-    valid = [case for case in cases if not case["control"]]
+    cases = [case for case in result["cases"] if case["rows"] or case["verdict"] != "pass"]
+    faults = [case for case in cases if case["control"] and case["rows"]]
+    valid = [case for case in cases if not case["control"] and case["rows"]]
     outcomes = [outcome(fault["measured"]) for fault in faults]
     return {
         "faults": len(faults), "caught": outcomes.count("caught"),
