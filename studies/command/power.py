@@ -22,7 +22,8 @@ def add_to(commands: Any) -> None:
         "power",
         help="seeded faults that must be caught, and random valid rules that must not be",
         epilog="Exit codes: 0 every fault is caught or proved to be none, 1 one is not, or a valid "
-        "rule was refused, 2 bad input. Interrupted, the same command goes on where it stopped.",
+        "rule was refused, 2 bad input, 3 inconclusive. Interrupted, the same command goes on "
+        "where it stopped.",
     )
     add_own(parser, every_study()["power"].options)
     add_jobs(parser)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,16 +43,17 @@ def make_report(
 
     With a `store` the run joins its history, which the page shows where something changed.
 
-    Studies that apply to none of the chosen scenes are left out. Where nothing was chosen, what is
-    about the bench and not about a scene joins in: the cost of references, and a sample of the
-    mutation study.
+    Studies that apply to none of the chosen scenes are left out. Where no scene, rule or precision
+    was chosen, what is about the bench joins in: the cost of references, and the mutation study (a
+    sample of it, unless time is no matter).
     """
     from ..report.page import write_report
     from ..report.tables import short
     from .equations import equations_of
 
     history = None if store is None else History(store)
-    names = (*NAMES, *(OF_THE_BENCH if choice == Choice() else ()))
+    whole = replace(choice, own=()) == Choice()
+    names = (*NAMES, *(OF_THE_BENCH if whole else ()))
     studies = [s for name in names if list((s := every_study()[name]).cases(choice))]
     results, equations = run_studies(
         studies, choice, progress, store=store, jobs=jobs, also=equations_of

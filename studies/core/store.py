@@ -66,7 +66,8 @@ class Store:
         files = list(self.folder.glob("*/*"))
         if len(files) > MOST:
             for path in sorted(files, key=_age, reverse=True)[MOST // 2 :]:
-                path.unlink(missing_ok=True)
+                with suppress(OSError):  # a folder that may only be read
+                    path.unlink(missing_ok=True)
 
     def _path(self, key: str) -> Path:
         return self.folder / key[:2] / key[2:]

@@ -133,7 +133,7 @@ def test_a_folder_that_cannot_be_made_is_refused(monkeypatch, tmp_path, capsys):
     assert "cannot be written" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("words", [[], ["--digits", "16"]])
+@pytest.mark.parametrize("words", [[], ["--digits", "16"], ["--thorough"]])
 def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
     words, monkeypatch, tmp_path, capsys
 ):
@@ -154,7 +154,7 @@ def test_the_mutation_study_is_in_the_whole_report_and_a_survivor_fails_it(
     monkeypatch.setattr(report, "run_studies", run_studies)
     code = main(["report", *words, "--folder", str(tmp_path / "build")])
     page = html.unescape((tmp_path / "build" / "index.html").read_text("utf-8"))
-    whole = not words
+    whole = words != ["--digits", "16"]
     assert ("The power of the bench" in page and "no study says no" in page) is whole
     assert ("<code class=command>discmech power<" in page) is whole
     assert (code == 1) is whole
