@@ -38,6 +38,7 @@ FITS := $(shell { read -r top && read -r asked; } 2>/dev/null < $(READY) && \
 	[ "$$top" = "$(CURDIR)" ] && { [ -z "$(PYTHON)" ] || [ "$$asked" = "$(PYTHON)" ]; } && \
 	[ -x $(BIN)/python ] && echo yes)
 
+# Bytecode is written for what is loaded: of all that pip installs it takes half the set-up.
 $(READY): pyproject.toml $(LOCK) $(if $(FITS),,FORCE)
 	@if [ "$(FITS)" = yes ]; then echo 'bringing $(VENV) up to date'; else \
 		$(FIND); \
@@ -45,7 +46,7 @@ $(READY): pyproject.toml $(LOCK) $(if $(FITS),,FORCE)
 		rm -rf $(VENV) && "$$python" -m venv $(VENV); fi
 	@$(BIN)/python $(PIP) install -q --no-deps --no-compile -r $(LOCK)
 	@$(BIN)/python $(PIP) install -q --no-deps --no-build-isolation -e .
-	@$(BIN)/python -c 'import sympy, scipy.integrate, matplotlib.figure, numba, rich'  # compiled once
+	@$(BIN)/python -c 'import sympy, scipy.integrate, matplotlib.figure, numba, rich'
 	@mkdir -p $(VENV)/checkout && ln -sfn ../.. $(VENV)/checkout/discmech  # mypy_path
 	@$(BIN)/python $(PIP) check >/dev/null || { $(BIN)/python $(PIP) check; \
 		echo '$(LOCK) does not fit pyproject.toml: say make lock.' >&2; exit 2; }

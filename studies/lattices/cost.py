@@ -63,8 +63,9 @@ class _Timed:
         while (first := _seconds(self.advance, self.steps)) < LONG / 4:
             self.steps *= 2
         self.steps = max(1, int(self.steps * LONG / first))
-        in_c = (rule.name, *(e[:, 0] for e in lattice.start), self.steps)
-        self.in_c = in_c if known_in_c and c_library() is not None else None
+        self.in_c: tuple[Any, ...] | None = None
+        if known_in_c and c_library() is not None:
+            self.in_c = (rule.name, *(e[:, 0] for e in lattice.start), self.steps)
         self.least = self.least_in_c = math.inf
 
     def run(self) -> None:

@@ -82,7 +82,6 @@ def _factored(part: Any) -> Any:
     """A sum of one denominator as a product, as sympy's `factor` has it, but by flint."""
     from flint import fmpz_mpoly_ctx
     from sympy import Add, Mul, Poly, Rational, count_ops, factor, factor_terms, fraction
-    from sympy.core.mul import _keep_coeff  # a number before a sum that stays outside
 
     if not part.is_Add:
         return part
@@ -97,7 +96,9 @@ def _factored(part: Any) -> Any:
     whole = ring.from_dict({m: int(c) for m, c in above.rep.to_dict().items()})
     content, factors = whole.factor()
     again = [Poly.from_dict(f.to_dict(), *above.gens).as_expr() ** k for f, k in factors]
-    return _keep_coeff(Rational(int(content), number), Mul(*again)) / factor(below)
+    size, product = Rational(int(content), number), Mul(*again)
+    outside = product.is_Add and size != 1  # else it would be multiplied into the sum
+    return Mul(size, product, evaluate=not outside) / factor(below)
 
 
 @cache
