@@ -65,6 +65,7 @@ def test_commands_parse(page, folder):
 @pytest.mark.slow
 @pytest.mark.parametrize("page", those_with(
     lambda page: page.parent.name in ("docs", "how-to")  # a study's page shows one of minutes
+    and page.name != "commands.md"  # as does the list of all commands
     and (commands(page, "discmech") or commands(page, "pytest"))))  # fmt: skip
 def test_commands_run(page, folder):
     """In a folder that holds the page's files and nothing else, the plugin by its entry point."""

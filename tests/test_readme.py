@@ -41,14 +41,6 @@ def test_the_rule_of_the_readme_passes_what_it_claims(namespace):
     assert found["verdict"] == "pass", [c["reason"] for c in found["cases"]]
 
 
-def test_the_groupoid_of_the_readme_satisfies_the_axioms(namespace):
-    from discmech import Scene, Scheme, midpoint
-
-    scene = Scene("readme-affine", namespace["affine_line"],
-                  lambda x, v, p: v.dot(v) / 2, v0=["0.3", "0.2"], step="0.1")  # fmt: skip
-    assert Scheme(scene, midpoint).flow("0.1", digits=30).trajectory(3).mu.shape == (4, 2)
-
-
 def test_the_cheap_lines_of_the_command_run(tmp_path, monkeypatch, capsys):
     from discmech.studies.command.entry import main
 

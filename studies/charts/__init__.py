@@ -9,6 +9,7 @@ STUDY = Study(
     place=6,
     title="Steps of every size",
     summary="steps of every size on a group, beside the method bound to one chart",
+    asks="do steps of every size agree?",
     measured=(
         "steps from 0.01 to 0.99 of a turn on a group: margin, translates, residual, defects, "
         "momentum"

@@ -13,6 +13,7 @@ STUDY = Study(
     place=3.6,
     title="Contact",
     summary="contact with friction: cones, energy, momentum, times of impacts",
+    asks="are impacts and friction right?",
     measured=(
         "penetration, signs, complementarity, Coulomb's cone, energy and momentum over impacts, "
         "times of impacts, Ω between and across elastic ones; stepped and located"

@@ -36,7 +36,8 @@ class Study:
     """What a study is, in words, and what it needs.
 
     package: its folder's import name. place: where it comes in the report. summary: a line of help;
-    measured, judged: the README's columns; about: a paragraph of the report. alone: it takes times,
+    asks: the README's question; measured, judged: the columns of docs/judged.md; about: a
+    paragraph of the report. alone: it takes times,
     so its cases, or those that are `timed`, have the machine for themselves, but for those that
     are compared with each other, run by run in turn (`together`). usual: it is a command
     that takes scenes and rules; the others are about the bench itself, or are measured for an
@@ -49,6 +50,7 @@ class Study:
     place: float
     title: str
     summary: str
+    asks: str
     measured: str
     judged: str
     about: str

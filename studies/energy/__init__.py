@@ -9,6 +9,7 @@ STUDY = Study(
     turn=0,
     title="Energy",
     summary="energy band and secular slope over 10⁶ steps",
+    asks="does the energy stay in a band?",
     measured=(
         "band and secular slope over 10⁶ steps; under a force or explicit time the balance with "
         "their work"

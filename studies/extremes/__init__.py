@@ -20,6 +20,7 @@ STUDY = Study(
     place=7,
     title="Extremes",
     summary="what happens at the edge of each scene, and how it is noticed",
+    asks="is every failure noticed?",
     measured="every scene at its edge, by every rule: what happened and how it was noticed",
     judged="nothing that is wrong may go without a sign",
     about=(

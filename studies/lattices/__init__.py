@@ -13,6 +13,7 @@ STUDY = Study(
     place=3.8,
     title="Lattices",
     summary="chains, nets and fields: order, long runs, Ω, the law on patches, cost against N",
+    asks="is a field or chain integrated rightly?",
     measured=(
         "order in time and, of fields, in space, against closed forms or the equations of motion; "
         "energy and momenta over long runs; constraints on bonds; the Poisson form on random "

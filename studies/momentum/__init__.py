@@ -9,6 +9,7 @@ STUDY = Study(
     turn=0,
     title="Momentum maps",
     summary="momentum maps and Casimirs over 10⁶ steps",
+    asks="are momentum maps and Casimirs kept?",
     measured=(
         "every declared momentum map and Casimir over 10⁶ steps; what a force changes against its "
         "discrete work"

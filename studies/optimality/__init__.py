@@ -8,6 +8,7 @@ STUDY = Study(
     place=9,
     title="Optimal control",
     summary="order of states, costates and controls of a problem of optimal control",
+    asks="is a controlled motion optimal?",
     measured=(
         "how much states, costates and controls at the nodes change when the steps are halved; "
         "Newton's corrections"

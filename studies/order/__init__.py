@@ -9,6 +9,7 @@ STUDY = Study(
     turn=2,
     title="Order of accuracy",
     summary="order of accuracy against certified references",
+    asks="does the error shrink at the stated order?",
     measured=(
         "error in (x, μ) against a certified reference on a ladder of steps, in double "
         "precision and at 50 digits"

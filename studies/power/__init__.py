@@ -26,6 +26,7 @@ STUDY = Study(
     place=10,
     title="The power of the bench",
     summary="seeded faults that must be caught, and random valid rules that must not be",
+    asks="does the bench catch seeded faults?",
     measured="seeded faults in rules, groupoids, equations and the solver; random valid rules",
     judged="every fault caught or proved to be none, no false alarm",
     about=(

@@ -8,6 +8,7 @@ STUDY = Study(
     place=9,
     title="What references cost",
     summary="processor time of proven digits, against digits and time",
+    asks="what do proven digits cost?",
     measured="processor time of proven digits, against digits and against time",
     judged="all digits asked for are proven",
     about=(

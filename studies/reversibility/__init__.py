@@ -8,6 +8,7 @@ STUDY = Study(
     place=11,
     title="Reversibility",
     summary="a step back after a step forth, for methods that say they are self-adjoint",
+    asks="does a step back return to the start?",
     measured="Φ₋ₕ after Φₕ at many points of a run; for `assert_reversible`",
     judged="as symplecticity: round-off",
     about=(

@@ -9,6 +9,7 @@ STUDY = Study(
     place=8,
     title="What is left out",
     summary="what leaving out work that a scene does not need is worth",
+    asks="what does skipped work save?",
     measured="operations, bytes and time of a step with and without each saving",
     judged="not judged on time",
     about=(

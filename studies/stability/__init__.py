@@ -12,6 +12,7 @@ STUDY = Study(
     place=5,
     title="Stability",
     summary="linear intervals, and maps of stiff scenes over step and stiffness",
+    asks="up to which step is it bounded?",
     measured=(
         "linear intervals by the exact step's trace; maps of stiff scenes over step and "
         "stiffness; the chain's energy exchange"

@@ -9,6 +9,7 @@ STUDY = Study(
     place=1,
     title="Symplecticity",
     summary="pullback of Ω and Poisson form, with controls",
+    asks="is the symplectic form kept?",
     measured=(
         "pullback of Ω under the prolongation of Ψ, and the Poisson form on the dual, at many "
         "points, also at the largest stable step; under a force the change of Ω and of phase "

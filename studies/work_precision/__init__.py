@@ -31,6 +31,7 @@ STUDY = Study(
     place=4,
     title="Work and precision",
     summary="error against run time, beside other people's integrators",
+    asks="what does an accurate digit cost?",
     measured=(
         "error in x, μ, energy and momentum against run time, steps, evaluations and Newton "
         "corrections; scipy's methods in the same race, heyoka, diffrax and rebound if installed"

@@ -27,6 +27,7 @@ STUDY = Study(
     place=3.5,
     title="Distance of the start",
     summary="how far the start is from the origin",
+    asks="how far is the start from the origin?",
     measured="the length of x at the start",
     judged="it is finite",
     about="Nothing moves here. It can mislead: a start says nothing of the way.",
@@ -123,8 +124,12 @@ def test_one_that_is_begun_by_a_command_works_as_it_is(discmech):
     assert case["command"].startswith("discmech my-corrections harmonic")
 
 
-def test_the_readme_has_a_line_for_each_study():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_each_study_has_its_row_in_the_pages():
+    """A failure prints the row to paste."""
+    readme, judged = (
+        (ROOT / page).read_text(encoding="utf-8") for page in ("README.md", "docs/judged.md")
+    )
     for study in every_study().values():
         if study.name != "reversibility":  # measured for `assert_reversible` alone
-            assert f"| {study.name} | {study.measured} | {study.judged} |" in readme
+            assert f"| {study.name} | {study.asks} |" in readme
+            assert f"| {study.name} | {study.measured} | {study.judged} |" in judged

@@ -8,6 +8,7 @@ STUDY = Study(
     place=50,  # in the report
     title="Corrections of a step",
     summary="how many of Newton's corrections a step takes",
+    asks="how much work is a step?",
     measured="Newton's corrections, mean and most, over the steps of a run",
     judged="at most ten in the mean",
     about=(
