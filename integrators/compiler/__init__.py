@@ -5,7 +5,20 @@
 
 from __future__ import annotations
 
-from .cache import cache_folder, cached_text, imported, write_atomically
+from .cache import (
+    Damaged,
+    cache_folder,
+    cache_folders,
+    cached_text,
+    digest,
+    is_temporary,
+    make_private,
+    prune,
+    say_once,
+    seal,
+    unsealed,
+    write_atomically,
+)
 from .kernels import (
     Kernels,
     LatticeKernels,
@@ -46,6 +59,7 @@ from .layout import (
     Layout,
 )
 from .machine_code import address, cores
+from .numba_module import module_of
 from .omissions import SAVINGS, is_affine
 from .stage_system import StageSource, StageSystem
 from .stage_text import NoShortForm
@@ -53,12 +67,13 @@ from .stages_at_step import StagesAtStep, taken_over
 from .system import System
 
 __all__ = [
-    "AGE", "BRANCH", "CONTRACTION", "CORRECTIONS", "DEGREE", "EDGE", "FADED", "FARTHEST",
+    "AGE", "BRANCH", "CONTRACTION", "CORRECTIONS", "DEGREE", "Damaged", "EDGE", "FADED", "FARTHEST",
     "GAVE_WAY", "KAPPA", "Kernels", "KernelsAtStep", "Kicks", "LAST_SIZE", "LATTICE_ENTRIES",
     "LatticeKernels", "LatticeStages", "LatticeSystem", "Layout", "MOST", "MOST_SWEEPS",
     "NOT_CONVERGED", "NoShortForm", "OK", "PLACE", "REACH", "Run", "SAVINGS", "SCALE", "SINGULAR",
     "SLACK", "STRAYED", "SWEEPS", "StageSource", "StageSystem", "StagesAtStep", "System", "address",
-    "cache_folder", "cached_text", "compile", "compile_lattice", "compile_lattice_stages",
-    "compile_stages", "compiled_text", "cores", "imported", "interpreted", "is_affine",
-    "kernel_text", "names_of", "taken_over", "text_key", "write_atomically",
+    "cache_folder", "cache_folders", "cached_text", "compile", "compile_lattice",
+    "compile_lattice_stages", "compile_stages", "compiled_text", "cores", "digest", "interpreted",
+    "is_affine", "is_temporary", "kernel_text", "make_private", "module_of", "names_of", "prune",
+    "say_once", "seal", "taken_over", "text_key", "unsealed", "write_atomically",
 ]  # fmt: skip

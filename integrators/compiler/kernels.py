@@ -25,6 +25,8 @@ from .stage_system import StageSource
 from .stage_text import stage_text
 from .system import System, written
 
+LONGEST = 60  # letters of a scene's name in that of a file, which the digest makes unique
+
 
 @dataclass(frozen=True, eq=False)
 class LatticeKernels:
@@ -176,7 +178,7 @@ def text_key(*parts: Any) -> str:
 
 def _file_name(system: System | StageSource | LatticeSystem) -> str:
     # the rule's name is left out: on a group all simple rules share their kernels
-    return re.sub(r"\W", "_", system.name)
+    return re.sub(r"\W", "_", system.name)[:LONGEST]
 
 
 def names_of(text: str, numbers: Arithmetic, **more: Any) -> dict[str, Any]:

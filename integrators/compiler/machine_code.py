@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import ast
 import ctypes
-import hashlib
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from pathlib import Path
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
 from ..numbers import LazyModule
-from .cache import cache_folder, cached_text, digest, imported, sources, write_atomically
+from .cache import cached, digest, sources
 from .llvm_values import Array
 from .llvm_writer import Module, decorators
+from .numba_module import module_of
 
 llvm: Any = LazyModule("llvmlite.binding")
 llvmlite: Any = LazyModule("llvmlite")
@@ -91,7 +90,6 @@ def compiled(
     cpu, features, target = _host()
     host = (llvmlite.__version__, cpu, features, target.triple)
     key = digest(sources(), text, str(arrays), *host)
-    path = cache_folder() / f"{name}_{key}.o"
     parameters = {n: f.__code__.co_varnames[: f.__code__.co_argcount]
                   for n, f in names.items() if isinstance(f, FunctionType)}  # fmt: skip
     tables = {n: len(names[n](*[0.0] * len(parameters[n])))
@@ -99,24 +97,18 @@ def compiled(
     if tables:
         for table, function in _tables(text, parameters, tables).items():
             llvm.add_symbol(table, function.address)
-    code = _stored(path)
-    if code is None:
+
+    def made() -> bytes:
         module = Module(text, {**names, **constants()}, tables)
         module.export("advance", parameters["advance"], arrays)
         # level 3 makes elimination in a loop slower (18 unknowns: 1.5 times), other steps faster
-        code = _object(module.text(), level=2 if module.loops else 3)
-        write_atomically(path, hashlib.sha256(code).digest() + code)
+        return _object(module.text(), level=2 if module.loops else 3)
+
+    code = cached(f"{name}_{key}.o", made)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     return _callable(engine, parameters["advance"], arrays)
-
-
-def _stored(path: Path) -> bytes | None:
-    """The machine code of a file behind its digest; None if there is none, or it is damaged."""
-    content = path.read_bytes() if path.exists() else b""
-    code = content[hashlib.sha256().digest_size :]
-    return code if code and content.startswith(hashlib.sha256(code).digest()) else None
 
 
 def _object(text: str, level: int) -> bytes:
@@ -173,7 +165,5 @@ def _tables(
         for name, length in tables.items()
     ]  # fmt: skip
     whole = "\n".join([_HEADER, *map(ast.unparse, [*data, *wanted]), *calls])
-    path = cache_folder() / f"matrices_{digest(whole)}.py"
-    cached_text(path.name, lambda: whole)
-    module = imported(path)
+    module = module_of("matrices", whole)
     return {name: getattr(module, f"call_{name}") for name in tables}

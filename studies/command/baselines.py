@@ -16,13 +16,18 @@ def add_baselines(parser: argparse.ArgumentParser) -> None:
 
 
 def earlier(options: argparse.Namespace) -> dict[str, Any] | None:
-    """The baseline that is asked for; raises `BadInput` for wrong names and damaged files."""
+    """The baseline that is asked for; raises `BadInput` for wrong names, damaged files and what
+    could not be kept."""
     from ..core import baseline
 
     for name in (options.save_baseline, options.baseline):
         if name is not None:
             baseline.checked_name(name)
-    return None if options.baseline is None else baseline.load(options.baseline, options.study)
+    before = None if options.baseline is None else baseline.load(options.baseline, options.study)
+    saved = options.save_baseline or (options.baseline if before is None else None)
+    if saved is not None:
+        baseline.check_kept(saved)
+    return before
 
 
 def beside_baseline(

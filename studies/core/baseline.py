@@ -15,11 +15,18 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput
-from discmech.integrators.compiler import cache_folder
+from discmech.integrators.compiler import (
+    Damaged,
+    cache_folder,
+    cache_folders,
+    is_temporary,
+    seal,
+)
 
 from .case import VERDICTS
-from .store import seal, unsealed
+from .store import unsealed_json
 
+SCHEMA = 1  # of results, as they are saved and written
 ANSWERS = ("worse", "cannot tell", "better", "equal")  # the order in which they are shown
 #: eight scenes timed again six times, by one process or two, nothing changed, on cores that others
 #: use: quartiles of equal things were up to 1.31 from each other
@@ -39,31 +46,52 @@ def path_of(name: str, study: str) -> Path:
     return cache_folder() / "baselines" / name / f"{study}.json"
 
 
+def check_kept(name: str) -> None:
+    """Raise `BadInput` where what is saved goes with the process, and nothing is ever compared."""
+    if is_temporary():
+        raise BadInput(
+            f"the baseline {name} cannot be kept: the cache folder cannot be written to, and a "
+            "temporary one goes with this process; name a folder in DISCMECH_CACHE."
+        )
+
+
 def save(name: str, result: Result) -> Path:
     """Save a result under a name; an older one of that name and study is replaced."""
     path = path_of(name, result["study"])
     try:
         seal(path, json.dumps(result))
     except OSError as error:
-        raise BadInput(f"the baseline {name} cannot be saved ({path}: {error.strerror}).") from None
+        raise BadInput(
+            f"the baseline {name} cannot be saved ({path}: {error.strerror or error})."
+        ) from None
     return path
 
 
 def load(name: str, study: str) -> Result | None:
     """The result of a study that was saved under a name, or None if there is none.
 
-    Raises `BadInput` for a file that is not what `save` wrote.
+    Raises `BadInput` for a file that is not what `save` wrote, or of another schema.
     """
-    path = path_of(name, study)
-    if not path.exists():
-        return None
-    found = unsealed(path)
-    if found.get("study") == study:
+    for folder in (cache_folder(), *cache_folders()[1:]):
+        path = folder / "baselines" / name / f"{study}.json"
+        try:
+            found = unsealed_json(path)
+        except Damaged:
+            found = {}
+        if found is None and not path.exists():
+            continue
+        if not found or found.get("study") != study:
+            raise BadInput(
+                f"the baseline {name} of {study} is damaged, or cannot be read ({path}): save it "
+                "anew with --save-baseline."
+            )
+        if found.get("schema") != SCHEMA:
+            raise BadInput(
+                f"the baseline {name} of {study} is of another version of discmech (schema "
+                f"{found.get('schema')}, here {SCHEMA}; {path}): save it anew with --save-baseline."
+            )
         return found
-    raise BadInput(
-        f"the baseline {name} of {study} is damaged, or of an earlier version ({path}): save it "
-        "anew with --save-baseline."
-    )
+    return None
 
 
 def compared(name: str, result: Result, before: Result) -> dict[str, Any]:

@@ -16,9 +16,11 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from discmech.integrators.compiler import Damaged, seal
+
 from .baseline import identity
 from .record import record
-from .store import Store, seal, unsealed
+from .store import Store, unsealed_json
 
 MOST = 50  # runs; the oldest go first
 #: bytes of them all: a run of the whole bench takes 57,000 (1,087 cases), so 50 of them 2.9 million
@@ -45,10 +47,10 @@ class History:
         self.folder, self.troubles = store.folder.with_name("history"), store.troubles
         self.runs: list[Mapping[str, Any]] = []
         for path in self._newest()[MOST - 1 :: -1]:
-            run = unsealed(path)
-            if run:
-                self.runs.append(run)
-            elif path.exists():  # no other report just removed it
+            try:
+                if run := unsealed_json(path):  # no other report just removed it
+                    self.runs.append(run)
+            except Damaged:
                 self.troubles["history"] = f"a run in the history was damaged ({path}): left out."
                 with suppress(OSError):
                     path.unlink()
@@ -82,7 +84,7 @@ class History:
             seal(self.folder / f"{time.time_ns()}.json", text)
         except OSError as error:
             self.troubles["history"] = (
-                f"this run is not in the history ({error.strerror}: {self.folder})."
+                f"this run is not in the history ({error.strerror or error}: {self.folder})."
             )
         with suppress(OSError):  # another report removes them
             paths = self._newest()

@@ -15,6 +15,7 @@ from typing import Any
 from discmech.integrators import BadInput, Scheme
 
 from . import fingerprint
+from .baseline import SCHEMA
 from .case import Choice, Progress, silent, worst
 from .cluster import Cluster
 from .one_case import run_case
@@ -25,7 +26,6 @@ from .side_by_side import REMEMBERED, finished, found_by, key_of, measured
 from .store import Store
 from .study import Study, counts
 
-SCHEMA = 1
 Told = Callable[[str, dict[str, Any]], None]
 
 

@@ -1,13 +1,12 @@
 """Results that were measured before, by the fingerprint of all that they depend on.
 
-An entry is a file: the digest of what follows, then JSON. One that does not agree with its digest
-is removed and measured again. Nothing here is believed that was not checked, and a store that
-cannot be written to costs no more than the time of measuring again.
+An entry is a file: the digest of its name and of what follows, then JSON. One that does not agree
+with its digest is removed and measured again. Nothing here is believed that was not checked, and a
+store that cannot be written to costs no more than the time of measuring again.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Callable
@@ -15,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from discmech.integrators.compiler import cache_folder, write_atomically
+from discmech.integrators.compiler import Damaged, cache_folder, cache_folders, seal, unsealed
 
 MOST = 20_000  # entries; the longest unused go first
 
@@ -29,30 +28,37 @@ class Store:
 
     def __init__(self, fresh: bool = False) -> None:
         self.folder, self.fresh = cache_folder() / "results", fresh
+        self._others = [folder / "results" for folder in cache_folders()[1:]]
         self.troubles: dict[str, str] = {}
 
     def find(self, key: str) -> Any | None:
         """The result of that fingerprint, or None."""
-        path = self._path(key)
-        if self.fresh or not path.exists():
-            return None
-        entry = unsealed(path)
-        if entry.get("key") != key:
-            self._remove_damaged(path)
-            return None
-        with suppress(OSError):  # a folder that may only be read
-            os.utime(path)  # the longest unused go first
-        return entry["result"]
+        for folder in () if self.fresh else (self.folder, *self._others):
+            path = _path(folder, key)
+            try:
+                entry = unsealed_json(path)
+            except Damaged:
+                entry = {}
+            if entry is None:
+                continue
+            if entry.get("key") != key:
+                self._remove_damaged(path)
+                continue
+            with suppress(OSError):  # a folder that may only be read
+                os.utime(path)  # the longest unused go first
+            return entry["result"]
+        return None
 
     def keep(self, key: str, result: Any) -> Any:
         """Keep a result; returns it as it will be found."""
         text = json.dumps({"key": key, "result": result})
-        path = self._path(key)
+        path = _path(self.folder, key)
         try:
             seal(path, text)
         except OSError as error:
+            why = error.strerror or error
             self.troubles["keep"] = (
-                f"results cannot be kept for the next run ({error.strerror}: {self.folder})."
+                f"results cannot be kept for the next run ({why}: {self.folder})."
             )
         return json.loads(text)["result"]
 
@@ -69,28 +75,25 @@ class Store:
                 with suppress(OSError):  # a folder that may only be read
                     path.unlink(missing_ok=True)
 
-    def _path(self, key: str) -> Path:
-        return self.folder / key[:2] / key[2:]
-
     def _remove_damaged(self, path: Path) -> None:
         self.troubles["damaged"] = f"a stored result was damaged ({path}); it was measured again."
         with suppress(OSError):  # what is measured now takes its place, if it can
             path.unlink(missing_ok=True)
 
 
-def seal(path: Path, text: str) -> None:
-    """Write JSON behind its digest; raises `OSError` if that cannot be."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, f"{_digest(text)}\n{text}")
-
-
-def unsealed(path: Path) -> dict[str, Any]:
-    """What `seal` wrote there; {} if it is damaged."""
+def unsealed_json(path: Path) -> dict[str, Any] | None:
+    """The JSON object that was sealed there; None if there is none. Raises `Damaged`."""
+    content = unsealed(path)
+    if content is None:
+        return None
     try:
-        digest, _, text = path.read_text(encoding="utf-8").partition("\n")
-        return dict(json.loads(text)) if digest == _digest(text) else {}
-    except (OSError, ValueError):
-        return {}
+        return dict(json.loads(content))
+    except (ValueError, TypeError):
+        raise Damaged(path) from None
+
+
+def _path(folder: Path, key: str) -> Path:
+    return folder / key[:2] / key[2:]
 
 
 def _age(path: Path) -> float:
@@ -98,7 +101,3 @@ def _age(path: Path) -> float:
         return path.stat().st_mtime
     except OSError:  # another process removed it
         return 0.0
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()

@@ -14,10 +14,11 @@ from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
 
 from .. import NAMES, get
 from ..core import lookup
+from ..core.baseline import SCHEMA
 from ..core.case import APART, Choice, Progress, judged_alone, silent, worst
 from ..core.cluster import Cluster
 from ..core.record import record
-from ..core.running import SCHEMA, Told, about_remembered, run_studies, unheard
+from ..core.running import Told, about_remembered, run_studies, unheard
 from ..core.store import Store
 from ..core.study import Study
 

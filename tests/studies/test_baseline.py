@@ -19,7 +19,8 @@ def case(rule="midpoint", verdict="pass", order=2.001, rows=(), **more):
 
 def result(*cases, **record):
     record = {"cpu": "one", "sympy": "1", "date": "d", "commit": "c", "seconds": 1.0} | record
-    return {"study": "order", "cases": list(cases), "record": record}
+    found = {"schema": baseline.SCHEMA, "study": "order", "cases": list(cases)}
+    return found | {"record": record}
 
 
 def timed(low, high):
@@ -90,6 +91,19 @@ def test_a_damaged_one_is_refused_and_an_absent_one_is_none(kept, damage):
     path.write_text(damage or path.read_text().replace("pass", "fail", 1))
     with pytest.raises(BadInput, match="damaged"):
         baseline.load("b", "order")
+
+
+def test_one_of_another_schema_is_refused(kept):
+    baseline.save("b", result(case()) | {"schema": baseline.SCHEMA + 1})
+    with pytest.raises(BadInput, match="another version of discmech"):
+        baseline.load("b", "order")
+
+
+def test_a_gate_that_would_never_compare_is_refused(monkeypatch, ask):
+    monkeypatch.setattr(baseline, "is_temporary", lambda: True)
+    words = ("order", "harmonic", "--rule", "rectangle", "--digits", "16", "--baseline", "main")
+    code, out, err = ask(*words)
+    assert code == 2 and not out and "the baseline main cannot be kept" in err
 
 
 def test_a_full_disk_is_a_sentence(kept, monkeypatch):

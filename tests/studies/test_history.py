@@ -101,7 +101,7 @@ def test_a_full_disk_is_a_sentence(monkeypatch):
         raise OSError(28, "No space left on device")
 
     run(order(1.0))
-    monkeypatch.setattr("discmech.studies.core.store.write_atomically", full)
+    monkeypatch.setattr("discmech.integrators.compiler.cache.write_atomically", full)
     whole = run(order(2.0), store=(store := Store()))
     assert figures(whole, order()) == ["1.0000", "2.0000"]
     assert "No space left on device" in store.troubles["history"]

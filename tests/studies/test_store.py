@@ -104,7 +104,7 @@ def test_a_store_that_cannot_be_written_says_so_and_loses_nothing(study, monkeyp
     def full(path, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("discmech.studies.core.store.write_atomically", full)
+    monkeypatch.setattr("discmech.integrators.compiler.cache.write_atomically", full)
     measured, found = study()
     assert measured == ALL and len(found["cases"]) == 3
     assert any("No space left on device" in note for note in found["notes"])

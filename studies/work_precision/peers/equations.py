@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import ast
-import hashlib
 import math
 from functools import cached_property, lru_cache
 from typing import Any
 
 from discmech.integrators import Scheme
-from discmech.integrators.compiler import cache_folder, cached_text, imported
+from discmech.integrators.compiler import module_of
 from discmech.integrators.equations import (
     closed_velocity,
     field_parts,
@@ -102,10 +101,7 @@ class Equations:
             *(f"{p} = {v!r}" for p, v in self.constants.items()),
             *(self._in_closed_form() if closed else self._by_newton()),
         ])  # fmt: skip
-        digest = hashlib.sha256(text.encode()).hexdigest()[:24]
-        name = f"field_{self.name}_{digest}.py"
-        cached_text(name, lambda: text)
-        return imported(cache_folder() / name)
+        return module_of(f"field_{self.name}", text)
 
     def _by_newton(self) -> list[str]:
         """Parts of the module where ξ is solved for."""

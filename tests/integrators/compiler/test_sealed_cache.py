@@ -1,0 +1,182 @@
+"""Nothing that lies in the cache is believed that is not what was written there, by this user."""
+
+from __future__ import annotations
+
+import logging
+import os
+import random
+import time
+from functools import partial
+
+import numpy as np
+import pytest
+
+from discmech import BadInput, Scene, Scheme, exponential, lie_group, midpoint, so
+from discmech.integrators import scenes
+from discmech.integrators.compiler import cache, kernels, machine_code, numba_module
+from tests.objects.rules import trapezoidal
+
+FLIPS = int(os.environ.get("DISCMECH_FLIPS", "12"))  # by hand: 2000
+posix = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="its rights are no bits")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A cache of its own that no process-wide memory stands in front of."""
+    monkeypatch.setenv("DISCMECH_CACHE", str(tmp_path / "cache"))
+    monkeypatch.delenv(cache._TEMPORARY, raising=False)
+    cache._temporary_folder.cache_clear()
+    forget()
+    yield tmp_path / "cache"
+    cache._temporary_folder.cache_clear()
+    forget()
+
+
+def forget():
+    for thing in (kernels.compile, kernels.compiled_text, kernels.kernel_text, cache.prune,
+                  cache.say_once, numba_module.module_of):  # fmt: skip
+        thing.cache_clear()
+
+
+def run():
+    """A motion by machine code, and by Python's kernels, from what the cache holds."""
+    scheme = Scheme(scenes.get("harmonic"), trapezoidal)
+    return [scheme.flow("1/10", digits).trajectory(8).x for digits in (16, 30)]
+
+
+def same(one, other):
+    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
+
+
+def test_a_flipped_bit_is_rebuilt_and_said(folder, caplog):
+    wanted, chance = run(), random.Random(1)
+    files = {p: p.read_bytes() for p in folder.iterdir() if p.stat().st_size}
+    assert {p.suffix for p in files} >= {".o", ".py"}
+    for _ in range(FLIPS):
+        path, content = chance.choice(sorted(files.items()))
+        damaged, place = bytearray(content), chance.randrange(len(content))
+        damaged[place] ^= 1 << chance.randrange(8)
+        path.write_bytes(damaged)
+        caplog.clear()
+        forget()
+        assert same(run(), wanted) and "was damaged" in caplog.text
+        assert path.read_bytes() == content
+
+
+@pytest.mark.parametrize("damage", [b"", b"half", b"\0" * 100, None])
+def test_any_other_content_is_rebuilt(folder, damage):
+    wanted = run()
+    first, second, *_ = sorted(p for p in folder.iterdir() if p.suffix == ".py" or p.suffix == ".o")
+    first.write_bytes(second.read_bytes() if damage is None else damage)  # another file's, sealed
+    forget()
+    assert same(run(), wanted)
+
+
+def of_velocities(x, v, p):
+    return sum((k + 1) * e**2 for k, e in enumerate(v)) / 2
+
+
+@pytest.mark.slow
+def test_machine_code_of_numba_is_sealed(folder, caplog):
+    scene = Scene("of-matrices", lie_group(so(5), exponential), of_velocities, v0=[1, 2] * 5)
+    ask = partial(lambda: Scheme(scene, midpoint).flow("1/10").trajectory(4).mu)
+    wanted = ask()
+    files = [p for p in folder.iterdir() if p.suffix == ".numba"]
+    assert files
+    for path in files:
+        content = bytearray(path.read_bytes())
+        content[-100] ^= 1
+        path.write_bytes(content)
+    forget()
+    assert np.array_equal(ask(), wanted) and "was damaged" in caplog.text
+
+
+@posix
+@pytest.mark.parametrize("mode", [0o770, 0o707, 0o777])
+def test_a_folder_that_others_can_write_to_is_refused(folder, mode):
+    folder.mkdir()
+    folder.chmod(mode)
+    with pytest.raises(BadInput, match=r"others can write into it.*chmod go-w"):
+        cache.cache_folder()
+    with pytest.raises(BadInput, match="is not used"):
+        run()
+
+
+@posix
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="gives a folder away")
+def test_another_users_folder_is_refused(folder):
+    folder.mkdir()
+    os.chown(folder, 12345, -1)
+    with pytest.raises(BadInput, match=r"belongs to another user \(12345\)"):
+        cache.cache_folder()
+
+
+def test_a_cache_that_can_only_be_read_is_read(folder, caplog, monkeypatch):
+    wanted = run()
+    before = sorted(p.name for p in folder.iterdir())
+    forget()
+    allowed = os.access
+    monkeypatch.setattr(os, "access", lambda path, how: (
+        not (how & os.W_OK and str(path) == str(folder)) and allowed(path, how)))  # fmt: skip
+    assert cache.is_temporary() and cache.cache_folders() == (cache.cache_folder(), folder)
+    monkeypatch.setattr(machine_code, "_object", None)  # nothing is compiled again
+    assert same(run(), wanted) and sorted(p.name for p in folder.iterdir()) == before
+    assert caplog.text.count("cannot be written to") == 1
+
+
+def test_without_a_home_all_is_temporary(monkeypatch, caplog, folder):
+    monkeypatch.delenv("DISCMECH_CACHE")
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(cache.Path, "home", lambda: (_ for _ in ()).throw(RuntimeError("no home")))
+    assert cache.is_temporary() and "there is no home folder" in caplog.text
+
+
+@pytest.mark.parametrize("number", [5, 28, 116])
+def test_a_disk_that_takes_nothing_costs_nothing_else(folder, monkeypatch, caplog, number):
+    def refuse(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(cache, "write_atomically", refuse)
+    assert len(run()) == 2 and os.strerror(number) in caplog.text
+
+
+def test_what_nobody_asked_for_in_90_days_goes(folder):
+    run()
+    old, used, draft, saved = (folder / name for name in ("old.py", "used.py", "a.new", "b.json"))
+    saved = folder / "baselines" / "main" / "order.json"
+    for path in (old, used, saved):
+        cache.seal(path, b"text")
+    draft.write_bytes(b"half")
+    ages = {old: 91, used: 91, saved: 1000, draft: 2}
+    for path, days in ages.items():
+        os.utime(path, (time.time() - days * cache.DAY,) * 2)
+    assert cache.find("used.py") == b"text"  # which is asking for it
+    (folder / "pruned").unlink()
+    cache.prune.cache_clear()
+    cache.prune()
+    assert [path.exists() for path in ages] == [False, True, True, False]
+
+
+def test_seals_of_before_are_read(folder):
+    import hashlib
+
+    folder.mkdir()
+    old = folder / "old"
+    old.write_text(hashlib.sha256(b"{}").hexdigest() + "\n{}")
+    assert cache.unsealed(old) == b"{}"
+    with pytest.raises(cache.Damaged):
+        old.write_text(hashlib.sha256(b"{}").hexdigest() + "\n{ }")
+        cache.unsealed(old)
+
+
+def test_a_long_name_is_no_longer_file(folder):
+    scene = scenes.get("harmonic").with_values(name="x" * 260)
+    assert len(Scheme(scene, trapezoidal).flow("1/10").trajectory(2).x) == 3
+
+
+def test_what_is_told_is_told_in_a_sentence(caplog):
+    cache.say_once.cache_clear()
+    with caplog.at_level(logging.WARNING):
+        cache.say_once("this is said.")
+        cache.say_once("this is said.")
+    assert caplog.messages == ["discmech: this is said."]
