@@ -30,11 +30,13 @@ def add_to(commands: Any) -> None:
     verify.add_argument(
         "rules", metavar="FILE.py", nargs=1, help="rules and scenes; or FILE.py:NAME, one of them"
     )
+    badge = "write the verdict as a small picture, for the first page of a repository"
+    verify.add_argument("--badge", metavar="FILE.svg", help=badge)
     compare = commands.add_parser("compare", help="methods side by side", epilog=EPILOG)
     compare.add_argument("rules", metavar="RULE", nargs="+", help=f"FILE.py, {RULE_HELP}")
     for parser, name in ((verify, "verify"), (compare, "compare")):
         _add_selection(parser)
-        parser.set_defaults(action=_answer, name=name)
+        parser.set_defaults(action=_answer, name=name, badge=None)
 
 
 def _add_selection(parser: argparse.ArgumentParser) -> None:
@@ -59,14 +61,15 @@ def _add_selection(parser: argparse.ArgumentParser) -> None:
 
 def _answer(options: argparse.Namespace) -> int:
     from ..report import verdicts
+    from ..report.badge import badge
     from ..report.tables import plain
     from ..user.compare import compare
     from ..user.verify import Request, verify
 
-    for file in (options.json, options.html):
+    for option, file in (("html", options.html), ("badge", options.badge), ("", options.json)):
         writable(file)
-    if options.html == "-":
-        raise BadInput("--html needs the name of a file.")
+        if option and file == "-":
+            raise BadInput(f"--{option} needs the name of a file.")
     request = Request(
         files=tuple(options.rules),
         scenes=tuple(options.scenes),
@@ -95,6 +98,8 @@ def _answer(options: argparse.Namespace) -> int:
         if options.html:
             show("figures", None)
             write(options.html, _page(request, result))
+        if options.badge:
+            write(options.badge, badge(result))
     if not quiet:
         _show(result, time.perf_counter() - begun)
     return exit_code(result)
