@@ -22,8 +22,9 @@ from ..report.wording import (
 )
 
 ENERGY = (
-    "Relative energy error against time: one strip a rule, each from its own smallest to its own "
-    "largest error, which stand on its left; dashed: zero. Of a long run the space between the "
+    "Relative energy error against time: one strip a rule, its smallest and largest error on "
+    "its left; dashed: zero. The widest band fills its strip; others are drawn on its scale, or "
+    "magnified by the power of ten that their labels say. Of a long run the space between the "
     "smallest and the largest error of each short stretch is filled. A sound variational "
     "integrator fills a band that neither tilts nor widens; where the energy is kept exactly only "
     "the drift of round-off is left, and the band is a line."

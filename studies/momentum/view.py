@@ -13,10 +13,10 @@ from ..report.view import Sketch, Titles, View
 from ..report.wording import NONE, Case, largest, limit, mapping, pairs, scientific
 
 DRIFT = (
-    "Drift of each momentum map, relative to the sum of the absolute values of its terms, against "
-    "the number of steps (the worst in each of many bins); beside a rule the worst of the whole "
-    "run. Dotted: the random walk that round-off alone makes, ε√N. A line that rises faster than "
-    "it is a systematic drift. Zero is drawn on the lower axis; a line in several colours is "
+    "The largest drift so far of each momentum map, relative to the sum of the absolute values of "
+    "its terms, against the number of steps; beside a rule that of the whole run. Dotted: the "
+    "random walk that round-off alone makes, ε√N. A line that rises faster than it is a systematic "
+    "drift. Zero is drawn on the lower axis; a line in several colours is "
     "several curves that coincide."
 )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +15,19 @@ from .wording import in_tens
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: inches that stay free beside the longest word: fonts elsewhere are a little wider
+SPARE = 0.06
+#: the fonts of a figure, and where text is text those of the same widths that others have
+_FAMILIES = (
+    b"'STIXGeneral', 'DejaVu Serif'",
+    b"STIXGeneral, 'STIX Two Text', 'Times New Roman', Times, 'DejaVu Serif', serif",
+)
 
 _RC: Any = {
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",  # text stays text: it can be searched, edited and read aloud
+    "pdf.fonttype": 42,  # as TrueType, for the same reason
     "svg.hashsalt": "discmech",
     "font.family": ["STIXGeneral", "DejaVu Serif"],
     "text.parse_math": False,
@@ -63,9 +73,10 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A rendered figure: whole as SVG and PNG, and its panels for the page."""
+    """A rendered figure: whole as SVG, PDF and PNG, and its panels for the page."""
 
     svg: bytes
+    pdf: bytes
     png: bytes
     panels: list[str]
     width: float
@@ -80,39 +91,79 @@ def round_off(digits: int) -> float:
 def render(panels: Sequence[Panel], sheet: Sheet, definitions: dict[str, str]) -> Drawing:
     """Draw the panels on one sheet. Markers and styles of the page go into `definitions`."""
     import matplotlib
+
+    columns = max(1, min(sheet.columns, len(panels)))
+    with matplotlib.rc_context(_RC):
+        figure, fitted = _laid_out(panels, sheet, columns)
+        scales = [_scales(axes) for axes in figure.axes]
+        svg, pdf, png = BytesIO(), BytesIO(), BytesIO()
+        about = {"Date": None, "Creator": "discmech"}
+        figure.savefig(svg, format="svg", metadata=about)
+        figure.savefig(pdf, format="pdf", metadata={"CreationDate": None, "Creator": "discmech"})
+        quick = {"compress_level": 4}  # for 1 % of the size
+        figure.savefig(png, dpi=200, metadata={"Software": "discmech"}, pil_kwargs=quick)
+    width, height = 72 * fitted.width, 72 * fitted.height
+    cells = [
+        (width * (k % columns), height * (k // columns), width, height) for k in range(len(panels))
+    ]
+    spoken = [panel.spoken for panel in panels]
+    inline = inline_panels(svg.getvalue(), cells, spoken, scales, definitions)
+    elsewhere = svg.getvalue().replace(*_FAMILIES)
+    return Drawing(elsewhere, pdf.getvalue(), png.getvalue(), inline, fitted.width, columns)
+
+
+def _laid_out(panels: Sequence[Panel], sheet: Sheet, columns: int) -> tuple[Figure, Sheet]:
+    """The panels drawn on a sheet whose margins hold every word, and that sheet.
+
+    The size of the axes is the one that was asked for, so what was drawn stays as it is when the
+    margins grow: words are measured once, after everything is drawn.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    columns = max(1, min(sheet.columns, len(panels)))
-    width, height = columns * sheet.width, math.ceil(len(panels) / columns) * sheet.height
-    cells, scales = [], []
-    with matplotlib.rc_context(_RC):
-        figure = Figure(figsize=(width, height), facecolor=PAPER)
-        FigureCanvasAgg(figure)
-        for index, panel in enumerate(panels):
-            line, column = divmod(index, columns)
-            x, y = column * sheet.width, height - (line + 1) * sheet.height
-            rectangle = (
-                (x + sheet.left) / width,
-                (y + sheet.bottom) / height,
-                (sheet.width - sheet.left - sheet.right) / width,
-                (sheet.height - sheet.top - sheet.bottom) / height,
-            )
-            axes = figure.add_axes(rectangle)
-            _dress(axes, panel, sheet)
-            panel.draw(axes)
-            scales.append(_scales(axes))
-            cells.append((72 * x, 72 * line * sheet.height, 72 * sheet.width, 72 * sheet.height))
-        svg, words, png = BytesIO(), BytesIO(), BytesIO()
-        about = {"Date": None, "Creator": "discmech"}
-        figure.savefig(svg, format="svg", metadata=about)
-        quick = {"compress_level": 4}  # for 1 % of the size
-        figure.savefig(png, dpi=200, metadata={"Software": "discmech"}, pil_kwargs=quick)
-        with matplotlib.rc_context({"svg.fonttype": "none"}):  # the page has fonts of its own
-            figure.savefig(words, format="svg", metadata=about)
-    spoken = [panel.spoken for panel in panels]
-    inline = inline_panels(words.getvalue(), cells, spoken, scales, definitions)
-    return Drawing(svg.getvalue(), png.getvalue(), inline, sheet.width, columns)
+    lines = math.ceil(len(panels) / columns)
+    figure = Figure(facecolor=PAPER)
+    canvas = FigureCanvasAgg(figure)
+    for index in range(len(panels)):
+        figure.add_axes((0, 0, 1, 1), label=str(index))
+    _place(figure, sheet, columns, lines)
+    for axes, panel in zip(figure.axes, panels, strict=True):
+        _dress(axes, panel, sheet)
+        panel.draw(axes)
+    needed = [_margins(axes, canvas.get_renderer()) for axes in figure.axes]
+    named = ("left", "right", "top", "bottom")
+    most = [max(sides) for sides in zip(*needed, strict=True)]
+    grown = {side: max(getattr(sheet, side), at) for side, at in zip(named, most, strict=True)}
+    fitted = replace(
+        sheet, **grown,
+        width=sheet.width + grown["left"] + grown["right"] - sheet.left - sheet.right,
+        height=sheet.height + grown["top"] + grown["bottom"] - sheet.top - sheet.bottom,
+    )  # fmt: skip
+    _place(figure, fitted, columns, lines)
+    return figure, fitted
+
+
+def _place(figure: Figure, sheet: Sheet, columns: int, lines: int) -> None:
+    """Give the figure the sheet's size and every axes its cell, line by line."""
+    width, height = columns * sheet.width, lines * sheet.height
+    figure.set_size_inches(width, height)
+    for index, axes in enumerate(figure.axes):
+        x = index % columns * sheet.width + sheet.left
+        y = height - (index // columns + 1) * sheet.height + sheet.bottom
+        size = (sheet.width - sheet.left - sheet.right, sheet.height - sheet.top - sheet.bottom)
+        axes.set_position((x / width, y / height, size[0] / width, size[1] / height))
+
+
+def _margins(axes: Axes, renderer: Any) -> tuple[float, float, float, float]:
+    """Inches that an axes needs at its left, right, upper and lower side for all that it shows."""
+    figure: Any = axes.figure
+    cell = axes.get_position(original=True).transformed(figure.transFigure)
+    shown = axes.get_tightbbox(renderer)
+    if shown is None:
+        return 0.0, 0.0, 0.0, 0.0
+    beyond = (cell.x0 - shown.x0, shown.x1 - cell.x1, shown.y1 - cell.y1, cell.y0 - shown.y0)
+    left, right, top, bottom = (most / figure.dpi + SPARE for most in beyond)
+    return left, right, top, bottom
 
 
 def _scales(axes: Axes) -> str:

@@ -60,8 +60,8 @@ def plates(
         definitions |= drawn["definitions"]
         for figure in drawn["figures"]:
             drawing = Drawing(
-                figure["svg"].encode(), b64decode(figure["png"]), figure["panels"],
-                figure["width"], figure["columns"],
+                figure["svg"].encode(), b64decode(figure["pdf"]), b64decode(figure["png"]),
+                figure["panels"], figure["width"], figure["columns"],
             )  # fmt: skip
             again = command(result, cases, figure["digits"])
             words = (figure["title"], figure["caption"], again)
@@ -81,8 +81,8 @@ def _drawn(
             figures.append(
                 {"name": sketch.name, "title": sketch.title, "caption": sketch.caption,
                  "digits": sketch.digits, "svg": drawing.svg.decode(),
-                 "png": b64encode(drawing.png).decode(), "panels": drawing.panels,
-                 "width": drawing.width, "columns": drawing.columns}
+                 "pdf": b64encode(drawing.pdf).decode(), "png": b64encode(drawing.png).decode(),
+                 "panels": drawing.panels, "width": drawing.width, "columns": drawing.columns}
             )  # fmt: skip
     return {"definitions": definitions, "figures": figures}
 

@@ -53,6 +53,7 @@ def write_report(
         drawn = plates(studies, titles, definitions, remembered or anew)
         for plate in drawn:
             (new / "figures" / f"{plate.name}.svg").write_bytes(plate.drawing.svg)
+            (new / "figures" / f"{plate.name}.pdf").write_bytes(plate.drawing.pdf)
             (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)
         files = {str(study["study"]): write_tables(study, new / "tables") for study in studies}
         formulae = _schemes(equations, titles, new / "equations")

@@ -1,9 +1,11 @@
-"""Colours and markers: Okabe–Ito, a rule drawn the same in every figure of a report."""
+"""Colours and markers: Okabe–Ito, a rule drawn the same in every figure, whatever else is drawn."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from hashlib import blake2b
+from itertools import product
 from typing import Any
 
 from ..core.study import BY_TOLERANCE
@@ -20,6 +22,13 @@ THEME |= {VERMILLION: "vermillion", GREEN: "green", PURPLE: "purple", ORANGE: "o
 THEME |= {dark: f"{THEME[colour]}-words" for colour, dark in WORDS.items() if dark != colour}
 THEME |= {"#000000": "ink"}
 _FIXED = {"rectangle": (VERMILLION, "s"), "midpoint": (BLUE, "o"), "trapezoidal": (GREEN, "^")}
+# rules that stand in one figure of the report
+_FIXED |= {"imex": (PURPLE, "D"), "gauss-2": (ORANGE, "v"), "gauss-3": (SKY, "P")}
+_FIXED |= {"gauss-4": (INK, "X"), "gauss-8": (PURPLE, "<"), "lobatto-3": (SKY, ">")}
+_FIXED |= {"triple-jump:midpoint": (BLUE, "P"), "triple-jump:trapezoidal": (GREEN, "P")}
+_FIXED |= {"suzuki:midpoint": (BLUE, "X"), "suzuki:trapezoidal": (GREEN, "X")}
+_FIXED |= {"kahan-li-8:midpoint": (INK, "p"), "kahan-li-8:trapezoidal": (ORANGE, "p")}
+_FIXED |= {"average-vector-field": (PURPLE, "v"), "stoermer-verlet": (GREEN, "v")}
 # other people's integrators: grey and dashed, so that colours are the rules' own
 _PEERS = {
     "DOP853": (MUTED, "d"),
@@ -32,7 +41,10 @@ _PEERS = {
     "WHFast": (MUTED, "8"),
     "IAS15": (INK, "d"),
 }
-_OTHERS = [(PURPLE, "D"), (ORANGE, "v"), (SKY, "P"), (INK, "X"), (BLUE, "<"), (GREEN, ">")]
+#: what any other rule is drawn with: its name decides, so that it keeps its mark beside others
+_COLOURS = (PURPLE, ORANGE, SKY, INK, BLUE, GREEN, VERMILLION)
+_MARKERS = ("D", "v", "P", "X", "<", ">", "h", "p")
+_OTHERS = tuple(product(_COLOURS, _MARKERS))
 
 
 @dataclass(frozen=True)
@@ -50,23 +62,25 @@ class Mark:
 
 
 def marks(rules: Iterable[str]) -> dict[str, Mark]:
-    """Colour and marker of each rule; "NAME, exp" is NAME with dashes, "NAME, tolerance" dotted."""
+    """Colour and marker of each rule, from its name alone.
+
+    "NAME, exp" is NAME with dashes, "NAME, tolerance" dotted. Two rules of one figure may get one
+    colour; a label stands at the end of each line.
+    """
     found: dict[str, Mark] = {}
-    others = 0
     for rule in rules:
         steps = rule.removesuffix(", exp")
         base = steps.removesuffix(BY_TOLERANCE)
         dash: Any = (0, (1.0, 1.2)) if base != steps else (0, (4.0, 1.6)) if base != rule else "-"
-        if base in found:
-            colour, marker = found[base].colour, found[base].marker
-        elif base in _FIXED:
-            colour, marker = _FIXED[base]
-        elif base in _PEERS:
-            colour, marker = _PEERS[base]
+        if base in _PEERS:
             dash = (0, (2.0, 1.2))
-        else:
-            colour, marker = _OTHERS[others % len(_OTHERS)]
-            others += 1
+        colour, marker = _FIXED.get(base) or _PEERS.get(base) or _by_name(base)
         found.setdefault(base, Mark(colour, marker, dash if base == rule else "-"))
         found[rule] = Mark(colour, marker, dash)
     return found
+
+
+def _by_name(rule: str) -> tuple[str, str]:
+    """A colour and a marker that depend on the letters of the name only."""
+    number = int.from_bytes(blake2b(rule.encode(), digest_size=4).digest(), "big")
+    return _OTHERS[number % len(_OTHERS)]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 from .alike import shares
 from .canvas import Panel, Sheet, log_axis, log_limits, note, round_off
 from .labels import end_labels
 from .palette import GRID, INK, MUTED, Mark
-from .wording import Case, mapping, number, rows, rule_name, scientific, verdict
+from .wording import Case, in_tens, mapping, number, rows, rule_name, scientific, verdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +35,11 @@ def momenta(cases: Sequence[Case]) -> list[str]:
 def drift(
     title: str, name: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int
 ) -> Panel:
-    """Drift of one momentum map of one scene, with the random walk of round-off."""
+    """The largest drift so far of one momentum map of one scene, with the walk of round-off.
+
+    What was lost up to a step only grows; the drift of single rows jumps between 0 and one
+    round-off wherever a run is as exact as its numbers.
+    """
 
     def draw(axes: Axes) -> None:
         unit = round_off(digits)
@@ -61,22 +66,26 @@ def drift(
         axes.plot([first, last], ends, color=MUTED, lw=0.9, ls=(0, (1, 1.6)))
         labels = [(last, factor, "ε√N", MUTED)]
         labels += [(last, limit, "limit", MUTED) for limit in limits]
-        drawn = [[(step, max(value, floor)) for step, value in curve] for curve in curves]
+        drawn = [
+            list(zip(steps, accumulate([max(v, floor) for v in values], max), strict=True))
+            for steps, values in (
+                zip(*curve, strict=True) if curve else ((), ()) for curve in curves
+            )
+        ]
         for case, curve, share in zip(cases, drawn, shares(axes, drawn), strict=True):
             mark = marks[rule_name(case)]
             style = {"color": mark.colour, "clip_on": False, **share.line(mark, 0.8)}
             if curve:
                 axes.plot(*zip(*curve, strict=True), zorder=2.5, **style)
-            # The label stands where the eye sees the end: at the middle of the last few.
-            tail = sorted(value for _, value in curve[-9:]) or [floor]
-            labels.append((last, tail[len(tail) // 2], drifted(case, name), mark.colour))
+            end = curve[-1][1] if curve else floor
+            labels.append((last, end, drifted(case, name), mark.colour))
         end_labels(axes, labels)
 
     spoken = f"{title}, {name}: relative drift against steps, {digits} digits. " + "; ".join(
         f"{rule_name(case)} {scientific((mapping(case, 'measured').get('drift') or {}).get(name))}"
         for case in cases
     )
-    return Panel(title, f"drift of {name}", "steps N", spoken, draw)
+    return Panel(title, f"largest drift of {name} so far", "steps N", spoken, draw)
 
 
 def drifted(case: Case, name: str) -> str:
@@ -108,7 +117,11 @@ def _drifts(case: Case, name: str) -> list[tuple[float, float]]:
 
 
 def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: int) -> Panel:
-    """Energy error of one scene: one strip a rule, from its smallest to its largest error."""
+    """Energy error of one scene: one strip a rule, on one scale but for whole powers of ten.
+
+    So bands compare: the widest fills its strip, and what is narrower is magnified by the power of
+    ten that its label says.
+    """
 
     def draw(axes: Axes) -> None:
         curves = [_envelope(case) for case in cases]
@@ -124,12 +137,17 @@ def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: in
         axes.spines["left"].set_visible(False)
         axes.locator_params(axis="x", nbins=4)
         labels, ticks = [], []
+        ends = [
+            (min([0.0, *(low for _, low, _ in c)]), max([0.0, *(high for _, _, high in c)]))
+            for c in curves
+        ]
+        widest = max(high - low for low, high in ends)
         for index, (case, curve) in enumerate(zip(cases, curves, strict=True)):
             mark = marks[rule_name(case)]
-            low = min([0.0, *(error for _, error, _ in curve)])
-            high = max([0.0, *(error for _, _, error in curve)])
-            scale = 2 * HALF / (high - low) if high > low else 0.0
-            zero = -index - HALF - scale * low if scale else -float(index)
+            low, high = ends[index]
+            larger = math.floor(math.log10(widest / (high - low)) + 1e-9) if high > low else 0
+            scale = 10.0**larger * 2 * HALF / widest if high > low else 0.0
+            zero = -index - scale * (low + high) / 2
             axes.axhspan(-index - HALF, -index + HALF, color=GRID, alpha=0.3, lw=0)
             if curve:
                 times, below, above = zip(*curve, strict=True)
@@ -143,7 +161,7 @@ def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: in
                 for error in (low, high)
                 if scale * abs(error) > 0.22
             ]
-            labels.append((end, -float(index), _band(case), mark.colour))
+            labels.append((end, -float(index), _band(case, larger), mark.colour))
         axes.set_yticks(*zip(*ticks, strict=True))
         axes.tick_params(axis="y", labelsize=6.6, length=2, pad=1.5)
         end_labels(axes, labels, indent=6)
@@ -155,10 +173,11 @@ def energy(title: str, cases: Sequence[Case], marks: dict[str, Mark], digits: in
     return Panel(title, "relative energy error", "time", spoken, draw)
 
 
-def _band(case: Case) -> str:
-    """The rule, its band, and its verdict unless it passes."""
+def _band(case: Case, larger: int) -> str:
+    """The rule, its band, the power of ten by which it is magnified, the verdict if no pass."""
     band = number(mapping(case, "measured").get("band"))
     words = rule_name(case) + (f"\nband {_two(band)}" if band is not None else "")
+    words += f", drawn ×{10 if larger == 1 else in_tens(10.0**larger)}" if larger else ""
     return words if verdict(case) == "pass" else f"{words}\n({verdict(case)})"
 
 

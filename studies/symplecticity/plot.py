@@ -66,7 +66,7 @@ def defects(title: str, cases: Sequence[Case], titles: dict[str, str], digits: i
     spoken = f"{title}: worst pullback and Poisson defects of {len(cases)} schemes on a log axis."
     worst = max((v for c in cases for k in KINDS for v in _values(c, k[0])), default=None)
     spoken += f" The worst of all is {scientific(worst)}."
-    return Panel(title, "● pullback   ◇ Poisson", "defect", spoken, draw)
+    return Panel(title, "", "defect: ● pullback, ◇ Poisson", spoken, draw)
 
 
 def _places(cases: Sequence[Case]) -> list[float]:

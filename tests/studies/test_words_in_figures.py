@@ -1,0 +1,120 @@
+"""All words of an exported figure are inside it, and none covers a neighbour's axes or words."""
+
+from __future__ import annotations
+
+import re
+from itertools import combinations
+
+import matplotlib
+import pytest
+from matplotlib.text import Text
+
+from discmech import check
+from discmech.studies.core.study import every_study
+from discmech.studies.report import canvas
+from discmech.studies.report.palette import marks
+from discmech.studies.report.wording import rule_name
+from tests.studies.cached_results import SMALL, charts_slowly
+from tests.studies.fake_results import results
+
+#: the longest names that built-in rules and scenes have
+LONG = "kahan-li-8:average-vector-field"
+TITLE = "Chain of Fermi, Pasta, Ulam and Tsingou, of stiff and of soft springs in turn"
+
+
+def boxes(axes, renderer):
+    """The box of each text that is shown; ticks outside of the axes' range are not."""
+    hidden = set()
+    for axis in (axes.xaxis, axes.yaxis):
+        low, high = sorted(axis.get_view_interval())
+        near = 1e-9 * (high - low)
+        for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):
+            if not low - near <= tick.get_loc() <= high + near:
+                hidden |= {tick.label1, tick.label2}
+    shown = (t for t in axes.findobj(Text) if t.get_visible() and t.get_text().strip())
+    return {t.get_text(): t.get_window_extent(renderer) for t in shown if t not in hidden}
+
+
+def misplaced(sketch):
+    """Words of a figure that are cut, that cover another panel's axes, or one another."""
+    with matplotlib.rc_context(canvas._RC):
+        columns = min(sketch.sheet.columns, len(sketch.panels))
+        figure, _ = canvas._laid_out(sketch.panels, sketch.sheet, columns)
+        figure.canvas.draw()
+        words = [boxes(axes, figure.canvas.get_renderer()) for axes in figure.axes]
+    found = []
+    for own, texts in enumerate(words):
+        for text, box in texts.items():
+            if not (box.x0 >= 0 and box.y0 >= 0 and figure.bbox.x1 >= box.x1
+                    and figure.bbox.y1 >= box.y1):  # fmt: skip
+                found.append(f"{text!r} is cut")
+            for other, axes in enumerate(figure.axes):
+                if other != own and box.overlaps(axes.bbox):
+                    found.append(f"{text!r} covers another panel")
+        for (one, a), (two, b) in combinations(texts.items(), 2):
+            wide = min(a.x1, b.x1) - max(a.x0, b.x0)
+            high = min(a.y1, b.y1) - max(a.y0, b.y0)
+            if wide > 1 and high > 2:  # pixels, of 100 an inch: letters have a little air
+                found.append(f"{one!r} covers {two!r}")
+    return found
+
+
+def with_long_names(cases):
+    """Results in which rules and scenes have long names."""
+    return [{**case, "rule": f"{LONG}-{k}" if k else LONG} for k, case in enumerate(cases)]
+
+
+def sketches(study, cases):
+    known = marks(dict.fromkeys(map(rule_name, cases)))
+    titles = {case["scene"]: TITLE for case in cases}
+    return every_study()[study].view.sketches(cases, known, titles)
+
+
+def all_misplaced(study, cases):
+    return {s.name: wrong for s in sketches(study, cases) if s.panels and (wrong := misplaced(s))}
+
+
+@pytest.mark.parametrize("made", results(), ids=lambda made: made["study"])
+def test_words_of_made_up_results_are_inside(made):
+    by_scene = {}
+    for case in made["cases"]:
+        by_scene.setdefault((case["scene"], case["digits"]), []).append(case)
+    cases = [case for own in by_scene.values() for case in with_long_names(own)]
+    assert not all_misplaced(made["study"], cases)
+    assert not all_misplaced(made["study"], made["cases"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("study", [charts_slowly(name) for name in SMALL])
+def test_words_of_measured_results_are_inside(study):
+    scene, steps = SMALL[study]
+    found = check(study, [scene], ["midpoint", "trapezoidal"], [16], steps=steps)
+    assert not all_misplaced(study, with_long_names(found["cases"]))
+
+
+def test_a_word_that_is_cut_is_seen():
+    (made, *_) = results()
+    (sketch, *_) = sketches(made["study"], with_long_names(made["cases"][:3]))
+    fitted = canvas._laid_out
+    try:  # the margins as they were asked for, whatever the words need
+        canvas._laid_out = lambda *given: (fitted(*given)[0], given[1])
+        figure, _ = fitted(sketch.panels, sketch.sheet, 1)
+        canvas._place(figure, sketch.sheet, 1, len(sketch.panels))
+        canvas._laid_out = lambda *given: (figure, given[1])
+        assert any("is cut" in words for words in misplaced(sketch))
+    finally:
+        canvas._laid_out = fitted
+
+
+def test_text_of_an_exported_figure_is_text():
+    (made, *_) = results()
+    (sketch, *_) = sketches(made["study"], made["cases"])
+    drawn = canvas.render(sketch.panels[:1], sketch.sheet, {})
+    svg = drawn.svg.decode()
+    assert re.search(r"<text[^>]*>midpoint", svg) and "Times New Roman" in svg
+    assert drawn.pdf.startswith(b"%PDF") and drawn.png.startswith(b"\x89PNG")
+
+
+def test_a_rule_keeps_its_mark_whatever_else_is_drawn():
+    alone = marks([LONG])[LONG]
+    assert marks(["my-rule", "newmark-1-2", LONG])[LONG] == alone
