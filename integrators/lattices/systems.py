@@ -182,21 +182,25 @@ def beam(sites: int = 20, stiffness: Any = 100, bending: Any = 1) -> Lattice:
     """A geometrically exact beam: rigid bodies on SE(3) with springs of stretch and of bending.
 
     The strain of a bond is Γ = ½(R + R′)ᵀ(r′ − r)/a − e₁, its energy a·EA|Γ|²/2 +
-    EI·tr(1 − RᵀR′)/a, that of Reissner and Simo to second order in the spacing a; nothing holds the
-    beam, so it keeps its momenta. It begins straight along e₁, of length 1, and turns and flexes.
-    The step is 1/2000 of 20 sites, and shorter as they are nearer.
+    EI·tr(1 − RᵀR′)/2a, which is a·EI|κ|²/2 for the curvature κ, that of Reissner and Simo to second
+    order in the spacing a. EA resists stretch and shear, EI bending and torsion. A site carries the
+    mass and inertia of the `length` of beam that is nearest to it: a, at the two ends a/2. Nothing
+    holds the beam, so it keeps its momenta. It begins straight along e₁, of length and mass 1, and
+    turns and flexes. The step is 1/2000 of 20 sites, and shorter as they are nearer.
     """
     a = sympy.Rational(1, sites - 1)
+    length = np.full(sites, float(a))
+    length[[0, -1]] /= 2
 
     def at_body(g: Any, v: Any, p: Any) -> Any:
         turning = p.inertia * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
-        return a * (turning + v[3] ** 2 + v[4] ** 2 + v[5] ** 2) / 2
+        return p.length * (turning + v[3] ** 2 + v[4] ** 2 + v[5] ** 2) / 2
 
     def bond(g: Any, k: Any, p: Any) -> Any:
         one, other = g[:3, :3], k[:3, :3]
         strain = (one + other).T * (k[:3, 3] - g[:3, 3]) / (2 * a) - sympy.Matrix([1, 0, 0])
         bent = 3 - sum(one[i, j] * other[i, j] for i in range(3) for j in range(3))
-        return -(a * p.EA * strain.dot(strain) / 2 + p.EI * bent / a)
+        return -(a * p.EA * strain.dot(strain) + p.EI * bent / a) / 2
 
     place = np.linspace(0, 1, sites)
     x0 = np.broadcast_to(np.eye(4), (sites, 4, 4)).copy()
@@ -204,7 +208,8 @@ def beam(sites: int = 20, stiffness: Any = 100, bending: Any = 1) -> Lattice:
     v0 = np.zeros((sites, 6))
     v0[:, 1], v0[:, 4], v0[:, 5] = 1, place**2 - 1 / 3, -(place - 1 / 2)
     return Lattice(
-        "beam", lie_group(se(3)), sites, {"EA": stiffness, "EI": bending, "inertia": "1/100"},
+        "beam", lie_group(se(3)), sites,
+        {"EA": stiffness, "EI": bending, "inertia": "1/100", "length": length},
         at_body, bond, x0=x0, v0=v0, duration=10, step=19 * a / 2000, title="Beam of rigid bodies",
         source="Simo, Comput. Methods Appl. Mech. Engng. 49 (1985); Reissner (1973)",
     )  # fmt: skip
@@ -222,7 +227,7 @@ def spaghetti(sites: int = 41) -> Lattice:
     v0[:, 2], v0[:, 4] = 6 + 12 * s, 3 * s + 3 * s**2 - 1
     v0[:, 1], v0[:, 5] = 3 * s**2, -(s**3) / 2
     v0[:, 3] = 1
-    soft = beam(sites, 100, "1/500")
+    soft = beam(sites, 100, "1/250")
     return replace(
         soft, name="spaghetti", parameters={**soft.parameters, "inertia": "1/1000"}, v0=v0,
         title="Flying spaghetti",
