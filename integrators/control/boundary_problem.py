@@ -12,6 +12,7 @@ z_N = z1 along the orbit of x1 where it is given, and the rest of p_N vanishes.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -23,15 +24,18 @@ from ..numbers import LazyModule, Matrix, Vector
 from .first_guess import first_guess
 from .second_order import check_bound, check_minimum, check_steered, unbound
 from .stages import ControlStages
+from .units import units_of
 
 lapack: Any = LazyModule("scipy.linalg.lapack")
 
 MOST = 60  # corrections: from a start in the basin some ten are enough
 HALVINGS = 12  # of a correction, before the search is given up
-TINY = 1e-6  # of the largest unknown: components below are held against this
+TINY = 1e-6  # of the largest unknown, in units of the problem: what is below is held against this
 NEAR = 1e-8  # correction, of an unknown's size, that is as good as the last
 ROUNDED = 1e-13  # correction of an unknown, of its kind's size, that is round-off
-
+#: the part of the effort ½|f|² in the cost falls by this factor, less where that is too fast, and
+#: is left out once it is below LAST
+FALL, SLOWEST, LAST = 1 / 8, 0.9, 1e-4
 
 #: states, costates and v of all steps
 Parts = tuple[np.ndarray, ...]
@@ -65,18 +69,23 @@ class BoundaryProblem:
     """The equations of an optimum with steps of a size h begun at `times`, and Newton's method.
 
     z0 and z1: the states at the ends; fixed: the projection onto the conditions of the end, (n+m)².
+    All numbers inside are in `units` (of a letter each) and `cost_unit` (`units_of`): a matrix of
+    lengths beside momenta has pivots and eigenvalues that say nothing.
+    effort: the cost is (1 − effort) C + effort·½|f|², of which the second part binds all controls.
     """
 
     def __init__(
-        self, stages: ControlStages, z0: Vector, z1: Vector, fixed: Matrix, h: float, times: Vector
-    ) -> None:
+        self, stages: ControlStages, z0: Vector, z1: Vector, fixed: Matrix, h: float,
+        times: Vector, units: Vector, cost_unit: float,
+    ) -> None:  # fmt: skip
         self.stages, self.h, self.times = stages, h, times
-        self.z0, self.z1, self.fixed = z0, z1, fixed
+        self.units, self.cost_unit, self.effort = units, cost_unit, 0.0
         self.N, self.d = len(times), len(z0)
         at = stages.slices
         self.z = np.r_[at["x"], at["mu"]]
         self.v = np.r_[at["w"], at["f"], at["kappa"]]
         self.p = np.r_[at["p"]]
+        self.z0, self.z1, self.fixed = z0 / units[self.z], z1 / units[self.z], fixed
         self.equations = at["kappa"].stop - at["kappa"].start
         #: of the last correction: the Hessians of ℒ, and (A, G, Q) of the linear steps
         self.hessian: Any = None
@@ -88,12 +97,22 @@ class BoundaryProblem:
         a = np.empty((self.N, len(self.z) + len(self.v) + len(self.p)))
         a[:, self.z] = np.vstack([self.z0, z[:-1]])
         a[:, self.v], a[:, self.p] = v, p
-        return a
+        return a * self.units
+
+    def derivatives(self, y: Parts) -> tuple[Matrix, np.ndarray]:
+        """Gradients and Hessians of ℒ in all steps, in units of the problem."""
+        a, f, weight = self.rows(y), self.stages.slices["f"], self.effort
+        g, H = self.stages(a, self.times, self.h, 1 - weight)
+        per = self.units / self.cost_unit
+        g, H = g * per, H * self.units[:, None] * per
+        g[:, f] += weight * a[:, f] / self.units[f]
+        H[:, range(f.start, f.stop), range(f.start, f.stop)] += weight
+        return g, H
 
     def residual(self, y: Parts) -> tuple[Any, ...]:
         """What vanishes at an optimum, by v, p and z; and the Hessians of ℒ."""
         z, p, _ = y
-        g, H = self.stages(self.rows(y), self.times, self.h)
+        g, H = self.derivatives(y)
         of_end = self.fixed @ (z[-1] - self.z1) + p[-1] - self.fixed @ p[-1]
         by_z = np.vstack([g[1:, self.z] - p[:-1], of_end])
         return g[:, self.v], g[:, self.p] - z, by_z, H
@@ -182,6 +201,39 @@ class BoundaryProblem:
             before = size
         return None
 
+    def newton(self, y: Parts) -> tuple[Parts, int, float] | None:
+        """As `solve`, and None too where a matrix is singular."""
+        try:
+            return self.solve(y)
+        except np.linalg.LinAlgError:
+            return None
+
+    def by_effort(self, y: Parts) -> tuple[Parts, int, float] | None:
+        """As `solve`, from the motion of least effort ½|f|² on, whose part in the cost falls to 0.
+
+        A cost that is nearly flat where controls are large, as smoothed fuel is, sends Newton's
+        method away from a guess without controls (Bertrand, Epenoy, Optimal Control Appl. Methods
+        23 (2002), 171). Leaves `effort` at the last part that was solved for.
+        """
+        self.effort, corrections = 1.0, 0
+        found = self.newton(y)
+        solved, fall = 1.0, FALL
+        while found is not None:
+            y, corrections = found[0], corrections + found[1]
+            if solved == 0:
+                return y, corrections, found[2]
+            while True:
+                self.effort = 0.0 if solved * fall < LAST else solved * fall
+                found = self.newton(y)
+                if found is not None:
+                    solved, fall = self.effort, fall**1.5
+                    break
+                fall = fall**0.5
+                if fall > SLOWEST:
+                    break
+        self.effort = solved
+        return None
+
 
 def solve(
     stages: ControlStages, end: Any, duration: Fraction, steps: int, path: Any = None
@@ -191,12 +243,16 @@ def solve(
     t = np.array([float(duration * k / steps) for k in range(steps + 1)])
     h = float(duration / steps)
     with np.errstate(all="ignore"):
-        z0, z1, fixed, y = first_guess(stages, end, t, path)
-        problem = BoundaryProblem(stages, z0, z1, fixed, h, t[:-1])
-        try:
-            found = problem.solve(y)
-        except np.linalg.LinAlgError:
-            found = None
+        z0, z1, fixed, guess = first_guess(stages, end, t, path)
+        units, cost_unit = units_of(stages, z0, z1, guess, t)
+        problem = BoundaryProblem(stages, z0, z1, fixed, h, t[:-1], units, cost_unit)
+        y = tuple(part / units[of] for part, of in zip(guess, (problem.z, problem.p, problem.v),
+                                                       strict=True))  # fmt: skip
+        found = problem.newton(y) or problem.by_effort(y)
+        if found is None:  # the cost where its own derivatives were asked for last
+            problem.effort = 0.0
+            with suppress(np.linalg.LinAlgError):
+                problem.linearised(problem.derivatives(y)[1])
         check_bound(name, problem)
         check_steered(name, problem)
         if found is None:
@@ -207,10 +263,12 @@ def solve(
         check_minimum(name, problem)
         (z, p, v), iterations, correction = found
         asked = np.repeat([e is not None for e in end], (n, m))
-        if (off := np.abs((z[-1] - z1)[asked]).max(initial=0)) > 1e-8 * (1 + np.abs(z1).max()):
+        off = np.abs((z[-1] - problem.z1)[asked])
+        if off.max(initial=0) > 1e-8 * (1 + np.abs(problem.z1).max()):
+            missed = (off * units[problem.z][asked]).max()
             raise BadInput(
-                f"{name}: the end cannot be reached: it is {off:.3g} off every motion from x0, on "
-                f"another orbit of {stages.scene.groupoid.name}."
+                f"{name}: the end cannot be reached: it is {missed:.3g} off every motion from x0, "
+                f"on another orbit of {stages.scene.groupoid.name}."
             )
         rows = problem.rows((z, p, v))
         first = stages(rows[:1], t[:1], h)[0][0, problem.z]
@@ -220,16 +278,29 @@ def solve(
             f"{name}: the cost is not finite at the motion that was found; give more time, a "
             "nearer end or a path= along which it is finite."
         )
-    states = np.vstack([z0, z])
+    states = np.vstack([z0, z * units[problem.z]])
     controls = rows[:, at["f"]].reshape(steps, len(stages.places), stages.controls)
-    u, costates = rows[:, at["w"]][:, :m], np.vstack([first, p])
-    near = np.hstack([u, controls.mean(axis=1)])[[*range(steps), -1]]
+    u, costates = rows[:, at["w"]][:, :m], np.vstack([first, p * units[problem.p]])
+    control_times = t[:-1, None] + h * np.array(stages.places)
+    each = controls.reshape(-1, stages.controls).T
+    nodes = np.transpose([_along(t, control_times.ravel(), values) for values in each])
+    near = np.hstack([u[[*range(steps), -1]], nodes])
     try:
-        at_nodes = stages.at_nodes(states[:, :n], states[:, n:], costates[:, n:], t, near)
+        with np.errstate(all="ignore"):
+            at_nodes = stages.at_nodes(states[:, :n], states[:, n:], costates[:, n:], t, near)
     except np.linalg.LinAlgError:
         raise unbound(name) from None
     return Optimum(
         t=t, x=states[:, :n], mu=states[:, n:], u=u, controls=controls, node_controls=at_nodes,
-        control_times=t[:-1, None] + h * np.array(stages.places), costates=costates,
+        control_times=control_times, costates=costates,
         cost=float(cost), iterations=iterations, correction=correction,
     )  # fmt: skip
+
+
+def _along(t: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values given at some times, on straight lines between and beyond them."""
+    if len(times) == 1:
+        return np.full(len(t), values[0])
+    k = np.clip(np.searchsorted(times, t) - 1, 0, len(times) - 2)
+    slopes = np.diff(values)[k] / np.diff(times)[k]
+    return np.asarray(values[k] + slopes * (t - times[k]))

@@ -83,7 +83,7 @@ def _points(
             b, slope = f(x0, u, t[-1])
             u = u - np.linalg.lstsq(slope, b - x1, rcond=FLAT)[0]
         off = np.abs(f(x0, u, t[-1])[0] - x1).max()
-        if not off <= 1e-9 * (1 + np.abs(x1).max()):
+        if not off <= 1e-9 * max(np.abs(x0).max(), np.abs(x1).max()):
             raise BadInput(
                 f"{s.name}: no straight arrow leads from x0 to x1, which may be at the edge of its "
                 "chart, as a half turn is, or on another orbit of "

@@ -76,7 +76,8 @@ class SecondDerivatives:
     def _at(self, a: np.ndarray, q: list[Any]) -> tuple[np.ndarray, ...]:
         rows, size, count = len(a), self.size, self.count
         first = self._first_order(a.T, q)
-        first = np.broadcast_to(first.reshape(len(first), -1), (len(first), rows))  # constants too
+        # constants too; integers beyond 2⁶³ are Python's own
+        first = np.broadcast_to(first.reshape(len(first), -1).astype(float), (len(first), rows))
         letters, slopes = first[1 : 1 + count], first[1 + count :]
         tangent = np.zeros((size + count, rows, size))
         tangent[range(size), :, range(size)] = 1
@@ -87,7 +88,7 @@ class SecondDerivatives:
         adjoint = np.zeros((size + count, rows))
         for (i, j), slope in reversed(below):
             adjoint[j] += slope if i == count else slope * adjoint[size + i]
-        second = self._second_order(a.T, q, letters, adjoint[size:])[1:]
+        second = self._second_order(a.T, q, letters, adjoint[size:])[1:].astype(float)
         curved = np.zeros_like(tangent)
         for (i, j), value in zip(self._second, second, strict=True):
             curved[i] += (value if i != j else value / 2)[:, None] * tangent[j]

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..errors import BadInput
 
-SINGULAR = 1e-13  # eigenvalue, of the largest, that is none
+SINGULAR = 1e-13  # eigenvalue, over the terms that its entries are sums of, that is round-off
 UNMOVED = 1e-10  # the same of a Gramian in units in which each state is moved by 1
 
 
@@ -30,12 +30,33 @@ def unbound(name: str) -> BadInput:
 
 
 def check_bound(name: str, problem: Any) -> None:
-    """Raise `BadInput` where the unknowns of a step are not all bound by its cost and equations."""
-    inner = problem.hessian[:, problem.v][:, :, problem.v]
-    if np.isfinite(inner).all():
-        values = np.abs(np.linalg.eigvalsh(inner))
-        if (values <= SINGULAR * values.max(axis=1, keepdims=True)).any():
+    """Raise `BadInput` where the controls of a step are not all bound by its cost."""
+    for reduced, terms in _curvatures(problem):
+        size = np.sqrt(np.diagonal(terms, axis1=1, axis2=2))
+        if not size.all():
             raise unbound(name)
+        values = np.linalg.eigvalsh(reduced / size[:, :, None] / size[:, None, :])
+        if (abs(values) <= SINGULAR).any():
+            raise unbound(name)
+
+
+def _curvatures(problem: Any) -> list[tuple[np.ndarray, np.ndarray]]:
+    """[(second derivatives of ℒ by the controls of each step, what they are sums of, absolute)].
+
+    Along what the step's equations leave, δw = −E_w⁻¹E_f δf. Nothing where there are no numbers.
+    """
+    H, at = problem.hessian, problem.stages.slices
+    if H is None or not np.isfinite(H).all():
+        return []
+    w, f, kappa = at["w"], at["f"], at["kappa"]
+    try:
+        follows = -np.linalg.solve(H[:, kappa][:, :, w], H[:, kappa][:, :, f])
+    except np.linalg.LinAlgError:
+        return []
+    one, both = np.eye(f.stop - f.start), np.r_[w, f]
+    N = np.concatenate([follows, np.broadcast_to(one, (len(H), *one.shape))], axis=1)
+    H, across = H[:, both][:, :, both], N.transpose(0, 2, 1)
+    return [(across @ H @ N, abs(across) @ abs(H) @ abs(N))]
 
 
 def check_steered(name: str, problem: Any) -> None:
@@ -87,6 +108,14 @@ def check_minimum(name: str, problem: Any) -> None:
     equations = steps * problem.equations + (steps - 1) * problem.d + basis.shape[1]
     finite = all(np.isfinite(part).all() for part in parts)
     if not finite or sum(np.sum(np.linalg.eigvalsh(e) < 0) for e in parts) != equations:
+        for reduced, _ in _curvatures(problem):
+            least = abs(np.linalg.eigvalsh(reduced)).min(axis=1)
+            if (least <= SINGULAR * abs(reduced).max()).any():
+                raise BadInput(
+                    f"{name}: the second derivative of the cost by its controls vanishes in step "
+                    f"{int(least.argmin())} of the motion that was found, so a minimum cannot be "
+                    "told; take one step more or fewer, or add a small multiple of f.dot(f)."
+                )
         raise BadInput(
             f"{name}: the cost has no minimum at the motion that was found: it falls along others "
             "near it; take a shorter duration, or a cost that grows with its controls."

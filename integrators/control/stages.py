@@ -36,6 +36,9 @@ from ..scene import Scene, arguments_of
 from .second_derivatives import SecondDerivatives
 
 MOST = 30  # corrections of a control at a node
+HALVINGS = 12  # of such a correction
+NEAR = 1e-8  # the last one, of the largest velocity or control, where the condition has a solution
+ROUND_OFF = 2.0**-50  # of the sum of a rule's weights, over that of their absolute values
 
 #: parameters that the controlled scene has beside those of the scene
 VALUES, PLACES, BEGIN, WIDTH = "control_values", "control_places", "step_begin", "step_width"
@@ -94,14 +97,27 @@ class ControlStages:
         """C_d, its gradients and Hessians."""
         return self._of_cost(a, self._values(self.cost_symbols, times, h))
 
-    def __call__(self, a: np.ndarray, times: np.ndarray, h: float) -> Any:
-        """(gradients (N, k), Hessians (N, k, k)) of ℒ at N rows a, begun at these times."""
-        of_step, of_cost = self._of_step(a, self._values(self.s, times, h)), self.cost(a, times, h)
-        return of_step[1] + of_cost[1], of_step[2] + of_cost[2]
+    def __call__(self, a: np.ndarray, times: np.ndarray, h: float, share: float = 1.0) -> Any:
+        """(gradients (N, k), Hessians (N, k, k)) of ℒ at N rows a, begun at these times.
+
+        share: of the cost in ℒ.
+        """
+        of_step = self._of_step(a, self._values(self.s, times, h))
+        if share == 0:
+            return of_step[1:]
+        of_cost = self.cost(a, times, h)
+        return of_step[1] + share * of_cost[1], of_step[2] + share * of_cost[2]
+
+    def gains(self, a: np.ndarray, times: np.ndarray, h: float) -> np.ndarray:
+        """What the controls give to μ and to the rows of a step at N rows a: ∂(E, Z_μ)/∂f."""
+        H, at = self._of_step(a, self._values(self.s, times, h))[2], self.slices
+        given = np.r_[at["kappa"], at["p"].start + self.n : at["p"].stop]
+        return np.asarray(H[:, given][:, :, at["f"]])
 
     def along(self, x: np.ndarray, u: np.ndarray, times: np.ndarray) -> tuple[Any, Any]:
         """(∂l/∂ξ (N, m), the anchor ρ̂ (N, n, m)) at N points, velocities and times."""
-        mu, rho = self._along(x.T, u.T, self._values(self.s, times, 1))
+        found = self._along(x.T, u.T, self._values(self.s, times, 1))
+        mu, rho = (e.astype(float) for e in found)
         each = rho if rho.ndim == 3 else rho[:, :, None]  # constants are not repeated
         return mu.T, np.moveaxis(np.broadcast_to(each, (self.n, self.m, len(times))), -1, 0)
 
@@ -113,21 +129,50 @@ class ControlStages:
         return numeric(given, [list(momentum(s)), rho], self.numbers, columns=True)
 
     def at_nodes(
-        self, x: np.ndarray, mu: np.ndarray, p: np.ndarray, times: np.ndarray, start: np.ndarray
+        self, x: np.ndarray, mu: np.ndarray, p: np.ndarray, times: np.ndarray, near: np.ndarray
     ) -> np.ndarray:
         """The f with ∂/∂f (C + p_μ·inputs) = 0 at N states and costates p_μ, (N, k).
 
-        Pontryagin's condition, which has the order of the states. Newton from `start`, (ξ, f).
+        Pontryagin's condition, which has the order of the states. Newton from `near`, (ξ, f), each
+        correction halved until the next one is smaller. Where there is no such f, as at an end
+        where a cost is nearly flat and the discrete costate just beyond its slope, f of `near`.
+        Raises `LinAlgError` where the condition does not hold f to first order at any node.
         """
-        y, data = start.T, self._values(self.s, times, 1)
+        m, data, y = self.m, self._values(self.s, times, 1), near.copy()
+
+        def at(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            found = self._pontryagin(x.T, y.T, [*mu.T, *p.T], data).astype(float)
+            slope = found[y.shape[1] :].reshape(y.shape[1], y.shape[1], -1)
+            return found[: y.shape[1]].T[:, :, None], slope.transpose(2, 0, 1)
+
+        def kinds(part: np.ndarray) -> tuple[np.ndarray, ...]:
+            return tuple(abs(e).max(axis=1, initial=0) for e in np.split(part, [m], axis=1))
+
+        def size(change: np.ndarray) -> np.ndarray:
+            return np.max([a / b for a, b in zip(kinds(change), most, strict=True)], axis=0)
+
+        rows, slope = at(y)
         for _ in range(MOST):
-            found = self._pontryagin(x.T, y, [*mu.T, *p.T], data)
-            rows, slope = found[: len(y)], found[len(y) :].reshape(len(y), len(y), -1)
-            change = np.linalg.solve(slope.transpose(2, 0, 1), rows.T[:, :, None])[:, :, 0].T
-            y = y - change
-            if np.abs(change).max() <= 1e-14 * np.abs(y).max():
+            back = _inverses(slope)
+            if not np.isfinite(back).all(axis=(1, 2)).any():
+                raise np.linalg.LinAlgError
+            change, share = (back @ rows)[:, :, 0], np.ones((len(y), 1))
+            most = [np.max([a.max(), b.max()]) or 1.0
+                    for a, b in zip(kinds(y), kinds(change), strict=True)]  # fmt: skip
+            before = size(change)
+            for _ in range(HALVINGS):
+                tried = y - share * change
+                rows, slope = at(tried)
+                left = size((back @ rows)[:, :, 0])
+                worse = ~(left <= (1 - share[:, 0] / 4) * before) & ~(before <= NEAR)
+                if not worse.any():
+                    break
+                share[worse] /= 2
+            y = tried
+            if not before.max() > 1e-14:
                 break
-        return y[self.m :].T
+        missed = ~(before <= NEAR)
+        return np.where(missed[:, None], near, y)[:, m:]
 
     def _checked(self, s: SceneSymbols, cost: Any, inputs: Any) -> tuple[Any, ...]:
         """f, p_μ and C + p_μ·inputs in letters; raises `BadInput` for what cannot be either."""
@@ -172,6 +217,15 @@ class ControlStages:
         return [0.0, *(v for q, v in values.items() if q not in control)]
 
 
+def _inverses(slopes: np.ndarray) -> np.ndarray:
+    """The inverses of N matrices, no numbers in place of that of a singular one."""
+    try:
+        return np.linalg.inv(slopes)
+    except np.linalg.LinAlgError:
+        return np.array([np.full_like(e, np.nan) if np.linalg.matrix_rank(e) < len(e)
+                         else np.linalg.inv(e) for e in slopes])  # fmt: skip
+
+
 def _itself(x: Any, v: Any, f: Any, p: Any) -> Any:
     return f
 
@@ -197,11 +251,13 @@ def places_of(scene: Scene, rule: Discretisation) -> list[float]:
     of = DiscreteLagrangian(s, rule)
     times = [acting.point[-1] for acting in force_points(of)]
     at = {c: sympy.Float(v(30), 30) for c, v in s.constants.items()} | {s.x[-1]: 0, s.h: 1}
-    total = sympy.Add(*[sympy.sympify(weight).xreplace(at) for weight, _ in of.asked])
-    if total.is_number and abs(total - 1) > 1e-20:
+    weights = [sympy.sympify(weight).xreplace(at) for weight, _ in of.asked]
+    total = sympy.Add(*weights)
+    # control runs in double precision: weights that are floats sum to 1 but for their round-off
+    if total.is_number and abs(total - 1) > ROUND_OFF * sum(map(abs, weights)):
         raise CannotMeasure(
-            f"{scene.name}: the weights of {rule.name} sum to {float(total):.6g}: cost and force "
-            "take them too, so that it solves another problem; let them sum to 1."
+            f"{scene.name}: the weights of {rule.name} sum to {float(total):.16g}: cost and "
+            "force take them too, so that it solves another problem; let them sum to 1."
         )
     return sorted({float(sympy.sympify(e).xreplace(at)) for e in times})
 
