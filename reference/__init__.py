@@ -10,9 +10,9 @@ from __future__ import annotations
 from .failures import MotionEnds, ReferenceFailure
 from .progress import progress_to
 from .result import Solution
-from .solution import follow, multipliers, solution, solutions
+from .solution import follow, multipliers, solution, solutions, surroundings
 
 __all__ = [
     "MotionEnds", "ReferenceFailure", "Solution", "follow", "multipliers", "progress_to",
-    "solution", "solutions",
+    "solution", "solutions", "surroundings",
 ]  # fmt: skip

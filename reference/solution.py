@@ -21,6 +21,7 @@ from .result import Solution
 
 if TYPE_CHECKING:
     from .equations import Balance
+    from .local_motion import Surroundings
 
 _known: dict[tuple[Any, ...], dict[Fraction, Solution]] = {}
 
@@ -76,6 +77,17 @@ def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
 
     equations, program, _ = derived(scene_of(scene), False)
     integrate(equations, program, [exact_time(t)], TaylorSettings(30), max_steps)
+
+
+@lru_cache(maxsize=16)
+def surroundings(scene: Any) -> Surroundings:
+    """The motion of a scene from states of one's own, in short pieces (`Surroundings`).
+
+    Raises `ReferenceFailure` for a scene that can have no reference.
+    """
+    from .local_motion import Surroundings
+
+    return Surroundings(scene)
 
 
 def multipliers(scene: Any, at: Solution) -> list[Any]:

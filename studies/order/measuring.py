@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -16,9 +16,9 @@ from discmech.integrators.rules import Composition
 
 from ..causes.round_off import gap, measure_round_off
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..evidence import NEAR as BESIDE
+from ..evidence import evidence_of
 from . import multipliers
-from .local import NEAR as BESIDE
-from .local import local_order
 from .window import TOLERANCE, approaches, decided, departure, fit, floor, slope
 
 NAME = "order"
@@ -131,10 +131,14 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 def _local(case: Case) -> dict[str, Any] | None:
     """What one very small step says of the order; None where it cannot be made."""
-    try:
-        return asdict(local_order(case.scheme))
-    except (StepFailure, reference.ReferenceFailure):
+    evidence = evidence_of(case.scheme)
+    found = evidence.order
+    if found.unknown:
         return None
+    return {
+        "order": found.order, "component": found.component, "step": found.step,
+        "place": str(found.place or ""), "exact": found.exact, "seed": evidence.seed,
+    }  # fmt: skip
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

@@ -1,0 +1,55 @@
+"""What single steps say of a rule on a scene, from places that no method can know beforehand.
+
+A run may hide what a step does: at its final time, on its symmetry planes, at t = 0, at steps
+h·2⁻ᵏ. So every study combines its long run with this evidence: a pass needs both, and a fail says
+which of them it was. It is made once for all studies, at 50 digits.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property, lru_cache
+
+from discmech import reference
+from discmech.integrators import Scheme
+
+from .form import FormEvidence, form_of
+from .order import NEAR, LocalOrder, of_scheme, unknown
+from .places import Place, places_of, seed_of
+
+__all__ = ["NEAR", "Evidence", "FormEvidence", "LocalOrder", "Place", "evidence_of"]
+
+
+class Evidence:
+    """The evidence of one scheme; each part is made when it is asked for first.
+
+    seed: from which places, times and steps are drawn; it follows from the content of scene and
+    rule. Raises `ReferenceFailure` for a scene without continuous equations.
+    """
+
+    def __init__(self, scheme: Scheme) -> None:
+        self.scheme = scheme
+        self.seed = seed_of(scheme)
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """States on the motion and beside it, each with a time and a step."""
+        return places_of(self.scheme, self.seed)
+
+    @cached_property
+    def order(self) -> LocalOrder:
+        """The lowest order that a small step shows; where there is none, it says why."""
+        try:
+            return of_scheme(self.scheme, self.places, self.seed)
+        except reference.ReferenceFailure as failure:
+            return unknown(" ".join(str(failure).split()))
+
+    @cached_property
+    def form(self) -> FormEvidence:
+        """The largest defect of the form over the places, of ordinary steps."""
+        return form_of(self.scheme, self.places, self.seed)
+
+
+@lru_cache(maxsize=256)
+def evidence_of(scheme: Scheme) -> Evidence:
+    """The evidence of a scheme, one object for all studies."""
+    return Evidence(scheme)

@@ -1,0 +1,179 @@
+"""The order of one very small step, from exact states: what no final time and no run can hide.
+
+A method of order p is off by O(h^{p+1}) after one step. With 50 digits, and ten more for each order
+above 8, that is seen at steps so small that every lower power would stand out, however small its
+factor; and in each component by itself.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from discmech import reference
+from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators.flows import Flow, round_off_from
+from discmech.integrators.numbers import mpmath
+from discmech.reference import surroundings
+
+from .places import Place, random_fraction
+
+if TYPE_CHECKING:
+    from discmech.reference.local_motion import ExactState
+
+GUARD = 15
+#: the part of the digits, less 14, by which the error of a step is below the motion at the expected
+#: order; where nothing is seen of it, the next: a constant may be as small as Kahan and Li's
+SMALL = (Fraction(1), Fraction(2, 3), Fraction(1, 3))
+#: an ordinary step as a part of the time in which the motion is that of a short polynomial
+PART = Fraction(1, 8)
+#: the second of two steps, as a part of the first
+RATIO = 0.35, 0.65
+NEAR = 0.1  # of a local order that is the expected one
+CLEAR = 1000  # round-offs above which an error is the method's, to a part in a thousand
+
+
+@dataclass(frozen=True)
+class ComponentOrder:
+    """What a step says of one component at one place: its local order, and C of C h^{order+1}.
+
+    name: such as x[0] or mu[2]. order: None where nothing but round-off is seen.
+    """
+
+    name: str
+    order: float | None
+    constant: float | None
+    place: Place
+
+
+@dataclass(frozen=True)
+class LocalOrder:
+    """The lowest order that one step shows at the places, with its component and place.
+
+    order: None where nothing but round-off is seen: the method is exact there. step: the larger of
+    the two steps compared. components: all of them, at all places. unknown: why there is no
+    evidence, a sentence; empty where there is some.
+    """
+
+    order: float | None
+    component: str
+    step: float
+    place: Place | None = None
+    components: tuple[ComponentOrder, ...] = ()
+    unknown: str = ""
+
+    @property
+    def exact(self) -> bool:
+        """Whether every step, at every place, is the exact motion to round-off."""
+        return not self.unknown and self.order is None
+
+
+def digits_for(order: int) -> int:
+    """Digits in which an error of that order is seen at steps that are small.
+
+    The error of Gauss's rule of s stages, (s!)⁴ h^{2s+1} / ((2s+1) (2s)!³), is 10⁻²³ h¹⁷ at order
+    16, with h in units of the motion: 10⁻⁴⁵ before h is small. With 130 digits it is seen at 10⁻⁴
+    of the motion, as that of order 8 with 50.
+    """
+    return 50 + 10 * max(0, order - 8)
+
+
+def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder:
+    """From two steps at each place, h^{p+1} ≈ 10^{-(D - 14) SMALL} of the motion for D digits.
+
+    Their ratio is drawn from the seed. Raises what runs and references raise.
+    """
+    drawn = random.Random(seed)
+    expected = scheme.order or 2
+    digits = digits_for(expected)
+    found: list[ComponentOrder] = []
+    shown = Fraction(0)
+    pending = list(places)
+    for part in SMALL:
+        length = PART * min(place.length for place in places)
+        power = -float((digits - 14) * part) / (expected + 1)
+        first = length * Fraction(10.0**power) * random_fraction(drawn, 0.5, 1)
+        steps = first, first * random_fraction(drawn, *RATIO)
+        flows = [scheme.flow(h, digits) for h in steps]
+        left = []
+        for place in pending:
+            here = _at(scheme, place, flows, digits)
+            if all(c.order is None for c in here) and part != SMALL[-1]:
+                left.append(place)
+            else:
+                found += here
+                shown = shown or first
+        pending = left
+        if not pending:
+            break
+    seen = [c for c in found if c.order is not None]
+    if not seen:
+        return LocalOrder(None, "", float(steps[0]), components=tuple(found))
+    lowest = min(seen, key=lambda c: c.order or 0.0)
+    assert lowest.order is not None
+    return LocalOrder(lowest.order, lowest.name, float(shown), lowest.place, tuple(found))
+
+
+def step_errors(
+    scheme: Scheme, place: Place, flow: Flow, exact: ExactState
+) -> list[tuple[str, Any, Any]]:
+    """(component, |error| of one step from a place, what round-off may do to it), in mpmath."""
+    with mpmath.workdps(flow.digits + GUARD):
+        run = flow.trajectory(1, **place.start)
+        got, wanted = [*run.x[-1], *run.mu[-1]], [*exact.x, *exact.mu]
+        known = [*exact.error_x, *exact.error_mu]
+        own = _round_off(flow, place)
+        names = [f"x[{i}]" for i in range(len(exact.x))]
+        names += [f"mu[{i}]" for i in range(len(exact.mu))]
+        return [
+            (name, abs(mpmath.mpf(a) - b), bound + error)
+            for name, a, b, error, bound in zip(names, got, wanted, known, own, strict=True)
+        ]
+
+
+def _at(scheme: Scheme, place: Place, flows: Sequence[Flow], digits: int) -> list[ComponentOrder]:
+    """The local order of each component at one place, of the flows of two steps."""
+    steps = [flow.step for flow in flows]
+    ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, digits + GUARD)
+    both = [step_errors(scheme, place, flow, end) for flow, end in zip(flows, ends, strict=True)]
+    found = []
+    with mpmath.workdps(digits + GUARD):
+        ratio = mpmath.log(mpmath.mpf(steps[0].numerator) / steps[0].denominator
+                           * steps[1].denominator / steps[1].numerator)  # fmt: skip
+        for (name, large, _), (_, small, left) in zip(*both, strict=True):
+            if not small > CLEAR * left:
+                found.append(ComponentOrder(name, None, None, place))
+                continue
+            order = float(mpmath.log(large / small) / ratio) - 1
+            size = float(mpmath.log10(large) - (order + 1) * mpmath.log10(flows[0].step))
+            found.append(
+                ComponentOrder(name, order, 10.0**size if abs(size) < 300 else None, place)
+            )
+    return found
+
+
+def _round_off(flow: Flow, place: Place) -> list[Any]:
+    """What round-off may do to each component in a step from there (`step_round_off`)."""
+    s = flow.scheme.s
+    with flow.numbers.working():
+        x, mu = flow.context.vectors(s.with_time(place.x, place.t), place.mu)
+        near = flow.context.vector(place.u, len(mu))
+        *_, bound = round_off_from(flow.context, x, mu, near)
+        found = list(flow.numbers.public(bound * flow.numbers.eps))
+    return found[: len(place.x)] + found[len(x) :]  # without the time, where it is a component
+
+
+def unknown(why: str) -> LocalOrder:
+    """No evidence, for that reason."""
+    return LocalOrder(None, "", 0.0, unknown=why)
+
+
+def of_scheme(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder:
+    """`local_order`, or why there is none."""
+    try:
+        return local_order(scheme, places, seed)
+    except (BadInput, StepFailure, reference.ReferenceFailure) as failure:
+        return unknown(" ".join(str(failure).split()))

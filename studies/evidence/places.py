@@ -1,0 +1,258 @@
+"""Where one step of a rule is looked at: states that no method can know beforehand.
+
+A run sees one trajectory, its symmetry planes, and steps h·2⁻ᵏ from t = 0. These places lie on the
+motion and beside it, in every coordinate, at times drawn over the whole motion, with steps that are
+no h·2ᵏ of each other. They are drawn from a seed that the content of scene and rule makes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from discmech import reference
+from discmech.integrators import Scheme
+from discmech.integrators.equations import (
+    SceneSymbols,
+    constraint,
+    constraint_matrix,
+    momentum,
+)
+from discmech.integrators.numbers import arithmetic, exact, mpmath, numeric, sympy, to_sympy
+from discmech.integrators.rules import Composition
+from discmech.reference import surroundings
+
+if TYPE_CHECKING:
+    from discmech.reference.local_motion import Surroundings
+
+DIGITS = 170  # of a place: more than any study looks at it with
+ON, BESIDE = 1, 3  # how many places lie on the motion, and how many beside it
+SHARES = 0.1, 0.35  # of a coordinate's size by which a place lies beside the motion
+NEARER = 8, 12  # how much nearer to the motion the next try is, and how many there are
+HASTE = 64  # a place where all goes so much faster than anywhere on the motion is not around it
+#: of the time in which the motion is a polynomial (`Surroundings.length`): an ordinary step
+SMALLER, LARGER = 0.15, 0.3
+STILL = 1e-9  # a coordinate that moves by less of what the others do has no size of its own
+
+
+@dataclass(frozen=True)
+class Place:
+    """A state, a time and a step: x (n), u (m, the velocity ξ) and μ (m), mpf; t and step exact.
+
+    length: the time in which the exact motion from there is that of a short polynomial. beside:
+    whether it lies beside the motion.
+    """
+
+    x: tuple[Any, ...]
+    mu: tuple[Any, ...]
+    u: tuple[Any, ...]
+    t: Fraction
+    step: Fraction
+    length: Fraction
+    beside: bool
+
+    @property
+    def start(self) -> dict[str, Any]:
+        """As `Flow.trajectory` takes it."""
+        found: dict[str, Any] = {"x0": self.x, "mu0": self.mu, "u0": self.u}
+        return {**found, "t0": self.t} if self.t else found
+
+    def __str__(self) -> str:
+        parts = [", ".join(f"{float(e):.4g}" for e in part) for part in (self.x, self.mu)]
+        return f"x = ({parts[0]}), mu = ({parts[1]}), t = {float(self.t):.4g}"
+
+
+def seed_of(scheme: Scheme) -> int:
+    """The seed of a scene and a rule, made of what they say."""
+    rule = scheme.rule.base if isinstance(scheme.rule, Composition) else scheme.rule
+    words = [surroundings(scheme.scene).key, scheme.rule.name, rule.name, str(rule.order)]
+    code = getattr(rule.formula, "__code__", None)
+    if code is not None:
+        numbers = [e for e in code.co_consts if not hasattr(e, "co_code")]  # no inner functions
+        words += [code.co_code.hex(), repr(code.co_names), repr(numbers)]
+    return int(hashlib.sha256("\0".join(words).encode()).hexdigest()[:8], 16)
+
+
+def places_of(scheme: Scheme, seed: int) -> list[Place]:
+    """`ON` places on the motion and `BESIDE` beside it.
+
+    Raises `ReferenceFailure` for a scene that has no continuous equations, and where no place
+    around the motion can be found.
+    """
+    drawn, scene = random.Random(seed), scheme.scene
+    around, motion = surroundings(scene), _motion(scene)
+    fastest = min((r for r in motion.lengths if r is not None), default=None)
+    found = []
+    for k in range(ON + BESIDE):
+        at = drawn.randrange(len(motion.states))
+        t, x, v = motion.states[at]
+        share = drawn.uniform(*SHARES) if k >= ON else 0.0
+        for _ in range(NEARER[1]):
+            place = _place(scheme, drawn, (t, x, v), share, motion, around)
+            if place is not None and (fastest is None or HASTE * place.length >= fastest):
+                found.append(place)
+                break
+            share /= NEARER[0]
+    if not found:
+        raise reference.ReferenceFailure(
+            f"scene {scene.name}: no state around its motion has a series; its equations are "
+            "singular there"
+        )
+    return found
+
+
+def random_fraction(drawn: random.Random, low: float, high: float) -> Fraction:
+    """A fraction between the two whose ratio to another one is no power of 2."""
+    return Fraction(drawn.randrange(int(low * 2**30), int(high * 2**30)) | 1, 2**30)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """States (t, x, v) along a scene's motion, their `lengths`, and each coordinate's size."""
+
+    states: list[tuple[Fraction, list[Any], list[Any]]]
+    lengths: list[Fraction | None]
+    of_x: list[Any]
+    of_v: list[Any]
+
+
+@lru_cache(maxsize=16)
+def _motion(scene: Any) -> Motion:
+    """As far as a rough integration follows it within the scene's duration."""
+    around = surroundings(scene)
+    states = around.along(Fraction(scene.duration))
+    lengths: list[Fraction | None] = [b[0] - a[0] for a, b in pairwise(states)]
+    lengths.append(lengths[-1] if lengths else around.length(*states[0][1:], Fraction(0)))
+    columns = [list(zip(*part, strict=True)) for part in
+               ([x for _, x, _ in states], [v for _, _, v in states])]  # fmt: skip
+    time = Fraction(scene.step)
+    of_v = _sizes_of(columns[1], [], time)
+    return Motion(states, lengths, _sizes_of(columns[0], of_v, time), of_v)
+
+
+def _sizes_of(columns: Sequence[Sequence[Any]], rates: list[Any], time: Fraction) -> list[Any]:
+    """By how much each coordinate moves; one at rest, as the others do, or could in a step."""
+    moved = [max(c) - min(c) for c in columns]
+    most = max(moved, default=0)
+    if not most:
+        most = max((abs(e) for c in columns for e in c), default=0)
+    if not most and rates:
+        most = max(rates) * time.numerator / time.denominator
+    return [m if m > STILL * most else (most or mpmath.mpf(1)) for m in moved]
+
+
+def _place(
+    scheme: Scheme, drawn: random.Random, state: tuple[Fraction, list[Any], list[Any]],
+    share: float, motion: Motion, around: Surroundings,
+) -> Place | None:  # fmt: skip
+    """A place that lies beside a state by that share of the sizes; None where there is none."""
+    t, x, v = state
+    if scheme.s.clocked and motion.lengths:  # a time of its own, between those of two states
+        t += random_fraction(drawn, 0, 1) * min(e for e in motion.lengths if e is not None)
+    signs = [drawn.choice((-1, 1)) * drawn.uniform(0.5, 1) * share for _ in [*x, *v]]
+    try:
+        with mpmath.workdps(DIGITS):
+            v = [e + s * size for e, s, size in zip(v, signs[len(x) :], motion.of_v, strict=True)]
+            x, v = _on_manifold(scheme.s, scheme.scene, x, v, signs, motion.of_x)
+            mu = around.momentum(x, v, t, DIGITS)
+            length = around.length(x, v, t)
+    except (reference.ReferenceFailure, ArithmeticError, ValueError, TypeError):
+        return None
+    length = Fraction(scheme.scene.step) if length is None else length
+    step = length * random_fraction(drawn, SMALLER, LARGER)
+    return Place(tuple(x), tuple(mu), tuple(v), t, step, length, share > 0)
+
+
+def _on_manifold(
+    s: SceneSymbols, scene: Any, x: list[Any], v: list[Any], signs: list[float], sizes: list[Any]
+) -> tuple[list[Any], list[Any]]:
+    """x moved along the groupoid by those shares of the sizes, and (x, v) put on the constraints.
+
+    x moves to the target of an arrow, so it stays in its orbit: on its sphere, say.
+    """
+    numbers = arithmetic(DIGITS)
+    with numbers.working():
+        target, anchor, rows = _functions(s)
+        values = _values(s, tuple(scene.symmetries))
+        p = [numbers.number(e) for e in scene.parameter_values]
+        at = np.array([numbers.number(e) for e in x], dtype=object)
+        xi = np.array([numbers.number(e) for e in v], dtype=object)
+        if len(at):
+            rho = anchor(at, p)
+            w = []
+            for k in range(rho.shape[1]):
+                reach = [sizes[i] / abs(rho[i, k]) for i in range(len(at)) if rho[i, k]]
+                sign = signs[k % len(signs)]
+                w.append(numbers.number(min(reach) * sign if reach else 0))
+            at = target(at, np.array(w, dtype=object), p)
+        if rows is not None:
+            for _ in range(12 if s.holonomic else 0):
+                phi, a = rows(at, p)
+                at = target(at, -a.T @ numbers.solve(a @ a.T, phi), p)
+            for _ in range(2):
+                _, a = rows(at, p)
+                xi = xi - a.T @ numbers.solve(a @ a.T, a @ xi)
+            phi, a = rows(at, p)
+            if s.holonomic and max(map(abs, phi)) > 10 ** -(DIGITS - 30) * max(map(abs, a.ravel())):
+                raise ValueError
+        for _ in range(12 if values is not None else 0):  # such as μ·x = 0
+            off, slope = values(at, xi, p)
+            xi = xi - slope.T @ numbers.solve(slope @ slope.T, off)
+        return list(numbers.public(at)), list(numbers.public(xi))
+
+
+@lru_cache(maxsize=64)
+def _values(s: SceneSymbols, quantities: tuple[Any, ...]) -> Any:
+    """What quantities with a value are off it, of (x, ξ, p), and its slope in ξ; None without.
+
+    Those of x alone are kept where x moves along the groupoid.
+    """
+    numbers = arithmetic(DIGITS)
+    mu = dict(zip(s.mu, momentum(s), strict=True))
+    off = [
+        s.call(q.formula, q.name, s.position, s.mu, s.parameters).xreplace(mu)
+        - to_sympy(exact(q.value, q.name))
+        for q in quantities if q.value is not None
+    ]  # fmt: skip
+    off = [e for e in off if e.free_symbols & set(s.u)]
+    if not off:
+        return None
+    slope = sympy.Matrix(off).jacobian(s.u)
+    return numeric({"x": s.position, "u": s.u, "p": s.parameter_list}, [off, slope], numbers)
+
+
+@lru_cache(maxsize=64)
+def _functions(s: SceneSymbols) -> tuple[Any, Any, Any]:
+    """b(x, w; 1), ρ̂(x), and (φ(x), A(x)) or None, of x, w and the parameters."""
+    numbers = arithmetic(DIGITS)
+    given = {"x": s.position, "p": s.parameter_list}
+    groupoid = getattr(s.groupoid, "inner", s.groupoid) if s.clocked else s.groupoid
+    one = 1
+
+    def plain(e: Any) -> Any:
+        return e.subs(s.h, one) if hasattr(e, "subs") else e
+
+    target = numeric({"x": s.position, "w": s.u, "p": s.parameter_list},
+                     [list(plain(groupoid.target(s.position, s.u, s.h)))], numbers)  # fmt: skip
+    anchor = numeric(given, [plain(groupoid.rho(s.position, s.h))], numbers)
+    rows = None
+    if s.restricted:
+        phi = list(constraint(s, s.x)) if s.holonomic else []
+        rows = numeric(given, [phi, plain(constraint_matrix(s, s.x))], numbers)
+    return target, anchor, rows
+
+
+def steps_from(place: Place, drawn: random.Random) -> Iterator[Fraction]:
+    """Ordinary steps from a place, ever shorter, no two of them in a ratio of 2ᵏ."""
+    step = place.step
+    while True:
+        yield step
+        step *= random_fraction(drawn, 0.2, 0.45)
