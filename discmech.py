@@ -59,7 +59,7 @@ if TYPE_CHECKING:
         trapezoidal,
     )
     from discmech.reference import solution
-    from discmech.studies import check, explain, show
+    from discmech.studies import check, explain, plot, show
 
 #: the packages that the names below come from, the lightest first
 _PACKAGES = ("studies", "reference", "integrators")
@@ -103,6 +103,7 @@ __all__ = [
     "on_group",
     "one_step",
     "pair",
+    "plot",
     "product",
     "rectangle",
     "scenes",

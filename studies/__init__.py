@@ -13,8 +13,9 @@ from .core.study import Study, every_study
 if TYPE_CHECKING:
     from .command.explain import explain
     from .core.checking import check
+    from .user.drawing import plot
 
-__all__ = ["NAMES", "check", "explain", "get", "show"]
+__all__ = ["NAMES", "check", "explain", "get", "plot", "show"]
 
 #: the studies of scenes and rules, in the order of the report
 NAMES = tuple(study.name for study in every_study().values() if study.usual)
@@ -39,6 +40,10 @@ def __getattr__(name: str) -> Any:
         from .command.explain import explain
 
         return explain
+    if name == "plot":
+        from .user.drawing import plot
+
+        return plot
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

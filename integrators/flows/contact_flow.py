@@ -194,7 +194,7 @@ class _Run(ContactRun):
             steps=self.index, step=flow.step, margin=1.0, edges=0, translates=zero, base=x,
             multipliers=public(self.impulses[:count, :, 0] / flow.context.h),
             solver="Newton, contacts in cones", contraction=0.0, impulses=impulses, gaps=phi,
-            impacts=self._impacts(),
+            impacts=self._impacts(), scheme=flow.scheme,
         )  # fmt: skip
 
     def _impacts(self) -> Impacts:

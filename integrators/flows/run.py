@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -49,7 +49,7 @@ class Trajectory:
     often the edge was met and got past; translates (r,): the number of the element B of the cover
     with g = τ(hu) B, 0 for e. solver: how steps were solved ("fixed point", "Newton", or both with
     the number of steps by Newton); of a fixed point, iterations are its sweeps, and contraction is
-    what a sweep leaves of an error, in the step that took most.
+    what a sweep leaves of an error, in the step that took most. scheme: the scheme that ran.
     """
 
     t: Vector
@@ -69,6 +69,11 @@ class Trajectory:
     multipliers: Matrix
     solver: str
     contraction: float
+    scheme: Any = field(kw_only=True, repr=False, compare=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The numbers alone: a scheme may hold functions that cannot be pickled."""
+        return {**vars(self), "scheme": None}
 
 
 def run_from(
@@ -187,6 +192,7 @@ def rows_of(edge: EdgePolicy, run: Run, count: int, t0: Exact) -> Trajectory:
         base=base,
         multipliers=public(multipliers * (2 / context.parts[0].h)),
         solver=_solver(edge, run),
+        scheme=context.scheme,
         **counted(run.totals, run.index),
     )
 

@@ -27,7 +27,7 @@ from . import INTERRUPTED, control, explain, new, power, single_run, verifying
 from . import reference as references
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .interrupts import Farewell, ended_soon
-from .options import add_choices, add_own, as_typed, choice_of, jobs
+from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of
 from .output import console, exit_code, progress_shown, writable, writable_folder, write
 
 PASS, FAIL, BAD_INPUT = 0, 1, 2
@@ -118,8 +118,9 @@ def _parser() -> argparse.ArgumentParser:
             asked.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
             asked.add_argument(
                 "--folder", metavar="DIR",
-                help="write a page there, its figures (SVG, PNG) and its tables (CSV, TeX, JSON)",
+                help="write a page there, figures (SVG, PDF, PNG) and tables (CSV, TeX, JSON)",
             )  # fmt: skip
+            add_look(asked)
             add_baselines(asked)
             asked.set_defaults(action=_study, study=study.name)
 
@@ -134,6 +135,7 @@ def _parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--verbose", action="store_true", help="print the whole tables, not only what did not pass"
     )
+    add_look(report)
     add_own(report, (THOROUGH,))
     report.set_defaults(action=_report)
     return parser
@@ -167,6 +169,7 @@ def _study(options: argparse.Namespace) -> int:
     study = get(options.study)
     with progress_shown(f"{study.name}: loading") as show:
         choice = choice_of(options)
+        look = look_of(options)
         before = earlier(options)
         writable(options.json)
         writable_folder(options.folder)
@@ -177,7 +180,7 @@ def _study(options: argparse.Namespace) -> int:
             from .report import write_study
 
             show("figures", None)
-            page = write_study(result, choice, Path(options.folder))
+            page = write_study(result, choice, Path(options.folder), look)
     if options.json:
         write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
     if options.json != "-":
@@ -196,7 +199,8 @@ def _report(options: argparse.Namespace) -> int:
         choice = choice_of(options)
         writable_folder(options.folder)
         store = Store(options.fresh)
-        results, page = make_report(choice, Path(options.folder), show, jobs(options), store)
+        asked = choice, Path(options.folder), show, jobs(options), store, look_of(options)
+        results, page = make_report(*asked)
     from ..report.summary import print_summary
     from ..report.tables import print_result
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from ..core.case import Choice
     from ..core.cluster import Cluster
+    from ..report.figures import Look
 
 RULE_HELP = "midpoint, gauss-3, kahan-li-8:midpoint (all: discmech list) or FILE.py:NAME"
 
@@ -58,6 +59,28 @@ def add_fresh(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fresh", action="store_true", help="measure all anew, also what did not change"
     )
+
+
+def add_look(parser: argparse.ArgumentParser) -> None:
+    """Declare how figures look; `look_of` reads it."""
+    parser.add_argument(
+        "--label", action="append", default=[], metavar="RULE=TEXT", dest="labels",
+        help="the name of a rule in figures; may be repeated",
+    )  # fmt: skip
+    parser.add_argument("--style", metavar="FILE", help="a style file of matplotlib, for figures")
+
+
+def look_of(options: argparse.Namespace) -> Look:
+    """The look asked for; raises `BadInput` for a label without "=" and an unreadable style."""
+    from ..user import drawing
+
+    labels = {}
+    for given in options.labels:
+        rule, equals, text = given.partition("=")
+        if not (rule and equals and text):
+            raise BadInput(f"--label {given} names no rule and text: write --label midpoint=Gauss.")
+        labels[rule] = text
+    return drawing.look_of(labels, options.style)
 
 
 def add_own(parser: argparse.ArgumentParser, options: Sequence[Option]) -> None:

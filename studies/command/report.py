@@ -26,7 +26,7 @@ from ..core.study import every_study
 from ..core.workers import worker_pool
 
 if TYPE_CHECKING:
-    from ..report.figures import Remembered
+    from ..report.figures import Look, Remembered
 
 OF_THE_BENCH = ("references", "power")  # studies that are about no scene
 WORTH_DRAWING_TOGETHER = 100  # cases; another process takes three seconds to begin
@@ -38,6 +38,7 @@ def make_report(
     progress: Progress = silent,
     jobs: int | Cluster | None = None,
     store: Store | None = None,
+    look: Look | None = None,
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; returns (results, path of the page).
 
@@ -67,9 +68,9 @@ def make_report(
     drawn = _drawn_once(store, jobs if isinstance(jobs, int) else cores())
     words = (results, equations, described, folder, "make report", drawn)
     if history is None:
-        return results, write_report(*words)
+        return results, write_report(*words, look=look)
     history.add(results, short)
-    page = write_report(*words, history.of)
+    page = write_report(*words, history.of, look)
     history.keep()
     return results, page
 
@@ -103,14 +104,16 @@ def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
     return remembered
 
 
-def write_study(result: dict[str, Any], choice: Choice, folder: Path) -> Path:
+def write_study(
+    result: dict[str, Any], choice: Choice, folder: Path, look: Look | None = None
+) -> Path:
     """The page of one study with its figures and tables in a folder; returns the page's path."""
     from ..report.page import write_report
 
     named = {case["scene"] for case in result["cases"]}
     systems = [case.scene for case in get(result["study"]).cases(choice)]
     scenes = {scene.name: about(scene) for scene in systems if scene.name in named}
-    return write_report([result], [], list(scenes.values()), folder, result["command"])
+    return write_report([result], [], list(scenes.values()), folder, result["command"], look=look)
 
 
 def about(scene: Any) -> dict[str, Any]:

@@ -17,6 +17,16 @@ if TYPE_CHECKING:
     from discmech.integrators import Discretisation, Scene
 
 
+class Result(dict[str, Any]):
+    """A study's result, as JSON has it, that a notebook shows as its table with its figures."""
+
+    def _repr_html_(self) -> str:
+        """The verdict table, why cases did not pass, and the figures, for a notebook."""
+        from ..report.notebook import html_of
+
+        return html_of(self)
+
+
 @arguments_checked
 def check(
     study: str,
@@ -24,10 +34,11 @@ def check(
     rules: Sequence[Discretisation | str] = (),
     digits: Sequence[int] = (),
     steps: int | None = None,
-) -> dict[str, Any]:
+) -> Result:
     """Run one study; scenes and rules are objects or names, all of them if none is given.
 
-    Returns the result as the command line writes it: {"study", "verdict", "cases": [...]}. Raises
+    Returns the result as the command line writes it: {"study", "verdict", "cases": [...]};
+    in a notebook it shows its table, reasons and figures (`plot` gives these one by one). Raises
     `BadInput` for unknown names and for scenes that the study does not apply to.
     """
     chosen = Choice(
@@ -36,4 +47,4 @@ def check(
         digits=tuple(digits_in(str(d)) for d in listed("digits", digits)),
         steps=None if steps is None else whole("steps")(str(steps)),
     )
-    return run_study(studies.get(study), chosen)
+    return Result(run_study(studies.get(study), chosen))

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+#: names and values of matplotlib's rcParams
+Style = Sequence[tuple[str, Any]]
 #: inches that stay free beside the longest word: fonts elsewhere are a little wider
 SPARE = 0.06
 #: the fonts of a figure, and where text is text those of the same widths that others have
@@ -88,12 +90,25 @@ def round_off(digits: int) -> float:
     return 2.0**-53 if digits <= 16 else 10.0 ** (1 - digits) / 2
 
 
-def render(panels: Sequence[Panel], sheet: Sheet, definitions: dict[str, str]) -> Drawing:
-    """Draw the panels on one sheet. Markers and styles of the page go into `definitions`."""
+def figure_of(panels: Sequence[Panel], sheet: Sheet, style: Style = ()) -> Figure:
+    """The panels as a matplotlib figure, with a canvas for pictures, to be changed or saved."""
+    import matplotlib
+
+    with matplotlib.rc_context(_RC | dict(style)):
+        return _laid_out(panels, sheet, max(1, min(sheet.columns, len(panels))))[0]
+
+
+def render(
+    panels: Sequence[Panel], sheet: Sheet, definitions: dict[str, str], style: Style = ()
+) -> Drawing:
+    """Draw the panels on one sheet. Markers and styles of the page go into `definitions`.
+
+    style: entries of matplotlib's rcParams that replace ours.
+    """
     import matplotlib
 
     columns = max(1, min(sheet.columns, len(panels)))
-    with matplotlib.rc_context(_RC):
+    with matplotlib.rc_context(_RC | dict(style)):
         figure, fitted = _laid_out(panels, sheet, columns)
         scales = [_scales(axes) for axes in figure.axes]
         svg, pdf, png = BytesIO(), BytesIO(), BytesIO()

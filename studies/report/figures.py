@@ -11,7 +11,7 @@ from typing import Any
 from ..core.study import view_of
 from .canvas import Drawing, render
 from .palette import Mark, marks
-from .view import Titles
+from .view import Sketch, Titles
 from .wording import Case, Result, rule_name
 
 
@@ -25,6 +25,23 @@ class Plate:
     caption: str
     command: str
     drawing: Drawing
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the user wants figures: labels of rules (name, label), entries of rcParams."""
+
+    labels: tuple[tuple[str, str], ...] = ()
+    style: tuple[tuple[str, Any], ...] = ()
+
+    def of_cases(
+        self, cases: Sequence[Case], known: dict[str, Mark]
+    ) -> tuple[list[Case], dict[str, Mark]]:
+        """The cases with the labels for their rules' names, and the marks under these labels."""
+        labels = dict(self.labels)
+        shown = [{**c, "rule": labels.get(str(c.get("rule")), c.get("rule"))} for c in cases]
+        pairs = zip(shown, cases, strict=True)
+        return shown, known | {rule_name(new): known[rule_name(old)] for new, old in pairs}
 
 
 #: [(study, its cases, …: what a drawing depends on; how it is made)] → each, made now or earlier
@@ -41,18 +58,24 @@ def plates(
     titles: Titles,
     definitions: dict[str, str],
     remembered: Remembered = anew,
+    look: Look | None = None,
 ) -> list[Plate]:
     """Every figure that these results (one a study) allow.
 
     `definitions` collects the styles and markers that the inline panels refer to; the page has to
-    hold them once. remembered: gives what was drawn of the same numbers before.
+    hold them once. remembered: gives what was drawn of the same numbers before. look: labels and
+    style that the user asked for.
     """
+    look = look or Look()
     rules = dict.fromkeys(rule_name(case) for result in results for case in result["cases"])
     known = marks(rules)
     styles = [str(item) for item in known.items()]
     own = [(str(result["study"]), result["cases"]) for result in results]
     drawings = [
-        ([study, cases, styles, dict(titles)], partial(_drawn, study, cases, known, titles))
+        (
+            [study, cases, styles, dict(titles), str(look)],
+            partial(_drawn, study, cases, known, titles, look),
+        )
         for study, cases in own
     ]
     found = []
@@ -69,15 +92,23 @@ def plates(
     return found
 
 
+def sketches(result: Result, titles: Titles, look: Look | None = None) -> list[Sketch]:
+    """The figures of a study's result that have something to show, before they are drawn."""
+    known = marks(dict.fromkeys(rule_name(case) for case in result["cases"]))
+    cases, known = (look or Look()).of_cases(result["cases"], known)
+    return [s for s in view_of(result["study"]).sketches(cases, known, titles) if s.panels]
+
+
 def _drawn(
-    study: str, cases: Sequence[Case], known: dict[str, Mark], titles: Titles
+    study: str, cases: Sequence[Case], known: dict[str, Mark], titles: Titles, look: Look
 ) -> dict[str, Any]:
     """The figures of a study and what they add to the page's definitions, as JSON has it."""
     definitions: dict[str, str] = {}
     figures = []
+    cases, known = look.of_cases(cases, known)
     for sketch in view_of(study).sketches(cases, known, titles):
         if sketch.panels:
-            drawing = render(sketch.panels, sketch.sheet, definitions)
+            drawing = render(sketch.panels, sketch.sheet, definitions, look.style)
             figures.append(
                 {"name": sketch.name, "title": sketch.title, "caption": sketch.caption,
                  "digits": sketch.digits, "svg": drawing.svg.decode(),

@@ -20,7 +20,7 @@ from .wording import CONSTRAINED, VERDICTS, Case, Result, is_control, verdict, w
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-    from .figures import Plate, Remembered
+    from .figures import Look, Plate, Remembered
 
 LONGEST_FORMULA = 60_000  # characters of MathML; longer ones are linked, not shown
 FORMULAE = 700_000  # and of all of them together,
@@ -35,12 +35,13 @@ def write_report(
     command: str = "make report",
     remembered: Remembered | None = None,
     past: Past = unknown_past,
+    look: Look | None = None,
 ) -> Path:
     """Write index.html, figures/, tables/ (and equations/ for the longest) into a folder.
 
     An older report in the folder stays whole until this one is, and for good if this one fails.
     remembered: gives figures that were drawn of the same numbers before (`figures.plates`).
-    past: what the last runs found of a case, the newest last.
+    past: what the last runs found of a case, the newest last. look: labels and style of figures.
     """
     from .figures import anew, plates
 
@@ -50,12 +51,15 @@ def write_report(
     with published(Path(folder), last="index.html") as new:
         for name in ("figures", "tables", "equations"):
             (new / name).mkdir()
-        drawn = plates(studies, titles, definitions, remembered or anew)
+        drawn = plates(studies, titles, definitions, remembered or anew, look)
         for plate in drawn:
             (new / "figures" / f"{plate.name}.svg").write_bytes(plate.drawing.svg)
             (new / "figures" / f"{plate.name}.pdf").write_bytes(plate.drawing.pdf)
             (new / "figures" / f"{plate.name}.png").write_bytes(plate.drawing.png)
-        files = {str(study["study"]): write_tables(study, new / "tables") for study in studies}
+        labels = dict(look.labels) if look else {}
+        files = {
+            str(study["study"]): write_tables(study, new / "tables", labels) for study in studies
+        }
         formulae = _schemes(equations, titles, new / "equations")
         words = (results, studies, drawn, definitions, scenes, command, files, formulae)
         text = _page(*words, past=past)

@@ -23,6 +23,7 @@ from .wording import (
     is_control,
     mapping,
     rows,
+    rule_name,
     verdict,
     why,
 )
@@ -178,14 +179,48 @@ def cases_tex(result: Result) -> str:
     return "\n".join([*body, *lines, r"\bottomrule", r"\end{tabular}", ""])
 
 
-def write_tables(result: Result, folder: Path) -> list[str]:
-    """STUDY.csv, STUDY-rows.csv, STUDY.json and STUDY.tex in a folder; returns their names."""
+def paper_tex(result: Result, labels: Mapping[str, str] | None = None) -> str:
+    """For a paper: a booktabs tabular for each precision, a line a rule, a column a scene.
+
+    A cell is the one number of the case with its uncertainty, where it has one; what did not pass
+    has an asterisk. Controls are left out. labels: {rule: text}.
+    """
+    shown = labels or {}
+    study, found = str(result.get("study")), []
+    cases = [case for case in result.get("cases") or [] if not is_control(case)]
+    for digits in sorted({int(case.get("digits") or 16) for case in cases}):
+        same = [case for case in cases if int(case.get("digits") or 16) == digits]
+        scenes = list(dict.fromkeys(str(case.get("scene")) for case in same))
+        cells = {(rule_name(case), str(case.get("scene"))): _cell(study, case) for case in same}
+        body = [rf"\begin{{tabular}}{{l{'c' * len(scenes)}}}", r"\toprule",
+                " & ".join(["Rule", *map(tex, scenes)]) + r" \\", r"\midrule"]  # fmt: skip
+        for rule in dict.fromkeys(rule for rule, _ in cells):
+            line = [
+                tex(shown.get(rule, rule)),
+                *(cells.get((rule, scene), tex(NONE)) for scene in scenes),
+            ]
+            body.append(" & ".join(line) + r" \\")
+        found += [f"% {study}, {digits} digits", *body, r"\bottomrule", r"\end{tabular}", ""]
+    return "\n".join(found)
+
+
+def _cell(study: str, case: Case) -> str:
+    measured = mapping(case, "measured")
+    said = (view_of(study).got(measured) if measured else "") or NONE
+    return tex(said) + ("" if verdict(case) == "pass" else r"\rlap{$^{*}$}")
+
+
+def write_tables(
+    result: Result, folder: Path, labels: Mapping[str, str] | None = None
+) -> list[str]:
+    """STUDY.csv, STUDY-rows.csv, STUDY.json, STUDY.tex, STUDY-paper.tex; returns their names."""
     study = file_name(str(result.get("study")))
     written = {
         f"{study}.csv": cases_csv(result),
         f"{study}-rows.csv": rows_csv(result),
         f"{study}.json": json.dumps(plain(result), ensure_ascii=False, allow_nan=False) + "\n",
         f"{study}.tex": cases_tex(result),
+        f"{study}-paper.tex": paper_tex(result, labels),
     }
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in written.items():

@@ -21,6 +21,7 @@ CONSTRAINED = (
     "F⁺(x, u)/h = μ′ − h/2 A(y)ᵀν, with A(y) ξ(y, μ′) = 0",
 )
 
+_SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 _FLAT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _TENS = re.compile("(×|\\b)10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
@@ -45,6 +46,11 @@ def in_tens(value: float, places: int = 0) -> str:
     if value > 0 and abs(value / 10.0 ** int(exponent) - 1) < 1e-9:
         return tens
     return f"{mantissa}×{tens}".replace("-", "−")
+
+
+def subscript(index: int) -> str:
+    """₁₂ of 12."""
+    return str(index).translate(_SUBSCRIPTS)
 
 
 def scientific(value: Any, places: int = 1) -> str:

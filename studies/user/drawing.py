@@ -1,0 +1,153 @@
+"""`plot`: a result or a run as a matplotlib figure of the user's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from discmech.integrators.errors import BadInput, unknown
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ..report.canvas import Panel
+    from ..report.figures import Look
+
+KINDS = ("phase", "energy", "base")
+MOST_PANELS = 9
+
+
+def plot(
+    thing: Any,
+    kind: str | None = None,
+    *,
+    digits: int | None = None,
+    labels: Mapping[str, str] | None = None,
+    style: Path | str | None = None,
+) -> Figure:
+    """The figure of a study's result, or of a run, as a matplotlib figure that can be changed.
+
+    thing: what `check` returns, a trajectory of `flow.trajectory`, or a list of trajectories that
+    are drawn together (a phase portrait). kind, of trajectories: "phase" (the default), entry i of
+    x against that of μ, or on a group pairs of momenta; "energy", the relative error of the energy
+    against time; "base", the path of x. digits: which figure of a result, where it has one for
+    each precision (default: the first). labels: {rule: text}. style: a .mplstyle file.
+
+    Raises `BadInput` for anything else, and where there is nothing to draw.
+    """
+    from ..report.canvas import figure_of
+    from ..report.figures import sketches
+
+    look = look_of(labels or {}, style)
+    if isinstance(thing, Mapping) and "cases" in thing:
+        if kind is not None:
+            raise BadInput("kind is of trajectories: leave it out for the result of a study.")
+        found = [s for s in sketches(dict(thing), {}, look) if digits in (None, s.digits)]
+        if not found:
+            raise BadInput(f"the study {thing.get('study')} has no figure of these cases.")
+        return figure_of(found[0].panels, found[0].sheet, look.style)
+    runs = list(thing) if isinstance(thing, list | tuple) else [thing]
+    if not runs or not all(getattr(run, "scheme", None) is not None for run in runs):
+        raise BadInput(
+            "plot takes what check(...) returns, a trajectory of flow.trajectory(...), or a list "
+            f"of trajectories, not {type(thing).__name__} (nor a trajectory that was pickled)."
+        )
+    if kind not in (None, *KINDS):
+        raise unknown("kind", kind, KINDS)
+    panels = {"phase": _phase, "energy": _energy, "base": _base}[kind or "phase"](runs)
+    return figure_of(panels[:MOST_PANELS], _sheet(), look.style)
+
+
+def look_of(labels: Mapping[str, str], style: Path | str | None = None) -> Look:
+    """How figures look: labels of rules and a style file of matplotlib.
+
+    Raises `BadInput` if the file cannot be read; names and values that matplotlib does not know it
+    logs itself.
+    """
+    from ..report.figures import Look
+
+    if style is None:
+        return Look(tuple(labels.items()))
+    import matplotlib
+
+    if not Path(style).is_file():
+        raise BadInput(f"there is no style file {style}: name a .mplstyle file of matplotlib.")
+    try:
+        given = matplotlib.rc_params_from_file(str(style), use_default_template=False)
+    except (ValueError, OSError) as error:
+        raise BadInput(f"{style} is no style file of matplotlib: {error}.") from None
+    return Look(tuple(labels.items()), tuple((name, given[name]) for name in given))
+
+
+def _sheet() -> Any:
+    from ..report.canvas import Sheet
+
+    return Sheet(width=2.9, right=0.2)
+
+
+def _panel(run: Any, subtitle: str, xlabel: str, draw: Callable[[Axes], None]) -> Panel:
+    from ..report.canvas import Panel
+
+    scene = run.scheme.scene
+    return Panel(scene.title or scene.name, subtitle, xlabel, "", draw)
+
+
+def _phase(runs: Sequence[Any]) -> list[Panel]:
+    x, mu = runs[0].x, runs[0].mu
+    if x.ndim != 2:
+        raise BadInput("a phase portrait is of a scene, not of a lattice: plot one of its sites.")
+    if x.shape[1] == mu.shape[1]:
+        pairs = [("x", i, "mu", i) for i in range(mu.shape[1])]
+    elif mu.shape[1] > 1:
+        m = mu.shape[1]
+        pairs = [("mu", i, "mu", (i + 1) % m) for i in range(m if m > 2 else 1)]
+    else:
+        raise BadInput("x and μ have no entries in pairs here: there is no phase portrait.")
+    return [_against(runs, *pair) for pair in pairs]
+
+
+def _base(runs: Sequence[Any]) -> list[Panel]:
+    n = runs[0].x.shape[1] if runs[0].x.ndim == 2 else 0
+    if not n:
+        raise BadInput("there is no base here: on a group x is empty, and momenta are its phase.")
+    if n == 1:
+        return [_against(runs, "t", None, "x", 0)]
+    return [_against(runs, "x", i, "x", j) for i in range(n) for j in range(i + 1, n)]
+
+
+def _against(runs: Sequence[Any], a: str, i: int | None, b: str, j: int | None) -> Panel:
+    def draw(axes: Axes) -> None:
+        for run in runs:
+            across, up = (_column(run, name, k) for name, k in ((a, i), (b, j)))
+            axes.plot(across, up, lw=0.7)
+        if a == b == "x":
+            axes.set_aspect("equal", adjustable="datalim")
+
+    return _panel(runs[0], _name(b, j), _name(a, i), draw)
+
+
+def _column(run: Any, name: str, k: int | None) -> Any:
+    import numpy as np
+
+    values = np.asarray(getattr(run, name), dtype=float)
+    return values if k is None else values[:, k]
+
+
+def _name(letter: str, k: int | None) -> str:
+    from ..report.wording import subscript
+
+    return {"mu": "μ"}.get(letter, letter) + ("" if k is None else subscript(k + 1))
+
+
+def _energy(runs: Sequence[Any]) -> list[Panel]:
+    from ..core.runs import energy_errors
+
+    errors = [energy_errors(run.scheme, run, 16) for run in runs]
+
+    def draw(axes: Axes) -> None:
+        for run, error in zip(runs, errors, strict=True):
+            axes.plot(_column(run, "t", None), error, lw=0.7)
+
+    return [_panel(runs[0], "relative energy error", "t", draw)]
