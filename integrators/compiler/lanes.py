@@ -32,7 +32,8 @@ def lane_namespace(count: int, numbers: Arithmetic, widest: int) -> dict[str, An
         name: elementwise(f) for name, f in numbers.namespace().items()
         if callable(f) and name.islower() and name not in ("zeros", "array", "linear_solve")
     }  # fmt: skip
-    own = {} if numbers.digits == 16 else {**functions, "helper": elementwise}
+    of_numbers = {**functions, "helper": elementwise, "table": elementwise}
+    own = {} if numbers.digits == 16 else of_numbers
     return own | {
         "lane": lambda v, j: v[j],
         "total": lambda v: sum(v),

@@ -10,6 +10,7 @@ from .newton_step import (
     arrow_from,
     form_change_defects,
     restricted_form_defect,
+    return_defect,
     round_off_from,
     step_along,
 )
@@ -20,5 +21,5 @@ from .step_choice import StepChoice
 __all__ = [
     "ContactFlow", "ContactTrajectory", "Ensemble", "Flow", "Scheme", "Start", "StepChoice",
     "Trajectory", "arrow_from", "cores", "first_u", "form_change_defects", "mean_multipliers",
-    "restricted_form_defect", "round_off_from", "side_by_side", "step_along",
+    "restricted_form_defect", "return_defect", "round_off_from", "side_by_side", "step_along",
 ]  # fmt: skip

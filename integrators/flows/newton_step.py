@@ -24,7 +24,7 @@ from ..geometry import (
     restricted_defect,
     step_round_off,
 )
-from ..numbers import Number, Numbers, Vector, inverse_sizes
+from ..numbers import Number, Numbers, Vector, inverse_sizes, tracked
 
 
 def arrow_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Vector:
@@ -100,21 +100,30 @@ def _change_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> 
     return total
 
 
-def round_off_from(context: StepContext, x: Vector, mu: Vector, guess: Vector) -> Step:
-    """(x′, μ′) of `step_from`, and what round-off does to them, n+m units (`step_round_off`)."""
-    errors = 0 * abs(np.concatenate([x, mu]))
+def round_off_from(
+    context: StepContext, x: Vector, mu: Vector, guess: Vector, errors: Vector | None = None
+) -> Step:
+    """(x′, μ′) of `step_from`, and what round-off does to them, n+m units ε.
+
+    errors: those of (x, μ), none by default. Every substep adds those of its own
+    (`step_round_off`), and the exact derivative of the steps after it hands them on: bounds of
+    each one's bound would grow from substep to substep, until no error were seen.
+    """
+    still = 0 * abs(np.concatenate([x, mu]))
+    handed: Any = context.numbers.identity(len(still)) * (still if errors is None else errors)
     for part in context.parts:
         if isinstance(part.geometry, OneStepGeometry):
-            after_x, after_mu, _ = _step_of_map(part, x, mu, guess)
             start = part.geometry.start(x, mu, guess)
-            errors = part.geometry.step_round_off(x, mu, start, errors)
-            x, mu = after_x, after_mu
-            continue
-        guess = arrow_from(part, x, mu, guess)
-        here = part.maps_at(x, guess)
-        errors = step_round_off(part.geometry, x, mu, guess, here, errors)
-        x, mu = here["target"], here["plus"] / part.h
-    return x, mu, errors
+            own = part.geometry.step_round_off(x, mu, start, still)
+            x, mu, derivative = _step_of_map(part, x, mu, guess)
+        else:
+            guess = arrow_from(part, x, mu, guess)
+            here = part.maps_at(x, guess)
+            own = step_round_off(part.geometry, x, mu, guess, here, still)
+            x, mu, derivative = step_along(part, here)
+        own = context.numbers.identity(len(still)) * own
+        handed = np.hstack([tracked(derivative).value @ handed, own])
+    return x, mu, abs(handed).sum(axis=1)
 
 
 # -- defects, to twice the flow's digits and in its own numbers ----------------------------------
@@ -152,6 +161,27 @@ def of_step(context: StepContext, before: Any, after: Any, guess: Any) -> Number
         *wanted, bound = round_off_from(exactly, x, mu, _start(exactly, guess))
         found = in_round_offs(np.concatenate(wanted) - np.concatenate(taken), bound)
     return _in(context, found)
+
+
+def return_defect(
+    forth: Any, back: Any, x: Numbers, mu: Numbers, u0: Numbers, *returned: Any
+) -> Number:
+    """How far Φ₋ₕ(Φₕ(x, μ)) is from (x, μ), as `Flow.step_defect`: 0 for a self-adjoint method.
+
+    The largest gap of a component over what round-off may do to it in both steps, times ε. forth,
+    back: flows of h and −h. The maps answer, to twice the digits; returned: each an (x, μ) in
+    which a run of the flows ended, which is held against the start as well. u0: Newton's start.
+    """
+    there, home = forth.context.exactly, back.context.exactly
+    with there.numbers.working():
+        at, momentum = there.vectors(x, mu)
+        start = _start(there, u0)
+        after_x, after_mu, errors = round_off_from(there, at, momentum, start)
+        *again, bound = round_off_from(home, after_x, after_mu, start, errors)
+        ends = [again, *(there.vectors(*run) for run in returned)]
+        gaps = [np.concatenate(end) - np.concatenate([at, momentum]) for end in ends]
+        found = in_round_offs(np.concatenate(gaps), np.concatenate([bound] * len(gaps)))
+    return _in(forth.context, found)
 
 
 def form_change_defects(

@@ -13,9 +13,9 @@ STUDY = Study(
     judged="as symplecticity: round-off",
     about=(
         "A self-adjoint method undoes its step by a step of −h. How far Φ₋ₕ misses the point "
-        "that Φₕ has left is measured along a run, relative to the size of the state. It can "
-        "mislead: a method that is not self-adjoint is not wrong, so this is only asked of "
-        "rules that say they are."
+        "that Φₕ has left is measured along a run, each component relative to the terms it is "
+        "made of. It can mislead: a method that is not self-adjoint is not wrong, so this is only "
+        "asked of rules that say they are."
     ),
     usual=False,
 )

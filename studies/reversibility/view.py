@@ -12,8 +12,9 @@ from ..report.wording import Case, limit
 from . import plot
 
 REVERSIBILITY = (
-    "How far a step back, Φ₋ₕ, misses the point that the step forth, Φₕ, has left, relative to the "
-    "size of the state. Dashed: the limit that the verdict uses. Dotted: one unit of round-off."
+    "How far a step back, Φ₋ₕ, misses the point that the step forth, Φₕ, has left: the worst "
+    "component, each relative to the terms it is made of. "
+    "Dashed: the limit that the verdict uses. Dotted: one unit of round-off."
 )
 
 

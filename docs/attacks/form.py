@@ -1,0 +1,51 @@
+"""Scenes and rules that the studies of form, adjoint and stability once judged wrongly."""
+
+import sympy
+
+from discmech import MatrixAlgebra, Scene, exponential, lie_group, one_step, pair, so
+
+
+@one_step(order=1, groupoids="pair", implicit=True, name="symplectic-euler")
+def symplectic_euler(s, z, Z, h):
+    """Symplectic: its slope has a zero where elimination fills and empties an entry."""
+    (x, m), (X, M) = s.split(z), s.split(Z)
+    a, b = s.split(s.f(s.join(X, m)))
+    return s.join(X - x - h * a, M - m - h * b)
+
+
+@one_step()
+def nothing(s, z, h):
+    """What moves nothing is its own adjoint."""
+    return s.join(*s.split(z))
+
+
+#: μ is constant: methods that are self-adjoint move nothing to and fro
+ball = Scene(
+    name="ball",
+    groupoid=lie_group(so(3)),
+    lagrangian=lambda x, v, p: v.dot(v) / 2,
+    v0=["0.1", "0.2", "0.3"],
+    duration=4,
+    step="1/20",
+)
+
+#: 8e-3 of the pendulum is hidden behind a coordinate of 10⁹
+two_parts = Scene(
+    name="two-parts",
+    groupoid=pair(2),
+    lagrangian=lambda x, v, p: v[0] ** 2 / 2 + sympy.cos(x[0]) + v[1] ** 2 / 2,
+    x0=[1, 0],
+    v0=[0, 10**9],
+    duration=10,
+    step="0.02",
+)
+
+#: an algebra without a closed form of the exponential's functions
+aff1 = Scene(
+    name="aff1",
+    groupoid=lie_group(MatrixAlgebra("aff1", (((1, 0), (0, 0)), ((0, 1), (0, 0)))), exponential),
+    lagrangian=lambda x, v, p: (v[0] ** 2 + 2 * v[1] ** 2) / 2,
+    v0=["0.3", "0.5"],
+    duration=5,
+    step="0.05",
+)

@@ -1,0 +1,75 @@
+"""Form, adjoint, stability and chosen steps on inputs that were once judged wrongly."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from discmech import Scheme, scenes
+from discmech.integrators import rules
+from discmech.integrators.numbers import arithmetic
+from discmech.integrators.numbers.running_error import elimination_sizes
+from discmech.studies import check
+from discmech.studies.user.assertions import Missed, assert_reversible
+
+HERE = Path(__file__).parents[3] / "docs" / "attacks" / "form.py"
+
+
+def _loaded(path):
+    spec = importlib.util.spec_from_file_location("form", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+attacks = _loaded(HERE)
+
+
+def test_a_symplectic_map_with_a_slope_that_elimination_fills_keeps_the_bracket():
+    found = check("symplecticity", scenes=["kepler", "spring-pendulum"],
+                  rules=[attacks.symplectic_euler], digits=[16])  # fmt: skip
+    assert [case["verdict"] for case in found["cases"]] == ["pass", "pass"]
+
+
+def test_the_bound_of_an_elimination_has_what_it_fills():
+    a = arithmetic(50).identity(3) * 0 + np.array([[1, 0, 1], [1, 1, 1], [0, 1, 3]])
+    sizes = elimination_sizes(a).astype(int).tolist()
+
+    assert sizes == [[1, 0, 1], [1, 1, 2 - 1], [0, 1, 3]]
+    cancelling = arithmetic(50).identity(2) * 0 + np.array([[3, 1], [1, 1]])
+    assert elimination_sizes(cancelling).astype(float)[1] == pytest.approx([1, 1])
+
+
+@pytest.mark.parametrize("scene", ["pendulum", "heavy-top", "wong"])
+def test_what_moves_nothing_is_its_own_adjoint(scene):
+    assert Scheme(scenes.get(scene), attacks.nothing).self_adjoint
+
+
+@pytest.mark.parametrize("rule", ["implicit-midpoint", "dual-gauss-2"])
+def test_a_self_adjoint_map_is_so_where_it_moves_nothing(rule):
+    assert Scheme(attacks.ball, rules.get(rule)).self_adjoint
+
+
+def test_no_coordinate_hides_another_ones_way_back():
+    assert_reversible("midpoint", attacks.two_parts, digits=16)
+    with pytest.raises(Missed, match="not the inverse"):
+        assert_reversible("rectangle", attacks.two_parts, digits=16)
+
+
+@pytest.mark.parametrize("method", ["kahan-li-8:midpoint", "sofroniou-spaletta-10:midpoint"])
+@pytest.mark.parametrize("scene", ["henon-heiles", "rigid-body"])
+def test_long_compositions_hide_no_wrong_momentum(scene, method):
+    """At 32 times the step a bound of bounds grew by some 10¹⁵ and more over the substeps."""
+    scheme = Scheme(scenes.get(scene), rules.get(method))
+    flow = scheme.flow(32 * scheme.scene.step)
+    run = flow.trajectory(2)
+    start, end, mu = (run.base[1], run.mu[1]), run.base[2], run.mu[2]
+    assert flow.step_defect(*start, end, mu, u0=run.u[1]) < 64 * 2.0**-53
+    assert flow.step_defect(*start, end, mu * (1 + 1e-10), u0=run.u[1]) > 64 * 2.0**-53
+
+
+def test_the_exponential_of_an_algebra_without_a_closed_form_runs_in_stages_with_many_digits():
+    scheme = Scheme(attacks.aff1, rules.get("gauss-2"))
+    double, many = (scheme.flow("0.05", digits).trajectory(2).mu[-1] for digits in (16, 30))
+    assert many.astype(float) == pytest.approx(double, abs=1e-15)
