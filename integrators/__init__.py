@@ -12,6 +12,7 @@ from .bisections import Bisection, EvolutionOperator
 from .control import Control
 from .errors import BadInput, DiscmechError, StepFailure
 from .flows import Scheme, mean_multipliers
+from .foreign import black_box
 from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
 from .lattices import Lattice
 from .retractions import cayley, exponential
@@ -42,6 +43,7 @@ __all__ = [
     "Scheme",
     "StepFailure",
     "action",
+    "black_box",
     "cayley",
     "discretisation",
     "exponential",

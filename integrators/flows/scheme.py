@@ -30,11 +30,14 @@ class Scheme(DiscretisedScene):
             check_gaps(self.equations.s, self.scene)
 
     def __new__(cls, scene: Any = None, *given: Any, **named: Any) -> Any:
-        """Of a `Lattice`, its `LatticeScheme`."""
+        """Of a `Lattice`, its `LatticeScheme`; of a rule that is no formula, what it makes."""
         if cls is Scheme:  # what others are made with is theirs
             check_names("Scheme", named, ("scene", "rule", "equations"))
         if isinstance(scene, Lattice):
             return LatticeScheme(scene, *given, **named)
+        rule: Any = given[0] if given else named.get("rule")
+        if hasattr(rule, "discretise"):  # a rule that is no formula says itself what it makes
+            return rule.discretise(scene)
         return super().__new__(cls)
 
     def at(self, **values: Any) -> Scheme:

@@ -6,6 +6,7 @@ As data: one kind a file.
 from __future__ import annotations
 
 from ..errors import unknown
+from .claims import Claims
 from .composition import METHODS, Composition, Method, Substep, adjoint, compose
 from .discretisation import Discretisation, check_rule, discretisation, own
 from .galerkin import FAMILIES, gauss, lobatto
@@ -15,10 +16,10 @@ from .quadrature import Nodes
 from .simple import imex, midpoint, rectangle, trapezoidal
 
 __all__ = [
-    "BUILT_IN", "Composition", "Discretisation", "FAMILIES", "MAPS", "METHODS", "Method", "Nodes",
-    "OneStepMap", "Substep", "adjoint", "check_rule", "compose", "discretisation", "dual_gauss",
-    "gauss", "get", "imex", "lobatto", "midpoint", "names", "newmark", "one_step", "own",
-    "rectangle", "trapezoidal",
+    "BUILT_IN", "Claims", "Composition", "Discretisation", "FAMILIES", "MAPS", "METHODS", "Method",
+    "Nodes", "OneStepMap", "Substep", "adjoint", "check_rule", "compose", "discretisation",
+    "dual_gauss", "gauss", "get", "imex", "lobatto", "midpoint", "names", "newmark", "one_step",
+    "own", "rectangle", "trapezoidal",
 ]  # fmt: skip
 
 

@@ -220,6 +220,10 @@ def compose(rule: Any, name: str) -> Any:
     if not isinstance(rule, Discretisation) or isinstance(rule, Composition):
         what = "a composition already" if isinstance(rule, Composition) else "no rule"
         raise BadInput(f"{getattr(rule, 'name', rule)!r} is {what}: compose a rule of one step.")
+    if not rule.is_formula:
+        raise BadInput(
+            f"{rule.name} is a program, whose adjoint nothing derives: compose its steps in it."
+        )
     method = METHODS[name]
     return Composition(
         f"{name}:{rule.name}", rule.formula, method.order, method.source, rule.stages, rule.splits,

@@ -14,6 +14,7 @@ from typing import Any
 
 from ..errors import BadInput, arguments_checked, brief_name, unknown
 from ..numbers.types import Column, Expression, Letter
+from .claims import Claims
 from .quadrature import Nodes
 
 #: where a rule may exist: what makes the groupoids, their kind, and how messages call them
@@ -49,6 +50,21 @@ class Discretisation:
     #: where L_d is that of a polynomial with as many Gauss nodes as its degree, or with one Lobatto
     #: node more: collocation
     nodes: Nodes | None = None
+    #: what its author claims, which is then judged and the rest only measured; None: all is judged
+    claims: Claims | None = None
+
+    @property
+    def is_formula(self) -> bool:
+        """Whether its steps are formulas, which can be asked for derivatives and for digits."""
+        return True
+
+    def runs_at(self, digits: int) -> bool:
+        """Whether its steps can be made with that many digits: of formulas always."""
+        return True
+
+    def unit(self, digits: int) -> float:
+        """The unit of round-off of its numbers at so many digits."""
+        return 2.0**-53 if digits == 16 else 10.0**-digits
 
     def applies(self, scene: Any) -> bool:
         """Whether the scene has all that the rule needs; `own` needs a discrete Lagrangian."""

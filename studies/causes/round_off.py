@@ -117,6 +117,8 @@ def lost_one_way(case: Case, steps: int) -> float:
     as much as before; what lies between is told by the mean of both, in logarithms. (Measured on
     all scenes: 14 times and more, and 3 at most.)
     """
+    if not case.rule.is_formula:
+        return 0.0
     try:
         steps_of = (case.scheme.flow(Fraction(case.scene.step) / k, case.digits)
                     for k in (1, SHORTER))  # fmt: skip

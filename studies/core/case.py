@@ -212,4 +212,5 @@ def plain_cases(
         Case(study, scene, rule, digits, choice.steps, thorough=thorough)
         for digits in choice.digits or default_digits
         for scene, rule in choice.pairs()
+        if rule.runs_at(digits)
     ]

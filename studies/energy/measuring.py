@@ -13,8 +13,9 @@ from discmech.integrators.flows import Trajectory
 
 from ..causes.round_off import lost_one_way, unit, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..core.claims import not_claimed
 from ..core.fitting import BATCHES, Line, batch_line, fit_line
-from ..core.runs import FAR, bins, energy_errors, long_run, refuse_ended
+from ..core.runs import FAR, bins, energy_errors, long_run, refuse_ended, usual_steps
 from . import balance
 
 NAME = "energy"
@@ -60,7 +61,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """
     if balance.applies(case):
         return balance.measure(case, progress)
-    steps = case.steps or (10**6 if case.digits == 16 else 1000)
+    claimed = not not_claimed(case.rule, "energy")
+    steps = case.steps or (usual_steps(case, claimed) if case.digits == 16 else 1000)
 
     still = False
 
@@ -167,7 +169,7 @@ def _goes_on(drifts: list[list[float]]) -> bool:
 
 def _allowed(case: Case, band: float) -> float:
     """What a slope may add up to over the run: a share of the band, or round-off."""
-    return max(band * SHARE, 1e4 * unit(case.digits))
+    return max(band * SHARE, 1e4 * case.rule.unit(case.digits))
 
 
 def _steadiness(errors: np.ndarray) -> float:
@@ -210,6 +212,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     has no band: a line through all rows does not see what grows exponentially. Nor does it see what
     is lost at the start and never comes back (`_settled`).
     """
+    if reason := not_claimed(case.rule, "energy"):
+        return Verdict("pass", "", {"not_demanded": reason})
     if balance.applies(case):
         return _judge_balance(case, measurement)
     kept = case.scene.nonholonomic is None  # else no modified energy stands behind its band

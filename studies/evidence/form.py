@@ -69,6 +69,8 @@ def form_of(scheme: Scheme, places: Sequence[Place], seed: int) -> FormEvidence:
     """The defects at the places; of a nonholonomic scene none, for no form is kept there."""
     if scheme.scene.nonholonomic is not None:
         return FormEvidence((), unknown="nonholonomic: no form need be kept.")
+    if not scheme.rule.is_formula:
+        return FormEvidence((), unknown="a program has no derivative but by differences.")
     drawn, found, why = random.Random(seed + 1), list[FormDefect](), ""
     for place in places:
         for step in islice(steps_from(place, drawn), TRIES):

@@ -7,6 +7,7 @@ factor; and in each component by itself.
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -88,13 +89,13 @@ def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrde
     """
     drawn = random.Random(seed)
     expected = scheme.order or 2
-    digits = digits_for(expected)
+    digits, reach = _numbers_of(scheme, expected)
     found: list[ComponentOrder] = []
     shown = Fraction(0)
     pending = list(places)
     for part in SMALL:
         length = PART * min(place.length for place in places)
-        power = -float((digits - 14) * part) / (expected + 1)
+        power = -float(reach * part) / (expected + 1)
         first = length * Fraction(10.0**power) * random_fraction(drawn, 0.5, 1)
         steps = first, first * random_fraction(drawn, *RATIO)
         flows = [scheme.flow(h, digits) for h in steps]
@@ -115,6 +116,18 @@ def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrde
     lowest = min(seen, key=lambda c: c.order or 0.0)
     assert lowest.order is not None
     return LocalOrder(lowest.order, lowest.name, float(shown), lowest.place, tuple(found))
+
+
+def _numbers_of(scheme: Scheme, expected: int) -> tuple[int, int]:
+    """(digits of the steps, how many digits the error of the smallest ones is below the motion).
+
+    A program has its machine's digits only: its error is to stand out of its round-off by a
+    hundred times what is asked of it to be clear.
+    """
+    digits = digits_for(expected)
+    if scheme.rule.runs_at(digits):
+        return digits, digits - 14
+    return 16, int(-math.log10(100 * CLEAR * scheme.rule.unit(16)))
 
 
 def step_errors(
@@ -158,6 +171,9 @@ def _at(scheme: Scheme, place: Place, flows: Sequence[Flow], digits: int) -> lis
 def _round_off(flow: Flow, place: Place) -> list[Any]:
     """What round-off may do to each component in a step from there (`step_round_off`)."""
     s = flow.scheme.s
+    if not flow.scheme.rule.is_formula:  # of one operation, beside the rounded start
+        unit = flow.scheme.rule.unit(flow.digits)
+        return [2 * unit * abs(e) for e in (*place.x, *place.mu)]
     with flow.numbers.working():
         x, mu = flow.context.vectors(s.with_time(place.x, place.t), place.mu)
         near = flow.context.vector(place.u, len(mu))

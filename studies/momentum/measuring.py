@@ -13,7 +13,8 @@ from discmech.integrators.scene import Conserved
 
 from ..causes.round_off import lost_one_way, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
-from ..core.runs import bins, interval, long_run, relative_drifts, with_terms
+from ..core.claims import claimed_names
+from ..core.runs import bins, interval, long_run, relative_drifts, usual_steps, with_terms
 from .cause import cause_of_drift
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .work import less_work
@@ -51,7 +52,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """
     if not measured_in(case):
         raise BadInput(f"{case.scene.name} with {case.label}: momentum cannot be measured: {NEEDS}")
-    steps = case.steps or (10**6 if case.digits == 16 else 100)
+    steps = case.steps or (usual_steps(case, bool(_claimed(case))) if case.digits == 16 else 100)
     kept, measured = kept_in(case), measured_in(case)
     series: dict[str, np.ndarray] = {}
     units: dict[str, tuple[float, float]] = {}
@@ -88,6 +89,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if judge(case, result).verdict == "fail":
         result["lost"] = lost_one_way(case, steps)
     return result
+
+
+def _claimed(case: Case) -> list[str]:
+    """The names of the quantities that the rule is judged by."""
+    return claimed_names(case.rule, [q.name for q in measured_in(case)])
 
 
 def _steps_of(q: Conserved, steps: int) -> int:
@@ -135,7 +141,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     XIV). ``limits`` and ``over`` say what each quantity was allowed, over how many steps; ``limit``
     is the largest. The bare walk ε√N stands beside it, N the most steps that one was followed.
     """
-    eps = float(arithmetic(case.digits).eps)
+    eps = case.rule.unit(16) if case.digits == 16 else float(arithmetic(case.digits).eps)
     over = {q.name: _steps_of(q, measurement["steps"]) for q in kept_in(case)}
     over |= {q.name: 1 for q in measured_in(case) if q.name not in over}  # step by step
     walked = {q.name: min(over[q.name], q.stretch or over[q.name]) for q in measured_in(case)}
@@ -147,7 +153,11 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     expected = {"limit": max(limits.values(), default=0.0), "limits": limits,
                 "random_walk": walk, "over": over}  # fmt: skip
     drift = measurement["measured"]["drift"]
-    drifting = [k for k, v in drift.items() if not v <= limits.get(k, expected["limit"])]
+    judged = _claimed(case)
+    if not judged:
+        expected["not_demanded"] = f"{case.rule.name} claims to keep none of them: measured only"
+    drifting = [k for k, v in drift.items()
+                if k in judged and not v <= limits.get(k, expected["limit"])]  # fmt: skip
     if not drifting:
         return Verdict("pass", "", expected)
     name = max(drifting, key=lambda k: drift[k])

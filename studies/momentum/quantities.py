@@ -30,8 +30,10 @@ SAMPLES = 16  # rows whose round-off is analysed
 
 def measured_in(case: Case) -> list[Conserved]:
     """The quantities that have something to be held against."""
-    composed = isinstance(case.rule, Composition | OneStepMap)
-    exact = (q for q in case.scene.symmetries if q.to_roundoff)
+    composed = isinstance(case.rule, Composition | OneStepMap) or not case.rule.is_formula
+    exact = [q for q in case.scene.symmetries if q.to_roundoff]
+    if not case.rule.is_formula:  # a program moves x and μ, and no attitude beside them
+        exact = [q for q in exact if not q.attitude]
     return [q for q in exact if not (composed and _worked(case, q))]
 
 

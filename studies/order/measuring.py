@@ -27,6 +27,7 @@ DIGITS = (16, 50)
 RUNGS, MOST_RUNGS = {True: 9, False: 4}, {True: 16, False: 7}  # in double precision or not
 
 
+FEWEST = 6  # rungs of a program's ladder, which ends where errors are round-off
 #: rules of higher order meet round-off after two or three halvings: 50 digits judge them
 HIGHEST_IN_DOUBLE = 4
 #: from here on few steps are many: each halving takes three digits and more
@@ -44,12 +45,14 @@ def cases(choice: Choice) -> list[Case]:
     return [
         c for c in found
         if choice.digits or c.digits > 16 or (c.rule.order or 0) <= HIGHEST_IN_DOUBLE
+        or not c.rule.runs_at(50)
     ]  # fmt: skip
 
 
 def notes(choice: Choice) -> list[str]:
     """Which rules double precision leaves out."""
-    high = [r.name for r in choice.rules if (r.order or 0) > HIGHEST_IN_DOUBLE]
+    high = [r.name for r in choice.rules
+            if (r.order or 0) > HIGHEST_IN_DOUBLE and r.runs_at(50)]  # fmt: skip
     if choice.digits or not high:
         return []
     return [
@@ -68,6 +71,10 @@ def ladder(case: Case) -> tuple[Fraction, int]:
     duration = Fraction(case.scene.duration)
     if case.digits > 16:
         return duration / 40, case.steps or (8 if (case.scheme.order or 0) > HIGH else 128)
+    if not case.rule.is_formula:  # with no more digits to go on to, more of the ladder is coarse
+        order = case.scheme.order or 2
+        coarser = 4 if order <= 2 else 16 if order <= 4 else 32
+        return duration, case.steps or max(4, case.scene.steps_for(case.scene.step) // coarser)
     coarser = 1 if (case.scheme.order or 0) <= 2 else 4 if case.scheme.order == 4 else 8
     return duration, case.steps or max(4, case.scene.steps_for(case.scene.step) // coarser)
 
@@ -91,6 +98,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     for i in range(most):
         # go on only while the asymptotic window has not been reached, and may yet be
         certain = exact.certain_digits
+        if not case.rule.is_formula and i >= FEWEST and _sunk(case, rows, certain):
+            break
         if i >= rungs and decided(case, rows, certain) and multipliers.decided(case, rows, certain):
             break
         steps = first * 2**i
@@ -120,13 +129,19 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                 except CannotMeasure:  # its adjoint meets no constraints, so only (x, μ) is judged
                     forces = None
     found = {"rows": rows, **fit(case, rows, exact.certain_digits)}
-    if case.digits == 16 and found["measured"]["order"] is None:
+    if case.digits == 16 and found["measured"]["order"] is None and case.rule.runs_at(50):
         measure_round_off(case, rows, duration, exact)
         found |= fit(case, rows, exact.certain_digits)
     if forces:
         found["measured"]["multipliers"] = slope(case, rows, "multipliers", exact.certain_digits)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
     return {**found, "local": _local(case), "duration": float(duration)}
+
+
+def _sunk(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
+    """Whether the last errors are at round-off, below which no smaller step leads."""
+    last = [row["error"] for row in rows[-2:]]
+    return all(e is not None and e <= 10 * floor(case, certain) for e in last)
 
 
 def _local(case: Case) -> dict[str, Any] | None:

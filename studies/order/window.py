@@ -18,7 +18,7 @@ NEAR = 0.05  # of an order that may still come to the expected one at smaller st
 
 def floor(case: Case, certain: int) -> float:
     """A run of N steps collects a few √N units of round-off; nothing below is the method's."""
-    least = 32 * 2.0**-53 if case.digits == 16 else 10.0 ** (3 - case.digits)
+    least = 32 * case.rule.unit(16) if case.digits == 16 else 10.0 ** (3 - case.digits)
     return max(least, 10.0 ** (2 - certain))
 
 

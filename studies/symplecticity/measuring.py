@@ -22,6 +22,7 @@ from discmech.integrators.rules import OneStepMap
 from ..core import controls
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.runs import follow, largest_stable_step
+from . import in_numbers
 from .constraints import constraint_defect
 
 NAME = "symplecticity"
@@ -122,6 +123,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     volume (`form_change_defects`) and contraction, by which volume shrinks in a unit of time:
     measured is its mean at the scene's step.
     """
+    if not case.rule.is_formula and not case.control:
+        return in_numbers.measure(case, progress)
     label = f"{case.scene.name} {case.label}"
     progress(f"{label}: largest stable step", 0.0)
     try:
@@ -240,6 +243,8 @@ def _badness(value: float) -> float:
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Schemes: every defect within round-off. Controls: caught a thousandfold (10²⁰-fold at 50)."""
+    if not case.rule.is_formula and not case.control:
+        return in_numbers.judge(case, measurement)
     found = {k: v for k, v in measurement["measured"].items() if v is not None}
     if case.control:
         wanted = limit(case.digits) * (1e3 if case.digits == 16 else 1e20)
@@ -269,7 +274,7 @@ def _seen_in(broken: dict[str, float], measurement: dict[str, Any]) -> tuple[str
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     """Whether the solver's residual, the update or the structure is to blame for a defect."""
-    if case.control is not None:
+    if case.control is not None or not case.rule.is_formula:
         return None
     from ..causes.diagnosis import named
 

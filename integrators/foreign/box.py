@@ -1,0 +1,188 @@
+"""A black box: an integrator that is a function of numbers, with what its author claims of it."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from ..errors import BadInput, arguments_checked
+from ..rules import Claims, Discretisation
+from .box_scheme import BoxScheme
+from .signatures import METHODS, check_arguments
+
+_Given = TypeVar("_Given")
+
+#: what a box may take and give beside the scene's x
+STATES = ("qp", "qv")
+#: the numbers that a box computes in: its own unit of round-off, and the digits that it has
+NUMBERS = ("double", "any", "float32")
+
+
+@dataclass(frozen=True)
+class BlackBox(Discretisation):
+    """An integrator that is a program: it goes wherever a rule goes, and its formulas are unknown.
+
+    `formula` is the function (q, p, h, system) → (q, p), or a class with `start`, `step` and
+    `read` for a method that remembers more than (q, p). See `black_box` for the fields.
+    """
+
+    claims: Claims | None = field(default_factory=Claims)
+    state: str = "qp"
+    runs: bool = False
+    numbers: str = "double"
+    jacobian: Callable[..., Any] | None = None
+    vectorised: bool = False
+    read: Callable[..., Any] | None = None
+    write: Callable[..., Any] | None = None
+
+    @property
+    def is_formula(self) -> bool:
+        """No: its steps are what a program gives."""
+        return False
+
+    @property
+    def remembers(self) -> bool:
+        """Whether it is a class, whose state is more than (q, p)."""
+        return inspect.isclass(self.formula)
+
+    def runs_at(self, digits: int) -> bool:
+        """Whether the box can compute with that many digits."""
+        return digits == 16 or self.numbers == "any"
+
+    def unit(self, digits: int) -> float:
+        """The unit of round-off of its numbers: of single precision 2⁻²⁴."""
+        return 2.0**-24 if self.numbers == "float32" else super().unit(digits)
+
+    def applies(self, scene: Any) -> bool:
+        """Whether the scene has the Hamiltonian system that a box integrates."""
+        return not self.refusal(scene)
+
+    def refusal(self, scene: Any) -> str:
+        """Why the box has no meaning for the scene, a sentence; empty where it has one."""
+        if scene.contact is not None:
+            return f"{scene.name} has contact, of which the black box {self.name} knows nothing."
+        if scene.nonholonomic is not None:
+            return (
+                f"{scene.name} has nonholonomic constraints, for which a black box such as "
+                f"{self.name} has no reference state: take a rule such as midpoint."
+            )
+        if scene.lagrangian is None:
+            return (
+                f"{scene.name} has only a discrete Lagrangian, so there is no motion that the "
+                f"black box {self.name} could approximate."
+            )
+        return super().refusal(scene)
+
+    def discretise(self, scene: Any) -> Any:
+        """The box on a scene, as `Scheme(scene, box)` gives it."""
+        return BoxScheme(scene, self)
+
+    def __call__(self, *given: Any) -> Any:
+        """The function or the class itself, called as it is."""
+        return self.formula(*given)
+
+
+@arguments_checked
+def black_box(
+    order: Any = None,
+    *,
+    symplectic: bool | None = None,
+    reversible: bool | None = None,
+    keeps: str | Sequence[str] = (),
+    state: str = "qp",
+    runs: bool = False,
+    numbers: str = "double",
+    jacobian: Callable[..., Any] | None = None,
+    vectorised: bool = False,
+    read: Callable[..., Any] | None = None,
+    write: Callable[..., Any] | None = None,
+    name: str | None = None,
+    source: str = "",
+    groupoids: str | Sequence[str] = (),
+) -> Callable[[Callable[..., Any]], BlackBox]:
+    """Decorator: judge a function of numbers (q, p, h, system) → (q, p) as a rule is judged.
+
+    q (n,) and p (m,) are arrays of numpy: the scene's x and μ, p in the natural basis (on a pair
+    groupoid the momentum ∂L/∂v). `system` may be left out; it gives the scene in numbers
+    (`SceneInNumbers`): f, H, gradient, velocity, force, momentum, parameters, t. The arrays must
+    not be changed in place.
+
+    What is claimed is judged, and all else only measured: order; symplectic (the Poisson bracket is
+    kept; on a pair groupoid the canonical form); reversible (a step of −h undoes a step of h);
+    keeps, of "energy", "volume" and names of the scene's own quantities.
+
+    state="qv": the box takes and gives velocities in place of momenta. runs=True: the function is
+    (q, p, h, steps, every, system) → arrays (rows, n) and (rows, m), the first row the start, then
+    each every-th step. numbers="any": the box works on mpmath numbers in object arrays too, and is
+    judged at 50 digits as well; "float32": in single precision. jacobian(q, p, h, system): the
+    derivative of the step, (n+m, n+m), in place of differences. vectorised: the function also takes
+    q (n, k) and p (m, k), many states at once. write(x, mu) → (q, p) and read(q, p) → (x, mu) lead
+    to and from coordinates of one's own.
+
+    A class has start(q, p, h, system) → state, step(state, h, system) → state and
+    read(state, system) → (q, p). Raises `BadInput` for claims and functions of another kind.
+    """
+    if callable(order):
+        raise BadInput("write @black_box() with brackets, or @black_box(order=2).")
+    if order is not None and (type(order) is not int or order < 1):
+        raise BadInput(f"the order of a black box is a whole number from 1, not {order!r}.")
+    _one_of("state", state, STATES)
+    _one_of("numbers", numbers, NUMBERS)
+    flags = {"runs": runs, "vectorised": vectorised}
+    for word, given in flags.items():
+        if not isinstance(given, bool):
+            raise BadInput(f"black_box({word}=...): {word} is True or False, not {given!r}.")
+    for word, function in (("jacobian", jacobian), ("read", read), ("write", write)):
+        if function is not None and not callable(function):
+            raise BadInput(f"black_box({word}=...): {word} is a function, not {function!r}.")
+    if (read is None) != (write is None):
+        raise BadInput("black_box: give both read= and write=, the way back and the way there.")
+    claims = Claims.of("black_box", symplectic, reversible, keeps)
+    where = (groupoids,) if isinstance(groupoids, str) else tuple(groupoids)
+
+    def make(formula: Callable[..., Any]) -> BlackBox:
+        label = _checked(formula, name, runs)
+        about = source or (inspect.getdoc(formula) or "")
+        return BlackBox(
+            label, formula, order, about, groupoids=where, claims=claims, state=state, runs=runs,
+            numbers=numbers, jacobian=jacobian, vectorised=vectorised, read=read, write=write,
+        )  # fmt: skip
+
+    return make
+
+
+def _one_of(word: str, given: Any, known: Sequence[str]) -> None:
+    if given not in known:
+        choices = " or ".join(map(repr, known))
+        raise BadInput(f"black_box({word}={given!r}): {word} is {choices}.")
+
+
+def _checked(formula: Any, name: str | None, runs: bool) -> str:
+    """The name of a box; raises `BadInput` for what is no function or class of the right kind."""
+    if not callable(formula):
+        raise BadInput(
+            f"a black box is a function (q, p, h, system) or a class with start, step and read, "
+            f"not {formula!r}."
+        )
+    label = str(name or getattr(formula, "__name__", "black-box").replace("_", "-"))
+    if not re.fullmatch(r"[\w.-]{1,80}", label):
+        raise BadInput(f"a black box's name is {label!r}: use letters, digits, dots and dashes.")
+    if inspect.isclass(formula):
+        if runs:
+            raise BadInput(f"black box {label}: a class has start, step and read: leave runs out.")
+        for method, wanted in METHODS.items():
+            given = getattr(formula, method, None)
+            if not callable(given):
+                raise BadInput(
+                    f"black box {label}: the class has no {method}{wanted}; a method with memory "
+                    "has start, step and read."
+                )
+            bound = not isinstance(inspect.getattr_static(formula, method), staticmethod)
+            check_arguments(f"black box {label}: {method}", given, wanted, int(bound))
+        return label
+    wanted = "(q, p, h, steps, every, system)" if runs else "(q, p, h, system)"
+    check_arguments(f"black box {label}: the function", formula, wanted)
+    return label

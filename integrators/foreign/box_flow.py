@@ -1,0 +1,238 @@
+"""A black box on a scene at one step: runs, steps, and what differences say of its derivative."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..equations import initial_momentum, legendre_inverse
+from ..errors import BadInput, StepFailure, arguments_checked
+from ..flows import Trajectory
+from ..numbers import Double, Numbers, Vector, arithmetic, exact_rational, whole_number
+from .calls import BoxRaised, Calls
+from .scene_in_numbers import SceneInNumbers
+
+CHUNK = 2**12  # steps between two reports of progress
+
+
+class BoxFlow:
+    """The steps of a black box, on (x, μ) as every flow's: `trajectory`, `dual_step`.
+
+    step: exact; a negative one runs back. digits = 16 is double precision (single, for a box of
+    float32); more needs a box of numbers="any". Raises `BadInput` for a step of 0.
+    """
+
+    def __init__(self, scheme: Any, step: Any, digits: int = 16) -> None:
+        self.scheme, self.digits = scheme, digits
+        self.step = exact_rational(step, "step")
+        if self.step == 0:
+            raise BadInput("a step of 0 goes nowhere: give a positive or negative step.")
+        self.numbers = arithmetic(digits)
+        box = scheme.rule
+        single = np.float32 if box.numbers == "float32" else None
+        self.kind: Any = single or (float if digits == 16 else object)
+        self.system = SceneInNumbers(scheme.s, scheme.scene, self.numbers, single)
+        with self.numbers.working():
+            size = self.numbers.number(self.step)
+            h = self._public([size])[0]
+        self.h = np.float32(h) if single else h
+        self._calls = Calls(box, self.system, self.h, self.kind, scheme.scene.name)
+
+    # -- runs ------------------------------------------------------------------------------------
+
+    @arguments_checked
+    def trajectory(
+        self, steps: int, every: int = 1, *, x0: Any = None, mu0: Any = None, u0: Any = None,
+        t0: Any = 0, progress: Callable[[int], None] | None = None,
+    ) -> Trajectory:  # fmt: skip
+        """Run `steps` steps from the scene's start (or from x0, mu0), each every-th a row.
+
+        As `Flow.trajectory`; u is ξ(x, μ) of each row. u0 is of no use to a box, and is not looked
+        at. Raises `StepFailure`, with the rows so far, where the box raises or gives numbers that
+        are not finite, and `BadInput` for answers of another kind.
+        """
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        x, mu, t0 = self._start(x0, mu0, t0)
+        size, n, m = steps // every + 1, len(x), len(mu)
+        xs, mus = np.empty((size, n), self._type), np.empty((size, m), self._type)
+        count = 0
+
+        def row(k: int, q: Any, p: Any) -> None:
+            nonlocal count
+            xs[count], mus[count] = self._read(q, p, k, t0)
+            count += 1
+            if progress is not None and k % (CHUNK * every) < every:
+                progress(k)
+
+        with self._working():
+            q, p = self._written(x, mu, t0)
+            try:
+                self._calls.run(q, p, steps, every, lambda k: self._at(k, t0), row)
+            except BoxRaised as error:
+                raise self._failure(error, xs[:count], mus[:count], every, t0) from error
+            return self._rows(xs, mus, steps, every, t0)
+
+    def dual_step(self, x: Numbers, mu: Numbers, t0: Any = 0) -> tuple[Vector, Vector]:
+        """(x, μ) ↦ (x′, μ′): one step."""
+        return self.advance(x, mu, 1, t0)
+
+    def advance(self, x: Numbers, mu: Numbers, steps: int, t0: Any = 0) -> tuple[Vector, Vector]:
+        """(x, μ) after so many steps."""
+        run = self.trajectory(steps, every=steps, x0=x, mu0=mu, t0=t0)
+        return run.x[-1], run.mu[-1]
+
+    def map_of(self, steps: int = 1, t0: Any = 0) -> Callable[[Vector], Vector]:
+        """z ↦ Z on states z = (x, μ), (n+m,), of so many steps, for differences.
+
+        In double precision; nothing is checked but what the box gives. Raises `StepFailure`.
+        """
+        n = self.system.n
+
+        def image(z: Vector) -> Vector:
+            found: list[Any] = []
+
+            def row(k: int, q: Any, p: Any) -> None:
+                found[:] = self._read(q, p, k, t0)
+
+            q, p = self._written(z[:n], z[n:], t0)
+            try:
+                self._calls.run(q, p, steps, steps, lambda k: self._at(k, t0), row)
+            except BoxRaised as error:
+                raise self._failure(error, z[None, :n], z[None, n:], 1, t0) from error
+            return np.concatenate(found)
+
+        return image
+
+    # -- states ----------------------------------------------------------------------------------
+
+    @property
+    def _type(self) -> Any:
+        return float if self.digits == 16 else object
+
+    def _working(self) -> Any:
+        if self.digits == 16:
+            return np.errstate(all="ignore")
+        import mpmath
+
+        return mpmath.workdps(self.digits + 15)
+
+    def _public(self, given: Any) -> Any:
+        """Numbers of the flow's own arithmetic as the box and the user get them."""
+        return self.numbers.public(np.array(given, dtype=self.numbers.dtype))
+
+    def _start(self, x0: Any, mu0: Any, t0: Any) -> tuple[Vector, Vector, Any]:
+        given: Any
+        scheme, numbers = self.scheme, self.numbers
+        scene, s = scheme.scene, scheme.s
+        t0 = t0 if type(t0) is int else exact_rational(t0, "t0")
+        if x0 is not None and s.clocked and _length(x0) == s.n + 1:
+            *x0, last = x0
+            t0 = exact_rational(last, "the time in x0")
+        if mu0 is None:
+            at = scene if x0 is None else scene.with_values(x0=list(x0))
+            mu0 = initial_momentum(s, at, numbers, t0)
+        x0 = scene.x0 if x0 is None else x0
+        found = []
+        with numbers.working():
+            for given, length, name in ((x0, s.n, "x"), (mu0, len(s.mu), "μ")):
+                if _length(given) != length:
+                    raise BadInput(f"{scene.name}: {name} has {length} entries; got {given!r}.")
+                values = [numbers.number(e, name) for e in given]
+                found.append(self._public(values).reshape(length))
+        return found[0], found[1], t0
+
+    def _at(self, k: int, t0: Any) -> None:
+        """Set the time of the scene in numbers, where step k begins."""
+        time = t0 + k * self.step
+        if self.digits == 16:
+            self.system.t = float(time)
+            return
+        with self.numbers.working():
+            self.system.t = self._public([self.numbers.number(time)])[0]
+
+    def _written(self, x: Vector, mu: Vector, t0: Any) -> tuple[Any, Any]:
+        """(x, μ) in the box's own coordinates and numbers."""
+        box = self.scheme.rule
+        self._at(0, t0)
+        second = self.system.velocity(x, mu) if box.state == "qv" else mu
+        q, p = (x, second) if box.write is None else _checked(box, "write", box.write(x, second))
+        return np.array(q, dtype=self.kind), np.array(p, dtype=self.kind)
+
+    def _read(self, q: Any, p: Any, k: int, t0: Any) -> tuple[Any, Any]:
+        """(x, μ) of the box's own coordinates."""
+        box = self.scheme.rule
+        if box.read is not None:
+            q, p = _checked(box, "read", box.read(q, p))
+        if q.shape != (self.system.n,) or p.shape != (self.system.m,):
+            raise BadInput(
+                f"the black box {box.name}: read gives shapes {q.shape} and {p.shape}, but x and μ "
+                f"of {self.scheme.scene.name} have {self.system.n} and {self.system.m} entries."
+            )
+        if self.kind is np.float32:
+            q, p = q.astype(float), p.astype(float)
+        if box.state == "qv":
+            if self.scheme.s.clocked:
+                self._at(k, t0)
+            p = self.system.momentum(q, p)
+        return q, p
+
+    # -- rows ------------------------------------------------------------------------------------
+
+    def _rows(self, xs: Any, mus: Any, steps: int, every: int, t0: Any) -> Trajectory:
+        numbers, s, count = self.numbers, self.scheme.s, len(xs)
+        with numbers.working():
+            times = numbers.multiples(self.step, np.arange(count, dtype=np.int64) * every)
+            t = numbers.public(times + numbers.number(t0) if t0 else times)
+        base = np.hstack([xs, t[:, None]]) if s.clocked else xs
+        return Trajectory(
+            t=t, x=xs, u=self._velocities(base, mus), mu=mus,
+            iterations=np.zeros(count, dtype=int), newton_mean=0.0, newton_max=0,
+            newton_residual=0.0, steps=steps, step=self.step, margin=1.0, edges=0,
+            translates=np.zeros(count, dtype=int), base=base,
+            multipliers=np.zeros((count, 0), self._type), solver="black box", contraction=0.0,
+        )  # fmt: skip
+
+    def _velocities(self, base: Any, mus: Any) -> Any:
+        """ξ(x, μ) of rows, (r, m)."""
+        numbers, scene = self.numbers, self.scheme.scene
+        with numbers.working():
+            inverse = legendre_inverse(self.scheme.s, numbers)
+            p = [numbers.number(v) for v in scene.parameter_values]
+
+            def own(rows: Any) -> Any:
+                if isinstance(numbers, Double):
+                    return np.asarray(rows, dtype=float)
+                return np.array([[numbers.number(e) for e in row] for row in rows],
+                                dtype=object).reshape(np.shape(rows))  # fmt: skip
+
+            near = np.array([numbers.number(v) for v in scene.v0], dtype=numbers.dtype)
+            near = np.broadcast_to(near, (len(mus), len(near)))
+            return numbers.public(inverse(own(base), own(mus), p, near))
+
+    def _failure(self, error: BoxRaised, xs: Any, mus: Any, every: int, t0: Any) -> StepFailure:
+        scheme, k = self.scheme, error.index
+        rows = self._rows(xs, mus, (len(xs) - 1) * every, every, t0)
+        last = {"x": xs[-1], "mu": mus[-1]}
+        time = float(t0 + k * self.step)
+        return StepFailure(
+            scheme.scene.name, scheme.rule.name, k, time, last, error.said, rows,
+            "mend the black box, or take a smaller step",
+        )  # fmt: skip
+
+    @cached_property
+    def unit(self) -> float:
+        """The unit of round-off of the box's own numbers."""
+        return 2.0**-24 if self.kind is np.float32 else float(self.numbers.eps)
+
+
+def _length(given: Any) -> int:
+    return len(given) if np.iterable(given) else -1  # type: ignore[arg-type]
+
+
+def _checked(box: Any, word: str, given: Any) -> tuple[Any, Any]:
+    if not isinstance(given, tuple | list) or len(given) != 2:
+        raise BadInput(f"the black box {box.name}: {word}= must give a pair of arrays.")
+    return np.asarray(given[0]), np.asarray(given[1])

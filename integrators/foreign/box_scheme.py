@@ -1,0 +1,102 @@
+"""A scene with a black box: what is asked of a scheme, as far as a program can answer it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..equations import DiscretisedScene, SceneSymbols, check_start, on_constraints
+from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name, misplaced
+from ..groupoids import check_axioms
+from ..rules import Discretisation
+from ..scene import Scene
+from .box_flow import BoxFlow
+
+
+class BoxEquations:
+    """The scene's letters and a box, whose step has no formula: what asks for one is told so."""
+
+    element = None
+    multipliers: Any = ()
+    mark = ""
+
+    def __init__(self, s: SceneSymbols, rule: Any) -> None:
+        self.s, self.rule, self.groupoid = s, rule, s.groupoid
+        self.x, self.u, self.y, self.h = s.x, s.u, s.y, s.h
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or "rule" not in self.__dict__:
+            raise AttributeError(name)
+        raise CannotMeasure(
+            f"{self.rule.name} is a black box, a function of numbers: it has no {name}."
+        )
+
+
+class BoxScheme(DiscretisedScene):
+    """A scene with a black box. Its steps are numbers, so it has flows, an order that is claimed,
+    and no Ω on arrows.
+
+    Raises `BadInput` for a scene that is none, and `CannotMeasure` where the box has no meaning.
+    """
+
+    #: a step is a map (x, μ) ↦ (x′, μ′) and no arrow
+    one_step = True
+    has_arrows = False
+    substeps: tuple[Any, ...] = ()
+
+    def __init__(self, scene: Any, rule: Any, equations: Any = None) -> None:
+        if isinstance(scene, Discretisation):
+            raise misplaced(scene.name, "rule", "scene")
+        if not isinstance(scene, Scene):
+            raise BadInput(
+                f"{brief_name(scene)} is no scene that a black box can be run on: give a Scene, or "
+                "scenes.get(name)."
+            )
+        if refusal := rule.refusal(scene):
+            raise CannotMeasure(refusal)
+        if equations is None:
+            check_axioms(scene.groupoid)
+            s = SceneSymbols(scene)
+            s.scalars([s.lagrangian], "its Lagrangian", scene.lagrangian)
+            equations = BoxEquations(s, rule)
+        scene = on_constraints(equations.s, scene)
+        check_start(equations.s, scene)
+        self.scene, self.equations = scene, equations
+        self.rule = rule
+
+    @property
+    def order(self) -> int | None:
+        """The order that is claimed."""
+        return self.rule.order
+
+    @property
+    def base(self) -> BoxScheme:
+        """This scheme: a box is no composition."""
+        return self
+
+    @property
+    def self_adjoint(self) -> bool | None:
+        """The claim, which only steps there and back can try."""
+        return None if self.rule.claims is None else self.rule.claims.reversible
+
+    def at(self, **values: Any) -> BoxScheme:
+        """This box on the scene with other values; raises as `Scheme.at`."""
+        functions = {"lagrangian", "groupoid", "discrete_lagrangian", "fast", "force", "contact"}
+        if derived := set(values) & functions:
+            raise BadInput(
+                f"{self.scene.name}: another {min(derived)} makes another scheme; "
+                "derive it: Scheme(scene.with_values(...), rule)."
+            )
+        return BoxScheme(self.scene.with_values(**values), self.rule, self.equations)
+
+    @arguments_checked
+    def flow(self, step: Any = None, digits: int = 16, on_edge: str = "refuse") -> BoxFlow:
+        """The box at one step size. Raises `CannotMeasure` for digits that it has not."""
+        if step is None:
+            raise BadInput(f"{self.scene.name}: give a step; a black box chooses none itself.")
+        if not self.rule.runs_at(digits):
+            raise CannotMeasure(
+                f"the black box {self.rule.name} computes in machine numbers, so {digits} digits "
+                'are nothing it has: take digits=16, or say numbers="any" if it works on mpmath '
+                "numbers."
+            )
+        return BoxFlow(self, step, digits)

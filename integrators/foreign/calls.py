@@ -1,0 +1,226 @@
+"""How a black box is called: a step at a time, with memory, or a whole run, its answers checked."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..errors import BadInput, line_of
+from .signatures import METHODS, takes_system
+
+DOUBLE = np.dtype(np.float64)
+
+
+class BoxRaised(Exception):
+    """The box raised an exception of its own: in which step, and what it said."""
+
+    def __init__(self, index: int, said: str) -> None:
+        self.index, self.said = index, said
+        super().__init__(said)
+
+
+class NotFinite(BoxRaised):
+    """The box gave numbers that are not finite."""
+
+
+class Calls:
+    """A box on one scene at one step: `run` makes steps from states in the box's own coordinates.
+
+    n, m: the lengths that its q and p have (None: those of the first answer, where the box has
+    coordinates of its own). kind: the type of its numbers.
+    """
+
+    def __init__(self, box: Any, system: Any, h: Any, kind: Any, scene: str) -> None:
+        self.box, self.system, self.h, self.kind = box, system, h, np.dtype(kind)
+        self.what = f"{_place(box)}{scene}: the black box {box.name}"
+        if box.remembers:
+            self._made = box.formula
+            self._with = {
+                name: takes_system(getattr(box.formula, name), wanted, _bound(box.formula, name))
+                for name, wanted in METHODS.items()
+            }
+        else:
+            wanted = "(q, p, h, steps, every, system)" if box.runs else "(q, p, h, system)"
+            self._last = (system,) if takes_system(box.formula, wanted) else ()
+
+    def run(
+        self, q: Any, p: Any, steps: int, every: int, at: Callable[[int], None],
+        row: Callable[[int, Any, Any], None],
+    ) -> None:  # fmt: skip
+        """Make `steps` steps; `row(k, q, p)` is called for each every-th and the start.
+
+        at(k) sets the time before step k. Raises `BadInput` for answers of a wrong kind,
+        `BoxRaised` for what the box raises, `NotFinite`.
+        """
+        row(0, q, p)
+        if not steps:
+            return
+        if self.box.runs:
+            self._whole(q, p, steps, every, at, row)
+        elif self.box.remembers:
+            self._with_memory(q, p, steps, every, at, row)
+        else:
+            self._stepwise(q, p, steps, every, at, row)
+
+    def _stepwise(self, q: Any, p: Any, steps: int, every: int, at: Any, row: Any) -> None:
+        function, h, last = self.box.formula, self.h, self._last
+        shapes, kind, plain = (q.shape, p.shape), self.kind, self.kind == DOUBLE
+        q, p = q.copy(), p.copy()
+        timed, k = self.system._clocked, 0
+        try:
+            for k in range(steps):
+                if timed:
+                    at(k)
+                q.setflags(write=False)
+                p.setflags(write=False)
+                given = function(q, p, h, *last)
+                if type(given) is not tuple or len(given) != 2:
+                    given = self._pair(given)
+                q, p = given
+                if not (type(q) is type(p) is np.ndarray and q.dtype == p.dtype == kind
+                        and (q.shape, p.shape) == shapes):  # fmt: skip
+                    q, p = self._arrays(q, p, shapes)
+                q, p = q.copy(), p.copy()  # what it gives may be a view, or a buffer of its own
+                if plain and not math.isfinite(q.dot(q) + p.dot(p)):
+                    self._check_finite(k, q, p)
+                if (k + 1) % every == 0:
+                    row(k + 1, q, p)
+        except BadInput:
+            raise
+        except BoxRaised:
+            raise
+        except Exception as error:
+            raise self._raised(k, error) from error
+
+    def _with_memory(self, q: Any, p: Any, steps: int, every: int, at: Any, row: Any) -> None:
+        shapes, k = (q.shape, p.shape), 0
+        one = {name: (self.system,) if given else () for name, given in self._with.items()}
+        timed = self.system._clocked
+        try:
+            method = self._made()
+            at(0)
+            state = method.start(q.copy(), p.copy(), self.h, *one["start"])
+            for k in range(steps):
+                if timed:
+                    at(k)
+                state = method.step(state, self.h, *one["step"])
+                if (k + 1) % every == 0 or k + 1 == steps:
+                    if timed:
+                        at(k + 1)
+                    given = method.read(state, *one["read"])
+                    q, p = self._arrays(*self._pair(given), shapes)
+                    self._check_finite(k, q, p)
+                    if (k + 1) % every == 0:
+                        row(k + 1, q.copy(), p.copy())
+        except BadInput:
+            raise
+        except BoxRaised:
+            raise
+        except Exception as error:
+            raise self._raised(k, error) from error
+
+    def _whole(self, q: Any, p: Any, steps: int, every: int, at: Any, row: Any) -> None:
+        at(0)
+        try:
+            given = self.box.formula(q.copy(), p.copy(), self.h, steps, every, *self._last)
+        except BadInput:
+            raise
+        except Exception as error:
+            raise self._raised(0, error) from error
+        rows = steps // every + 1
+        qs, ps = self._arrays(*self._pair(given), ((rows, *q.shape), (rows, *p.shape)))
+        if abs(qs[0] - q).max(initial=0) > 0 or abs(ps[0] - p).max(initial=0) > 0:
+            raise BadInput(
+                f"{self.what} begins its run elsewhere than at the start: its first row is the "
+                "start, then comes each every-th step."
+            )
+        for k in range(1, rows):
+            self._check_finite(k * every - 1, qs[k], ps[k])
+            row(k * every, qs[k], ps[k])
+
+    # -- its answers -----------------------------------------------------------------------------
+
+    def _pair(self, given: Any) -> tuple[Any, Any]:
+        if isinstance(given, tuple | list) and len(given) == 2:
+            return given[0], given[1]
+        shown = f"{len(given)} things" if isinstance(given, tuple | list) else _kind(given)
+        raise BadInput(f"{self.what} gives {shown}, but must give the pair (q, p).")
+
+    def _arrays(self, q: Any, p: Any, shapes: Any) -> tuple[Any, Any]:
+        """Both answers as arrays of the wanted shapes; raises `BadInput` for anything else."""
+        found = []
+        for name, given, shape in zip("qv" if self.box.state == "qv" else "qp",
+                                      (q, p), shapes, strict=True):  # fmt: skip
+            name = {"v": "v"}.get(name, "q" if given is q else "p")
+            if not isinstance(given, np.ndarray):
+                raise BadInput(
+                    f"{self.what} gives {name} as {_kind(given)}, but must give an array of numpy "
+                    f"of the shape {shape}: write np.array(...)."
+                )
+            if given.shape != shape:
+                raise BadInput(
+                    f"{self.what} gives {name} of the shape {given.shape}, but it must have the "
+                    f"shape {shape}."
+                )
+            if given.dtype.kind == "c":
+                raise BadInput(f"{self.what} gives {name} in complex numbers; give real ones.")
+            if given.dtype.kind not in "fiu" + ("O" if self.kind.kind == "O" else ""):
+                raise BadInput(f"{self.what} gives {name} of the type {given.dtype}; give numbers.")
+            if self.kind.kind == "O" and given.dtype.kind != "O":
+                raise BadInput(
+                    f'{self.what} says numbers="any", but gives {name} as {given.dtype} where it '
+                    "was given mpmath numbers: keep what is given, or leave numbers= out."
+                )
+            found.append(given.astype(self.kind))
+        return found[0], found[1]
+
+    def _check_finite(self, k: int, q: Any, p: Any) -> None:
+        if self.kind.kind == "O":
+            import mpmath
+
+            fine = all(mpmath.isfinite(e) for part in (q, p) for e in np.ravel(part))
+        else:
+            fine = bool(np.isfinite(q).all() and np.isfinite(p).all())
+        if not fine:
+            raise NotFinite(k, "the black box gives numbers that are not finite")
+
+    def _raised(self, k: int, error: Exception) -> Exception:
+        """What is said of an exception of the box's own."""
+        place = line_of(self._function(), error)
+        if "read-only" in str(error) or "assignment destination" in str(error):
+            return BadInput(
+                f"{f'{place}: ' if place else ''}the black box {self.box.name} changes its "
+                "argument in place; work on a copy: q = q + ..., not q += ...."
+            )
+        where = f" ({place})" if place else ""
+        said = " ".join(str(error).split())[:200]
+        return BoxRaised(k, f"the black box raises {type(error).__name__}: {said}{where}")
+
+    def _function(self) -> Any:
+        return _asked(self.box)
+
+
+def _place(box: Any) -> str:
+    place = line_of(_asked(box))
+    return f"{place}: " if place else ""
+
+
+def _asked(box: Any) -> Any:
+    """The function whose line messages name."""
+    given: Any = box.formula
+    return given.step if box.remembers else given
+
+
+def _bound(cls: Any, name: str) -> int:
+    return int(not isinstance(inspect.getattr_static(cls, name), staticmethod))
+
+
+def _kind(given: Any) -> str:
+    if given is None:
+        return "nothing (does it return what it computes?)"
+    word = type(given).__name__
+    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"

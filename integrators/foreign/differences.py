@@ -1,0 +1,134 @@
+"""Derivatives of a map of numbers by central differences, each entry with an error that is certain.
+
+A_w, the difference of order 8 at the width w, is off by its truncation, O(w⁸), and by the noise η
+of the map over w. Truncation is told by neighbouring widths, which differ by more than it as soon
+as it sinks; noise by differences of high order along a short line, which leave nothing of a smooth
+function (Moré, Wild, SIAM J. Sci. Comput. 33 (2011), 1292).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import comb, factorial
+from typing import Any
+
+import numpy as np
+
+from ..errors import StepFailure
+from ..numbers import Matrix, Vector
+
+Map = Callable[[Vector], Vector]
+#: weights of f(z + iw) − f(z − iw), over w: exact for polynomials of degree 8
+WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+#: widths in parts of the scale, the widest first: four of them reach as far as the scale
+WIDTHS = [2.0**-k for k in range(2, 17)]
+ROUND_OFFS = 2 * sum(map(abs, WEIGHTS.values()))  # of a difference, in units of the noise over w
+#: noise beyond so many standard deviations comes once in 10⁹ draws of a normal one
+FARTHEST = 6
+EPS = 2.0**-53
+LINE, ORDER = 24, 6  # points of a line on which noise is looked for, and the order of differences
+SPACINGS = (2.0**-9, 2.0**-14, 2.0**-22)  # of these points, in parts of the scale
+#: a sixth difference at spacing w of what varies over the scale is about (6w)⁶ of it, and no noise:
+#: 3e-12 of the map at the widest spacing
+SMOOTH = [(6 * w) ** 6 for w in SPACINGS]
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What a map has that is not smooth, per entry of its value.
+
+    level: the standard deviation of its round-off. jump: the largest jump between neighbouring
+    points, as of an iteration that stops at another count; 0 where none stands out.
+    """
+
+    level: Vector
+    jump: Vector
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """∂f/∂y (k, l), and of each entry an error that holds (inf where no width gives a value)."""
+
+    value: Matrix
+    error: Matrix
+
+
+def guarded(f: Map, size: int) -> Map:
+    """f, with nan where it raises a `StepFailure`."""
+
+    def image(z: Vector) -> Vector:
+        try:
+            return f(z)
+        except StepFailure:
+            return np.full(size, np.nan)
+
+    return image
+
+
+def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> Noise:
+    """The noise of f around z, from sixth differences on short lines in a random direction.
+
+    unit: round-off of the map's numbers, below which no noise is.
+    """
+    random = np.random.default_rng(seed)
+    way = random.standard_normal(len(z)) * scale / max(1.0, len(z) ** 0.5)
+    value = f(z)
+    level = unit * np.abs(value)
+    jump = np.zeros_like(value)
+    weights = np.array([(-1) ** i * comb(ORDER, i) for i in range(ORDER + 1)])
+    deviation = (factorial(ORDER) ** 2 / factorial(2 * ORDER)) ** 0.5
+    for width, smooth in zip(SPACINGS, SMOOTH, strict=True):
+        line = np.array([f(z + (i - LINE // 2) * width * way) for i in range(LINE)])
+        with np.errstate(all="ignore"):
+            rows = np.lib.stride_tricks.sliding_window_view(line, ORDER + 1, axis=0) @ weights
+            rows = np.abs(rows[np.isfinite(rows).all(axis=1)])
+            if not len(rows):
+                continue
+            usual, most = np.median(rows, axis=0), rows.max(axis=0)
+            reach = np.nanmax(np.abs(line), axis=0) + np.abs(value)
+        found = 1.5 * usual * deviation
+        level = np.where(found > smooth * reach, np.maximum(level, found), level)
+        beyond = most > np.maximum(
+            smooth * reach, 2 * FARTHEST * np.maximum(usual, level / deviation)
+        )
+        jump = np.where(beyond, np.maximum(jump, most / comb(ORDER, ORDER // 2)), jump)
+    return Noise(level, jump)
+
+
+def derivative(
+    f: Map, size: int, scale: Vector, noise: Noise, at: Vector | None = None
+) -> Derivative:
+    """The derivative at 0 (or `at`) of f: R^l → R^size, whose arguments vary over the scale (l,).
+
+    Points are shared between the widths, which are powers of 2.
+    """
+    f = guarded(f, size)
+    origin = np.zeros(len(scale)) if at is None else at
+    steps = 2.0 ** np.floor(np.log2(scale))
+    rough = ROUND_OFFS * (FARTHEST * noise.level + noise.jump)
+    value, error = np.empty((size, len(scale))), np.empty((size, len(scale)))
+    for j, d in enumerate(steps):
+        seen: dict[float, Any] = {}
+
+        def pair(part: float, j: int = j, d: float = d, seen: dict[float, Any] = seen) -> Any:
+            if part not in seen:
+                way = np.zeros(len(scale))
+                way[j] = part * d
+                with np.errstate(all="ignore"):
+                    seen[part] = f(origin + way) - f(origin - way)
+            return seen[part]
+
+        with np.errstate(all="ignore"):
+            found = np.array([sum(c * pair(i * w) for i, c in WEIGHTS.items()) / (w * d)
+                              for w in WIDTHS])  # fmt: skip
+            gaps = np.abs(np.diff(found, axis=0))
+            off = np.maximum(gaps[:-1], gaps[1:])
+            off = off + rough / (np.array(WIDTHS[1:-1])[:, None] * d)
+            off += EPS * np.abs(found[1:-1])
+        off[~np.isfinite(off)] = np.inf
+        best = off.argmin(axis=0)
+        value[:, j] = np.take_along_axis(found[1:-1], best[None], 0)[0]
+        error[:, j] = np.take_along_axis(off, best[None], 0)[0]
+    value[~np.isfinite(error)] = 0.0
+    return Derivative(value, error)

@@ -1,0 +1,195 @@
+"""A scene in numbers: what a black box is given of it, each a compiled function of arrays."""
+
+from __future__ import annotations
+
+from functools import cached_property, lru_cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from ..equations import (
+    SceneSymbols,
+    closed_velocity,
+    constraint,
+    energy,
+    legendre_inverse,
+    momentum,
+    natural_structure,
+    rates,
+)
+from ..numbers import Arithmetic, Double, jacobian, numeric, sympy
+from ..numbers.types import Vector
+from ..scene import Scene
+
+
+class SceneInNumbers:
+    """The scene as the last argument of a black box: functions of arrays q (n,) and p (m,).
+
+    Attributes: parameters, by name (numbers, or arrays for lists); t, the time at the start of the
+    step; n, m, the lengths of q and p; name, the scene's. Where the scene depends on the time, each
+    function takes it as a last argument too (default: `t`). p is the momentum in the natural basis,
+    velocities are natural ones; on a pair groupoid these are ∂L/∂v and v.
+    """
+
+    def __init__(
+        self, s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: Any = None
+    ) -> None:
+        self._s, self._numbers, self._kind = s, numbers, kind
+        self.name, self.n, self.m = scene.name, s.n, len(s.mu)
+        with numbers.working():
+            self._p = [numbers.number(v) for v in scene.parameter_values]
+            self._near = np.array([numbers.number(v) for v in scene.v0], dtype=numbers.dtype)
+        self._double = isinstance(numbers, Double)
+        self.t: Any = 0.0 if self._double else numbers.public(np.array([numbers.number(0)]))[0]
+        self._clocked = s.clocked
+        self._closed = closed_velocity(s) is not None
+
+    @cached_property
+    def parameters(self) -> SimpleNamespace:
+        """The scene's parameters by name."""
+        values = iter(self._numbers.public(np.array(self._p, dtype=self._numbers.dtype)).tolist())
+        found = SimpleNamespace()
+        for name, letters in vars(self._s.parameters).items():
+            if not hasattr(letters, "shape"):
+                setattr(found, name, next(values))
+                continue
+            rows, columns = letters.shape
+            held = [next(values) for _ in range(rows * columns)]
+            array = np.array(held, dtype=float if self._double else object)
+            setattr(found, name, array if columns == 1 else array.reshape(rows, columns))
+        return found
+
+    # -- what a box may ask ----------------------------------------------------------------------
+
+    def f(self, q: Any, p: Any, t: Any = None) -> tuple[Vector, Vector]:
+        """The vector field: (q̇, ṗ), arrays (n,) and (m,)."""
+        found = self._of_states("f", q, p, t)
+        return found[: self.n], found[self.n :]
+
+    def H(self, q: Any, p: Any, t: Any = None) -> Any:
+        """The energy H(q, p), a number."""
+        return self._of_states("H", q, p, t)
+
+    def gradient(self, q: Any, p: Any, t: Any = None) -> Vector:
+        """∂H/∂q at (q, p), (n,); without the scene's force, which `force` has."""
+        return self._of_states("gradient", q, p, t)
+
+    def velocity(self, q: Any, p: Any, t: Any = None) -> Vector:
+        """∂H/∂p at (q, p), (m,): the natural velocity."""
+        return self._of_states("velocity", q, p, t)
+
+    def force(self, q: Any, p: Any, t: Any = None) -> Vector:
+        """The force that acts beside the Hamiltonian, (m,); zeros where the scene has none."""
+        return self._of_states("force", q, p, t)
+
+    def tensor(self, q: Any, p: Any) -> Any:
+        """The Poisson tensor B at (q, p), (n+m, n+m): f = B dH + force."""
+        return self._of_states("tensor", q, p, None)
+
+    def momentum(self, q: Any, v: Any, t: Any = None) -> Vector:
+        """The momentum ∂L/∂v that belongs to a velocity v, (m,)."""
+        function = _momentum(self._s, self._numbers)
+        if self._plain(q, v):
+            return self._given(function(self._base(q, t), v.tolist(), self._p))
+        with self._numbers.working():
+            return self._given(function(self._base(q, t), self._list(v), self._p))
+
+    def constraint(self, q: Any) -> Vector:
+        """φ(q) of the scene's holonomic constraints, (k,)."""
+        return self._of_base("constraint", q)
+
+    def constraint_jacobian(self, q: Any) -> Any:
+        """φ′(q) of the scene's holonomic constraints, (k, n)."""
+        return self._of_base("constraint_jacobian", q)
+
+    # -- how it is computed ----------------------------------------------------------------------
+
+    def _of_states(self, what: str, q: Any, p: Any, t: Any) -> Any:
+        numbers = self._numbers
+        function = _of_states(self._s, what, numbers)
+        if self._closed and self._plain(q, p):
+            return self._given(function(self._base(q, t), p.tolist(), self._p))
+        with numbers.working():
+            x, mu = self._base(q, t), self._list(p)
+            if self._closed:
+                return self._given(function(x, mu, self._p))
+            inverse: Any = legendre_inverse(self._s, numbers)
+            rows = (np.array([part], dtype=numbers.dtype) for part in (x, mu))
+            xi = inverse(*rows, self._p, self._near[None])[0]
+            return self._given(function(x, list(xi), mu, self._p))
+
+    def _of_base(self, what: str, q: Any) -> Any:
+        with self._numbers.working():
+            return self._given(_of_base(self._s, what, self._numbers)(self._base(q, None), self._p))
+
+    def _plain(self, q: Any, p: Any) -> bool:
+        return self._double and type(q) is type(p) is np.ndarray and q.dtype == p.dtype == float
+
+    def _base(self, q: Any, t: Any) -> list[Any]:
+        """q in this arithmetic, with the time behind it where the scene depends on it."""
+        x = self._list(q)
+        if not self._clocked:
+            return x
+        return [*x, *self._list([self.t if t is None else t])]
+
+    def _list(self, given: Any) -> list[Any]:
+        if self._double:
+            return np.asarray(given, dtype=float).tolist()
+        return [self._numbers.number(e) for e in np.ravel(given)]
+
+    def _given(self, found: Any) -> Any:
+        """What the box gets: of its own kind of number."""
+        if self._kind is not None:
+            return np.asarray(found, dtype=self._kind)[()]
+        if self._double:
+            return found
+        shown = self._numbers.public(np.asarray(found, dtype=object))
+        return shown if shown.shape else shown[()]
+
+
+@lru_cache(maxsize=512)
+def _of_states(s: SceneSymbols, what: str, numbers: Arithmetic) -> Any:
+    """A quantity as a function of (x, μ, parameters), or of (x, ξ, μ, parameters)."""
+    closed = closed_velocity(s)
+    letters: dict[str, Any] = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    known: list[Any] = []
+    if closed is not None:
+        del letters["u"]
+        known = [(list(s.u), list(closed))]
+    return numeric(letters, [_formula(s, what)], numbers, known)
+
+
+def _formula(s: SceneSymbols, what: str) -> Any:
+    if what == "f":
+        field = list(rates(s))
+        return field[: s.n] + field[len(s.x) :]  # without the rate of the time
+    if what == "H":
+        return energy(s)
+    if what == "gradient":
+        return [-e for e in jacobian([s.lagrangian], s.position)]
+    if what == "velocity":
+        return list(s.u)
+    if what == "force":
+        return list(s.force) if s.forced else [sympy.Integer(0)] * len(s.mu)
+    assert what == "tensor"
+    rho, structure = natural_structure(s, s.x)
+    bracket = sympy.zeros(len(s.mu))
+    for nu, c in enumerate(structure):
+        bracket -= c * s.mu[nu]
+    rho = rho[: s.n, :]
+    top = sympy.zeros(s.n).row_join(rho)
+    return top.col_join((-rho.T).row_join(bracket))
+
+
+@lru_cache(maxsize=128)
+def _momentum(s: SceneSymbols, numbers: Arithmetic) -> Any:
+    letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
+    return numeric(letters, [list(momentum(s))], numbers)
+
+
+@lru_cache(maxsize=128)
+def _of_base(s: SceneSymbols, what: str, numbers: Arithmetic) -> Any:
+    phi = constraint(s, s.x)
+    result: Any = list(phi) if what == "constraint" else jacobian(phi, s.position)
+    return numeric({"x": s.x, "p": s.parameter_list}, [result], numbers)

@@ -1,0 +1,42 @@
+"""How many arguments functions of a black box take: all that are wanted, or all but the last."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+from ..errors import BadInput, line_of
+
+#: by which names a class says how its memory begins, goes on, and is shown
+METHODS = {"start": "(q, p, h, system)", "step": "(state, h, system)", "read": "(state, system)"}
+
+
+def takes_system(function: Any, wanted: str, bound: int = 0) -> bool:
+    """Whether a function takes the last of the wanted arguments, the scene in numbers, too."""
+    full = wanted.count(",") + 1 + bound
+    return _counts(function)[1] >= full
+
+
+def check_arguments(what: str, function: Any, wanted: str, bound: int = 0) -> None:
+    """Raise `BadInput` unless it can be called with the wanted arguments, or all but the last."""
+    full = wanted.count(",") + 1 + bound
+    least, most = _counts(function)
+    if least <= full and most >= full - 1:
+        return
+    place = line_of(function)
+    some = least - bound if least == most else f"{least - bound} to {most - bound}"
+    raise BadInput(
+        f"{f'{place}: ' if place else ''}{what} takes {some} arguments, but is called as {wanted}, "
+        "where system may be left out."
+    )
+
+
+def _counts(function: Any) -> tuple[int, float]:
+    """The least and the largest number of arguments by place."""
+    try:
+        given = list(inspect.signature(function).parameters.values())
+    except (TypeError, ValueError):  # of a callable that tells nothing
+        return 0, float("inf")
+    plain = [p for p in given if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    least = sum(p.default is p.empty for p in plain)
+    return least, float("inf") if any(p.kind is p.VAR_POSITIONAL for p in given) else len(plain)

@@ -1,0 +1,35 @@
+"""What the author of a method claims of it, beside its order: what a verdict may then deny."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import BadInput
+
+
+@dataclass(frozen=True)
+class Claims:
+    """Claims of a method: symplectic, reversible, and the names of what it keeps.
+
+    None and () claim nothing: the property is then measured and not judged. keeps: "energy",
+    "volume", names of the scene's quantities.
+    """
+
+    symplectic: bool | None = None
+    reversible: bool | None = None
+    keeps: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, who: str, symplectic: Any, reversible: Any, keeps: Any) -> Claims:
+        """The claims that a decorator was given; raises `BadInput` for those of another kind."""
+        for word, given in (("symplectic", symplectic), ("reversible", reversible)):
+            if given not in (None, True, False):
+                raise BadInput(f"{who}({word}=...): {word} is True or False, not {given!r}.")
+        names: Sequence[Any] = (keeps,) if isinstance(keeps, str) else keeps
+        if not isinstance(names, list | tuple) or not all(isinstance(e, str) for e in names):
+            raise BadInput(
+                f'{who}(keeps={keeps!r}): give names such as keeps=("energy", "angular momentum").'
+            )
+        return cls(symplectic, reversible, tuple(names))
