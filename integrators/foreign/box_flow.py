@@ -188,7 +188,7 @@ class BoxFlow:
             t = numbers.public(times + numbers.number(t0) if t0 else times)
         base = np.hstack([xs, t[:, None]]) if s.clocked else xs
         return Trajectory(
-            t=t, x=xs, u=self._velocities(base, mus), mu=mus,
+            scheme=self.scheme, t=t, x=xs, u=self._velocities(base, mus), mu=mus,
             iterations=np.zeros(count, dtype=int), newton_mean=0.0, newton_max=0,
             newton_residual=0.0, steps=steps, step=self.step, margin=1.0, edges=0,
             translates=np.zeros(count, dtype=int), base=base,
