@@ -55,9 +55,11 @@ if TYPE_CHECKING:
         se,
         sl,
         so,
-        sp,
         su,
         trapezoidal,
+    )
+    from discmech.integrators import (
+        sp as sp,
     )
     from discmech.reference import solution
     from discmech.studies import check, explain, plot, show
@@ -66,9 +68,13 @@ if TYPE_CHECKING:
 _PACKAGES = ("studies", "reference", "integrators")
 
 
+#: public too, but `from discmech import *` must not hide `import sympy as sp`
+_BY_NAME_ALONE = ("sp",)
+
+
 def __getattr__(name: str) -> Any:
     """A public name, loaded when it is first asked for: `discmech list` needs few of them."""
-    if name in __all__:
+    if name in (*__all__, *_BY_NAME_ALONE):
         for package in _PACKAGES:
             module = import_module(f"{__name__}.{package}")
             if name in module.__all__:
@@ -114,7 +120,6 @@ __all__ = [
     "sl",
     "so",
     "solution",
-    "sp",
     "su",
     "trapezoidal",
 ]

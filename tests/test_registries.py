@@ -118,3 +118,12 @@ def test_every_study_has_what_a_study_has():
         assert name == study.name == study.measuring.NAME and study.needs
         for part in ("cases", "measure", "judge"):
             assert callable(getattr(study, part))
+
+
+def test_a_star_import_does_not_hide_sympy_as_sp():
+    names: dict[str, object] = {}
+    exec("import sympy as sp\nfrom discmech import *", names)
+    assert names["sp"].__name__ == "sympy" and "Scene" in names
+    from discmech import sp
+
+    assert sp(2).dim == 3

@@ -76,6 +76,8 @@ def advice(cases: Sequence[Case], comparison: Sequence[Case]) -> list[dict[str, 
             races.setdefault(key, []).append(case)
     found: list[tuple[Any, dict[str, Any]]] = []
     for (*place, periods), own in races.items():
+        if len({case["rule"] for case in own}) < 2:
+            continue  # a method that ran alone is ranked with none
         if periods is not None:
             found.append((place, _over_long_times(own)))
         else:

@@ -41,7 +41,7 @@ def compare(
             "name at least two different methods to compare, such as my_rule.py midpoint."
         )
     asked = request.studies or (*studies(), "work-precision")
-    asking = replace(request, studies=asked, also_periods=PERIODS)
+    asking = replace(request, studies=asked, also_periods=PERIODS, together=True)
     result = verify(asking, progress, told, jobs, store)
     result["study"] = "compare"
     result["comparison"] = comparison(result["cases"])

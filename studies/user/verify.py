@@ -25,6 +25,10 @@ from ..core.study import Study
 #: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
 #: the quickest first, so that verdicts come soon, then those that take longest
 SCENES = ("kepler", "kirchhoff", "heavy-top", "wong", "rigid-body", "rotor-body")
+#: one of each kind that pair groupoids have, for rules that exist on these only: separable, with a
+#: mass that depends on x, magnetic, with explicit time, stiff, of several bodies
+ON_PAIRS = ("kepler", "double-pendulum", "charged-particle", "kapitza-pendulum", "spring-pendulum",
+            "outer-solar-system")  # fmt: skip
 #: what a file with scenes and no rule is run with
 RULES = ("midpoint", "trapezoidal")
 
@@ -46,6 +50,7 @@ class Request:
     every_scene: bool = False
     peers: tuple[str, ...] = ("none",)  # of work-precision
     also_periods: int | None = None  # of a second race of work-precision
+    together: bool = False  # only scenes that all rules apply to, where none is named
 
     def rules(self) -> tuple[Discretisation, ...]:
         """The rules of the files, or of the words; for scenes alone two well-known ones."""
@@ -65,7 +70,7 @@ class Request:
             chosen = (*own, *scenes.all_scenes())
         else:  # a file with scenes alone asks about these
             alone = own and rules == lookup.rules(RULES)
-            chosen = own if alone else (*own, *map(scenes.get, SCENES))
+            chosen = own if alone else (*own, *usual_scenes(rules, self.together))
         return Choice(
             scenes=chosen,
             rules=rules,
@@ -73,6 +78,27 @@ class Request:
             steps=self.steps,
             own=(("peer", self.peers), ("also_periods", self.also_periods)),
         )
+
+
+def usual_scenes(rules: Sequence[Discretisation], together: bool = False) -> tuple[Scene, ...]:
+    """The scenes on which rules are tried where none is named.
+
+    `SCENES`, as far as a rule applies; with a rule that applies to fewer than half of them,
+    `ON_PAIRS` too. together: those to which all rules apply, for methods that are compared.
+    """
+    wanted = all if together else any
+
+    def of(names: Sequence[str]) -> list[Scene]:
+        found = map(scenes.get, names)
+        return [s for s in found if wanted(rule.applies(s) for rule in rules)]
+
+    some = [sum(rule.applies(s) for s in map(scenes.get, SCENES)) for rule in rules]
+    narrow = min(some, default=len(SCENES)) < len(SCENES) / 2
+    found = (
+        (of(SCENES) if max(some, default=0) >= len(SCENES) / 2 else []) if narrow else of(SCENES)
+    )
+    found += of(ON_PAIRS) if narrow else []
+    return tuple({scene.name: scene for scene in found}.values())
 
 
 def verify(

@@ -10,11 +10,20 @@ import pytest
 
 from discmech.integrators import BadInput, scenes
 from discmech.studies import get
+from discmech.studies.core import lookup
 from discmech.studies.core.plan import Plan
 from discmech.studies.report import verdicts
 from discmech.studies.stability.view import VIEW as STABILITY
 from discmech.studies.user import verify as verifying
-from discmech.studies.user.verify import RULES, SCENES, Request, studies, verify
+from discmech.studies.user.verify import (
+    ON_PAIRS,
+    RULES,
+    SCENES,
+    Request,
+    studies,
+    usual_scenes,
+    verify,
+)
 from tests.studies.test_userfile import RULE, SCENE
 
 QUICK = ("--study", "order", "--study", "symplecticity", "--digits", "50", "--jobs", "1")
@@ -292,3 +301,14 @@ def test_a_line_of_what_failed_says_why_once():
     said = verdicts.line("energy", case)
     assert said.startswith("✗ energy: kepler, mine") and said.endswith(": the energy drifts.")
     assert "drifts" not in verdicts.line("energy", case, [case["reason"]])
+
+
+def test_a_rule_for_pairs_alone_is_tried_on_six_scenes_of_these():
+    def names(words, together=False):
+        return [s.name for s in usual_scenes(lookup.rules(words), together)]
+
+    assert names(["midpoint"]) == names(["midpoint", "gauss-2"], together=True) == list(SCENES)
+    assert names(["stoermer-verlet"]) == list(ON_PAIRS)
+    assert len(ON_PAIRS) == 6 and {scenes.get(n).groupoid.kind for n in ON_PAIRS} == {"pair"}
+    assert {*names(["stoermer-verlet", "midpoint"])} == {*SCENES, *ON_PAIRS}
+    assert names(["stoermer-verlet", "midpoint"], together=True) == list(ON_PAIRS)
