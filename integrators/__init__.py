@@ -12,7 +12,7 @@ from .bisections import Bisection, EvolutionOperator
 from .control import Control
 from .errors import BadInput, DiscmechError, StepFailure
 from .flows import Scheme, mean_multipliers
-from .foreign import black_box
+from .foreign import black_box, external, recorded
 from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
 from .lattices import Lattice
 from .retractions import cayley, exponential
@@ -47,6 +47,7 @@ __all__ = [
     "cayley",
     "discretisation",
     "exponential",
+    "external",
     "imex",
     "lie_group",
     "mean_multipliers",
@@ -55,6 +56,7 @@ __all__ = [
     "one_step",
     "pair",
     "product",
+    "recorded",
     "rectangle",
     "scenes",
     "se",

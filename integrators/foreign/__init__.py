@@ -6,6 +6,7 @@ from .box_flow import BoxFlow
 from .box_scheme import BoxScheme
 from .constrained import constrained_parameters, constraint_defects
 from .differences import Derivative, Noise, derivative, guarded, noise_of
+from .external import external
 from .form_in_numbers import (
     Defect,
     form_defect,
@@ -14,11 +15,14 @@ from .form_in_numbers import (
     random_curve,
     volume_defect,
 )
+from .program import ProgramFailure
+from .recorded import Recorded, RecordedScheme, recorded
 from .scene_in_numbers import SceneInNumbers
 
 __all__ = [
     "BlackBox", "BoxFlow", "BoxScheme", "Claims", "Defect", "Derivative", "Noise",
-    "SceneInNumbers", "black_box", "constrained_parameters", "constraint_defects", "derivative",
-    "form_defect", "guarded", "loop_defect", "noise_of", "pulled_back_defect", "random_curve",
+    "ProgramFailure", "Recorded", "RecordedScheme", "SceneInNumbers", "black_box",
+    "constrained_parameters", "constraint_defects", "derivative", "external", "form_defect",
+    "guarded", "loop_defect", "noise_of", "pulled_back_defect", "random_curve", "recorded",
     "volume_defect",
 ]  # fmt: skip

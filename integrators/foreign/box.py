@@ -48,6 +48,11 @@ class BlackBox(Discretisation):
         """Whether it is a class, whose state is more than (q, p)."""
         return inspect.isclass(self.formula)
 
+    @property
+    def long_run(self) -> int:
+        """The steps of a long run: fewer where each is a call of Python's."""
+        return 10**6 if self.runs else 10**5
+
     def runs_at(self, digits: int) -> bool:
         """Whether the box can compute with that many digits."""
         return digits == 16 or self.numbers == "any"

@@ -58,6 +58,15 @@ class Discretisation:
         """Whether its steps are formulas, which can be asked for derivatives and for digits."""
         return True
 
+    @property
+    def digest(self) -> str:
+        """What tells it from another of the same name, beside the text of its formula."""
+        return ""
+
+    def measured_by(self, study: str) -> bool:
+        """Whether a study of that name can measure it: of what can make any step always."""
+        return True
+
     def runs_at(self, digits: int) -> bool:
         """Whether its steps can be made with that many digits: of formulas always."""
         return True

@@ -81,6 +81,7 @@ def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
 def _facts(rule: Discretisation) -> Iterator[str]:
     base = rule.base if isinstance(rule, Composition) else rule
     yield repr((rule.name, rule.order, rule.stages, rule.splits, base.name, base.order))
+    yield base.digest
     if isinstance(rule, Composition):
         method = rule.method
         yield f"{method.order} {method.in_turn} {method.coefficients(60)}"
@@ -103,8 +104,9 @@ def is_ours(thing: Scene | Discretisation) -> bool:
     if isinstance(thing, Scene):
         own = scenes.get(thing.name) if thing.name in scenes.every_name() else None
         return own is not None and own.laws == thing.laws
-    formula = (thing.base if isinstance(thing, Composition) else thing).formula
-    return str(formula.__module__).startswith("discmech.integrators.")
+    base = thing.base if isinstance(thing, Composition) else thing
+    formula = base.formula
+    return base.is_formula and str(formula.__module__).startswith("discmech.integrators.")
 
 
 @lru_cache(maxsize=64)  # cases of one scheme ask in turn

@@ -162,13 +162,14 @@ def _end_of(scene: Scene, time: float) -> MotionEnds | None:
 
 
 def usual_steps(case: Case, claimed: bool = True) -> int:
-    """The steps of a long run in double precision: a million; of a program a hundred thousand,
-    since each costs a call of Python's, or the scene's duration where nothing is claimed."""
+    """The steps of a long run in double precision: a million; of a program what it can make soon,
+    or the scene's duration where nothing is claimed."""
     if case.rule.is_formula:
         return 10**6
     if not claimed:
         return int(case.scene.steps_for(case.scene.step))
-    return 10**6 if getattr(case.rule, "runs", False) else 10**5
+    long_run: int = getattr(case.rule, "long_run", 10**6)
+    return long_run
 
 
 Rows = Callable[[Trajectory], tuple[np.ndarray, np.ndarray]]

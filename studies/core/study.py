@@ -83,7 +83,8 @@ class Study:
         scenes = tuple(s for s in choice.scenes if case.judged_alone(s) == own)
         if choice.scenes and not scenes:
             return []
-        return list(self.measuring.cases(replace(choice, scenes=scenes)))
+        cases = self.measuring.cases(replace(choice, scenes=scenes))
+        return [found for found in cases if found.rule.measured_by(self.name)]
 
     def timed(self, case: Case) -> bool:
         """Whether a case takes times, so that the machine counts."""

@@ -1,0 +1,20 @@
+"""Where the file is that calls: names of files in it are meant from there."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import FrameType
+
+_OURS = Path(__file__).resolve().parents[1]
+
+
+def folder_of_caller() -> Path:
+    """The folder of the file that called into this package; the current one if it is no file."""
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None:
+        path = Path(frame.f_code.co_filename)
+        if not path.resolve().is_relative_to(_OURS):
+            return path.absolute().parent if path.is_file() else Path.cwd()
+        frame = frame.f_back
+    return Path.cwd()

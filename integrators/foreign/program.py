@@ -1,0 +1,286 @@
+"""A program in any language as an integrator: one JSON line in, one JSON line out, for each run.
+
+The program is started when it is first asked, and answers many runs. Its standard input gets
+
+    {"x": [...], "mu": [...], "h": 0.01, "steps": 100, "every": 10, "scene": "pendulum",
+     "parameters": {"length": 1.0}}
+
+on one line (with "t", the time of the start, where the scene depends on time). On its standard
+output it gives {"x": rows, "mu": rows}, the start and then each every-th step, with 17 significant
+digits, so that doubles come and go unchanged; or {"error": "a sentence"}. Standard error is the
+program's own: its last lines are quoted where something went wrong.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import math
+import os
+import shlex
+import shutil
+import weakref
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+
+from ..errors import BadInput
+from .process import Broken, Process, quoted
+
+SECONDS = 60.0  # for an answer
+RESTARTS = 3  # starts after failures that follow one another on one scene
+#: a number with its sign, digits, exponent, comma and blanks has fewer characters; and what a line
+#: may have beside its numbers
+CHARACTERS, BESIDE = 64, 65536
+#: roundings that a program may make of the start on the way into its own coordinates and back
+ROUNDINGS = 8
+ANSWER = 'print one line {"x": rows, "mu": rows} for each line read, all else to standard error'
+
+
+class ProgramFailure(BadInput):
+    """A program crashed, kept silent, was too slow, or answered with something else than rows."""
+
+
+class Program:
+    """A command that answers runs; `run` starts it where it does not run.
+
+    command: the words, the first a program on the PATH, or a path. folder: where it runs, and from
+    where relative paths are meant. seconds: how long one answer may take. After a crash or a
+    silence the next run starts it anew; after restarts + 1 such failures in a row on one scene it
+    is not asked about that scene again. Raises `BadInput` for a command that cannot be run.
+    """
+
+    def __init__(
+        self,
+        command: Sequence[str | os.PathLike[str]],
+        folder: Path,
+        seconds: float = SECONDS,
+        restarts: int = RESTARTS,
+    ) -> None:
+        self.words, self.folder = _words(command), folder
+        self.label = shlex.join(self.words)
+        self.seconds, self.restarts = _positive(seconds), _count(restarts)
+        self.path = _found(self.words[0], folder)
+        self._process: Process | None = None
+        self._failures: dict[str, list[str]] = {}
+        self._turn = Lock()  # ensembles run in threads, and there is one pipe
+
+    def __reduce__(self) -> tuple[Any, ...]:  # another process starts a program of its own
+        return Program, (self.words, self.folder, self.seconds, self.restarts)
+
+    @property
+    def digest(self) -> str:
+        """A digest of the command and of the files that it names: another one, another program."""
+        digest = hashlib.sha256(repr((self.words, str(self.folder))).encode())
+        for path in (Path(self.path), *(self.folder / word for word in self.words[1:])):
+            with contextlib.suppress(OSError):
+                if path.is_file():
+                    digest.update(hashlib.sha256(path.read_bytes()).digest())
+        return digest.hexdigest()
+
+    def run(
+        self,
+        x: np.ndarray,
+        mu: np.ndarray,
+        h: float,
+        steps: int,
+        every: int,
+        scene: str,
+        parameters: Mapping[str, Any],
+        t: float | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The rows (r, n) and (r, m) of a run, r = steps // every + 1.
+
+        Raises `ProgramFailure` if the program does not give them.
+        """
+        with self._turn:
+            return self._run(x, mu, h, steps, every, scene, parameters, t)
+
+    def _run(
+        self, x: np.ndarray, mu: np.ndarray, h: float, steps: int, every: int, scene: str,
+        parameters: Mapping[str, Any], t: float | None,
+    ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+        asked, rows = f"{steps} steps of {scene}", steps // every + 1
+        failures = self._failures.setdefault(scene, [])
+        if len(failures) > self.restarts:
+            raise ProgramFailure(failures[-1])
+        request = {
+            "x": [float(v) for v in x], "mu": [float(v) for v in mu], "h": float(h),
+            "steps": int(steps), "every": int(every), "scene": scene,
+            "parameters": {name: _plain(value) for name, value in parameters.items()},
+        }  # fmt: skip
+        if t is not None:
+            request["t"] = float(t)
+        line = json.dumps(request).encode() + b"\n"
+        most = CHARACTERS * rows * (len(x) + len(mu)) + BESIDE
+        try:
+            answer = self._answer(self._running().ask(line, self.seconds, most))
+        except Broken as broken:
+            failure = self._failure(f"{broken}, asked for {asked}", broken.fix)
+            failures.append(str(failure))
+            self.close(0.0)
+            raise failure from None
+        except BaseException:  # an interrupt: a late answer would be taken for the next one
+            self.close(0.0)
+            raise
+        failures.clear()
+        if "error" in answer:
+            said = str(answer["error"] or "").strip().rstrip(".") or "an error without words"
+            raise ProgramFailure(f"{self.label}, asked for {asked}: {said}.")
+        try:
+            return _rows("x", answer, x, rows), _rows("mu", answer, mu, rows)
+        except _Wrong as wrong:
+            raise self._failure(f"answered {wrong}, asked for {asked}", wrong.fix) from None
+
+    def close(self, grace: float = 0.5) -> None:
+        """End the program, if it runs: its input ends, and after the grace (in seconds) it does."""
+        if self._process is not None:
+            self._ending.detach()
+            self._process.end(grace)
+            self._process = None
+
+    def _running(self) -> Process:
+        if self._process is None or self._process.owner != os.getpid():  # a fork shares no pipe
+            self._process = Process(self.path, self.words, self.folder)
+            # at the end of this object, or of Python
+            self._ending = weakref.finalize(self, self._process.end)
+        return self._process
+
+    def _answer(self, line: bytes) -> dict[str, Any]:
+        """The object of a line; raises `Broken` if it is none, since more may be under way."""
+        try:
+            answer = json.loads(line.decode("utf-8", "replace"))
+        except (ValueError, RecursionError):
+            answer = None
+        if not isinstance(answer, dict):
+            raise Broken(f"printed {quoted(line)} where an answer is due", ANSWER)
+        return answer
+
+    def _failure(self, what: str, fix: str) -> ProgramFailure:
+        lines = self._process.last_lines() if self._process else ""
+        end = f" Its standard error ends: {lines}" if lines else ""
+        return ProgramFailure(f"{self.label} {what}: {fix}.{end}")
+
+
+# -- what it answers ------------------------------------------------------------------------------
+
+
+class _Wrong(Exception):
+    def __init__(self, what: str, fix: str) -> None:
+        super().__init__(what)
+        self.fix = fix
+
+
+def _rows(name: str, answer: Mapping[str, Any], start: np.ndarray, rows: int) -> np.ndarray:
+    """The rows of that name, (rows, len(start)), finite, the first of them the start.
+
+    Raises `_Wrong` for anything else.
+    """
+    size = len(start)
+    wanted = f"give {rows} rows of {size} numbers, the start and then each every-th step"
+    if name not in answer:
+        there = ", ".join(map(str, answer)) or "nothing"
+        raise _Wrong(f"without {name!r}", f'give {{"x": rows, "mu": rows}}; there is {there}')
+    given = answer[name]
+    if size == 0 and given in ([], [[]] * rows):
+        return np.zeros((rows, 0))
+    if odd := _no_table(given):
+        raise _Wrong(f"{odd} in {name!r}", wanted)
+    if (shape := (len(given), len(given[0]) if given else 0)) != (rows, size):
+        raise _Wrong(f"{shape[0]} rows of {shape[1]} numbers in {name!r}", wanted)
+    try:
+        found = np.array(given, dtype=float)
+    except OverflowError:  # a whole number beyond the largest double
+        found = np.array([[float(str(entry)) for entry in row] for row in given])
+    if len(wrong := np.flatnonzero(~np.isfinite(found).all(axis=1))):
+        raise _Wrong(f"a number that is not finite in row {wrong[0]} of {name!r}",
+                     "take a smaller step, or answer with an error that says why")  # fmt: skip
+    gap = np.abs(found[0] - start).max()
+    if gap > ROUNDINGS * np.finfo(float).eps * np.abs(start).max():
+        raise _Wrong(
+            f"a first row of {name!r} that is off the start by {gap:.1e}",
+            "let the first row be the start as it came, and print 17 digits (%.17g)",
+        )
+    return found
+
+
+def _no_table(given: Any) -> str:
+    """What is given in place of equally long rows of numbers; "" if nothing is wrong with it."""
+    if not isinstance(given, list):
+        return f"{_brief(given)}, which is no list,"
+    for number, row in enumerate(given):
+        if not isinstance(row, list):
+            return f"{_brief(row)} as row {number}, which is no list,"
+        if len(row) != len(given[0]):
+            return f"rows of {len(given[0])} and of {len(row)} numbers"
+        for entry in row:
+            if isinstance(entry, bool) or not isinstance(entry, int | float):
+                return f"{_brief(entry)} in row {number}, which is no number,"
+    return ""
+
+
+def _brief(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+# -- what it is given -----------------------------------------------------------------------------
+
+
+def _plain(value: Any) -> Any:
+    """A parameter as JSON has it: a number, or lists of numbers."""
+    if isinstance(value, tuple | list | np.ndarray):
+        return [_plain(entry) for entry in value]
+    return float(value)
+
+
+def _words(command: Any) -> list[str]:
+    """The command as a list of texts."""
+    example = '["./my-code", "--json"]'
+    if isinstance(command, str) or not isinstance(command, Sequence) or not command:
+        raise BadInput(f"external({command!r}): give the command as a list, such as {example}.")
+    for word in command:
+        if not isinstance(word, str | os.PathLike) or "\0" in os.fsdecode(word):
+            raise BadInput(f"external: {word!r} is no word of a command; give texts, as {example}.")
+    return [os.fsdecode(word) for word in command]
+
+
+def _found(word: str, folder: Path) -> str:
+    """The program's path; raises `BadInput` where there is none that can be run."""
+    if os.sep not in word:
+        if path := shutil.which(word):
+            return path
+        beside = (folder / word).is_file()
+        fix = f"write ./{word}" if beside else "install it, or give its path"
+        raise BadInput(f"there is no program {word!r} on the PATH: {fix}.")
+    file = folder / word
+    if file.is_dir():
+        raise BadInput(f"{file} is a folder: give the program in it.")
+    if not file.is_file():
+        raise BadInput(
+            f"there is no program {file}: build it first (such as cc -O2 -o NAME NAME.c -lm), or "
+            "fix the path, which is taken from the folder of the file that says external(...)."
+        )
+    if not os.access(file, os.X_OK):
+        raise BadInput(
+            f"{file} may not be executed: say chmod +x {shlex.quote(str(file))}, or put its "
+            'interpreter first, such as ["python3", ...].'
+        )
+    return str(file)
+
+
+def _positive(seconds: Any) -> float:
+    real = isinstance(seconds, int | float) and not isinstance(seconds, bool)
+    if not real or not 0 < seconds < math.inf:
+        raise BadInput(f"external: seconds={seconds!r} is no time; give a positive number.")
+    return float(seconds)
+
+
+def _count(restarts: Any) -> int:
+    if type(restarts) is not int or restarts < 0:
+        raise BadInput(f"external: restarts={restarts!r} is no count; give 0 or more.")
+    return restarts

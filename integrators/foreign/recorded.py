@@ -1,0 +1,202 @@
+"""Runs that were made elsewhere as an integrator: what they show is judged, and no step is made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..equations import initial_momentum
+from ..errors import BadInput, CannotMeasure, arguments_checked
+from ..flows import Trajectory
+from ..numbers import arithmetic, exact_rational, mpmath, whole_number
+from .box import BlackBox, black_box
+from .box_flow import BoxFlow
+from .box_scheme import BoxScheme
+from .caller import folder_of_caller
+from .recordings import Recording, recordings
+from .scene_in_numbers import SceneInNumbers
+
+#: the studies that ask for runs alone; all others make steps of their own
+MEASURED_BY = ("order", "momentum", "energy")
+DIGITS = 40  # to which the velocity of a recorded start is solved for
+#: relative to the start: roundings of its way into a program and out, in any units
+ALIKE = 2.0**-45
+
+
+@dataclass(frozen=True)
+class Recorded(BlackBox):
+    """Runs of a method at several steps; see `recorded`."""
+
+    recordings: tuple[Recording, ...] = ()
+    #: the scene that the runs are of; any that they fit if empty
+    scene: str = ""
+
+    def measured_by(self, study: str) -> bool:
+        """Whether the study asks for runs alone."""
+        return study in MEASURED_BY
+
+    def unit(self, digits: int) -> float:
+        """The unit of round-off, or of the digits that were written, relative to the motion."""
+        return max(super().unit(digits), *(run.unit for run in self.recordings))
+
+    def refusal(self, scene: Any) -> str:
+        """Why the runs cannot be of the scene, a sentence; empty where they may be."""
+        if self.scene not in ("", scene.name):
+            return f"{self.name} are runs of {self.scene}, not of {scene.name}."
+        run = self.recordings[0]
+        here = run.x.shape[1], run.mu.shape[1]
+        there = scene.groupoid.dim_x, scene.groupoid.dim_u
+        if here != there:
+            return (
+                f"{run.path.name} has {here[0]} coordinates and {here[1]} momenta, but "
+                f"{scene.name} has {there[0]} and {there[1]}."
+            )
+        return super().refusal(scene)
+
+    def begins_at(self, scene: Any) -> bool:
+        """Whether the runs fit the scene and begin where it does."""
+        return not self.refusal(scene) and RecordedScheme(scene, self).begins_there
+
+    def discretise(self, scene: Any) -> RecordedScheme:
+        """The runs on a scene, as `Scheme(scene, runs)` gives them."""
+        return RecordedScheme(scene, self)
+
+    @property
+    def digest(self) -> str:
+        """What tells these runs from others."""
+        return " ".join(run.digest for run in self.recordings)
+
+
+def _no_step(q: Any, p: Any, h: Any, steps: Any, every: Any) -> Any:
+    raise CannotMeasure("recorded runs are all there is: no further step can be made.")
+
+
+@arguments_checked
+def recorded(
+    files: str | Path | Sequence[str | Path],
+    order: int | None = None,
+    *,
+    scene: str = "",
+    state: str = "qp",
+    name: str | None = None,
+    **claims: Any,
+) -> Recorded:
+    """Runs that were made elsewhere, one a file: CSV, npz or parquet, columns by name.
+
+    files: a pattern such as "runs/*.csv", or several, from the folder of the file that says this.
+    Columns t, q1, …, p1, … (or x1, …, mu1, …), evenly spaced in t; of state="qv" v1, … in place of
+    momenta; a column h says the step where rows are not each step. All begin alike. scene: the
+    scene that they are of; without it they are of any that they fit (`verify` takes those that
+    begin where they do). order and claims (symplectic, keeps, source): as of `black_box`.
+
+    Order, momenta and energy are judged; what needs further steps is not asked. Raises `BadInput`
+    for files that are no such runs.
+    """
+    found = recordings(files, folder_of_caller(), state)
+    pattern = str(files if isinstance(files, str | Path) else files[0])
+    label = name or "-".join(filter(None, ["recorded", Path(pattern).parent.name]))
+    made: Any = black_box(order, runs=True, state=state, name=label,
+                          **{"source": f"recorded: {pattern}", **claims})(_no_step)  # fmt: skip
+    if not isinstance(scene, str):
+        raise BadInput(f"recorded(scene={scene!r}): give the name of a scene.")
+    return Recorded(**vars(made), recordings=found, scene=scene)
+
+
+class RecordedScheme(BoxScheme):
+    """A scene with recorded runs. Its `scene` begins where the runs do.
+
+    Raises `CannotMeasure` for runs that do not fit the scene, and `BadInput` for runs whose starts
+    differ, or are none that the scene can have.
+    """
+
+    rule: Any
+
+    def __init__(self, scene: Any, rule: Recorded) -> None:
+        super().__init__(scene, rule)
+        self.given = self.scene
+        first = rule.recordings[0]
+        numbers = arithmetic(DIGITS)
+        system = SceneInNumbers(self.s, scene, numbers)
+        x, second = (np.array(part[0].tolist(), object) for part in (first.x, first.mu))
+        if self.s.clocked:
+            system.t = first.t[0]
+        with numbers.working():
+            velocity = second if rule.state == "qv" else system.velocity(x, second)
+            v0 = [mpmath.nstr(mpmath.mpf(v), DIGITS) for v in velocity]
+            own = [float(v) for v in initial_momentum(self.s, scene, numbers, first.start)]
+        starts: list[Any] = [self.scene.x0, own]
+        near = max(ALIKE, 8 * rule.unit(16))
+        parts = [[getattr(run, name) for run in self.runs] for name in ("x", "mu")]
+        sizes = [np.abs(part[0]).max(initial=0.0) for part in parts]
+        self.begins_there = all(
+            np.abs(part[0][0] - np.array([float(v) for v in start])).max(initial=0.0) <= near * size
+            for part, start, size in zip(parts, starts, sizes, strict=True)
+        )
+        for k, run in enumerate(rule.recordings[1:], 1):
+            gap = max(np.abs(part[k][0] - part[0][0]).max(initial=0.0) / (size or 1.0)
+                      for part, size in zip(parts, sizes, strict=True))  # fmt: skip
+            if gap > near or run.start != first.start:
+                raise BadInput(
+                    f"{first.path.name} and {run.path.name} begin at different states, {gap:.2g} "
+                    "of the motion apart, or times: an order is told from runs of one start."
+                )
+        if not self.begins_there:
+            moved = scene.with_values(x0=first.x[0].tolist(), v0=v0)
+            self.scene = BoxScheme(moved, rule).scene  # which checks the start
+
+    @cached_property
+    def runs(self) -> tuple[Trajectory, ...]:
+        """The runs as trajectories, the largest step first."""
+        found = []
+        for run in self.rule.recordings:
+            flow = BoxFlow(self, run.step)
+            mus = run.mu
+            if self.rule.state == "qv":
+                flow.system.t = run.t[0]
+                mus = np.array([flow.system.momentum(*row) for row in zip(run.x, mus, strict=True)])
+            found.append(flow._rows(run.x, mus, run.steps, run.every, run.start))
+        return tuple(found)
+
+    def flow(self, step: Any = None, digits: int = 16, on_edge: str = "refuse") -> Any:
+        """The recorded run of that step; raises `CannotMeasure` where there is none."""
+        if digits != 16:
+            raise CannotMeasure(f"{self.rule.name} was recorded in machine numbers: digits=16.")
+        size = exact_rational(step, "step")
+        for run in self.runs:
+            if abs(run.step - size) <= 1e-9 * abs(size):
+                return RecordedFlow(self, run)
+        there = ", ".join(f"{float(run.step):.6g}" for run in self.runs)
+        raise CannotMeasure(
+            f"{self.rule.name} has no run of the step {float(size):.6g}; recorded are {there}."
+        )
+
+
+class RecordedFlow:
+    """A recorded run in the place of a flow: `trajectory` gives its rows."""
+
+    def __init__(self, scheme: RecordedScheme, run: Trajectory) -> None:
+        self.scheme, self.step, self.digits, self._run = scheme, run.step, 16, run
+
+    @arguments_checked
+    def trajectory(self, steps: int, every: int = 1, **start: Any) -> Trajectory:
+        """The rows of the first `steps` steps, each every-th; raises `CannotMeasure` where these
+        were not recorded, or from another start."""
+        steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        run, apart = self._run, self._run.steps // (len(self._run.t) - 1)
+        start.pop("progress", None)
+        if any(value is not None and value != 0 for value in start.values()):
+            raise CannotMeasure(f"{self.scheme.rule.name} was recorded from one start alone.")
+        if steps > run.steps or every % apart:
+            raise CannotMeasure(
+                f"{self.scheme.rule.name} has {run.steps} steps of {float(run.step):.6g}, each "
+                f"{apart}. of them a row: no others can be had."
+            )
+        at = slice(0, steps // apart + 1, every // apart)
+        rows = {name: value[at] for name, value in vars(run).items()
+                if isinstance(value, np.ndarray)}  # fmt: skip
+        return Trajectory(**{**vars(run), **rows, "steps": steps})

@@ -1,0 +1,108 @@
+"""Programs as integrators: the examples in C and in Python, beside the rule that they are."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from discmech import Scheme, external, scenes, trapezoidal
+from discmech.integrators import BadInput
+from discmech.studies import check
+from tests.imports import ROOT
+
+FOLDER = ROOT / "examples" / "external"
+COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+
+
+@pytest.fixture(scope="module")
+def in_c(tmp_path_factory):
+    """The example in C, compiled."""
+    if COMPILER is None:
+        pytest.skip("this machine has no C compiler")
+    built = tmp_path_factory.mktemp("built") / "verlet"
+    command = [COMPILER, "-O2", "-Wall", "-Werror", "-o", built, FOLDER / "verlet.c", "-lm"]
+    subprocess.run(command, check=True)
+    return external([built], order=2, symplectic=True, keeps=("momentum",), name="in-C")
+
+
+@pytest.fixture(scope="module")
+def in_python():
+    """The example in Python without numpy."""
+    return external([sys.executable, "-S", FOLDER / "verlet.py"], order=2, symplectic=True)
+
+
+@pytest.mark.parametrize("language", ["in_c", "in_python"])
+@pytest.mark.parametrize("scene", ["pendulum", "kepler"])
+def test_a_program_runs_as_the_rule_that_it_is(request, language, scene):
+    program = request.getfixturevalue(language)
+    scheme = Scheme(scenes.get(scene), program)
+    run = scheme.flow("1/50").trajectory(400, every=4)
+    same = Scheme(scenes.get(scene), trapezoidal).flow("1/50").trajectory(400, every=4)
+    for part in ("t", "x", "mu"):  # a rule's u leads to the next row
+        assert getattr(run, part) == pytest.approx(getattr(same, part), abs=2e-12)
+    again = scheme.flow("1/50").trajectory(400, every=4)
+    assert np.array_equal(run.x, again.x) and np.array_equal(run.mu, again.mu)
+
+
+def test_the_example_in_c_has_about_sixty_lines():
+    assert len(FOLDER.joinpath("verlet.c").read_text("utf-8").splitlines()) <= 70
+
+
+def test_a_program_is_judged(in_c):
+    for study in ("order", "symplecticity"):
+        found = check(study, ["pendulum"], [in_c], digits=[16])
+        assert found["verdict"] == "pass", found["cases"][0]["reason"]
+
+
+def test_a_scene_that_a_program_does_not_know_is_its_own_sentence(in_c, in_python):
+    for program in (in_c, in_python):
+        with pytest.raises(BadInput, match="I know the scenes pendulum and kepler only"):
+            Scheme(scenes.get("henon-heiles"), program).flow("1/50").trajectory(4)
+
+
+FILE = """
+from discmech import external
+here = external(["./code.sh", "--json"], order=2)
+named = external(["sh", "code.sh"], name="by-name")
+"""
+
+
+def test_a_relative_command_is_meant_from_its_file(tmp_path, monkeypatch):
+    from discmech.studies.core.userfile import load
+
+    folder = tmp_path / "there"
+    folder.mkdir()
+    folder.joinpath("code.sh").write_text("#!/bin/sh\nread line\npwd >&2\nexit 7\n")
+    folder.joinpath("code.sh").chmod(0o755)
+    folder.joinpath("mine.py").write_text(FILE)
+    monkeypatch.chdir(tmp_path)
+    rules = load("there/mine.py").rules
+    assert set(rules) == {"code", "by-name"}
+    for rule in rules.values():
+        with pytest.raises(BadInput, match=f"exit code 7.*{folder}$"):
+            Scheme(scenes.get("pendulum"), rule).flow("1/50").trajectory(4)
+    folder.joinpath("mine.py").write_text(FILE.replace("./code.sh", "./none"))
+    with pytest.raises(BadInput, match=r"mine.py, line 3: there is no program .*there/none"):
+        load("there/mine.py")
+
+
+def test_threads_ask_in_turn(in_python):
+    """An ensemble, and the map of stability, run side by side in threads."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    flow = Scheme(scenes.get("kepler"), in_python).flow("1/50")
+    with ThreadPoolExecutor(4) as pool:
+        ends = list(pool.map(lambda k: flow.trajectory(20 + k % 3).x[-1], range(24)))
+    for k, end in enumerate(ends):
+        assert np.array_equal(end, ends[k % 3])
+
+
+def test_claims_are_checked_as_of_a_black_box():
+    for more, words in (({"order": 0}, "order"), ({"symplectic": 1.5}, "symplectic"),
+                        ({"colour": 1}, "colour"), ({"state": "vq"}, "state")):  # fmt: skip
+        with pytest.raises(BadInput, match=words):
+            external(["sh"], **more)
