@@ -7,6 +7,7 @@ factor; and in each component by itself.
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 from collections.abc import Sequence
@@ -29,6 +30,13 @@ GUARD = 15
 #: the part of the digits, less 14, by which the error of a step is below the motion at the expected
 #: order; where nothing is seen of it, the next: a constant may be as small as Kahan and Li's
 SMALL = (Fraction(1), Fraction(2, 3), Fraction(1, 3))
+#: steps of a program from a place: of the time in which the motion is that of a short polynomial,
+#: each a part of the one before; the least of them, and how many
+FIRST_OF_PROGRAM, PART_OF_PROGRAM, COUNT_OF_PROGRAM = Fraction(1, 2), 0.6, 28
+#: its slopes have settled where two in succession differ by this; the next term of the error, which
+#: sinks as they do, is then taken off
+SETTLED = 0.12
+CLEAR_OF_PROGRAM = 100  # round-offs, for a slope to a part in ten
 #: an ordinary step as a part of the time in which the motion is that of a short polynomial
 PART = Fraction(1, 8)
 #: the second of two steps, as a part of the first
@@ -89,13 +97,15 @@ def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrde
     """
     drawn = random.Random(seed)
     expected = scheme.order or 2
-    digits, reach = _numbers_of(scheme, expected)
+    if not scheme.rule.runs_at(digits_for(expected)):
+        return of_program(scheme, places, seed)
+    digits = digits_for(expected)
     found: list[ComponentOrder] = []
     shown = Fraction(0)
     pending = list(places)
     for part in SMALL:
         length = PART * min(place.length for place in places)
-        power = -float(reach * part) / (expected + 1)
+        power = -float((digits - 14) * part) / (expected + 1)
         first = length * Fraction(10.0**power) * random_fraction(drawn, 0.5, 1)
         steps = first, first * random_fraction(drawn, *RATIO)
         flows = [scheme.flow(h, digits) for h in steps]
@@ -118,16 +128,42 @@ def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrde
     return LocalOrder(lowest.order, lowest.name, float(shown), lowest.place, tuple(found))
 
 
-def _numbers_of(scheme: Scheme, expected: int) -> tuple[int, int]:
-    """(digits of the steps, how many digits the error of the smallest ones is below the motion).
+def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder:
+    """The same of a program in machine numbers: from its errors at ever smaller steps.
 
-    A program has its machine's digits only: its error is to stand out of its round-off by a
-    hundred times what is asked of it to be clear.
+    Steps of a few digits are not small, so the slope between two of them is no order yet: it is one
+    where slopes have settled (`SETTLED`) before round-off is met. What has not says nothing.
     """
-    digits = digits_for(expected)
-    if scheme.rule.runs_at(digits):
-        return digits, digits - 14
-    return 16, int(-math.log10(100 * CLEAR * scheme.rule.unit(16)))
+    found: list[ComponentOrder] = []
+    drawn = random.Random(seed)
+    shown = 0.0
+    for place in places:
+        steps = [place.length * FIRST_OF_PROGRAM * random_fraction(drawn, 0.7, 1)]
+        while len(steps) < COUNT_OF_PROGRAM:
+            steps.append(steps[-1] * random_fraction(drawn, PART_OF_PROGRAM - 0.1,
+                                                     PART_OF_PROGRAM + 0.1))  # fmt: skip
+        ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, 16 + GUARD)
+        rows = [step_errors(scheme, place, scheme.flow(h, 16), end)
+                for h, end in zip(steps, ends, strict=True)]  # fmt: skip
+        for component in zip(*rows, strict=True):
+            name = component[0][0]
+            clear = [(float(h), float(e)) for h, (_, e, left) in zip(steps, component, strict=True)
+                     if e > CLEAR_OF_PROGRAM * left]  # fmt: skip
+            slopes = [math.log(a[1] / b[1]) / math.log(a[0] / b[0])
+                      for a, b in itertools.pairwise(clear)]  # fmt: skip
+            order = constant = None
+            if len(slopes) >= 3 and max(abs(a - b) for a, b in
+                                        itertools.pairwise(slopes[-3:])) < SETTLED:  # fmt: skip
+                ratio = clear[-1][0] / clear[-2][0]
+                order = slopes[-1] + (slopes[-1] - slopes[-2]) * ratio / (1 - ratio) - 1
+                constant = clear[-1][1] / clear[-1][0] ** (order + 1)
+                shown = shown or clear[-1][0]
+            found.append(ComponentOrder(name, order, constant, place))
+    seen = [c for c in found if c.order is not None]
+    if not seen:
+        return unknown("the error of a step settles to no power of it above round-off")
+    lowest = min(seen, key=lambda c: c.order or 0.0)
+    return LocalOrder(lowest.order, lowest.name, shown, lowest.place, tuple(found))
 
 
 def step_errors(

@@ -27,7 +27,12 @@ DIGITS = (16, 50)
 RUNGS, MOST_RUNGS = {True: 9, False: 4}, {True: 16, False: 7}  # in double precision or not
 
 
-FEWEST = 6  # rungs of a program's ladder, which ends where errors are round-off
+#: times of a program's run of which the mean error counts: at one of them it may pass through 0,
+#: and there are no more digits that would tell so
+CHECKED = 4
+LARGE = 1e-4
+#: rungs of a program's ladder, √2 apart, so that many are above round-off; it ends where errors are
+FEWEST, PROGRAM_RUNGS, MOST_PROGRAM_RUNGS = 8, 13, 24
 #: rules of higher order meet round-off after two or three halvings: 50 digits judge them
 HIGHEST_IN_DOUBLE = 4
 #: from here on few steps are many: each halving takes three digits and more
@@ -71,10 +76,10 @@ def ladder(case: Case) -> tuple[Fraction, int]:
     duration = Fraction(case.scene.duration)
     if case.digits > 16:
         return duration / 40, case.steps or (8 if (case.scheme.order or 0) > HIGH else 128)
-    if not case.rule.is_formula:  # with no more digits to go on to, more of the ladder is coarse
-        order = case.scheme.order or 2
-        coarser = 4 if order <= 2 else 16 if order <= 4 else 32
-        return duration, case.steps or max(4, case.scene.steps_for(case.scene.step) // coarser)
+    if not case.rule.is_formula and not case.rule.runs_at(50):
+        # no more digits to go on to: a short time and coarse steps, so that less round-off adds up
+        coarser = 8 if (case.scheme.order or 0) <= 2 else 32
+        return duration / 4, case.steps or max(8, case.scene.steps_for(case.scene.step) // coarser)
     coarser = 1 if (case.scheme.order or 0) <= 2 else 4 if case.scheme.order == 4 else 8
     return duration, case.steps or max(4, case.scene.steps_for(case.scene.step) // coarser)
 
@@ -82,7 +87,8 @@ def ladder(case: Case) -> tuple[Fraction, int]:
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Rows {steps, step, error, error_x, error_mu, used, why_not}; measured order and interval.
 
-    error = ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ at the same time T. Under constraints, with more than 16
+    error = ‖(x, μ) − (x̂, μ̂)‖₂ / ‖(x̂, μ̂)‖₂ at the same time T (of a program the mean of four times
+    up to T). Under constraints, with more than 16
     digits (in 16 a multiplier is known to round-off over h, for it is what impulses are a step's
     part of), also multipliers, the same of λ (`mean_multipliers`; None where its step back fails),
     and its order in `measured`. With 16 digits, where runs have no order, also round_off.
@@ -91,18 +97,29 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     duration, first = ladder(case)
     rungs, most = RUNGS[case.digits == 16], MOST_RUNGS[case.digits == 16]
     progress(f"{case.scene.name} {case.label}: reference", 0.0)
-    exact = reference.solution(case.scene, duration, digits=max(30, case.digits + 5))
+    program = not case.rule.is_formula and not case.rule.runs_at(50)
+    ends = CHECKED if program else 1
+    rungs, most = (PROGRAM_RUNGS, MOST_PROGRAM_RUNGS) if program else (rungs, most)
+    times = [duration * (k + 1) / ends for k in range(ends)]
+    wanted = reference.solutions(case.scene, times, max(30, case.digits + 5))
+    exact = wanted[-1]
     known = case.scene.constrained and case.digits > 16
     forces = reference.multipliers(case.scene, exact) if known else None
     rows: list[dict[str, Any]] = []
     for i in range(most):
         # go on only while the asymptotic window has not been reached, and may yet be
         certain = exact.certain_digits
-        if not case.rule.is_formula and i >= FEWEST and _sunk(case, rows, certain):
+        if program and i >= FEWEST and _sunk(case, rows, certain):
             break
-        if i >= rungs and decided(case, rows, certain) and multipliers.decided(case, rows, certain):
+        early = program and _early(case, rows, certain)
+        if (
+            i >= rungs
+            and not early
+            and decided(case, rows, certain)
+            and multipliers.decided(case, rows, certain)
+        ):
             break
-        steps = first * 2**i
+        steps = round(first * 2 ** (i / 2) / ends) * ends if program else first * 2**i
         progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
         step = duration / steps
         row: dict[str, Any] = {
@@ -112,30 +129,51 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         rows.append(row)
         try:
             flow = case.scheme.flow(step, case.digits)
-            run = flow.trajectory(steps, every=steps)
+            run = flow.trajectory(steps, every=steps // ends)
         except StepFailure as failure:
             row |= {"why_not": "failed", "cause": failure.cause}
             continue
         with mpmath.workdps(case.digits + 15):
-            dx, x = gap(run.x[-1], exact.x)
-            dmu, mu = gap(run.mu[-1], exact.mu)
-            size = mpmath.sqrt(x**2 + mu**2) or 1  # at rest at 0 errors are not relative
-            row["error"] = float(mpmath.sqrt(dx**2 + dmu**2) / size)
-            row["error_x"] = float(dx / size) if len(exact.x) else None
-            row["error_mu"] = float(dmu / size)
+            found = [_errors(x, mu, at) for x, mu, at in
+                     zip(run.x[1:], run.mu[1:], wanted, strict=True)]  # fmt: skip
+            row["error"], row["error_x"], row["error_mu"] = map(_mean, zip(*found, strict=True))
             if forces and any(forces):
                 try:
                     row["multipliers"] = multipliers.error(flow, run, forces)
                 except CannotMeasure:  # its adjoint meets no constraints, so only (x, μ) is judged
                     forces = None
-    found = {"rows": rows, **fit(case, rows, exact.certain_digits)}
-    if case.digits == 16 and found["measured"]["order"] is None and case.rule.runs_at(50):
+    result = {"rows": rows, **fit(case, rows, exact.certain_digits)}
+    if case.digits == 16 and result["measured"]["order"] is None and case.rule.runs_at(50):
         measure_round_off(case, rows, duration, exact)
-        found |= fit(case, rows, exact.certain_digits)
+        result |= fit(case, rows, exact.certain_digits)
     if forces:
-        found["measured"]["multipliers"] = slope(case, rows, "multipliers", exact.certain_digits)
+        result["measured"]["multipliers"] = slope(case, rows, "multipliers", exact.certain_digits)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
-    return {**found, "local": _local(case), "duration": float(duration)}
+    return {**result, "local": _local(case), "duration": float(duration)}
+
+
+def _early(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
+    """Whether errors are so large still that a slope beside the expected order says nothing."""
+    order, wanted = fit(case, rows, certain)["measured"]["order"], case.scheme.order
+    last = rows[-1]["error"] if rows else None
+    if order is None or wanted is None or last is None:
+        return False
+    return abs(order - wanted) > TOLERANCE[True] and last > LARGE
+
+
+def _mean(errors: Any) -> float | None:
+    """The quadratic mean; None of what is None."""
+    known = [e for e in errors if e is not None]
+    return math.sqrt(math.fsum(e * e for e in known) / len(known)) if known else None
+
+
+def _errors(x: Any, mu: Any, exact: Any) -> tuple[float, float | None, float]:
+    """The relative error of a state, and its parts in x and μ; in mpmath."""
+    dx, of_x = gap(x, exact.x)
+    dmu, of_mu = gap(mu, exact.mu)
+    size = mpmath.sqrt(of_x**2 + of_mu**2) or 1  # at rest at 0 errors are not relative
+    of_base = float(dx / size) if len(exact.x) else None
+    return float(mpmath.sqrt(dx**2 + dmu**2) / size), of_base, float(dmu / size)
 
 
 def _sunk(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:

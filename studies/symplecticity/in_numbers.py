@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators import StepFailure
+from discmech.integrators import BadInput, StepFailure
 from discmech.integrators.foreign import (
+    Defect,
+    Derivative,
     constrained_parameters,
     derivative,
     form_defect,
@@ -24,11 +26,11 @@ from discmech.integrators.foreign import (
     random_curve,
     volume_defect,
 )
-from discmech.integrators.foreign.differences import Derivative
+from discmech.integrators.numbers import Vector
 
 from ..core.case import Case, Progress, Verdict
 from ..core.claims import not_claimed
-from .places import Motion, Place, places, seed_of
+from .places import Look, looks
 
 #: of what is left by a method of that order: a defect below this is none
 RESOLVED = 1e-9
@@ -37,6 +39,8 @@ LOOPS, REACH = 6, 0.08  # closed curves a place, and their size in parts of the 
 #: tenth of it happens once in a million
 UNSEEN = 10
 ENOUGH = 3  # places at which the resolution has to be reached
+UNKNOWN_ORDER = 4  # of a method that claims none: what few would leave less than
+SMOOTH = 64 * 2.0**-53  # noise beside the values, above which it is said to be one
 AGAIN = 64  # units of round-off by which a step that is made again may differ
 
 
@@ -44,102 +48,103 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
     """Rows {step, index, time, poisson, certain, resolution, left, loop, volume, again, noise}.
 
     measured: the worst of poisson (the defect as it is seen) and certain (what of it no error
-    explains); resolution, the best that `ENOUGH` places reach, and left, what a method of the order
-    that is not symplectic would leave there; noise, the worst that is more than round-off.
+    explains); resolution, the best that `ENOUGH` places reach; residual, how far a step that is
+    made again is from itself. left: what a method of the order, that is not symplectic, would leave
+    at that place.
     """
-    scheme = case.scheme
-    progress(f"{case.scene.name} {case.label}: places", 0.0)
-    found, moved = places(scheme)
-    rows = []
-    for k, place in enumerate(found):
-        progress(f"{case.scene.name} {case.label}: differences", k / len(found))
-        rows.append(_row(case, k, place, moved))
-    return {"rows": rows, "measured": _measured(rows), "seed": seed_of(scheme)}
-
-
-def _row(case: Case, k: int, place: Place, moved: Motion) -> dict[str, Any]:
     scheme: Any = case.scheme
-    scale = moved.scale
-    flow = scheme.flow(place.step)
+    progress(f"{case.scene.name} {case.label}: places", 0.0)
+    found, scale, seed = looks(scheme)
+    rows = []
+    for k, look in enumerate(found):
+        progress(f"{case.scene.name} {case.label}: differences", k / len(found))
+        rows.append(_row(case, k, look, scale, seed))
+    return {"rows": rows, "measured": {**_measured(rows), "seed": seed}}
+
+
+def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, Any]:
+    scheme: Any = case.scheme
+    flow = scheme.flow(look.step)
     row: dict[str, Any] = {
-        "step": float(place.step), "index": k, "time": float(place.time), "pullback": None,
+        "step": float(look.step), "index": k, "time": float(look.time), "pullback": None,
         "poisson": None, "certain": None, "resolution": None, "left": None, "loop": None,
-        "volume": None, "again": None, "noise": None, "residual": None, "why_not": "",
-        "entry": None, "state": place.z.tolist(),
+        "volume": None, "again": None, "noise": 0.0, "residual": None, "why_not": "", "entry": "",
+        "state": look.z.tolist(),
     }  # fmt: skip
-    f = flow.map_of(t0=place.time)
+    f = flow.map_of(look.count, t0=look.time)
     try:
-        after = f(place.z)
+        after = f(look.z)
     except StepFailure as failure:
         return row | {"why_not": failure.cause}
-    size = len(place.z)
+    n, size = flow.system.n, len(look.z)
     g = guarded(f, size)
-    noise = noise_of(g, place.z, scale, scheme.rule.unit(16), k)
-    row["again"] = _again(f, place.z, after, scale)
-    rough = np.maximum(noise.jump, noise.level * (noise.level > 64 * 2.0**-53 * scale))
+    noise = noise_of(g, look.z, scale, scheme.rule.unit(16), seed + k)
+    row["again"] = _again(g, look.z, after, scale)
+    rough = np.maximum(noise.jump, noise.level * (noise.level > SMOOTH * np.abs(after).max()))
     row["noise"] = float((rough / scale).max())
-    row["left"] = left_by(case, place)
-    n = flow.system.n
+    row["left"] = left_by(case, look)
     if case.scene.constrained:
-        defects = _restricted(flow, g, place, scale, noise)
+        defects = [_restricted(flow, g, look, scale, noise)]
     else:
-        of = _derivative(flow, g, place, scale, noise)
-        tensors = (flow.system.tensor(z[:n], z[n:]) for z in (place.z, after))
+        of = _derivative(flow, g, look, scale, noise)
+        tensors = (flow.system.tensor(z[:n], z[n:]) for z in (look.z, after))
         defects = [form_defect(of, *tensors)]
         row["volume"] = vars(volume_defect(of))
     row["entry"] = _entry(defects[0].entry, n)
     if case.scene.groupoid.kind == "pair" and not case.scene.constrained:
-        random = np.random.default_rng(seed_of(scheme) + k)
-        curves = [random_curve(random, place.z, scale, REACH) for _ in range(LOOPS)]
+        random = np.random.default_rng(seed + k)
+        curves = [random_curve(random, look.z, scale, REACH) for _ in range(LOOPS)]
         loops = [loop_defect(g, curve, n, noise) for curve in curves]
         row["loop"] = max(loop.measured for loop in loops)
-        defects.append(type(loops[0])(
-            max(loop.certain for loop in loops), row["loop"],
-            UNSEEN * max(loop.resolution for loop in loops),
-        ))  # fmt: skip
-    best = min(defects, key=lambda d: d.resolution)
+        unseen = UNSEEN * max(loop.resolution for loop in loops)
+        defects.append(Defect(max(loop.certain for loop in loops), row["loop"], unseen))
     row["certain"] = max(d.certain for d in defects)
     row["poisson"] = max(row["certain"], min(d.measured for d in defects))
-    row["resolution"] = best.resolution
+    row["resolution"] = min(d.resolution for d in defects)
     return row
 
 
-def _derivative(flow: Any, g: Any, place: Place, scale: Any, noise: Any) -> Derivative:
+def _derivative(flow: Any, g: Any, look: Look, scale: Vector, noise: Any) -> Derivative:
     """The user's own derivative of a step, or that by differences."""
     own, n = flow.scheme.rule.jacobian, flow.system.n
-    if own is None:
-        return derivative(lambda y: g(place.z + y), len(place.z), scale, noise)
-    given = np.asarray(own(place.z[:n], place.z[n:], flow.h, flow.system), dtype=float)
+    if own is None or look.count > 1:
+        return derivative(lambda y: g(look.z + y), len(look.z), scale, noise)
+    given = np.asarray(own(look.z[:n], look.z[n:], flow.h, flow.system), dtype=float)
+    if given.shape != (len(look.z),) * 2:
+        raise BadInput(
+            f"the black box {flow.scheme.rule.name}: its jacobian has the shape {given.shape}, but "
+            f"the derivative of a step is {len(look.z)}×{len(look.z)}."
+        )
     return Derivative(given, 64 * 2.0**-53 * np.abs(given))
 
 
-def _restricted(flow: Any, g: Any, place: Place, scale: Any, noise: Any) -> list[Any]:
+def _restricted(flow: Any, g: Any, look: Look, scale: Vector, noise: Any) -> Defect:
     """dq ∧ dp on the states that holonomic constraints leave, in parameters of them."""
-    embed, reach = constrained_parameters(flow.system, place.z, scale)
+    embed, reach = constrained_parameters(flow.system, look.z, scale)
     n = flow.system.n
     form = np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
     start = derivative(embed, 2 * n, reach, noise_of(embed, 0 * reach, reach, 2.0**-53))
     of = derivative(lambda y: g(embed(y)), 2 * n, reach, noise)
-    return [pulled_back_defect(of, start, form)]
+    return pulled_back_defect(of, start, form)
 
 
-def _again(f: Any, z: Any, after: Any, scale: Any) -> float:
+def _again(g: Any, z: Vector, after: Vector, scale: Vector) -> float:
     """How far a step made again, after others, is from what it was, relative to the motion."""
-    for other in (z + 0.01 * scale, z - 0.02 * scale):
-        try:
-            f(other)
-        except StepFailure:
-            continue
-    return float((np.abs(f(z) - after) / (np.abs(after) + scale)).max())
+    worst = 0.0
+    for part in (0.01, -0.02, 0.05):
+        g(z + part * scale)
+        gap = np.abs(g(z) - after) / (np.abs(after) + scale)
+        worst = max(worst, float(gap.max()) if np.isfinite(gap).all() else 1.0)
+    return worst
 
 
-def left_by(case: Case, place: Place) -> float:
+def left_by(case: Case, look: Look) -> float:
     """The defect that a method of the order, but not symplectic, would leave: the rest of the
     series of exp(hA) after the power p, A of the rate of the motion there, as that of a Taylor
     method."""
-    p = case.scheme.order or 4
-    z = float(place.step) * place.rate
-    return min(1.0, z ** (p + 1) / math.factorial(p + 1))
+    p = case.scheme.order or UNKNOWN_ORDER
+    z = float(look.step) * look.rate
+    return min(1.0, look.count * z ** (p + 1) / math.factorial(p + 1))
 
 
 def _entry(at: tuple[int, ...], n: int) -> str:
@@ -147,21 +152,20 @@ def _entry(at: tuple[int, ...], n: int) -> str:
     return f"{{{', '.join(names)}}}" if names else ""
 
 
+def _decisive(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """The row whose resolution `ENOUGH` places reach, measured by what would be left there."""
+    seen = [r for r in rows if r["certain"] is not None]
+    reached = sorted(seen, key=lambda r: r["resolution"] / (r["left"] or 2.0**-1022))
+    return reached[min(ENOUGH, len(reached)) - 1]
+
+
 def _measured(rows: list[dict[str, Any]]) -> dict[str, Any]:
     seen = [r for r in rows if r["certain"] is not None]
     if not seen:
-        return {"pullback": None, "poisson": None}
-    reached = sorted(seen, key=lambda r: r["resolution"] / (r["left"] or math.inf))
-    decisive = reached[min(ENOUGH, len(reached)) - 1]
-    return {
-        "pullback": None,
-        "poisson": max(r["poisson"] for r in seen),
-        "certain": max(r["certain"] for r in seen),
-        "resolution": decisive["resolution"],
-        "left": decisive["left"],
-        "noise": max(r["noise"] for r in seen),
-        "residual": max(r["again"] for r in seen),
-    }
+        return {"pullback": None, "poisson": None, "certain": None}
+    found = {name: max(r[name] for r in seen) for name in ("poisson", "certain")}
+    more = {"resolution": _decisive(rows)["resolution"], "residual": max(r["again"] for r in seen)}
+    return {"pullback": None, **found, **more}
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
@@ -171,42 +175,51 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     reason = not_claimed(case.rule, "symplectic")
     if case.scene.force is not None and not reason:
         reason = "forced: the form need not be kept; measured only"
+    if measured["certain"] is None:
+        said = f"the black box makes no step from any place around the motion: {rows[0]['why_not']}"
+        return Verdict("fail", f"{said}.", expected)
+    noise = max(r["noise"] for r in rows)
+    if measured["residual"] > max(AGAIN * case.rule.unit(16), 4 * noise):
+        said = f"the same step made again differs by {measured['residual']:.2g} of the motion: it "
+        said += "is no map of (q, p) and h, but keeps something between calls, or is random; a "
+        said += "method with memory is a class with start, step and read."
+        return Verdict("fail", said, expected)
     if reason:
-        expected["not_demanded"] = reason
-    if measured.get("certain") is None:
-        said = "the black box gives no step at any place that was looked at"
-        return Verdict("fail", f"{said}: {rows[0]['why_not']}.", expected)
-    worst = max((r for r in rows if r["again"] is not None), key=lambda r: r["again"])
-    if worst["again"] > max(AGAIN * case.rule.unit(16), 4 * worst["noise"]):
-        return Verdict(
-            "fail",
-            f"the same step made twice differs by {worst['again']:.2g} of the motion: it is no "
-            "map of (q, p) and h, but keeps something between calls, or is random; a method with "
-            "memory is a class with start, step and read.",
-            expected,
-        )  # fmt: skip
-    if reason:
-        return Verdict("pass", "", expected)
+        return Verdict("pass", "", {**expected, "not_demanded": reason})
+    if (unkept := _volume(case, rows)) and measured["certain"] == 0:
+        return Verdict("fail", unkept, expected)
+    rough = ""
+    if noise:
+        rough = f"; the box is not smooth: it jumps by {noise:.1e} of the motion, as an iteration "
+        rough += "with a loose stop does"
     if measured["certain"] > 0:
         row = max((r for r in rows if r["certain"]), key=lambda r: r["certain"])
         said = (
             f"the form is not kept: its defect is {row['certain']:.2g} beyond every error of the "
         )
         said += f"differences, in {row['entry']} at step {row['step']:.3g}, t = {row['time']:.3g}"
-        return Verdict("fail", f"{said}{_rough(measured)}.", expected)
-    if measured["resolution"] <= RESOLVED * measured["left"]:
-        expected["resolution"] = measured["resolution"]
+        return Verdict("fail", f"{said}{rough}.", expected)
+    left = expected["left"] = _decisive(rows)["left"]
+    if missing := [r for r in rows if r["certain"] is None]:
+        said = f"{len(missing)} of {len(rows)} steps around the motion failed"
+        return Verdict("inconclusive", f"{said}: {missing[0]['why_not']}.", expected)
+    if measured["resolution"] <= RESOLVED * left:
         return Verdict("pass", "", expected)
     said = f"no defect is seen, but one of {measured['resolution']:.1e} could be hidden, where a "
-    said += f"method of this order that is not symplectic would leave {measured['left']:.1e}"
-    return Verdict("inconclusive", f"{said}{_rough(measured)}.", expected)
+    said += f"method of this order that is not symplectic would leave {left:.1e}"
+    return Verdict("inconclusive", f"{said}{rough}.", expected)
 
 
-def _rough(measured: dict[str, Any]) -> str:
-    noise = measured["noise"]
-    if not noise:
+def _volume(case: Case, rows: list[dict[str, Any]]) -> str:
+    """Why volume, if it is claimed, is not kept, a sentence; empty where it is."""
+    if case.rule.claims is None or "volume" not in case.rule.claims.keeps:
+        return ""
+    worst = max(
+        (r for r in rows if r["volume"]), key=lambda r: r["volume"]["certain"], default=None
+    )
+    if worst is None or not worst["volume"]["certain"]:
         return ""
     return (
-        f"; the box is not smooth: it jumps by {noise:.1e} of the motion, as an iteration with a "
-        "loose stop does"
+        f"volume is not kept: a step changes it by {worst['volume']['measured']:.2g}, beyond every "
+        f"error of the differences, at step {worst['step']:.3g}, t = {worst['time']:.3g}."
     )

@@ -1,44 +1,76 @@
-"""Where a map of numbers is looked at: states around the motion and steps, which it cannot know."""
+"""Where a map of numbers is looked at: the places of the evidence, by steps long enough to tell."""
 
 from __future__ import annotations
 
-import hashlib
 import math
+import random
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators.numbers import Matrix, Vector, exact_rational
+from discmech.integrators.numbers import Matrix, Vector
+
+from ..evidence import evidence_of
+from ..evidence.places import random_fraction
 
 ROWS = 400  # steps of the motion that are followed, at most
-APART = 0.15  # of the motion's size, by which places lie off it in every coordinate
-COUNT = 8
-GRID = 2**20  # steps are whole numbers of a scene's step over this: exact, and no power of two
+#: the last of the steps from a place, in radians of the fastest motion there
+FAST = 0.5, 1.0
+MORE = 3  # steps of a run that is looked at as one map: what one step does not know may be between
 
 
 @dataclass(frozen=True)
-class Place:
-    """A state z = (x, μ), a time and a step, both exact, and the rate ‖∂f/∂z‖ there."""
+class Look:
+    """A state z = (x, μ), a time and a step (exact), how many of them, and the rate ‖∂f/∂z‖."""
 
     z: Vector
-    time: Any
-    step: Any
+    time: Fraction
+    step: Fraction
+    count: int
     rate: float
 
 
-@dataclass(frozen=True)
-class Motion:
-    """The motion in numbers: its rows (r, n+m), and the size of each entry (n+m,)."""
+def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
+    """Two looks at each place of the evidence, the size of each entry of z, and the seed.
 
-    rows: Matrix
-    scale: Vector
+    Steps are those of the place and one radian of the fastest motion: long steps tell more, and
+    whether a run of them would be stable is no matter of the form.
+    """
+    evidence = evidence_of(scheme)
+    drawn = random.Random(evidence.seed + 2)
+    system = scheme.flow(scheme.scene.step).system
+    scale = scale_of(scheme)
+    found = []
+    for place in evidence.places:
+        z = np.array([float(e) for e in (*place.x, *place.mu)])
+        fast = rate(system, z, scale, float(place.t))
+        own = min(place.step, Fraction(scheme.scene.step) * random_fraction(drawn, 0.6, 1.7))
+        longest = Fraction(1 / fast) if 0 < fast < math.inf else own
+        steps = own, max(own, longest * random_fraction(drawn, *FAST))
+        found += [Look(z, place.t, step, count, fast)
+                  for step, count in zip(steps, (MORE, 1), strict=True)]  # fmt: skip
+    return found, scale, evidence.seed
 
 
-def motion(flow: Any) -> Motion:
-    """The scene's motion by a method of the bench's own on its field: no box has a part in it."""
-    system, scene = flow.system, flow.scheme.scene
-    run = flow.trajectory(0)
+def scale_of(scheme: Any) -> Vector:
+    """By how much each entry of (x, μ) moves, along a motion that no box has a part in."""
+    found = _motion(scheme)
+    n = scheme.s.n
+    reach, size = np.ptp(found, axis=0), np.abs(found).max(axis=0)
+    # an entry that hardly moves has the size of its value, or of what is like it
+    parts = (slice(0, n), slice(n, None))
+    like = np.concatenate([np.full(len(size[p]), size[p].max(initial=0.0)) for p in parts])
+    scale = np.where(reach > 1e-3 * size, reach, size)
+    scale = np.where(scale > 1e-9 * like, scale, like)
+    return np.where(scale > 0, scale, 1.0)
+
+
+def _motion(scheme: Any) -> Matrix:
+    """Rows of the scene's motion, by a Runge–Kutta method on its field."""
+    flow, scene = scheme.flow(scheme.scene.step), scheme.scene
+    system, run = flow.system, flow.trajectory(0)
     n, h = system.n, float(scene.step)
     z = np.concatenate([run.x[0], run.mu[0]]).astype(float)
     rows, time = [z], 0.0
@@ -55,55 +87,7 @@ def motion(flow: Any) -> Motion:
             break
         time += h
         rows.append(z)
-    found = np.array(rows)
-    reach, size = np.ptp(found, axis=0), np.abs(found).max(axis=0)
-    # an entry that hardly moves has the size of its value, or of what is like it
-    parts = (slice(0, n), slice(n, None))
-    like = np.concatenate([np.full(len(size[p]), size[p].max(initial=0.0)) for p in parts])
-    scale = np.where(reach > 1e-3 * size, np.maximum(reach, 1e-3 * size), size)
-    scale = np.where(scale > 1e-9 * like, scale, like)
-    return Motion(found, np.where(scale > 0, scale, 1.0))
-
-
-def seed_of(scheme: Any) -> int:
-    """A number that belongs to the scene and the rule: from their names, values and text."""
-    scene, rule = scheme.scene, scheme.rule
-    code = getattr(rule.formula, "__code__", None)
-    words = [scene.name, rule.name, repr((scene.parameters, scene.x0, scene.v0, scene.step))]
-    words += [code.co_code.hex()] if code is not None else []
-    return int.from_bytes(hashlib.sha256("\0".join(words).encode()).digest()[:6], "big")
-
-
-def places(scheme: Any, count: int = COUNT) -> tuple[list[Place], Motion]:
-    """`count` places: half on the motion, half off it; steps from half of the scene's to one
-    radian of the fastest motion there, which is far from the stable ones of no method."""
-    random = np.random.default_rng(seed_of(scheme))
-    own = scheme.scene.step
-    flow = scheme.flow(own)
-    moved = motion(flow)
-    found = []
-    for k in range(count):
-        z = moved.rows[random.integers(len(moved.rows))].copy()
-        if k % 2:
-            z += (
-                APART
-                * moved.scale
-                * random.uniform(0.3, 1.0, len(z))
-                * random.choice([-1, 1], len(z))
-            )
-        size = float(own) * random.uniform(0.5, 1.0)
-        time = exact_rational(own, "step") * int(random.integers(100)) if scheme.s.clocked else 0
-        fast = rate(flow.system, z, moved.scale, float(time))
-        # the later the place, the nearer its step to the shortest time of the motion
-        share = (k + random.uniform(0.2, 0.8)) / count
-        size *= max(1.0, 1 / (fast * size)) ** share
-        step = (
-            exact_rational(own, "step")
-            * round(size / float(own) * GRID + random.integers(64))
-            / GRID
-        )
-        found.append(Place(z, time, step, fast))
-    return found, moved
+    return np.array(rows)
 
 
 def rate(system: Any, z: Vector, scale: Vector, time: float) -> float:
