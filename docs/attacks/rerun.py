@@ -1,12 +1,17 @@
-"""The table of docs/verdicts.md once more, each attack in three units of action.
+"""The tables of docs/verdicts.md once more; of the first, each attack in three units of action.
 
 `python rerun.py` prints a line an attack and unit: its verdict, and where another was wanted.
 Exit code 1 if one differs. With words, only attacks whose line holds them.
+
+A row of the second table is `| class | what it is: \`command\` | before | after |`. Its command is
+`discmech ...` or `python FILE.py`, and *after* begins with pass, fail, inconclusive or refused: its
+exit codes 0, 1, 3 and 2. A class that ends with (slow) takes more than three seconds.
 """
 
 import json
 import re
 import shlex
+import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +20,12 @@ from discmech.studies.command import main
 
 HERE = Path(__file__).parent
 ROW = re.compile(r"^\| (.+?) \| `discmech (.+?)` \| .+? \| (pass|fail)", flags=re.M)
+SECOND = re.compile(
+    r"^\| (.+?) \| (?:.*?: )?`((?:discmech|python) .+?)` \| .+? "
+    r"\| (pass|fail|inconclusive|refused)\b",
+    flags=re.M,
+)
+ANSWERS = {0: "pass", 1: "fail", 2: "refused", 3: "inconclusive"}
 #: scenes that are themselves of another unit: the others stand for them
 OWN_UNIT = ("small_action", "large_action", "tiny_action")
 
@@ -25,6 +36,25 @@ def rows():
     return [
         (attack, shlex.split(command), verdict) for attack, command, verdict in ROW.findall(table)
     ]
+
+
+def second_rows():
+    """(class, words of its command, answer, whether it is slow) of each row of the second table."""
+    page = (HERE.parent / "verdicts.md").read_text(encoding="utf-8")
+    _, _, table = page.partition("## The second attack")
+    return [
+        (kind, shlex.split(command), answer, kind.endswith("(slow)"))
+        for kind, command, answer in SECOND.findall(table.partition("\n## ")[0])
+    ]
+
+
+def answer_of(words):
+    """What a command of the second table answers, in a word; it runs in this folder."""
+    program, *rest = words
+    if program == "python":
+        done = subprocess.run([sys.executable, *rest], cwd=HERE, capture_output=True, check=False)
+        return ANSWERS.get(done.returncode, f"exit code {done.returncode}")
+    return ANSWERS[main([*rest, "--jobs", "1"])]
 
 
 def in_unit(words, unit):
@@ -61,6 +91,13 @@ def rerun(asked=""):
             wrong += verdict != wanted
             sign = "" if verdict == wanted else f"  NOT {wanted}"
             print(f"{verdict:13} {unit:9} {attack}{sign}", file=sys.stderr)
+    for kind, words, wanted, _ in second_rows():
+        line = f"{kind}: {shlex.join(words)}"
+        if asked in line:
+            answer = answer_of(words)
+            wrong += answer != wanted
+            sign = "" if answer == wanted else f"  NOT {wanted}"
+            print(f"{answer:13} {line}{sign}", file=sys.stderr)
     return wrong
 
 

@@ -39,8 +39,9 @@ SETTLED = 0.12
 CLEAR_OF_PROGRAM = 100  # round-offs, for a slope to a part in ten
 #: an ordinary step as a part of the time in which the motion is that of a short polynomial
 PART = Fraction(1, 8)
-#: the second of two steps, as a part of the first
-RATIO = 0.35, 0.65
+#: the second of two steps leaves 10^-FALLEN of the first one's error at the expected order, by a
+#: factor drawn from RATIO: over so long a way a factor sin²(log h) is no other order
+FALLEN, RATIO = 8, (0.7, 1.0)
 NEAR = 0.1  # of a local order that is the expected one
 CLEAR = 1000  # round-offs above which an error is the method's, to a part in a thousand
 
@@ -107,7 +108,8 @@ def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrde
         length = PART * min(place.length for place in places)
         power = -float((digits - 14) * part) / (expected + 1)
         first = length * Fraction(10.0**power) * random_fraction(drawn, 0.5, 1)
-        steps = first, first * random_fraction(drawn, *RATIO)
+        shorter = Fraction(10.0 ** (-FALLEN / (expected + 1))) * random_fraction(drawn, *RATIO)
+        steps = first, first * shorter
         flows = [scheme.flow(h, digits) for h in steps]
         left = []
         for place in pending:

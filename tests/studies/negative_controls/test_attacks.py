@@ -1,4 +1,7 @@
-"""The table of docs/verdicts.md: every command has the verdict that stands there, in every unit."""
+"""The tables of docs/verdicts.md: every command has the verdict that stands there.
+
+Those of the first table in every unit of action too.
+"""
 
 from __future__ import annotations
 
@@ -23,3 +26,24 @@ def test_an_attack_has_the_verdict_of_the_table(words, verdict, unit, monkeypatc
     monkeypatch.chdir(ROOT / "docs/attacks")
     asked = RERUN["in_unit"](words, unit) if unit else words
     assert RERUN["verdict_of"](asked) == verdict
+
+
+SECOND = RERUN["second_rows"]()
+
+
+def test_the_second_table_is_read_whole():
+    page = (ROOT / "docs/verdicts.md").read_text("utf-8").partition("## The second attack")[2]
+    lines = [e for e in page.partition("\n## ")[0].splitlines() if e.startswith("|")]
+    assert len(SECOND) == len(lines) - 2, "a row is written in another form than rerun.py reads"
+
+
+@pytest.mark.parametrize(
+    ("words", "answer"),
+    [
+        pytest.param(words, answer, marks=[pytest.mark.slow] if slow else [], id=" ".join(words))
+        for _, words, answer, slow in SECOND
+    ],
+)
+def test_an_attack_has_the_answer_of_the_second_table(words, answer, monkeypatch):
+    monkeypatch.chdir(ROOT / "docs/attacks")
+    assert RERUN["answer_of"](words) == answer
