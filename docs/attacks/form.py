@@ -49,3 +49,15 @@ aff1 = Scene(
     duration=5,
     step="0.05",
 )
+
+#: a spring of ω = 1000 that nothing moves, beside one that moves
+fast_at_rest = Scene(
+    name="fast-at-rest",
+    groupoid=pair(2),
+    parameters={"omega": 1000},
+    lagrangian=lambda x, v, p: v.dot(v) / 2 - x[0] ** 2 / 2 - p.omega**2 * x[1] ** 2 / 2,
+    x0=[1, 0],
+    v0=[0, 0],
+    duration=6,
+    step="0.01",
+)

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from math import ceil, gcd, inf, log2
 from typing import Any
 
 import numpy as np
 
+from ..equations import SceneSymbols, field_parts, mass_matrix
 from ..errors import BadInput, StepFailure
-from ..numbers import Matrix, exact_rational
+from ..numbers import Matrix, arithmetic, exact_rational, numeric
 from .run import Trajectory
 
 ROWS = 8  # times at which runs are compared: errors pass through zero, but not everywhere at once
@@ -24,6 +25,9 @@ CONTRACTS = 2**8
 #: sweeps, of which smaller ones have more: a tenth of the sweeps has to pay for them
 FEWER = 0.9
 SMALLER = (Fraction(3, 2), 2, 3, 4, 6, 8)  # times as many steps that are tried for fewer sweeps
+#: h|λ| of the finest run, λ the eigenvalues of the linearised field: a step that does not resolve
+#: the fastest motion shares its error with one of half the size, which shows nothing of it
+RESOLVED = 1.0
 SAFETY = 2.0  # the step aims at this part of the tolerance
 ROUND_OFF = 16  # units that no tolerance may be below: runs that agree may share their round-off
 
@@ -60,9 +64,13 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
     it is the largest. A part of it, down to an eighth (`SMALLER`), is taken instead where a run
     with that needs fewer sweeps in all.
     flow: step ↦ flow. Numbers of steps are doubled until the error, which runs with h and h/2
-    show, is within the tolerance; the scheme's order then says what the tolerance needs, and a run
-    with that many steps is compared with the best one. Raises `BadInput` for a tolerance that is
-    not positive, and for one that no step of the pilot reaches, with the smallest that one does.
+    show, is within the tolerance, and the run is one that this can be believed of: the finer one
+    resolves the fastest motion (`fastest_rate`); the error fell by half the order or more, or was
+    within the tolerance twice; and a run whose number of steps is odd, in units of `ROWS`, has no
+    larger one than that of the next longer step. The scheme's order then says what the tolerance
+    needs, and a run with that many steps is compared with the best one. Raises `BadInput` for a
+    tolerance that is not positive, and for one that no step of the pilot reaches, with the smallest
+    that one does.
     """
     scene, stated = scheme.scene, scheme.order or 0
     if scene.contact is not None:
@@ -79,24 +87,25 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
     alone = scene.contact is None and whole.stages is not None
 
     @cache
-    def rows_and_sweeps(steps: int) -> tuple[Matrix | None, float]:
-        """The rows of a run, if it has an end; the sweeps of all its steps by fixed point, if so
-        they were made."""
-        pilot = flow(scene.duration / steps)
+    def pilot(steps: int) -> _Pilot:
+        """A run's rows, if it has an end; the sweeps of all its steps by fixed point, if so they
+        were made; the fastest rate at its rows."""
+        run_with = flow(scene.duration / steps)
         if alone:
-            pilot.stages.alone = True
+            run_with.stages.alone = True
         try:
-            run: Trajectory = pilot.trajectory(steps, steps // gcd(steps, ROWS))
+            run: Trajectory = run_with.trajectory(steps, steps // gcd(steps, ROWS))
         except StepFailure as failure:
             failed.append(failure)
-            return None, inf
+            return _Pilot()
         table = np.concatenate([run.x, run.mu], axis=1)
         if not (abs(table) < inf).all():
-            return None, inf
-        return table, run.newton_mean * (steps + 1) if alone else 0.0
+            return _Pilot()
+        sweeps = run.newton_mean * (steps + 1) if alone else 0.0
+        return _Pilot(table, sweeps, fastest_rate(scheme, run))
 
     def error(steps: int, best: int) -> float:
-        (one, _), (other, _) = rows_and_sweeps(steps), rows_and_sweeps(best)
+        one, other = pilot(steps).rows, pilot(best).rows
         if one is None or other is None:
             return inf
         shared = gcd(len(one) - 1, len(other) - 1)  # times of both
@@ -105,17 +114,34 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         off = (abs(one - other) / np.where(sizes == 0, 1, sizes)).max()
         return float(off) / (1 - (steps / best) ** (stated or 1))
 
+    def turns(steps: int) -> float:
+        """h|λ| of a run of so many steps; 0 where it is not known."""
+        return pilot(steps).rate * float(scene.duration) / steps
+
+    def believed(steps: int, found: float) -> bool:
+        """Whether the error of runs with h and h/2 is that of h, and not shared by both."""
+        coarse, best = errors.get(steps // 2, inf), 2 * steps
+        if turns(best) > RESOLVED or coarse == inf:
+            return False
+        if coarse > aim and found > coarse / 2 ** ((stated or 1) / 2):
+            return False
+        odd = ROWS * (3 * steps // (4 * ROWS) | 1)
+        return odd >= steps or error(odd, best) <= max(error(steps // 2, best), aim)
+
     steps, errors, floor = ROWS, dict[int, float](), 0
-    while (found := error(steps, 2 * steps)) > aim:
+    while (found := error(steps, 2 * steps)) > aim or not believed(steps, found):
         # round-off: what was small and fell with the order does not fall any more, twice
         before = errors.get(steps // 2, inf)
-        floor = floor + 1 if found > before / 2 and before < 1e-6 else 0
+        floor = floor + 1 if found > before / 2 and aim < found < before < 1e-6 else 0
         errors[steps] = found
         if alone and steps >= max(CONTRACTS, most // CONTRACTS) and min(errors.values()) == inf:
             steps, alone = ROWS, False
             errors.clear()
-            rows_and_sweeps.cache_clear()
+            pilot.cache_clear()
             continue
+        fastest = pilot(2 * steps).rate
+        if fastest * float(scene.duration) > RESOLVED * most:
+            raise _unresolved(scheme, wanted, fastest, most)
         if floor == 2 or 4 * steps > most:
             raise _unreachable(scheme, wanted, errors, most, failed)
         steps *= 2
@@ -133,13 +159,63 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
             steps, found = less, between
     fewer = steps
     for more in (int(steps * factor) for factor in SMALLER):
-        if not rows_and_sweeps(more)[1] < FEWER * rows_and_sweeps(fewer)[1]:
+        if not pilot(more).sweeps < FEWER * pilot(fewer).sweeps:
             break
         fewer = more
     if fewer > steps and (between := error(fewer, 2 * fewer)) <= wanted:
         steps, found = fewer, between
     step = scene.duration / steps
     return StepChoice(wanted, step, steps, found, order, found / float(step) ** order)
+
+
+@dataclass(frozen=True)
+class _Pilot:
+    """What is left of a pilot's run; without rows it has no end."""
+
+    rows: Matrix | None = None
+    sweeps: float = inf
+    rate: float = 0.0
+
+
+def fastest_rate(scheme: Any, run: Trajectory) -> float:
+    """The largest |λ| at the rows of a run, λ the eigenvalues of the field's derivative there.
+
+    d(ẋ, μ̇)/d(x, μ) along μ = ∂l/∂ξ(x, ξ), in double precision and in one over the unit of time:
+    an angular frequency where a motion oscillates. 0 where there is no continuous field, and under
+    constraints, where it is not that of the motion.
+    """
+    scene, s = scheme.scene, scheme.s
+    if scene.lagrangian is None or scene.constrained:
+        return 0.0
+    function, found = _linearised(s), [0.0]
+    with np.errstate(all="ignore"):
+        p = [float(e) for e in scene.parameter_values]
+        for x, u, mu in zip(
+            *(np.asarray(e, float) for e in (run.base, run.u, run.mu)), strict=True
+        ):
+            try:
+                by_z, by_xi, moving, mass = function(x, u, mu, p)
+                rates = np.linalg.eigvals(by_z + by_xi @ np.linalg.solve(mass, moving))
+            except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+                continue  # no field there, as the run's own numbers say
+            found.append(float(abs(rates).max(initial=0)))
+    return max(rate for rate in found if rate < inf)
+
+
+@lru_cache(maxsize=64)
+def _linearised(s: SceneSymbols) -> Any:
+    letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+    _, *parts = field_parts(s)
+    return numeric(letters, [*parts, mass_matrix(s)], arithmetic(16))
+
+
+def _unresolved(scheme: Any, wanted: float, fastest: float, most: int) -> BadInput:
+    """The error for a motion that is too fast for any step of the pilot."""
+    return BadInput(
+        f"{scheme.scene.name} with {scheme.rule.name}: a tolerance of {wanted:g} cannot be "
+        f"checked, for the fastest motion there has the rate {fastest:.3g}, and a run that "
+        f"resolves it takes more than {most} steps: give a step, or a shorter duration."
+    )
 
 
 def _unreachable(

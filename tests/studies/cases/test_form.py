@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from discmech import Scheme, scenes
-from discmech.integrators import rules
+from discmech.integrators import BadInput, rules
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.numbers.running_error import elimination_sizes
 from discmech.studies import check
@@ -69,7 +69,23 @@ def test_long_compositions_hide_no_wrong_momentum(scene, method):
     assert flow.step_defect(*start, end, mu * (1 + 1e-10), u0=run.u[1]) > 64 * 2.0**-53
 
 
-def test_the_exponential_of_an_algebra_without_a_closed_form_runs_in_stages_with_many_digits():
-    scheme = Scheme(attacks.aff1, rules.get("gauss-2"))
-    double, many = (scheme.flow("0.05", digits).trajectory(2).mu[-1] for digits in (16, 30))
-    assert many.astype(float) == pytest.approx(double, abs=1e-15)
+def test_the_exponential_of_an_algebra_without_a_closed_form_runs_in_stages():
+    flow = Scheme(attacks.aff1, rules.get("gauss-2")).flow("0.05", 20)
+    flow.stages.alone = True
+    end = flow.trajectory(4).mu[-1].astype(float)
+    assert end == pytest.approx([0.19449855, 1.05087612], abs=1e-8)  # by dual-gauss-4
+
+
+@pytest.mark.parametrize("rule", ["gauss-2", "midpoint"])
+def test_a_tolerance_that_no_run_can_check_is_refused(rule):
+    """With ω = 10⁶ runs of h and h/2 agree to 1e-3, and share an error of 0.75 in μ."""
+    stiff = scenes.get("spring-pendulum").with_values(parameters={"stiffness": "1e12"})
+    with pytest.raises(BadInput, match="the fastest motion there has the rate"):
+        Scheme(stiff, rules.get(rule)).flow(tolerance="1e-3")
+
+
+def test_a_fast_motion_that_rests_needs_no_short_step():
+    scheme = Scheme(attacks.fast_at_rest, rules.get("midpoint"))
+    flow = scheme.flow(tolerance="1e-3")
+    assert flow.choice.steps < 1000  # the pilot resolved ω = 1000 with 8192
+    assert flow.trajectory(flow.choice.steps).x[-1, 0] == pytest.approx(np.cos(6), abs=1e-3)
