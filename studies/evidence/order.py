@@ -113,7 +113,7 @@ def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrde
         flows = [scheme.flow(h, digits) for h in steps]
         left = []
         for place in pending:
-            here = _at(scheme, place, flows, digits)
+            here = at_place(scheme, place, flows, digits)
             if all(c.order is None for c in here) and part != SMALL[-1]:
                 left.append(place)
             else:
@@ -177,16 +177,30 @@ def step_errors(
         got, wanted = [*run.x[-1], *run.mu[-1]], [*exact.x, *exact.mu]
         known = [*exact.error_x, *exact.error_mu]
         own = _round_off(flow, place)
-        names = [f"x[{i}]" for i in range(len(exact.x))]
-        names += [f"mu[{i}]" for i in range(len(exact.mu))]
+        names = names_of(exact)
         return [
             (name, abs(mpmath.mpf(a) - b), bound + error)
             for name, a, b, error, bound in zip(names, got, wanted, known, own, strict=True)
         ]
 
 
-def _at(scheme: Scheme, place: Place, flows: Sequence[Flow], digits: int) -> list[ComponentOrder]:
-    """The local order of each component at one place, of the flows of two steps."""
+def names_of(exact: ExactState) -> list[str]:
+    """The components of a state, such as x[0] and mu[2]."""
+    names = [f"x[{i}]" for i in range(len(exact.x))]
+    return names + [f"mu[{i}]" for i in range(len(exact.mu))]
+
+
+def at_place(
+    scheme: Scheme,
+    place: Place,
+    flows: Sequence[Flow],
+    digits: int,
+    unclear: Sequence[Any] = (),
+) -> list[ComponentOrder]:
+    """The local order of each component at one place, of the flows of two steps.
+
+    unclear: what else than the method may do to each component, as a part of the step.
+    """
     steps = [flow.step for flow in flows]
     ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, digits + GUARD)
     both = [step_errors(scheme, place, flow, end) for flow, end in zip(flows, ends, strict=True)]
@@ -194,8 +208,10 @@ def _at(scheme: Scheme, place: Place, flows: Sequence[Flow], digits: int) -> lis
     with mpmath.workdps(digits + GUARD):
         ratio = mpmath.log(mpmath.mpf(steps[0].numerator) / steps[0].denominator
                            * steps[1].denominator / steps[1].numerator)  # fmt: skip
-        for (name, large, _), (_, small, left) in zip(*both, strict=True):
-            if not small > CLEAR * left:
+        parts = unclear or [0] * len(both[0])
+        for (name, large, _), (_, small, left), part in zip(*both, parts, strict=True):
+            also = part * steps[1].numerator / steps[1].denominator
+            if not small > CLEAR * max(left, also):
                 found.append(ComponentOrder(name, None, None, place))
                 continue
             order = float(mpmath.log(large / small) / ratio) - 1

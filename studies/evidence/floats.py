@@ -1,0 +1,182 @@
+"""Whether the floats of a rule explain an order that is too low: it cannot know them better.
+
+1/6 as a float is off by 9e-18. With 50 digits such a method is inconsistent, which is the float's
+fault and not the method's: in double precision nothing of it is ever seen. Each float is moved, and
+a step measured again: so it is known what its last bits do to every component. What the last bits
+of all of them together could do explains an error; a larger one has another cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+from discmech.integrators import BadInput, Scheme, StepFailure
+from discmech.integrators.numbers import mpmath, sympy
+from discmech.integrators.rules import Composition, Discretisation, OneStepMap
+from discmech.reference import surroundings
+
+from .order import (
+    GUARD,
+    NEAR,
+    ComponentOrder,
+    LocalOrder,
+    at_place,
+    digits_for,
+    names_of,
+)
+from .places import Place
+
+BITS = 30  # a fraction with a longer power of 2 below it is a float that somebody wrote or computed
+MOST = 24  # of the floats that are tried
+MOVED = Fraction(1, 2**20)  # of a float: far above its last bit, and small
+#: units of its last bit by which a float that was computed, such as a node of numpy's, may be off
+UNITS = 4
+#: powers of 10, of an ordinary step, of the longer steps that are looked at
+LONGER = (-5, -4, -3, -2)
+
+
+@dataclass(frozen=True)
+class Floats:
+    """The floats of a rule, and what they do to a step.
+
+    values: as they stand in the rule. explain: whether their last bits explain the order that was
+    too low. size: the error of the step beside the motion in it, largest of all components.
+    """
+
+    values: tuple[float, ...]
+    explain: bool
+    size: float
+
+
+def floats_of(scheme: Scheme, local: LocalOrder, wanted: float) -> Floats:
+    """What the floats of a rule have to do with an order below the wanted one (`LocalOrder`)."""
+    place = local.place
+    assert place is not None
+    found = _Seen(scheme.rule)
+    if isinstance(scheme.rule, Composition):
+        return Floats((), False, 0.0)
+    try:
+        Scheme(scheme.scene, found.rule())
+        values = sorted(found.values)[:MOST]
+        if not values:
+            return Floats((), False, 0.0)
+        digits = digits_for(scheme.order or 2)
+        step = Fraction(local.step)
+        own = _end(scheme, place, step, digits)
+        with mpmath.workdps(digits + GUARD):
+            bounds = [mpmath.mpf(0) for _ in own]
+            for value in values:
+                moved = _end(Scheme(scheme.scene, found.rule(value)), place, step, digits)
+                for i, (a, b) in enumerate(zip(moved, own, strict=True)):
+                    bounds[i] += abs(a - b) * UNITS * MOVED.denominator / mpmath.mpf(2) ** 53
+    except (BadInput, StepFailure):
+        return Floats((), False, 0.0)
+    low = {c.name for c in local.components if c.place is place and _is_low(c, wanted)}
+    explain, size = _explained(scheme, place, step, digits, own, bounds, low)
+    explain = explain and _above(scheme, place, step, bounds, wanted)
+    return Floats(tuple(map(float, values)), explain, size)
+
+
+def _is_low(component: ComponentOrder, wanted: float) -> bool:
+    return component.order is not None and component.order < wanted - NEAR
+
+
+def _explained(
+    scheme: Scheme, place: Place, step: Fraction, digits: int, own: Sequence[Any],
+    bounds: Sequence[Any], low: set[str],
+) -> tuple[bool, float]:  # fmt: skip
+    """Whether the errors of the components are within their bounds; the largest beside the motion.
+
+    low: the components whose order is too low.
+    """
+    (exact,) = surroundings(scheme.scene).after(place.x, place.u, place.t, [step], digits + GUARD)
+    size, explain = 0.0, True
+    with mpmath.workdps(digits + GUARD):
+        before, after = [*place.x, *place.mu], [*exact.x, *exact.mu]
+        rows = zip(names_of(exact), own, after, before, bounds, strict=True)
+        for name, got, wanted, start, bound in rows:
+            off, moved = abs(got - wanted), abs(wanted - start)
+            explain = explain and (off <= bound or name not in low)
+            if moved:
+                size = max(size, float(off / moved))
+    return explain, size
+
+
+def _above(
+    scheme: Scheme, place: Place, step: Fraction, bounds: Sequence[Any], wanted: float
+) -> bool:
+    """Whether no lower order shows at longer steps, where errors are clear of what floats do."""
+    digits = digits_for(scheme.order or 2)
+    with mpmath.workdps(digits + GUARD):
+        parts = [bound * step.denominator / step.numerator for bound in bounds]
+    for power in LONGER:
+        first = place.length / 8 * Fraction(10.0**power)
+        flows = [scheme.flow(h, digits) for h in (first, first * Fraction(3, 10))]
+        found = at_place(scheme, place, flows, digits, parts)
+        if any(_is_low(c, wanted) for c in found):
+            return False
+    return True
+
+
+def _end(scheme: Scheme, place: Place, step: Fraction, digits: int) -> list[Any]:
+    run = scheme.flow(step, digits).trajectory(1, **place.start)
+    return [*run.x[-1], *run.mu[-1]]
+
+
+class _Seen:
+    """A rule that notes the floats it makes, or has one of them moved."""
+
+    def __init__(self, rule: Discretisation) -> None:
+        self.given, self.values = rule, set[sympy.Rational]()
+
+    def rule(self, moved: Any = None) -> Discretisation:
+        """The rule with one float moved by `MOVED` of it; with none it notes them all."""
+
+        def changed(expression: Any) -> Any:
+            if isinstance(expression, tuple | list):
+                return type(expression)(map(changed, expression))
+            if hasattr(expression, "applyfunc"):
+                return expression.applyfunc(changed)
+            if not hasattr(expression, "atoms"):
+                expression = sympy.sympify(expression)
+            numbers = expression.atoms(sympy.Number)
+            long = {e: sympy.Rational(e) for e in numbers if _is_float(e)}
+            self.values |= {abs(e) for e in long.values()}
+            factor = 1 + sympy.Rational(MOVED.numerator, MOVED.denominator)
+            return expression.xreplace(
+                {e: r * factor if abs(r) == moved else r for e, r in long.items()}
+            )
+
+        formula = self.given.formula
+
+        def plain(*arguments: Any) -> Any:
+            first, *others = arguments
+            if isinstance(self.given, OneStepMap):
+                first = _Asked(first, changed)
+            return changed(formula(first, *others))
+
+        plain.__name__ = getattr(formula, "__name__", "formula")
+        return replace(self.given, formula=plain)
+
+
+class _Asked:
+    """What a map asks, with its floats changed."""
+
+    def __init__(self, view: Any, changed: Callable[[Any], Any]) -> None:
+        self._view, self._changed = view, changed
+
+    def __getattr__(self, name: str) -> Any:
+        given = getattr(self._view, name)
+        if name not in ("f", "H", "dH", "B"):
+            return given
+        return lambda *at: given(*map(self._changed, at))
+
+
+def _is_float(number: Any) -> bool:
+    """Whether a number is one of 53 bits, and no short fraction."""
+    exact = sympy.Rational(number)
+    q = int(exact.q)
+    return q & (q - 1) == 0 and q.bit_length() > BITS
