@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import BadInput, arguments_checked
+from .claims import Claims
 from .discretisation import Discretisation, checked, described
 
 
@@ -57,12 +58,19 @@ def one_step(
     name: str | None = None,
     source: str = "",
     groupoids: str | Sequence[str] = (),
+    symplectic: bool | None = None,
+    reversible: bool | None = None,
+    keeps: str | Sequence[str] = (),
 ) -> Callable[[Callable[..., Any]], OneStepMap]:
     """Decorator: make a one-step map of a function (s, z, h).
 
     With implicit=True the function is (s, z, Z, h) and gives the residual in the new Z; with
     stages=k it is (s, z, h, K) and gives (Z, residuals of the stages) (`OneStepMap`). groupoids:
-    those on which it exists, as of `discretisation`. Raises `BadInput` as that does, and if both
+    those on which it exists, as of `discretisation`.
+
+    symplectic, reversible, keeps (of "energy", "volume" and names of a scene's quantities): claims.
+    A map that makes one is judged by its claims, and all else is only measured; one that makes none
+    is judged as every rule is. Raises `BadInput` as that does, and if both
     implicit and stages are given.
     """
     where = checked("one_step", "one-step map", order, stages, groupoids)
@@ -70,10 +78,13 @@ def one_step(
         raise BadInput(f"implicit is True or False, not {implicit!r}.")
     if implicit and stages:
         raise BadInput("a one-step map with stages is implicit in these alone: leave implicit out.")
+    claims = Claims.of("one_step", symplectic, reversible, keeps)
+    said = None if claims == Claims() else claims
     wanted = "(s, z, Z, h)" if implicit else "(s, z, h, K)" if stages else "(s, z, h)"
 
     def make(formula: Callable[..., Any]) -> OneStepMap:
         label, about = described("one-step map", formula, wanted, name, source)
-        return OneStepMap(label, formula, order, about, stages, groupoids=where, implicit=implicit)
+        return OneStepMap(label, formula, order, about, stages, groupoids=where, implicit=implicit,
+                          claims=said)  # fmt: skip
 
     return make

@@ -119,7 +119,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             and multipliers.decided(case, rows, certain)
         ):
             break
-        steps = round(first * 2 ** (i / 2) / ends) * ends if program else first * 2**i
+        steps = math.ceil(first * 2 ** (i / 2) / ends) * ends if program else first * 2**i
         progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
         step = duration / steps
         row: dict[str, Any] = {

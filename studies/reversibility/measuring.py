@@ -10,10 +10,21 @@ from typing import Any
 from discmech.integrators.flows import return_defect
 from discmech.integrators.numbers import arithmetic
 
-from ..core.case import Case, Progress, Verdict, silent
+from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..core.claims import not_claimed
 from ..symplecticity.measuring import POINTS, ROUND_OFFS
+from . import in_numbers
 
 NAME = "reversibility"
+
+
+NEEDS = "it needs a rule that claims to be reversible."
+
+
+def cases(choice: Choice) -> list[Case]:
+    """Every scene by every rule that claims to be reversible."""
+    return [c for c in plain_cases(NAME, choice, (16,))
+            if c.rule.claims is not None and c.rule.claims.reversible]  # fmt: skip
 
 
 def limit(digits: int) -> float:
@@ -27,6 +38,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
     Each component is judged by what round-off may do to it, so none hides behind a larger one.
     """
+    if not case.rule.is_formula:
+        return in_numbers.measure(case)
     count = POINTS[case.digits == 16]
     forth = case.scheme.flow(case.scene.step, case.digits)
     back = case.scheme.flow(-case.scene.step, case.digits)
@@ -45,6 +58,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Round-off of two steps, as the symplecticity study has it of one."""
+    if not case.rule.is_formula:
+        return in_numbers.judge(case, measurement)
+    if reason := not_claimed(case.rule, "reversible"):
+        return Verdict("pass", "", {"not_demanded": reason})
     defect, wanted = measurement["measured"]["defect"], limit(case.digits)
     if defect <= wanted:
         return Verdict("pass", "", {"limit": wanted})

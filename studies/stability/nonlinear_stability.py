@@ -68,6 +68,8 @@ def _column(
         told = {"stiffness": float(stiffness), "z": z, "step": float(step)}
         return told | one_run(scheme, step, inside, measures, far)
 
+    if not derived.rule.is_formula:  # a program may not stand two threads
+        return [cell(z) for z in grid(thorough).tolist()]
     return side_by_side(cell, grid(thorough).tolist(), arithmetic(16))
 
 

@@ -7,19 +7,21 @@ their pictures into the test's own folder.
 
 from __future__ import annotations
 
+import inspect
 import re
 import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from discmech.integrators import BadInput, Discretisation, Scene
+from discmech.integrators import BadInput, Discretisation, Scene, black_box
 from discmech.integrators.errors import CannotMeasure, check_names
 from discmech.integrators.numbers import arithmetic, whole_number
 
 from .. import get
 from ..core import lookup
 from ..core.case import Case, Choice, in_chart
+from ..core.claims import claiming
 from ..core.one_case import run_case
 from ..core.shrinking import smallest
 from ..core.study import Study, every_study
@@ -119,7 +121,7 @@ def _assert(
     try:
         where = lookup.scene_given(_in_folder(scene, beside))
         where = where if retraction is None else in_chart(where, retraction)
-        asked = lookup.rule_given(_in_folder(rule, beside))
+        asked = claiming(lookup.rule_given(_in_folder(_boxed(rule), beside)), study.name)
     except BadInput as error:
         raise BadInput(_relative(str(error), beside)) from None  # the traceback is the test's own
     if study.name == "momentum" and not any(q.to_roundoff for q in where.symmetries):
@@ -127,6 +129,8 @@ def _assert(
             f"{where.name} declares no momentum map and no Casimir, so none can be asserted: give "
             "Scene(symmetries=[Conserved(...)]), or pytest.skip() the test for this scene."
         )
+    if not asked.runs_at(digits):
+        digits = 16  # a program has its machine's
     if order is not None or at_least is not None:
         asked = replace(asked, order=order)  # so that it is what the cause is looked for
     case = Case(study.name, where, asked, digits, steps)
@@ -155,6 +159,19 @@ def _assert(
     shown += [f"picture: {picture}"] if picture else []
     next_step = _next_step(result, at_least is None)
     raise Missed("\n".join([*shown, next_step]), result, picture)
+
+
+def _boxed(rule: Any) -> Any:
+    """A plain function (q, p, h, system) or (q, p, h), or a class of such steps, as a black box."""
+    if isinstance(rule, str | Discretisation) or not callable(rule):
+        return rule
+    if inspect.isclass(rule):
+        return black_box()(rule) if hasattr(rule, "start") else rule
+    try:
+        given = list(inspect.signature(rule).parameters)
+    except (TypeError, ValueError):
+        return black_box()(rule)
+    return rule if given[:1] in (["L"], ["s"]) or len(given) not in (3, 4) else black_box()(rule)
 
 
 def _in_folder(thing: Any, folder: Path | None) -> Any:

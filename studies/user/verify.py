@@ -20,7 +20,7 @@ from ..core.cluster import Cluster
 from ..core.record import record
 from ..core.running import Told, about_remembered, run_studies, unheard
 from ..core.store import Store
-from ..core.study import Study
+from ..core.study import Study, every_study
 
 #: one of each kind: pair, group of rigid motions, action, connection, group of rotations, product;
 #: the quickest first, so that verdicts come soon, then those that take longest
@@ -117,6 +117,8 @@ def verify(
     """
     choice = request.choice()
     asked = [get(name) for name in request.studies or studies()]
+    if not request.studies and any(r.claims and r.claims.reversible for r in choice.rules):
+        asked.append(every_study()["reversibility"])
     held = [study for study in asked if list(study.cases(choice))]
     if not held:
         needs = "; ".join(f"{study.name}: {study.needs.rstrip('.')}" for study in asked)

@@ -1,0 +1,116 @@
+"""A step back after a step forth of a program, at places it cannot know, with three answers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import StepFailure
+from discmech.integrators.foreign import derivative, guarded, noise_of
+from discmech.integrators.foreign.differences import FARTHEST
+
+from ..core.case import Case, Verdict
+from ..core.claims import not_claimed
+from ..symplecticity.in_numbers import ENOUGH, RESOLVED, left_by
+from ..symplecticity.places import looks
+
+#: what a program does to its argument beside its result: the rounded state between both steps
+ROUNDED = 4
+
+
+def measure(case: Case) -> dict[str, Any]:
+    """Rows {step, index, time, defect, certain, resolution, left}; measured: the worst of defect
+    and certain, the resolution that `ENOUGH` places reach.
+
+    Where the program takes no negative step and H is even in the momentum, the step back is one
+    forth with momenta that are turned round.
+    """
+    found, scale, seed = looks(case.scheme)
+    rows = []
+    for k, look in enumerate(found):
+        if look.count > 1:
+            continue
+        row: dict[str, Any] = {"step": float(look.step), "index": k, "time": float(look.time),
+                               "defect": None, "why_not": ""}  # fmt: skip
+        rows.append(row)
+        try:
+            row |= _row(case, look, scale, seed + k)
+        except StepFailure as failure:
+            row["why_not"] = failure.cause
+    seen = [r for r in rows if r["defect"] is not None]
+    if not seen:
+        return {"rows": rows, "measured": {"defect": None}}
+    ordered = sorted(seen, key=lambda r: r["resolution"] / (r["left"] or 2.0**-1022))
+    decisive = ordered[min(ENOUGH, len(ordered)) - 1]
+    measured = {name: max(r[name] for r in seen) for name in ("defect", "certain")}
+    return {"rows": rows, "left": decisive["left"],
+            "measured": {**measured, "resolution": decisive["resolution"]}}  # fmt: skip
+
+
+def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
+    scheme: Any = case.scheme
+    size, after = len(look.z), look.time + look.step
+    forth = scheme.flow(look.step).map_of(t0=look.time)
+    back = scheme.flow(-look.step).map_of(t0=after)
+    image = forth(look.z)
+    try:
+        back(image)
+    except StepFailure:
+        if not _even(scheme, look):
+            raise
+        turned = np.concatenate([np.ones(scheme.s.n), -np.ones(size - scheme.s.n)])
+        again = scheme.flow(look.step).map_of()
+
+        def back(z: Any) -> Any:
+            return turned * again(turned * z)
+
+    unit = case.rule.unit(16)
+    noises = [noise_of(guarded(f, size), z, scale, unit, seed)
+              for f, z in ((forth, look.z), (back, image))]  # fmt: skip
+    of = derivative(lambda y: back(image + y), size, scale, noises[1])
+    rough = [FARTHEST * n.level + n.jump for n in noises]
+    rough[0] = rough[0] + ROUNDED * unit * np.abs(image)
+    error = (np.abs(of.value) + of.error) @ rough[0] + rough[1] + ROUNDED * unit * np.abs(look.z)
+    gap = np.abs(back(image) - look.z)
+    return {
+        "defect": float((gap / scale).max()),
+        "certain": float((np.maximum(gap - error, 0) / scale).max()),
+        "resolution": float((error / scale).max()),
+        "left": left_by(case, look),
+    }
+
+
+def _even(scheme: Any, look: Any) -> bool:
+    """Whether time runs back where momenta are turned round: H(q, −p) = H(q, p), and no force."""
+    if scheme.scene.groupoid.kind != "pair" or scheme.scene.clocked:
+        return False
+    system, n = scheme.flow(look.step).system, scheme.s.n
+    values = [system.H(look.z[:n], sign * look.z[n:]) for sign in (1, -1)]
+    return bool(abs(values[0] - values[1]) <= 2.0**-40 * (1 + abs(values[0])))
+
+
+def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Fail what is certain, pass what is resolved."""
+    measured, expected = measurement["measured"], dict[str, Any](resolved=RESOLVED)
+    if reason := not_claimed(case.rule, "reversible"):
+        return Verdict("pass", "", {**expected, "not_demanded": reason})
+    if measured["defect"] is None:
+        why = measurement["rows"][0]["why_not"]
+        return Verdict("inconclusive", f"no step back could be made: {why}.", expected)
+    if measured["certain"] > 0:
+        row = max(measurement["rows"], key=lambda r: r.get("certain") or 0.0)
+        said = (
+            f"a step back misses the start by {measured['certain']:.2g} of the motion beyond all "
+        )
+        said += f"round-off, at step {row['step']:.3g}, t = {row['time']:.3g}: Φ₋ₕ is not the "
+        said += "inverse of Φₕ."
+        return Verdict("fail", said, expected)
+    left = expected["left"] = measurement["left"]
+    if measured["resolution"] <= RESOLVED * left:
+        return Verdict("pass", "", expected)
+    said = (
+        f"a step back misses the start by nothing that is seen, but {measured['resolution']:.1e} "
+    )
+    said += f"could be hidden, where a method of this order may leave {left:.1e}."
+    return Verdict("inconclusive", said, expected)
