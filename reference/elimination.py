@@ -8,13 +8,16 @@ import sympy
 
 from .failures import ReferenceFailure
 
+ROUND_OFF = sympy.Float("1e-30")  # of numbers of 40 digits
+
 
 def explicit_rates(
     name: str, mass: sympy.Matrix, force: sympy.Matrix, start: dict[Any, Any], velocities: int
 ) -> tuple[list[tuple[Any, Any]], list[sympy.Expr]]:
     """Solve mass * rate = force; with a variable mass matrix as a list of assignments.
 
-    Gaussian elimination; each pivot is the largest of its column at the start. The rows of the
+    Gaussian elimination; each pivot is the largest of its column at the start, and zero where it is
+    round-off of the terms that it was the sum of: a threshold would know a unit. The rows of the
     ``velocities`` come first, whose mass matrix is regular: a constraint's row as a pivot may pass
     through zero later.
     """
@@ -46,18 +49,23 @@ def explicit_rates(
         values[symbol] = value(expression)
         return symbol
 
+    terms = [[sum(abs(value(t)) for t in sympy.Add.make_args(work[r, j])) for j in range(m)]
+             for r in range(m)]  # fmt: skip
     for i in range(m):
         for j in range(m + 1):
             work[i, j] = hold(work[i, j])
     for c in range(m):
         sizes = [abs(value(work[r, c])) for r in range(c, velocities if c < velocities else m)]
         best = max(range(len(sizes)), key=lambda r: sizes[r])
-        if not sizes[best] > sympy.Float("1e-30"):
+        if not sizes[best] > ROUND_OFF * terms[c + best][c]:
             raise singular if c < velocities else dependent
         work.row_swap(c, c + best)
+        terms[c], terms[c + best] = terms[c + best], terms[c]
         for r in range(c + 1, m):
             factor = hold(work[r, c] / work[c, c])
             for j in range(c + 1, m + 1):
+                if j < m:
+                    terms[r][j] += abs(value(factor)) * terms[c][j]
                 work[r, j] = hold(work[r, j] - factor * work[c, j])
     rates: list[sympy.Expr] = [sympy.S.Zero] * m
     for r in reversed(range(m)):

@@ -31,6 +31,8 @@ class Independence:
     def __init__(self, equations: Equations) -> None:
         self.name, self.size = equations.name, len(equations.states)
         self.width = equations.dim_u
+        #: the largest entry of each column that was met: what a velocity is told in has no say
+        self.units = np.zeros(self.width)
         self.program = compile_series(
             replace(equations, assignments=(), rates=equations.constraints)
         )
@@ -74,10 +76,14 @@ class Independence:
         m, (centre, _), (values, _) = self.width, self.rows(middle), self.rows(box)
         k = len(values) // m
         A = np.array([float(e.mid()) for e in centre]).reshape(k, m)
-        lengths = np.linalg.norm(A, axis=1)
-        if not (np.isfinite(A).all() and lengths.all()):
+        if not np.isfinite(A).all():
             return False
-        right = np.linalg.pinv(A / lengths[:, None]) / lengths
+        self.units = np.maximum(self.units, abs(A).max(axis=0))
+        units = np.where(self.units == 0, 1, self.units)
+        lengths = np.linalg.norm(A / units, axis=1)
+        if not lengths.all():
+            return False
+        right = np.linalg.pinv(A / units / lengths[:, None]) / lengths / units[:, None]
         off = arb_mat(k, m, values) * arb_mat(m, k, right.ravel().tolist())
         rows = ([abs(off[i, j] - int(i == j)) for j in range(k)] for i in range(k))
         return all(sum(row) < 1 for row in rows)

@@ -112,13 +112,34 @@ def multipliers(scene: Any, at: Solution) -> list[Any]:
     with mpmath.workdps(at.certain_digits + 15):
         t = mpmath.mpf(at.t.numerator) / at.t.denominator
         mass, force = functions(*at.x, *at.v, t)
+        units = mpmath.diag(_units(mass, k))
         try:
-            found = mpmath.lu_solve(mass, force)
+            found = units * mpmath.lu_solve(units * mass * units, units * force)
         except ZeroDivisionError:
             raise ReferenceFailure(
                 f"the constraints of scene {scene.name} are dependent at t = {float(at.t):.3g}"
             ) from None
         return list(found)[-k:]
+
+
+def _units(matrix: Any, k: int) -> list[Any]:
+    """Powers of two for the m velocities and k multipliers of [[M, −Aᵀ], [A, 0]].
+
+    By them rows and columns are multiplied, so that the diagonal of M and the largest entry of
+    each row of A are near 1: mpmath calls a pivot zero that is small beside the largest entry,
+    whatever their units are.
+    """
+    import mpmath
+
+    m, one = matrix.rows - k, mpmath.mpf(1)
+    found = list[Any]()
+    for i in range(m):
+        size = abs(matrix[i, i]) or max(abs(matrix[i, j]) for j in range(m)) or one
+        found.append(mpmath.ldexp(one, -(mpmath.frexp(size)[1] // 2)))
+    for i in range(m, m + k):
+        size = max(abs(matrix[i, j] * found[j]) for j in range(m)) or one
+        found.append(mpmath.ldexp(one, -mpmath.frexp(size)[1]))
+    return found
 
 
 @lru_cache

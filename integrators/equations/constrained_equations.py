@@ -17,14 +17,18 @@ from types import SimpleNamespace
 from typing import Any
 
 from ..errors import BadInput, CannotMeasure
-from ..numbers import evaluate_matrix, sympy, to_sympy
-from ..numbers.types import SymbolicMatrix
+from ..numbers import evaluate_matrix, null_direction, shown, sympy, to_sympy
 from ..rules import Discretisation
+from .absolute_terms import absolute_terms
+from .checks import named, singular
 from .constraints import constraint, constraint_matrix
-from .continuous import momentum
+from .continuous import mass_matrix, momentum
 from .discrete_equations import DiscreteEquations
 from .one_step_equations import OneStepEquations, over
 from .symbols import SceneSymbols, column, vector
+
+#: of the terms that an entry is the sum of: round-off of numbers of 30 digits
+NONE = 1e-20
 
 
 class ConstrainedEquations(OneStepEquations):
@@ -111,21 +115,35 @@ class ConstrainedEquations(OneStepEquations):
             )
 
     def check_regular(self, scene: Any) -> None:
-        """Raise `BadInput` where constraints follow from others, or one vanishes, at the start."""
-        s = self.s
-        at = dict(zip(s.position, map(to_sympy, scene.x0), strict=True))
-        A = constraint_matrix(s, s.x).xreplace(at | s.exact_parameters(scene))
-        matrix: SymbolicMatrix = evaluate_matrix(A, 30)
-        for i in range(matrix.rows):
-            if all(abs(e) < 1e-20 for e in matrix[i, :]):
-                raise BadInput(
-                    f"{scene.name}: constraint {i} has the row A = 0 at x0, so it restricts no "
-                    "velocity there; leave it out, or begin elsewhere."
-                )
-        if matrix.rows > matrix.cols or abs((matrix * matrix.T).det()) < 1e-20:
+        """Raise `BadInput` for redundant constraints and where ∂²l/∂ξ² is singular everywhere.
+
+        Redundant are those that follow from others, or vanish, at the start. Constraints may hold a
+        velocity without mass, but μ does not tell it: (x, μ) is no state then.
+        """
+        s, name = self.s, scene.name
+        for direction in singular({"": mass_matrix(s)}, s, s.x, s.u, scene).values():
             raise BadInput(
-                f"{scene.name}: the constraints are redundant: at x0 a row of A(x) follows from "
-                "the others; leave it out."
+                f"{named(name, self.rule)}: the mass matrix ∂²l/∂ξ² is singular everywhere, in the "
+                f"direction ({shown(direction)}) of ξ; every velocity needs its kinetic energy, "
+                "those that constraints hold too: leave such a coordinate out, or give it a mass."
+            )
+        at = dict(zip(s.position, map(to_sympy, scene.x0), strict=True))
+        at |= s.exact_parameters(scene)
+        symbolic = constraint_matrix(s, s.x)
+        A, sizes = (
+            evaluate_matrix(m.xreplace(at), 30)
+            for m in (symbolic, symbolic.applyfunc(absolute_terms))
+        )
+        for i in range(A.rows):
+            if all(abs(e) <= NONE * size for e, size in zip(A[i, :], sizes[i, :], strict=True)):
+                raise BadInput(
+                    f"{name}: constraint {i} has the row A = 0 at x0, so it restricts no velocity "
+                    "there; leave it out, or begin elsewhere."
+                )
+        if A.rows > A.cols or null_direction(A.T, NONE) is not None:
+            raise BadInput(
+                f"{name}: the constraints are redundant: at x0 a row of A(x) follows from the "
+                "others; leave it out."
             )
 
     def _without(self, name: str) -> str:

@@ -25,8 +25,9 @@ def step_system(
 
     adjoint: the equations of the adjoint, where substeps of a composition are steps of it.
     """
+    other = None if adjoint is None else step_system(adjoint)
     if isinstance(equations, OneStepEquations):
-        return replace(equations.system, composed=composed)
+        return replace(equations.system, composed=composed, adjoint=other)
     s, at_points, element = equations.s, equations.at_points, equations.element
     h = equations.h
     rows, gain = over(at_points.system, h), over(at_points.gain, h)
@@ -54,7 +55,7 @@ def step_system(
         branch=None if element is None else element.branch,
         constants=dict(s.constants),
         composed=composed,
-        adjoint=None if adjoint is None else step_system(adjoint),
+        adjoint=other,
     )
 
 

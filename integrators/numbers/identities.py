@@ -102,12 +102,15 @@ def null_direction(matrix: SymbolicMatrix, tolerance: float = 1e-20) -> Symbolic
 
     One with an entry that is no finite real number says nothing: a root of what is negative at this
     point may be real at others.
-    Rows are scaled first and pivots normalised on the way, so that masses of any size count alike.
+    Rows and then columns are scaled first and pivots normalised on the way, so that masses of any
+    size and in any unit count alike.
     """
     if not all(e.is_real and e.is_finite for e in matrix):
         return None
     sizes = [max((abs(e) for e in matrix[i, :]), default=0) or 1 for i in range(matrix.rows)]
     scaled = sympy.Matrix(*matrix.shape, lambda i, j: matrix[i, j] / sizes[i])
+    widths = [max((abs(e) for e in scaled[:, j]), default=0) or 1 for j in range(matrix.cols)]
+    scaled = sympy.Matrix(*matrix.shape, lambda i, j: scaled[i, j] / widths[j])
     if scaled and np.linalg.cond(np.array(scaled.tolist(), dtype=float)) < 1e8:
         return None  # regular, whatever the round-off of this quick look
     reduced, pivots = scaled.rref(iszerofunc=lambda e: abs(e) <= tolerance, normalize_last=False)
@@ -117,5 +120,5 @@ def null_direction(matrix: SymbolicMatrix, tolerance: float = 1e-20) -> Symbolic
     direction = sympy.zeros(matrix.cols, 1)
     direction[free[0]] = 1
     for i, j in enumerate(pivots):
-        direction[j] = -reduced[i, free[0]]
+        direction[j] = -reduced[i, free[0]] * widths[free[0]] / widths[j]
     return direction
