@@ -69,7 +69,12 @@ def compile(system: System, numbers: Arithmetic, omit: frozenset[str] = frozense
     """
     text = kernel_text(system, omit)
     multiple = isinstance(numbers, Multiple)
-    kernels = interpreted(text, numbers) if multiple else compiled_text(system, text)
+    if multiple:
+        # when the sum of |w| shows no more change, velocities beside impulses of another unit may
+        more = {"MARGIN": numbers.number(2**120)} if system.more else {}
+        kernels = interpreted(text, numbers, **more)
+    else:
+        kernels = compiled_text(system, text)
     return replace(kernels, exchanging=partial(_exchanging, system, numbers, omit))
 
 

@@ -126,9 +126,12 @@ class Study:
         return [] if told is None else list(told(case))
 
     def notes(self, choice: Choice) -> list[str]:
-        """What is to be said of the whole study."""
+        """What is to be said of the whole study, of the chosen systems that it is for."""
+        from .case import judged_alone
+
         said = getattr(self.measuring, "notes", None)
-        return [] if said is None else list(said(choice))
+        own = tuple(e for e in choice.scenes if judged_alone(e) in ("", self.name))
+        return [] if said is None else list(said(replace(choice, scenes=own)))
 
     def completed(self, result: dict[str, Any]) -> dict[str, Any]:
         """The result of all cases, with what is said of them together."""

@@ -10,12 +10,12 @@ import pytest
 import sympy
 
 from discmech import BadInput, Lattice, Scheme, discretisation, pair
-from discmech.integrators import rules
+from discmech.integrators import rules, scenes
 from discmech.integrators.lattices import DualStep, LatticeRun, systems
 from discmech.integrators.lattices.lattice_equations import LatticeEquations
 from discmech.integrators.lattices.sparse_steps import RELAXED
 from discmech.studies import check, get
-from discmech.studies.core.case import Case
+from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.one_case import run_case
 from discmech.studies.lattices import following, measuring, quantities, residual
@@ -307,3 +307,10 @@ def test_a_leapfrog_beyond_its_limit_is_a_fail():
     edge = ring("edge", (-1.0) ** np.arange(16)[:, None], "1.0001")
     (found,) = check("lattices", [edge], ["trapezoidal"], steps=2000)["cases"]
     assert found["verdict"] == "fail"
+
+
+def test_a_report_of_a_scene_and_a_lattice_says_of_each_what_is_for_it():
+    """Other people's integrators were asked whether a lattice has constraints."""
+    chosen = Choice(scenes=(scenes.get("cartesian-pendulum"), systems.get("breather")))
+    said = " ".join(get("work-precision").notes(chosen))
+    assert "cartesian-pendulum is left out" in said and "breather" not in said
