@@ -221,7 +221,10 @@ def restricted_form_defect(
     """
     context = flow.context.exactly
     if not flow.scheme.scene.constrained or context.substeps:
-        raise CannotMeasure(f"{flow.scheme.scene.name}: a step is none of one with constraints.")
+        raise CannotMeasure(
+            f"{flow.scheme.scene.name} has no constraints (or the rule has several substeps), so "
+            "there is no form on what they leave."
+        )
     with context.numbers.working():
         here = context.vectors(x, mu)
         start = context.start(*here, _start(context, u0))

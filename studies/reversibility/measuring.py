@@ -5,17 +5,24 @@ Not a study of its own: what `assert_reversible` measures.
 
 from __future__ import annotations
 
+import random
+from itertools import islice
 from typing import Any
 
+from discmech.integrators import StepFailure
 from discmech.integrators.flows import return_defect
 from discmech.integrators.numbers import arithmetic
+from discmech.reference import ReferenceFailure
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.claims import not_claimed
+from ..evidence import evidence_of
+from ..evidence.places import steps_from
 from ..symplecticity.measuring import POINTS, ROUND_OFFS
 from . import in_numbers
 
 NAME = "reversibility"
+DIGITS, TRIES = 30, 4  # of steps from drawn places, and ever shorter ones where none is found
 
 
 NEEDS = "it needs a rule that claims to be reversible."
@@ -53,7 +60,34 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         defect = float(return_defect(forth, back, *start, (again.base[-1], again.mu[-1])))
         rows.append({"step": float(case.scene.step), "index": k, "time": float(run.t[k]),
                      "defect": defect})  # fmt: skip
-    return {"rows": rows, "measured": {"defect": max(row["defect"] for row in rows)}}
+    measured = {"defect": max(row["defect"] for row in rows)}
+    return {"rows": rows, "measured": measured, "local": _at_places(case)}
+
+
+def _at_places(case: Case) -> dict[str, Any] | None:
+    """The worst `return_defect` of steps from the places of the evidence: {defect, limit, step,
+    place, seed}; None where there is no place."""
+    evidence = evidence_of(case.scheme)
+    worst: dict[str, Any] | None = None
+    try:
+        places = evidence.places
+    except ReferenceFailure:  # there are no continuous equations
+        return None
+    drawn = random.Random(evidence.seed + 3)
+    for place in places:
+        for step in islice(steps_from(place, drawn), TRIES):
+            forth, back = (case.scheme.flow(sign * step, DIGITS) for sign in (1, -1))
+            x = case.scheme.s.with_time(place.x, place.t)
+            try:
+                defect = float(return_defect(forth, back, x, place.mu, place.u))
+            except StepFailure:
+                continue
+            if worst is None or not defect <= worst["defect"]:
+                of_maps = forth.context.exactly.numbers.digits
+                worst = {"defect": defect, "limit": limit(of_maps), "step": float(step),
+                         "place": str(place), "seed": evidence.seed}  # fmt: skip
+            break
+    return worst
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
@@ -63,8 +97,15 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {"not_demanded": reason})
     defect, wanted = measurement["measured"]["defect"], limit(case.digits)
+    local = measurement.get("local")
     if defect <= wanted:
-        return Verdict("pass", "", {"limit": wanted})
+        if local is None or local["defect"] <= local["limit"]:
+            return Verdict("pass", "", {"limit": wanted})
+        said = f"the run goes back to round-off, but a step of {local['step']:.3g} from "
+        said += f"{local['place']}, a place that was drawn around the motion (seed "
+        said += f"{local['seed']}), and back misses it by {local['defect']:.2g} of the terms, "
+        said += f"where round-off would leave {local['limit']:.0e}: Φ₋ₕ is not the inverse of Φₕ."
+        return Verdict("fail", said, {"limit": wanted})
     said = f"a step back misses the start by {defect:.2g} of the terms that the two steps add up, "
     said += f"where round-off would leave {wanted:.0e}: Φ₋ₕ is not the inverse of Φₕ."
     return Verdict("fail", said, {"limit": wanted})

@@ -18,11 +18,13 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import form_change_defects, restricted_form_defect
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.rules import OneStepMap
+from discmech.reference import ReferenceFailure
 
 from ..core import controls
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.claims import not_claimed
 from ..core.runs import follow, largest_stable_step
+from ..evidence import evidence_of
 from . import in_numbers
 from .constraints import constraint_defect
 
@@ -143,9 +145,32 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if "volume" in _kinds(case):
         own = [row["contraction"] for row in rows if row["step"] == float(case.scene.step)]
         found["measured"]["contraction"] = sum(own) / len(own)
+    if not case.control:
+        progress(f"{label}: steps from drawn places", 1.0)
+        found["local"] = _at_places(case)
     if largest != tried:  # a step this long could not be followed; the last rows are of a part
         found["left_out_step"] = float(tried)
     return found
+
+
+def _at_places(case: Case) -> dict[str, Any]:
+    """The worst step of the evidence: {kind, defect, limit, step, place, seed}, or {unknown}."""
+    evidence = evidence_of(case.scheme)
+    try:
+        found = evidence.form
+    except ReferenceFailure as failure:  # there are no places around the motion
+        return {"unknown": " ".join(str(failure).split())}
+    worst = found.worst
+    if worst is None:
+        return {"unknown": found.unknown}
+    return {"kind": worst.kind, "defect": worst.defect, "limit": found.limit, "step": worst.step,
+            "place": str(worst.place), "seed": evidence.seed}  # fmt: skip
+
+
+def _broken_at(measurement: dict[str, Any]) -> dict[str, Any] | None:
+    """The step from a drawn place that does not keep the form, if there is one."""
+    local = measurement.get("local") or {"unknown": ""}
+    return None if "unknown" in local or local["defect"] <= local["limit"] else local
 
 
 def _rows(case: Case, largest: Fraction) -> tuple[list[dict[str, Any]], Fraction]:
@@ -260,7 +285,12 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         expected |= {"not_demanded": reason, "demanded": list(demanded(case))}
     broken = _broken(case, measurement)
     if not broken:
-        return Verdict("pass", "", expected)
+        if (local := _broken_at(measurement)) is None:
+            return Verdict("pass", "", expected)
+        said = f"the run keeps the form, but the {local['kind']} defect is {local['defect']:.2g} "
+        said += f"in a step of {local['step']:.3g} from {local['place']}, a place that was drawn "
+        said += f"around the motion (seed {local['seed']}); round-off would leave at most "
+        return Verdict("fail", f"{said}{local['limit']:.0e}.", expected)
     kind, row = _seen_in(broken, measurement)
     said = f"the {kind} defect is {broken[kind]:.2g} at step {row['step']:.3g}, "
     said += f"t = {row['time']:.3g}; round-off would leave at most {allowed[kind]:.0e}."
@@ -287,6 +317,9 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
             "discrete force", "F± are not those of one discrete Lagrangian with the force that "
             "acts where the rule asks for L.", {},
         )  # fmt: skip
+    if not broken:  # at the places alone, where no solver has a part
+        return named("structure", "the step itself does not keep the form; the run's states, steps "
+                     "and times hide it.", {}) if _broken_at(measurement) else None  # fmt: skip
     # where a form is broken, the maps are; the residual alone speaks of the run
     kind, row = _seen_in({k: broken[k] for k in FORMS if k in broken} or broken, measurement)
     from ..causes.solver_sweep import of_symplecticity

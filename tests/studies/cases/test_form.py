@@ -10,26 +10,19 @@ from discmech import Scheme, scenes
 from discmech.integrators import BadInput, rules
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.numbers.running_error import elimination_sizes
-from discmech.studies import check
 from discmech.studies.user.assertions import Missed, assert_reversible
 
 HERE = Path(__file__).parents[3] / "docs" / "attacks" / "form.py"
 
 
 def _loaded(path):
-    spec = importlib.util.spec_from_file_location("form", path)
+    spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
-attacks = _loaded(HERE)
-
-
-def test_a_symplectic_map_with_a_slope_that_elimination_fills_keeps_the_bracket():
-    found = check("symplecticity", scenes=["kepler", "spring-pendulum"],
-                  rules=[attacks.symplectic_euler], digits=[16])  # fmt: skip
-    assert [case["verdict"] for case in found["cases"]] == ["pass", "pass"]
+attacks, of_order = _loaded(HERE), _loaded(HERE.with_name("order.py"))
 
 
 def test_the_bound_of_an_elimination_has_what_it_fills():
@@ -89,3 +82,8 @@ def test_a_fast_motion_that_rests_needs_no_short_step():
     flow = scheme.flow(tolerance="1e-3")
     assert flow.choice.steps < 1000  # the pilot resolved ω = 1000 with 8192
     assert flow.trajectory(flow.choice.steps).x[-1, 0] == pytest.approx(np.cos(6), abs=1e-3)
+
+
+def test_a_step_back_is_judged_off_the_plane_of_the_motion():
+    with pytest.raises(Missed, match="a place that was drawn around the motion"):
+        assert_reversible(of_order.damped_off_plane, of_order.planar, digits=16)

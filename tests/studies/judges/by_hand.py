@@ -25,7 +25,8 @@ def case(digits=16, order=2, control=None, scene=None, **others):
     scheme = SimpleNamespace(order=order, rule=rule("midpoint"), substeps=[1])
     return SimpleNamespace(
         digits=digits, control=control, scheme=SimpleNamespace(**vars(scheme) | others),
-        rule=SimpleNamespace(order=order), scene=SimpleNamespace(**plain | (scene or {})),
+        rule=SimpleNamespace(order=order, is_formula=True),
+        scene=SimpleNamespace(**plain | (scene or {})),
     )  # fmt: skip
 
 
