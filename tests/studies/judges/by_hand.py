@@ -3,6 +3,7 @@
 `make mutants` changes the judges one operator, number or branch at a time; the tests here notice.
 """
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -25,7 +26,7 @@ def case(digits=16, order=2, control=None, scene=None, **others):
     scheme = SimpleNamespace(order=order, rule=rule("midpoint"), substeps=[1])
     return SimpleNamespace(
         digits=digits, control=control, scheme=SimpleNamespace(**vars(scheme) | others),
-        rule=SimpleNamespace(order=order, is_formula=True),
+        rule=SimpleNamespace(**vars(replace(rule("midpoint"), order=order)), is_formula=True),
         scene=SimpleNamespace(**plain | (scene or {})),
     )  # fmt: skip
 
