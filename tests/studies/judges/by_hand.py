@@ -26,7 +26,7 @@ def case(digits=16, order=2, control=None, scene=None, **others):
     scheme = SimpleNamespace(order=order, rule=rule("midpoint"), substeps=[1])
     return SimpleNamespace(
         digits=digits, control=control, scheme=SimpleNamespace(**vars(scheme) | others),
-        rule=SimpleNamespace(**vars(replace(rule("midpoint"), order=order)), is_formula=True),
+        rule=replace(rule("midpoint"), order=order),
         scene=SimpleNamespace(**plain | (scene or {})),
     )  # fmt: skip
 

@@ -1,6 +1,7 @@
 """The judge of orders: at its limits and beside them."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -44,7 +45,7 @@ def test_an_order_may_be_undeclared_or_lost_in_the_chart():
     verdict, reason, expected = order_of(7.0, case(order=None))
     assert (verdict, expected["order"]) == ("pass", None) and "declares no order" in reason
     of = case()
-    of.rule.order = 4
+    of.rule = replace(of.rule, order=4)
     assert order_of(2.0, of)[2] == {"order": 2, "tolerance": 0.05, "declared": 4}
     of.rule.order = 2
     assert "declared" not in order_of(2.0, of)[2]
