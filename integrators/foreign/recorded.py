@@ -36,6 +36,11 @@ class Recorded(BlackBox):
     #: the scene that the runs are of; any that they fit if empty
     scene: str = ""
 
+    @property
+    def is_recorded(self) -> bool:
+        """Yes: no further step can be made."""
+        return True
+
     def measured_by(self, study: str) -> bool:
         """Whether the study asks for runs alone."""
         return study in MEASURED_BY

@@ -33,7 +33,7 @@ CHANCE = 1e-4
 WHOLE = 0.01
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """A recorded run: t (r,), x (r, n), mu (r, m), and the step.
 

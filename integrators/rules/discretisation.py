@@ -63,6 +63,11 @@ class Discretisation:
         """What tells it from another of the same name, beside the text of its formula."""
         return ""
 
+    @property
+    def is_recorded(self) -> bool:
+        """Whether it is runs that were made before, so that no further step can be made."""
+        return False
+
     def measured_by(self, study: str) -> bool:
         """Whether a study of that name can measure it: of what can make any step always."""
         return True

@@ -62,7 +62,8 @@ class Choice:
             if isinstance(scene, Lattice):  # its equations are those of a site and of a bond
                 continue
             for chart in self.charts(scene):
-                apply = [rule for rule in rules if rule.applies(chart)]
+                not_meant = [name for at, name in self.asked("not_meant", ()) if at == scene.name]
+                apply = [r for r in rules if r.applies(chart) and r.name not in not_meant]
                 if not apply and self.scenes and scene.discrete_lagrangian is not None:
                     apply = [discretisations.own]
                 yield from ((chart, rule) for rule in apply)

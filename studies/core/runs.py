@@ -22,6 +22,7 @@ from discmech.integrators.equations import (
 )
 from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import Flow, Trajectory
+from discmech.integrators.foreign import RecordedScheme
 from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
 
 from .case import Case, Progress, judged_alone
@@ -47,9 +48,12 @@ _latest: dict[tuple[Any, ...], Trajectory] = {}
 def long_run(case: Case, scheme: Scheme, steps: int, progress: Progress) -> Trajectory:
     """`steps` steps at the scene's step, up to a million rows kept, with progress.
 
-    The run that was made last is not made again, once: so that of momentum serves energy too.
+    Of recorded runs it is the one of the smallest step. The run that was made last is not made
+    again, once: so that of momentum serves energy too.
     Raises `CannotMeasure` where the motion itself leaves every bound (`follow`).
     """
+    if isinstance(scheme, RecordedScheme):
+        return scheme.runs[-1]
     key = (scheme, case.scene.step, steps, case.digits)
     latest = _latest.pop(key, None)
     _latest.clear()  # before the next takes its room
@@ -159,6 +163,11 @@ def _end_of(scene: Scene, time: float) -> MotionEnds | None:
     except (reference.ReferenceFailure, BadInput):
         pass
     return None
+
+
+def recorded_run(case: Case) -> Trajectory | None:
+    """The run that stands for long ones where runs were recorded: that of the smallest step."""
+    return case.scheme.runs[-1] if isinstance(case.scheme, RecordedScheme) else None
 
 
 def usual_steps(case: Case, claimed: bool = True) -> int:

@@ -14,7 +14,15 @@ from discmech.integrators.scene import Conserved
 from ..causes.round_off import lost_one_way, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.claims import claimed_names
-from ..core.runs import bins, interval, long_run, relative_drifts, usual_steps, with_terms
+from ..core.runs import (
+    bins,
+    interval,
+    long_run,
+    recorded_run,
+    relative_drifts,
+    usual_steps,
+    with_terms,
+)
 from .cause import cause_of_drift
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .work import less_work
@@ -53,6 +61,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if not measured_in(case):
         raise BadInput(f"{case.scene.name} with {case.label}: momentum cannot be measured: {NEEDS}")
     steps = case.steps or (usual_steps(case, bool(_claimed(case))) if case.digits == 16 else 100)
+    apart, size = interval(steps), case.scene.step
+    if (made := recorded_run(case)) is not None:
+        steps, apart, size = made.steps, made.steps // (len(made.t) - 1), made.step
     kept, measured = kept_in(case), measured_in(case)
     series: dict[str, np.ndarray] = {}
     units: dict[str, tuple[float, float]] = {}
@@ -63,7 +74,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             run = long_run(case, scheme, steps, progress)
             drifts = {}
             for q in whole:
-                formula = formula_of(scheme, q, case.scene.step)
+                formula = formula_of(scheme, q, size)
                 found = with_terms(scheme, formula, case.digits)(run)
                 drifts[q.name] = relative_drifts(found, case.digits)
                 units[q.name] = round_offs(scheme, formula, run, found[1], case.digits)
@@ -75,15 +86,15 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     for q in worked:
         series[q.name], units[q.name] = less_work(case, q, min(WORKED, steps))
     rows = []
-    each = {q.name: 1 if q.stretch is None else interval(steps) for q in kept}
-    each |= {q.name: interval(steps) for q in worked}
-    for first, last in bins(steps // interval(steps) + 1, ROWS):
-        step = min((last - 1) * interval(steps), steps)
+    each = {q.name: 1 if q.stretch is None else apart for q in kept}
+    each |= {q.name: apart for q in worked}
+    for first, last in bins(steps // apart + 1, ROWS):
+        step = min((last - 1) * apart, steps)
         drift = {
             name: _worst(values, first * each[name], last * each[name])
             for name, values in series.items()
         }
-        rows.append({"step": step, "time": float(step * case.scene.step), "drift": drift})
+        rows.append({"step": step, "time": float(step * size), "drift": drift})
     worst = {name: float(drift.max()) for name, drift in series.items()}
     result = {"rows": rows, "measured": {"drift": worst}, "steps": steps, "units": units}
     if judge(case, result).verdict == "fail":

@@ -34,6 +34,8 @@ def measured_in(case: Case) -> list[Conserved]:
     exact = [q for q in case.scene.symmetries if q.to_roundoff]
     if not case.rule.is_formula:  # a program moves x and μ, and no attitude beside them
         exact = [q for q in exact if not q.attitude]
+    if case.rule.is_recorded:  # nor can steps be made that begin anew
+        exact = [q for q in exact if q.stretch is None]
     return [q for q in exact if not (composed and _worked(case, q))]
 
 

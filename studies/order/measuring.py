@@ -11,6 +11,7 @@ from typing import Any
 from discmech import reference
 from discmech.integrators import StepFailure
 from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.foreign import RecordedScheme
 from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import Composition
 
@@ -18,7 +19,7 @@ from ..causes.round_off import gap, measure_round_off
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..evidence import NEAR as BESIDE
 from ..evidence import evidence_of
-from . import multipliers
+from . import multipliers, recorded
 from .window import TOLERANCE, approaches, decided, departure, fit, floor, slope
 
 NAME = "order"
@@ -93,7 +94,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     part of), also multipliers, the same of λ (`mean_multipliers`; None where its step back fails),
     and its order in `measured`. With 16 digits, where runs have no order, also round_off.
     """
-    _ = case.scheme  # what cannot be used is said before a reference is made for it
+    if isinstance(case.scheme, RecordedScheme):
+        return recorded.measure(case)
     duration, first = ladder(case)
     rungs, most = RUNGS[case.digits == 16], MOST_RUNGS[case.digits == 16]
     progress(f"{case.scene.name} {case.label}: reference", 0.0)
@@ -202,6 +204,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """
     told = _judge_runs(case, measurement)
     told = multipliers.judge(case, measurement, told)
+    if case.rule.is_recorded:
+        return recorded.judge(case, measurement, told)
     local, wanted = measurement.get("local") or {}, told.expected["order"]
     order = local.get("order")
     if order is None or wanted is None:
@@ -276,7 +280,7 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     """The cause of an order below the expected one, or of errors that stop sinking too early."""
     order, wanted = measurement["measured"]["order"], case.scheme.order
     rows = [r for r in measurement["rows"] if r["error"] is not None]
-    if wanted is None or len(rows) < 2:
+    if wanted is None or len(rows) < 2 or case.rule.is_recorded:
         return None
     of_step = (measurement.get("local") or {}).get("order")
     if order is not None and order > wanted and (of_step is None or of_step > wanted - BESIDE):

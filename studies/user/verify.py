@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from discmech.integrators import BadInput, Discretisation, Scene, Scheme, scenes
+from discmech.integrators.foreign import Recorded
 
 from .. import NAMES, get
 from ..core import lookup
@@ -70,14 +71,43 @@ class Request:
             chosen = (*own, *scenes.all_scenes())
         else:  # a file with scenes alone asks about these
             alone = own and rules == lookup.rules(RULES)
-            chosen = own if alone else (*own, *usual_scenes(rules, self.together))
+            others = [rule for rule in rules if not isinstance(rule, Recorded)]
+            usual = usual_scenes(others, self.together) if others else ()
+            found = dict.fromkeys((*own, *scenes_recorded(rules), *usual))
+            chosen = own if alone else tuple(found)
+        not_meant = () if self.scenes else tuple(
+            (scene.name, rule.name) for rule in rules for scene in chosen
+            if isinstance(rule, Recorded) and scene not in scenes_recorded([rule], own)
+        )  # fmt: skip
+        if not chosen:
+            raise BadInput(
+                f"{rules[0].name}: the runs begin like no scene that is known; name theirs by "
+                '--scene, or recorded(..., scene="pendulum").'
+            )
         return Choice(
             scenes=chosen,
             rules=rules,
             digits=self.digits,
             steps=self.steps,
-            own=(("peer", self.peers), ("also_periods", self.also_periods)),
+            own=(
+                ("peer", self.peers),
+                ("also_periods", self.also_periods),
+                ("not_meant", not_meant),
+            ),
         )
+
+
+def scenes_recorded(rules: Sequence[Discretisation], own: Sequence[Scene] = ()) -> list[Scene]:
+    """The scenes that recorded runs are of: the one that they name, else those, the bench's and
+    one's own, that begin as they do."""
+    found: list[Scene] = []
+    for rule in rules:
+        if isinstance(rule, Recorded):
+            known = [*own, *scenes.all_scenes()]
+            found += [
+                s for s in known if (s.name == rule.scene if rule.scene else rule.begins_at(s))
+            ]
+    return found
 
 
 def usual_scenes(rules: Sequence[Discretisation], together: bool = False) -> tuple[Scene, ...]:

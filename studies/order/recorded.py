@@ -1,0 +1,87 @@
+"""The order of recorded runs: their errors at the last time at which all of them have a row."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from discmech import reference
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.foreign import RecordedScheme
+from discmech.integrators.numbers import mpmath
+
+from ..causes.round_off import gap
+from ..core.case import Case, Verdict
+from .window import fit
+
+FEWEST = 4  # runs: as many points has a straight line that is told from a bent one
+
+
+def measure(case: Case) -> dict[str, Any]:
+    """Rows as of `measuring.measure`, a recorded run each, against the reference from their start.
+
+    Raises `CannotMeasure` where the runs have no later time in common, or begin at a time other
+    than 0 of a scene that depends on time.
+    """
+    scheme: Any = case.scheme
+    assert isinstance(scheme, RecordedScheme)
+    if scheme.s.clocked and scheme.rule.recordings[0].start != 0:
+        raise CannotMeasure(
+            f"{case.scene.name} depends on time, and its reference begins at t = 0: "
+            f"{case.label} begin at {float(scheme.rule.recordings[0].start):.6g}."
+        )
+    duration, at = common_time(scheme)
+    exact = reference.solution(scheme.scene, duration, digits=30)
+    rows = []
+    for run, index in zip(scheme.runs, at, strict=True):
+        dx, x = gap(run.x[index], exact.x)
+        dmu, mu = gap(run.mu[index], exact.mu)
+        size = mpmath.sqrt(x**2 + mu**2) or 1
+        rows.append({
+            "steps": round(duration / run.step), "step": float(run.step),
+            "error": float(mpmath.sqrt(dx**2 + dmu**2) / size),
+            "error_x": float(dx / size) if len(exact.x) else None, "error_mu": float(dmu / size),
+            "used": False, "why_not": "",
+        })  # fmt: skip
+    found = fit(case, rows, exact.certain_digits)
+    return {"rows": rows, **found, "local": None, "duration": float(duration)}
+
+
+def common_time(scheme: RecordedScheme) -> tuple[Fraction, list[int]]:
+    """(the last time after the start that all runs have, its row in each)."""
+    recordings = scheme.rule.recordings
+    coarse = max(recordings, key=lambda run: run.interval)
+    for row in range(len(coarse.t) - 1, 0, -1):
+        time, found = row * coarse.interval, []
+        for run in recordings:
+            index = round(time / run.interval)
+            if index >= len(run.t) or abs(index * run.interval - time) > run.late + coarse.late:
+                break
+            found.append(index)
+        else:
+            return time, found
+    raise CannotMeasure(
+        f"{scheme.rule.name}: the runs have no time in common at which all have a row, so their "
+        "errors cannot be compared: let all end at the same time."
+    )
+
+
+def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+    """What is said of runs, in the words of who can only record more of them."""
+    if len(measurement["rows"]) < FEWEST and measurement["measured"]["order"] is None:
+        told.verdict = "inconclusive"
+        told.reason = (
+            f"an order needs runs at {FEWEST} steps or more, each half of the one before, say; "
+            f"recorded are {len(measurement['rows'])}."
+        )
+    elif told.verdict == "inconclusive" and case.rule.unit(16) > 2.0**-53:
+        told.reason = (
+            f"the runs were written with digits of {case.rule.unit(16):.0e} of the motion, and too "
+            "few of their errors are above these: record them with 17 digits."
+        )
+    elif "--steps" in told.reason:
+        told.reason = (
+            "fewer than four of the recorded steps have errors on a straight line above round-off: "
+            "record runs at other steps."
+        )
+    return told

@@ -1,0 +1,145 @@
+"""Recorded runs on the bench: what they are judged by, and a sentence for runs that are none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from discmech import Scheme, recorded, scenes, trapezoidal
+from discmech.integrators import BadInput
+from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.rules import get
+from discmech.studies import check
+from discmech.studies.command import main
+
+
+def save(folder, rule="trapezoidal", scene="pendulum", levels=5, x0=None, every=1, form="npz"):
+    """Runs of a rule, one a file, each of half the step of the one before."""
+    made = scenes.get(scene)
+    for k in range(levels):
+        steps = made.steps_for(made.step) * 2**k
+        run = Scheme(made, get(rule)).flow(made.duration / steps).trajectory(steps, every, x0=x0,
+              mu0=None if x0 is None else [0.3])  # fmt: skip
+        if form == "npz":
+            np.savez(folder / f"run{k}.npz", t=run.t, q=run.x, p=run.mu)
+            continue
+        names = [f"{letter}{i + 1}" for letter, part in (("q", run.x), ("p", run.mu))
+                 for i in range(part.shape[1])]  # fmt: skip
+        table = np.column_stack([run.t, run.x, run.mu])
+        lines = [",".join(form.format(v) for v in row) for row in table.tolist()]
+        folder.joinpath(f"run{k}.csv").write_text("\n".join([",".join(["t", *names]), *lines]))
+
+
+def order(folder, claimed=2, scene="pendulum", **more):
+    rule = recorded([str(folder / "*.npz")], claimed, **more)
+    (case,) = check("order", [scene], [rule], digits=[16])["cases"]
+    return case
+
+
+def test_the_order_of_runs_is_judged_from_both_sides(tmp_path):
+    save(tmp_path)
+    assert order(tmp_path)["verdict"] == "pass"
+    assert order(tmp_path)["measured"]["order"] == pytest.approx(2, abs=2e-3)
+    for wrong in (1, 3, 4):
+        assert order(tmp_path, wrong)["verdict"] == "fail"
+    assert order(tmp_path, None)["verdict"] == "pass"  # measured only
+
+
+def test_rows_may_be_each_so_many_steps(tmp_path):
+    save(tmp_path, every=10)
+    assert order(tmp_path)["verdict"] == "pass"
+
+
+def test_another_start_has_its_own_reference(tmp_path):
+    save(tmp_path, x0=[1.0])
+    case = order(tmp_path)
+    assert case["verdict"] == "pass" and case["measured"]["order"] == pytest.approx(2, abs=2e-3)
+
+
+def test_runs_of_another_motion_fail(tmp_path):
+    save(tmp_path)
+    for k in range(5):
+        held = np.load(tmp_path / f"run{k}.npz")
+        np.savez(tmp_path / f"run{k}.npz", t=held["t"] * 1.01, q=held["q"], p=held["p"])
+    assert order(tmp_path)["verdict"] == "fail"
+
+
+def test_few_runs_or_few_digits_are_inconclusive(tmp_path):
+    save(tmp_path, levels=3)
+    case = order(tmp_path)
+    assert case["verdict"] == "inconclusive" and "recorded are 3" in case["reason"]
+    save(tmp_path, levels=5, form="{:.3f}")
+    rule = recorded(str(tmp_path / "*.csv"), 2)
+    (case,) = check("order", ["pendulum"], [rule], digits=[16])["cases"]
+    assert case["verdict"] == "inconclusive" and "17 digits" in case["reason"]
+
+
+def test_energy_and_momenta_of_runs_are_judged_where_they_are_claimed(tmp_path):
+    save(tmp_path, "trapezoidal", "kepler", 4)
+    claimed = recorded(str(tmp_path / "*.npz"), 2, symplectic=True, keeps=("momentum",))
+    assert check("momentum", ["kepler"], [claimed])["verdict"] == "pass"
+    for k in range(4):
+        held = np.load(tmp_path / f"run{k}.npz")
+        slower = 1 - 1e-9 * np.arange(len(held["t"]))[:, None]
+        np.savez(tmp_path / f"run{k}.npz", t=held["t"], q=held["q"], p=held["p"] * slower)
+    lossy = recorded(str(tmp_path / "*.npz"), 2, keeps=("momentum",))
+    assert check("momentum", ["kepler"], [lossy])["verdict"] == "fail"
+    silent = recorded(str(tmp_path / "*.npz"), 2)
+    assert check("momentum", ["kepler"], [silent])["verdict"] == "pass"  # measured only
+
+
+def test_runs_take_the_place_of_flows(tmp_path):
+    save(tmp_path)
+    scheme = Scheme(scenes.get("pendulum"), recorded(str(tmp_path / "*.npz"), 2))
+    run = scheme.flow("0.05").trajectory(100, every=10)
+    same = Scheme(scenes.get("pendulum"), trapezoidal).flow("0.05").trajectory(100, every=10)
+    assert np.array_equal(run.x, same.x) and run.steps == 100 and len(run.u) == 11
+    for ask, words in {
+        (lambda: scheme.flow("0.03")): "no run of the step 0.03; recorded are 0.1, 0.05, 0.025",
+        (lambda: scheme.flow("0.05", digits=50)): "digits=16",
+        (lambda: scheme.flow("0.05").trajectory(10**6)): "no others can be had",
+        (lambda: scheme.flow("0.05").trajectory(10, x0=[1])): "from one start",
+    }.items():
+        with pytest.raises(CannotMeasure, match=words):
+            ask()
+
+
+def test_runs_that_do_not_belong_together_are_a_sentence(tmp_path):
+    save(tmp_path, levels=2)
+    rule = recorded(str(tmp_path / "*.npz"), 2)
+    with pytest.raises(CannotMeasure, match="has 1 coordinates and 1 momenta, but kepler has 2"):
+        Scheme(scenes.get("kepler"), rule)
+    held = np.load(tmp_path / "run1.npz")
+    np.savez(tmp_path / "run1.npz", t=held["t"], q=held["q"] + 1e-6, p=held["p"])
+    with pytest.raises(BadInput, match="begin at different states"):
+        Scheme(scenes.get("pendulum"), recorded(str(tmp_path / "*.npz"), 2))
+    with pytest.raises(CannotMeasure, match="are runs of kepler, not of pendulum"):
+        rule = recorded(str(tmp_path / "run0.npz"), 2, scene="kepler")
+        Scheme(scenes.get("pendulum"), rule)
+
+
+def test_a_start_that_the_scene_cannot_have_is_a_sentence(tmp_path):
+    t = np.arange(5) / 10
+    np.savez(tmp_path / "run.npz", t=t, x=np.full((5, 3), 0.3), mu=np.ones((5, 3)))
+    with pytest.raises(BadInput, match="heavy-top"):
+        Scheme(scenes.get("heavy-top"), recorded(str(tmp_path / "run.npz"), 2))
+    np.savez(tmp_path / "run.npz", t=t, q=np.full((5, 2), 0.3), p=np.ones((5, 2)))
+    with pytest.raises(BadInput, match="cartesian-pendulum"):
+        Scheme(scenes.get("cartesian-pendulum"), recorded(str(tmp_path / "run.npz"), 2))
+
+
+FILE = 'from discmech import recorded\nruns = recorded("*.npz", order=2, symplectic=True)\n'
+
+
+def test_verify_finds_the_scene_that_the_runs_begin_like(tmp_path, capsys, monkeypatch):
+    save(tmp_path)
+    tmp_path.joinpath("mine.py").write_text(FILE)
+    monkeypatch.chdir(tmp_path.parent)
+    words = ["verify", f"{tmp_path.name}/mine.py", "--study", "order", "--jobs", "1"]
+    assert main(words) == 0
+    assert "pendulum, recorded" in capsys.readouterr().out
+    save(tmp_path, x0=[1.0])
+    tmp_path.joinpath("mine.py").write_text(FILE + "# again\n")
+    assert main(words) == 2
+    assert "begin like no scene" in capsys.readouterr().err
+    assert main([*words, "--scene", "pendulum"]) == 0
