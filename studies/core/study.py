@@ -103,8 +103,6 @@ class Study:
     def judge(self, case: Case, measurement: dict[str, Any]) -> Verdict:
         """What the numbers mean; no measuring."""
         verdict: Verdict = self.measuring.judge(case, measurement)
-        if case.rule.is_recorded:  # whoever recorded runs can ask for no steps
-            verdict.reason = verdict.reason.replace("take more --steps", "record longer runs")
         return verdict
 
     def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:

@@ -224,6 +224,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         return _judge_balance(case, measurement)
     kept = case.scene.nonholonomic is None  # else no modified energy stands behind its band
     told = judge_errors(case, measurement, kept)
+    if case.rule.is_recorded:  # whoever recorded runs can ask for no steps
+        told.reason = told.reason.replace("take more --steps", "record longer runs")
     drift = abs(measurement["measured"]["slope"]) * measurement["duration"]
     if told.verdict == "fail" and 0 < drift <= (lost := measurement.get("lost", 0.0)):
         return Verdict("inconclusive", why_unknown("the energy", drift, lost), told.expected)

@@ -164,7 +164,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     expected = {"limit": max(limits.values(), default=0.0), "limits": limits,
                 "random_walk": walk, "over": over}  # fmt: skip
     drift = measurement["measured"]["drift"]
-    judged = _claimed(case)
+    judged = [*drift] if case.rule.claims is None else _claimed(case)
     if not judged:
         expected["not_demanded"] = f"{case.rule.name} claims to keep none of them: measured only"
     drifting = [k for k, v in drift.items()

@@ -47,7 +47,7 @@ def test_an_order_may_be_undeclared_or_lost_in_the_chart():
     of = case()
     of.rule = replace(of.rule, order=4)
     assert order_of(2.0, of)[2] == {"order": 2, "tolerance": 0.05, "declared": 4}
-    of.rule.order = 2
+    of.rule = replace(of.rule, order=2)
     assert "declared" not in order_of(2.0, of)[2]
 
 
