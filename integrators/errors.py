@@ -78,6 +78,9 @@ def unknown(kind: str, name: Any, known: Iterable[str]) -> BadInput:
 
 #: what Python, numpy or sympy say of a function that was asked with symbols, and what it means
 _REMEDIES = (
+    (r"Can't calculate derivative wrt (.*)\.",
+     "differentiate by letters of your own and replace them by the point afterwards, or take "
+     "L.gradient(y) for the slope of the potential"),
     (r"has no callable (\w+) method", r"write it with sympy functions: sympy.\1, not numpy's"),
     (r"Cannot convert expression to float|must be real number",
      "write it with sympy functions, such as sympy.cos in place of math.cos"),

@@ -42,7 +42,7 @@ class DiscreteLagrangian:
         #: (weight, L at a point and a velocity) wherever the rule asks for L
         self.asked: list[tuple[Expression, Expression]] = []
         self._points: dict[Expression, Block] = {}
-        self._charts: dict[tuple[Expression, ...], Block] = {}
+        self._charts: dict[tuple[Any, ...], Block] = {}
         self._terms: dict[str, Term] = {}
         self._curves: dict[tuple[Any, ...], CurveTerm] = {}
         self.weighted = False  # whether it is a weighted sum of values of L, and nothing else
@@ -274,11 +274,27 @@ class DiscreteLagrangian:
             self.chain.add(self._charts[key])
         return self._charts[key].letters
 
+    def _gradient(self, point: Expressions) -> Column:
+        """Letters of ∂V/∂x at a point, whose derivatives by the point are the Hessian of V."""
+        at = self._lettered(column(map(self.resolved, point)), None)
+        key = ("gradient", *at)
+        if key not in self._charts:
+            value = self.L.part("gradient", at)
+            block = Block(vector(f"d{len(self.chain.blocks)}", len(value)), value)
+            block.partials = partials(value, [at])
+            self._charts[key] = block
+            self.chain.add(block)
+        return self._charts[key].letters
+
     def resolved(self, e: Expression) -> Expression:
         """The expression with straight points as letters and every other answer written out."""
-        while nodes := e.atoms(self.G.Target, self.G.Velocity, self.L.Value, self.L.Fast):
+        L, G = self.L, self.G
+        while nodes := e.atoms(G.Target, G.Velocity, L.Value, L.Fast, L.Gradient, L.Mass):
             swap = {}
             for node in nodes:
+                if isinstance(node, L.Gradient):
+                    swap[node] = self._gradient(node.args[1:])[int(node.args[0])]
+                    continue
                 x, u = node.args[1 : 1 + len(self.s.x)], node.args[1 + len(self.s.x) : -1]
                 theta = node.args[-1] / self.s.h
                 straight = isinstance(node, self.G.Target) and theta.is_number

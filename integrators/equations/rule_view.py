@@ -10,13 +10,14 @@ out, and where the two differ that one is derived (`value_of_rule`).
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from inspect import unwrap
 from types import SimpleNamespace
 from typing import Any
 
 from ..errors import BadInput, line_of
-from ..numbers import first_violation, floats_exact, sympy
-from ..numbers.types import Column, Expression, Expressions, Letter
+from ..numbers import first_violation, floats_exact, jacobian, sympy
+from ..numbers.types import Column, Expression, Expressions, Letter, SymbolicMatrix
 from ..rules import Discretisation
 from .symbols import SceneSymbols, column
 
@@ -104,12 +105,14 @@ class GroupoidForRule:
 
 
 class LagrangianForRule:
-    """The Lagrangian as a rule sees it: L(x, u), L.fast(x), L.discrete(x, u, h) and L.parameters.
+    """The Lagrangian as a rule sees it: L(x, u), its parts at a point, and L.parameters.
 
-    written: answer with the expressions themselves.
+    The parts are L.fast(x) and L.discrete(x, u, h), where the scene gives them, and on a pair
+    groupoid L.potential(x), L.gradient(x), L.mass(x). written: answer with the expressions
+    themselves.
     """
 
-    offers = "L has L(x, u), fast, discrete, parameters"
+    offers = "L has L(x, u), potential, gradient, mass, fast, discrete, parameters"
 
     def __init__(self, s: SceneSymbols, written: bool = False) -> None:
         self.s, self.parameters, self.written = s, s.parameters, written
@@ -118,6 +121,9 @@ class LagrangianForRule:
         n = len(s.x)
         self.Value = answer("lagrangian", lambda *a: s.lagrangian_at(column(a[:n]), column(a[n:])))
         self.Fast = answer("fast", lambda *a: s.fast_at(column(a)))
+
+        self.Gradient = answer("gradient", lambda i, *x: self.part("gradient", column(x))[int(i)])
+        self.Mass = answer("mass", lambda i, j, *x: self.part("mass", column(x))[int(i), int(j)])
 
     def __call__(self, x: Column, u: Column) -> Expression:
         if self.written or len(x) != len(self.s.x) or len(u) != len(self.s.u):
@@ -128,6 +134,50 @@ class LagrangianForRule:
         """The fast part of the potential at x."""
         value = self.s.fast_at(x if self.written else self.s.x)  # raises where there is none
         return value if self.written else self.Fast(*x)
+
+    def potential(self, x: Column) -> Expression:
+        """V(x) = −l(x, 0), on a pair groupoid."""
+        self._check("potential", x)
+        return -self.s.lagrangian_at(x, 0 * self.s.u)
+
+    def gradient(self, x: Column) -> Column:
+        """∂V/∂x at x, m×1, on a pair groupoid (of a force gradient, such as Takahashi, Imada)."""
+        self._check("gradient", x)
+        if self.written:
+            return self.part("gradient", x)
+        return column(self.Gradient(i, *x) for i in range(len(self.s.u)))
+
+    def mass(self, x: Column) -> SymbolicMatrix:
+        """∂²l/∂u∂u at (x, 0), m×m, on a pair groupoid."""
+        self._check("mass", x)
+        found = self.part("mass", x)
+        if self.written or not found.free_symbols & x.free_symbols:
+            return found
+        m = len(self.s.u)
+        return sympy.Matrix(m, m, lambda i, j: self.Mass(i, j, *x) if found[i, j] else 0)
+
+    def part(self, name: str, x: Column) -> SymbolicMatrix:
+        """The gradient of V or the mass at any column x, written out."""
+        return self._parts[name].xreplace(dict(zip(self.s.x, x, strict=True)))
+
+    @cached_property
+    def _parts(self) -> dict[str, SymbolicMatrix]:
+        s, still = self.s, dict.fromkeys(self.s.u, sympy.Integer(0))
+        slope = jacobian([s.lagrangian], s.u).T
+        return {
+            "gradient": -jacobian([s.lagrangian.xreplace(still)], s.position).T,
+            "mass": jacobian(list(slope), s.u).xreplace(still),
+        }
+
+    def _check(self, name: str, x: Column) -> None:
+        s = self.s
+        if s.groupoid.kind != "pair":
+            raise BadInput(
+                f"L.{name}(x) is in the coordinates of a pair groupoid, and {s.name} is on "
+                f'{s.groupoid.name}: say groupoids="pair" of the rule, or build it from L(x, u).'
+            )
+        if len(x) != len(s.x):
+            raise BadInput(f"L.{name} takes the {len(s.x)} entries of a point, not {len(x)}.")
 
 
 def value_of_rule(rule: Discretisation, L: LagrangianForRule, G: GroupoidForRule) -> Expression:
