@@ -31,6 +31,10 @@ class BadInput(DiscmechError, ValueError):
     """The input cannot be used as it is: the message names it and says how to fix it."""
 
 
+class CouldNotRun(DiscmechError, RuntimeError):
+    """The machine does not let it: disk, memory, rights. The message says what to do."""
+
+
 def line_of(function: Any, error: BaseException | None = None) -> str:
     """Where a user's function is, or an error arose in its file, as "my_rule.py, line 7".
 

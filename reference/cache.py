@@ -74,7 +74,7 @@ def _temporary() -> Path:
         "references are not kept for the next run: the cache folder cannot be written to, or "
         "others can write into it; DISCMECH_CACHE names another one."
     )
-    made = Path(tempfile.mkdtemp(prefix="discmech-references-"))
+    made = Path(tempfile.mkdtemp(prefix=f"discmech-cache-{os.getpid()}-references-"))
     atexit.register(_remove, made, os.getpid())
     return made
 

@@ -173,7 +173,7 @@ class LatticeFlow:
         if state is None:
             write()
             if kept is not None:  # at once: where rows are, a state is
-                kept.save(run.state, rows, at_once=True)
+                kept.save(run.state, rows, 1, at_once=True)
         for is_row, status in self._stops(run, steps, every):
             if is_row and run.index // every == first + size:
                 yield made(size)
@@ -183,7 +183,7 @@ class LatticeFlow:
             if is_row:
                 write()
             if kept is not None:
-                kept.save(run.state, rows, at_once=run.index == steps)
+                kept.save(run.state, rows, run.index // every + 1, at_once=run.index == steps)
             if progress is not None:
                 progress(run.index)
         yield made(run.index // every + 1 - first)

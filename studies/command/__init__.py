@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..core.environment import collect_rarely, one_thread
+from .last_words import close_streams, open_streams, told
 
 __all__ = ["main"]
 
@@ -12,13 +13,21 @@ INTERRUPTED = 130  # as shells have it: 128 + SIGINT
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command (`entry.main`), also where it is interrupted while it is being loaded."""
+    """Run the command (`entry.main`), also where it ends while it is being loaded."""
     try:
-        with one_thread():
-            if arguments is None:  # a process of its own
-                collect_rarely()
-            from .entry import main as run
-
-            return run(arguments)
+        if arguments is not None:
+            return _run(arguments)
+        open_streams()  # a process of its own
+        collect_rarely()
+        return close_streams(_run(None))
     except KeyboardInterrupt:
         return INTERRUPTED
+    except Exception as error:
+        return told(error)
+
+
+def _run(arguments: Sequence[str] | None) -> int:
+    with one_thread():
+        from .entry import main as run
+
+        return run(arguments)

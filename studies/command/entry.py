@@ -6,7 +6,6 @@ Only what the asked command needs is loaded: `discmech list` imports neither sym
 from __future__ import annotations
 
 import argparse
-import errno
 import json
 import re
 import sys
@@ -23,19 +22,20 @@ from .. import NAMES
 from ..core.options import THOROUGH
 from ..core.store import Store
 from ..core.study import every_study
-from . import INTERRUPTED, control, explain, new, power, single_run, verifying
+from . import control, explain, new, power, single_run, verifying
 from . import reference as references
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
-from .interrupts import Farewell, ended_soon
+from .interrupts import GOES_ON, GOES_ON_FRESH, Farewell, ended_soon
+from .last_words import told
 from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of
 from .output import console, exit_code, progress_shown, writable, writable_folder, write
 
-PASS, FAIL, BAD_INPUT = 0, 1, 2
+PASS, FAIL, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns 0 pass, 1 fail, 2 bad input, 3 inconclusive."""
+    """Run the command; returns 0 pass, 1 fail, 2 bad input, 3 inconclusive, 4 could not run."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     parser = _parser()
     for word in words:
@@ -43,13 +43,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             parser.error(f"argument {word[:-3]}: expected one argument")
     options = parser.parse_args(words)
     if arguments is None:  # a process of its own
-        with ended_soon(INTERRUPTED) as farewell:
+        with ended_soon() as farewell:
             return _answer(options, farewell)
     return _answer(options, Farewell())
 
 
 def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
-    farewell.kept = hasattr(options, "fresh")  # what it measures is kept case by case
+    if hasattr(options, "fresh"):  # what it measures is kept case by case
+        farewell.again = GOES_ON_FRESH if options.fresh else GOES_ON
     try:
         return int(options.action(options))
     except BadInput as error:
@@ -58,18 +59,16 @@ def _answer(options: argparse.Namespace, farewell: Farewell) -> int:
     except StepFailure as error:
         print(f"discmech: {error}", file=sys.stderr)
         return FAIL
-    except BrokenPipeError:
-        sys.stderr.close()
-        return PASS
-    except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
-            raise
-        again = "; the same command goes on where it stopped" if farewell.kept else ""
-        print(f"discmech: {error.strerror}: make room{again}.", file=sys.stderr)
-        return BAD_INPUT
     except KeyboardInterrupt:
         farewell.say()
-        return INTERRUPTED
+        return farewell.code
+    except Exception as error:
+        from discmech.reference import ReferenceFailure
+
+        if isinstance(error, ReferenceFailure):
+            print(f"discmech: {error}", file=sys.stderr)
+            return INCONCLUSIVE
+        return told(error, farewell.again)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -98,7 +97,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="discmech",
         description="Verification bench for variational integrators on Lie groupoids.",
-        epilog="Exit codes: 0 pass, 1 fail, 2 bad input, 3 inconclusive.",
+        epilog="Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive, 4 could not "
+        "run.",
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import json
 import os
 import sys
 from collections.abc import Iterator, Mapping
@@ -10,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput
+from discmech.integrators.errors import CouldNotRun
 
-EXIT = {"pass": 0, "fail": 1, "bad input": 2, "inconclusive": 3}
+EXIT = {"pass": 0, "fail": 1, "bad input": 2, "inconclusive": 3, "could not run": 4}
 DERIVED = 0.5  # share that deriving is, about, of a wait for what is derived and compiled
 
 
@@ -35,7 +38,7 @@ def exit_code(*results: Mapping[str, Any]) -> int:
 def write(file: str, text: str) -> None:
     """To standard output (-), or beside the file and then renamed."""
     if file == "-":
-        print(text)
+        print(_said(text))
         return
     from discmech.integrators.compiler import write_atomically
 
@@ -48,7 +51,29 @@ def write(file: str, text: str) -> None:
         write_atomically(path, text + "\n")
         path.chmod(mode)  # what was written beside is for its owner alone
     except OSError as error:
-        raise BadInput(f"{file} cannot be written ({error.strerror}); name another file.") from None
+        raise cannot_write(file, error) from None
+
+
+def _said(text: str) -> str:
+    """JSON in letters that standard output has: the others as JSON writes them in ASCII."""
+    try:
+        text.encode(getattr(sys.stdout, "encoding", None) or "utf-8")
+    except UnicodeEncodeError:
+        return "".join(c if c.isascii() else json.dumps(c)[1:-1] for c in text)
+    return text
+
+
+#: why the system refuses a name that was given, not the work of writing
+_NAMES = (errno.ENOENT, errno.EACCES, errno.EPERM, errno.EISDIR, errno.ENOTDIR, errno.EROFS,
+          errno.ENAMETOOLONG, errno.ELOOP, errno.EINVAL)  # fmt: skip
+
+
+def cannot_write(file: str, error: OSError) -> Exception:
+    """The error for a file that cannot be written: bad input, or a disk that takes nothing."""
+    why = error.strerror or error
+    if error.errno in _NAMES:
+        return BadInput(f"{file} cannot be written ({why}); name another file.")
+    return CouldNotRun(f"{file} cannot be written ({why}); make room, or name another file.")
 
 
 def _umask() -> int:

@@ -10,7 +10,7 @@ from queue import SimpleQueue
 from typing import Any, TypeAlias
 
 from discmech.integrators import BadInput, Scheme, StepFailure
-from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.errors import CannotMeasure, CouldNotRun
 from discmech.integrators.flows import cores
 
 from . import fingerprint
@@ -149,7 +149,7 @@ def finished(
                 others += 1
                 yield taken()
     except BrokenProcessPool:
-        raise BadInput(
+        raise CouldNotRun(
             "a process that was measuring was killed (too little memory?); the same command goes "
             "on where it stopped: say --jobs 1."
         ) from None

@@ -5,6 +5,7 @@ A fault is a control: something wrong on purpose, which has to be caught.
 
 from __future__ import annotations
 
+import os
 import random
 import shlex
 import time
@@ -165,7 +166,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 @cache
 def _own_cache() -> TemporaryDirectory[str]:
     """Kernels of faulty schemes serve nobody again: they go with the process."""
-    return TemporaryDirectory(prefix="discmech-power-")
+    return TemporaryDirectory(prefix=f"discmech-cache-{os.getpid()}-power-")
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

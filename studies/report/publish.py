@@ -2,53 +2,110 @@
 
 from __future__ import annotations
 
+import ctypes
+import json
 import os
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+#: what is being written, beside the folder or (where others' things are in it) within it; what is
+#: ready and only has to be moved: each with the number of the process that it belongs to
+_DRAFT, _READY = ".discmech-draft-", ".discmech-ready-"
+_ORDER = "order.json"  # of what is ready, the names in the order in which they move
+
 
 @contextmanager
 def published(folder: Path, last: str) -> Iterator[Path]:
-    """A fresh folder to write into; when the block ends well, its entries move to `folder`.
+    """A fresh folder to write into; when the block ends well, it takes the place of `folder`.
 
-    The entry named `last` moves last, because it refers to the others. Other things that stand
-    in `folder` stay. When anything fails the old entries are as they were.
+    A folder that holds nothing but what was published there is exchanged for the new one in one
+    step of the system. Other things that stand in `folder` stay: the entries are moved one by one
+    then, `last` last, because it refers to the others; where that is cut off, the next to publish
+    there completes it first. When anything fails before, the old entries are as they were.
     """
-    folder = Path(folder)
+    folder = Path(folder).resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    stage = Path(tempfile.mkdtemp(prefix=".part-", dir=folder))
-    new, old = stage / "new", stage / "old"
-    new.mkdir()
-    old.mkdir()
+    _sweep(folder)
+    new = _draft(folder.parent if _may_be_exchanged(folder) else folder)
     try:
         yield new
-        names = sorted((entry.name for entry in new.iterdir()), key=lambda name: name == last)
-        _swap(folder, new, old, names)
+        new.chmod(folder.stat().st_mode & 0o777)
+        names = {entry.name for entry in new.iterdir()}
+        others = {entry.name for entry in folder.iterdir()}
+        if not (new.parent == folder.parent and others <= names and _exchanged(new, folder)):
+            _move(new, folder, last)
     finally:
-        shutil.rmtree(stage, ignore_errors=True)
+        shutil.rmtree(new, ignore_errors=True)
 
 
-def _swap(folder: Path, new: Path, old: Path, names: list[str]) -> None:
-    moved: list[str] = []
+def _may_be_exchanged(folder: Path) -> bool:
+    """Whether it is a folder that one may rename: not where we are, nor a disk of its own."""
+    here = Path.cwd()
+    within = folder == here or folder in here.parents
+    return not (within or os.path.ismount(folder)) and os.access(folder.parent, os.W_OK)
+
+
+def _exchanged(one: Path, other: Path) -> bool:
+    """Whether two folders now have each other's names; not all systems can do that in one step."""
+    if sys.platform != "linux":
+        return False
+    here, exchange = -100, 2  # AT_FDCWD, RENAME_EXCHANGE
     try:
-        for name in names:
-            target = folder / name
-            moved.append(name)
-            if target.is_dir():
-                os.replace(target, old / name)
-            elif target.exists():
-                shutil.copy2(target, old / name)
-            os.replace(new / name, target)
-    except BaseException:
-        for name in moved:
-            target = folder / name
-            if (old / name).exists():
-                if target.is_dir():
-                    shutil.rmtree(target)
-                os.replace(old / name, target)
-            elif target.exists() and not (new / name).exists():
-                shutil.rmtree(target) if target.is_dir() else target.unlink()
-        raise
+        rename = ctypes.CDLL(None, use_errno=True).renameat2
+    except (AttributeError, OSError):
+        return False
+    return not rename(here, os.fsencode(one), here, os.fsencode(other), exchange)
+
+
+def _move(new: Path, folder: Path, last: str) -> None:
+    """Move the entries into the folder, from where a later run finds and completes them."""
+    names = sorted((entry.name for entry in new.iterdir()), key=lambda name: name == last)
+    ready = folder / new.name.replace(_DRAFT, _READY)
+    (new / _ORDER).write_text(json.dumps(names), encoding="utf-8")
+    os.rename(new, ready)  # from here on it is completed, whatever happens
+    _complete(ready, folder)
+
+
+def _complete(ready: Path, folder: Path) -> None:
+    order = ready / _ORDER
+    for name in json.loads(order.read_text(encoding="utf-8")) if order.exists() else ():
+        source, target = ready / name, folder / name
+        if not source.exists():  # it was moved before
+            continue
+        if target.is_dir() and not target.is_symlink():
+            os.rename(target, _draft(folder) / name)
+        os.replace(source, target)
+    shutil.rmtree(ready, ignore_errors=True)
+    for draft in folder.glob(f"{_DRAFT}{os.getpid()}-*"):
+        shutil.rmtree(draft, ignore_errors=True)
+
+
+def _sweep(folder: Path) -> None:
+    """Complete what is ready, and remove what processes left that were killed."""
+    for ready in filter(_is_left, folder.glob(f"{_READY}*")):
+        _complete(ready, folder)
+    for place in (folder, folder.parent):
+        for draft in filter(_is_left, place.glob(f"{_DRAFT}*")):
+            shutil.rmtree(draft, ignore_errors=True)
+
+
+def _draft(folder: Path) -> Path:
+    return Path(tempfile.mkdtemp(prefix=f"{_DRAFT}{os.getpid()}-", dir=folder))
+
+
+def _is_left(path: Path) -> bool:
+    """Whether the process that wrote it is no more."""
+    number = path.name.split("-")[2]
+    if not number.isdecimal() or int(number) == os.getpid():
+        return False
+    try:
+        os.kill(int(number), 0)
+    except (ProcessLookupError, OverflowError):
+        return True
+    except OSError:  # it runs, and is not ours; on Windows it tells no more
+        return False
+    return False

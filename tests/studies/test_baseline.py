@@ -7,6 +7,7 @@ from copy import deepcopy
 import pytest
 
 from discmech.integrators import BadInput
+from discmech.integrators.errors import CouldNotRun
 from discmech.studies.core import baseline
 
 
@@ -111,7 +112,7 @@ def test_a_full_disk_is_a_sentence(kept, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(baseline, "seal", full)
-    with pytest.raises(BadInput, match="No space left on device"):
+    with pytest.raises(CouldNotRun, match="No space left on device"):
         baseline.save("b", result(case()))
 
 

@@ -36,7 +36,6 @@ BAD = [
     (f"run pendulum --every {10**20} --steps 3", "give a whole number from 1 to 9007199254740992"),
     (f"order pendulum --steps {10**20}", "give a whole number from 1 to 9007199254740992"),
     ("run pendulum --step 1e999999999", "--step is 1e999999999: choose units"),
-    ("run pendulum --json /dev/full --steps 3", "/dev/full cannot be written (No space left"),
     (f"order kepler --json {300 * 'a'}", "cannot be written (File name too long)"),
     ("run pendulum --digits 5", "--digits is 5: give 16 (double precision) up to 10000"),
     ("run pendulum --digits many", "--digits is 'many'"),
@@ -109,7 +108,7 @@ def test_a_failed_write_leaves_the_old_file(ask, tmp_path, monkeypatch):
 
     monkeypatch.setattr("os.replace", fail)
     code, _, err = ask("list", "--json", str(file))
-    assert code == 2 and "No space left on device" in err
+    assert code == 4 and "No space left on device" in err
     assert file.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir() if p.is_file()] == ["list.json"]
 
@@ -121,7 +120,7 @@ def test_a_full_disk_is_told_in_a_sentence(ask, tmp_path, monkeypatch):
     monkeypatch.setattr("discmech.studies.report.page.write_report", full)
     line = ("energy", "harmonic", "--rule", "midpoint", "--steps", "50")
     code, _, err = ask(*line, "--folder", str(tmp_path))
-    assert code == 2 and err.count("\n") == 1
+    assert code == 4 and err.count("\n") == 1
     assert "No space left on device: make room; the same command goes on" in err
 
 

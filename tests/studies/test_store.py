@@ -11,7 +11,8 @@ import pytest
 from discmech.integrators import scenes
 from discmech.integrators.rules import midpoint
 from discmech.studies import get
-from discmech.studies.command.entry import INTERRUPTED, main
+from discmech.studies.command import INTERRUPTED
+from discmech.studies.command.entry import main
 from discmech.studies.core import fingerprint, side_by_side
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.running import run_study
@@ -133,7 +134,11 @@ def test_from_the_command_line(study, capsys, monkeypatch):
 
     monkeypatch.setattr(module, "measure", measure)
     assert main(words) == INTERRUPTED == 130
-    assert "goes on where it stopped" in capsys.readouterr().err
+    assert "; the same command goes on where it stopped" in capsys.readouterr().err
+    asked.pop()
+    assert main([*words, "--fresh"]) == INTERRUPTED  # which would measure all anew
+    assert "; without --fresh the same command goes on" in capsys.readouterr().err
+    del asked[1:]
     assert main(words) == 0 and asked == ["kepler", "heavy-top", "heavy-top"]
     assert main([*words, "--fresh"]) == 0 and len(asked) == 5
 
