@@ -59,6 +59,7 @@ report: $(READY)  ## all studies, to reports/build/index.html
 		1) echo 'report: a verdict failed (1)' ;; \
 		2) echo 'report: bad input (2)' ;; \
 		3) echo 'report: inconclusive (3)' ;; \
+		4) echo 'report: could not run (4)' ;; \
 		*) echo "report: stopped ($$code)" ;; esac >&2; exit $$code; }
 
 docs: $(VENV)/.docs  ## the documentation as a site, to docs/_build/index.html

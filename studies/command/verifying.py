@@ -17,7 +17,8 @@ from .options import RULE_HELP, add_fresh, add_jobs, jobs, typed
 from .output import console, exit_code, progress_shown, writable, write
 
 EPILOG = "A bar says what is left; after Ctrl-C the same command goes on where it stopped. "
-EPILOG += "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive."
+EPILOG += "Exit codes: 0 pass, 1 a verdict failed, 2 bad input, 3 inconclusive, "
+EPILOG += "4 could not run."
 
 
 def add_to(commands: Any) -> None:

@@ -22,6 +22,7 @@ from discmech.integrators.compiler import (
     is_temporary,
     seal,
 )
+from discmech.integrators.errors import CouldNotRun
 
 from .case import VERDICTS
 from .store import unsealed_json
@@ -56,12 +57,15 @@ def check_kept(name: str) -> None:
 
 
 def save(name: str, result: Result) -> Path:
-    """Save a result under a name; an older one of that name and study is replaced."""
+    """Save a result under a name; an older one of that name and study is replaced.
+
+    Raises `CouldNotRun` where the disk does not take it.
+    """
     path = path_of(name, result["study"])
     try:
         seal(path, json.dumps(result))
     except OSError as error:
-        raise BadInput(
+        raise CouldNotRun(
             f"the baseline {name} cannot be saved ({path}: {error.strerror or error})."
         ) from None
     return path
