@@ -36,6 +36,7 @@ FIRST_OF_PROGRAM, PART_OF_PROGRAM, COUNT_OF_PROGRAM = Fraction(1, 2), 0.6, 28
 #: its slopes have settled where two in succession differ by this; the next term of the error, which
 #: sinks as they do, is then taken off
 SETTLED = 0.12
+GROWN = 30  # times an error over h^{p+1} grows as steps sink, where the order is not p
 CLEAR_OF_PROGRAM = 100  # round-offs, for a slope to a part in ten
 #: an ordinary step as a part of the time in which the motion is that of a short polynomial
 PART = Fraction(1, 8)
@@ -137,7 +138,7 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
     where slopes have settled (`SETTLED`) before round-off is met. What has not says nothing.
     """
     found: list[ComponentOrder] = []
-    drawn = random.Random(seed)
+    drawn, expected = random.Random(seed), scheme.order or 1
     shown = 0.0
     for place in places:
         steps = [place.length * FIRST_OF_PROGRAM * random_fraction(drawn, 0.7, 1)]
@@ -154,11 +155,20 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
             slopes = [math.log(a[1] / b[1]) / math.log(a[0] / b[0])
                       for a, b in itertools.pairwise(clear)]  # fmt: skip
             order = constant = None
-            if len(slopes) >= 3 and max(abs(a - b) for a, b in
-                                        itertools.pairwise(slopes[-3:])) < SETTLED:  # fmt: skip
+            rests = [e / h ** (expected + 1) for h, e in clear]
+            gaps = [abs(a - b) for a, b in itertools.pairwise(slopes[-3:])]
+            settled = len(gaps) == 2 and max(gaps) < SETTLED
+            if settled:
                 ratio = clear[-1][0] / clear[-2][0]
                 order = slopes[-1] + (slopes[-1] - slopes[-2]) * ratio / (1 - ratio) - 1
                 constant = clear[-1][1] / clear[-1][0] ** (order + 1)
+                shown = shown or clear[-1][0]
+            elif len(rests) > 6 and min(rests[-3:]) > GROWN * max(rests[:3]):
+                # not of this order, of whatever it is: single precision inside, or noise
+                whole = clear[len(clear) // 2 :]
+                order = (
+                    math.log(whole[0][1] / whole[-1][1]) / math.log(whole[0][0] / whole[-1][0]) - 1
+                )
                 shown = shown or clear[-1][0]
             found.append(ComponentOrder(name, order, constant, place))
     seen = [c for c in found if c.order is not None]

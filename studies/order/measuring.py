@@ -121,7 +121,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             and multipliers.decided(case, rows, certain)
         ):
             break
-        steps = math.ceil(first * 2 ** (i / 2) / ends) * ends if program else first * 2**i
+        steps = first * 2**i
+        if program:  # each rung a whole number of parts, and more of them than the one before
+            parts = max(rows[-1]["steps"] // ends + 1 if rows else 1,
+                        round(first * 2 ** (i / 2) / ends))  # fmt: skip
+            steps = parts * ends
         progress(f"{case.scene.name} {case.label}: {steps} steps", i / most)
         step = duration / steps
         row: dict[str, Any] = {
@@ -158,9 +162,12 @@ def _early(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
     """Whether errors are so large still that a slope beside the expected order says nothing."""
     order, wanted = fit(case, rows, certain)["measured"]["order"], case.scheme.order
     last = rows[-1]["error"] if rows else None
-    if order is None or wanted is None or last is None:
+    if wanted is None or last is None:
         return False
-    return abs(order - wanted) > TOLERANCE[True] and last > LARGE
+    before = rows[-2]["error"] if len(rows) > 1 else None
+    sinking = before is not None and last < before * 2.0 ** (-wanted / 4)
+    beside = order is None or abs(order - wanted) > TOLERANCE[True]
+    return beside and last > LARGE and sinking
 
 
 def _mean(errors: Any) -> float | None:
@@ -278,6 +285,11 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     """The cause of an order below the expected one, or of errors that stop sinking too early."""
+    if case.scheme.one_step:
+        from ..causes import one_step
+
+        if (told := one_step.of_step(case)) is not None:
+            return told
     order, wanted = measurement["measured"]["order"], case.scheme.order
     rows = [r for r in measurement["rows"] if r["error"] is not None]
     if wanted is None or len(rows) < 2 or case.rule.is_recorded:

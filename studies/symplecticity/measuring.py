@@ -307,8 +307,12 @@ def _seen_in(broken: dict[str, float], measurement: dict[str, Any]) -> tuple[str
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     """Whether the solver's residual, the update or the structure is to blame for a defect."""
-    if case.control is not None or not case.rule.is_formula:
+    if case.control is not None:
         return None
+    if not case.rule.is_formula:
+        from ..causes.one_step import of_step
+
+        return of_step(case, order=False)
     from ..causes.diagnosis import named
 
     broken = _broken(case, measurement)

@@ -1,0 +1,420 @@
+"""Why a one-step map is not what it claims: the beginning of its error in the step, entry by entry.
+
+At places of the evidence the error of a step, D(h) = Φ_h(z) − φ_h(z), is e₁h + e₂h² + …: e₁ is what
+the limit of (Φ_h(z) − z)/h has beside the vector field, and where there is none, e₂ is a part of
+the second derivative of the motion. Signs, factors, forces and halves of steps stand in these.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech import reference
+from discmech.integrators import BadInput, StepFailure
+from discmech.integrators.foreign import SceneInNumbers, guarded, noise_of
+from discmech.integrators.numbers import Vector, arithmetic, mpmath
+from discmech.reference import surroundings
+
+from ..core.case import Case
+from ..evidence import Place, evidence_of
+
+#: steps of a place, in parts of the time in which the motion is that of a short polynomial
+PARTS = [Fraction(1, 2**k) for k in range(4, 10)]
+SEEN = 1e-6  # of the rate of the motion: by so much an extrapolated entry is off, at most
+SAME = 1e-4  # relative difference of factors at all places that are one factor
+SINGLE = 2.0**-24
+#: factors that have a reason
+FACTORS = {
+    -1.0: "its sign is flipped", 0.0: "it is missing", 2.0: "it is doubled", 0.5: "it is halved",
+    2 / 3: "a factor 2/3 is on it", 1.5: "a factor 3/2 is on it",
+}  # fmt: skip
+Told = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """At one place: the vector field f and its parts, z̈, ∂f/∂t, and e₁, e₂ of the step's error.
+
+    later: e₁ of three steps together. parts: by name, terms of f in all entries.
+    """
+
+    z: Vector
+    time: float
+    f: Vector
+    second: Vector
+    of_time: Vector
+    first_error: Vector
+    second_error: Vector
+    later: Vector
+    parts: dict[str, Vector]
+    others: dict[str, Vector]
+    span: Vector
+
+
+def of_step(case: Case, order: bool = True) -> dict[str, Any] | None:
+    """{"cause", "sentence", "evidence"} of a step that is no step of the scene's motion, or, where
+    the order is asked, of less order than is claimed; None where nothing of it is known."""
+    try:
+        found = list(_beginnings(case))
+    except (BadInput, StepFailure, reference.ReferenceFailure):
+        return None
+    if not found:
+        return None
+    n = case.scheme.s.n
+    told = _of_numbers(case, found) or _late(found, n) or _of_limit(case, found, n)
+    told = told or (_of_second(case, found, n) if order else None)
+    if told is None:
+        return None
+    evidence = {"limit": [float(e) for e in found[0].first_error / found[0].span],
+                "place": [float(e) for e in found[0].z]}  # fmt: skip
+    return {"cause": told[0], "sentence": told[1], "evidence": evidence}
+
+
+# -- the error's beginning -------------------------------------------------------------------------
+
+
+def _beginnings(case: Case) -> Iterator[Beginning]:
+    scheme: Any = case.scheme
+    system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
+    for place in evidence_of(scheme).places:
+        yield _beginning(scheme, system, place)
+
+
+def _beginning(scheme: Any, system: Any, place: Place) -> Beginning:
+    n, time = system.n, float(place.t)
+    z = np.array([float(e) for e in (*place.x, *place.mu)])
+    steps = [place.length * part for part in PARTS]
+    one, three = (_errors(scheme, place, steps, count) for count in (1, 3))
+    sizes = np.array([float(h) for h in steps])
+
+    def f(at: Vector, t: float = time) -> Vector:
+        return np.concatenate(system.f(at[:n], at[n:], t))
+
+    field = f(z)
+    d = float(steps[-1]) / 8
+    second = (f(z + d * field, time + d) - f(z - d * field, time - d)) / (2 * d)
+    of_time = (f(z, time + d) - f(z, time - d)) / (2 * d)
+    q, p = z[:n], z[n:]
+    potential = -system.gradient(q, p, time)
+    anchor, velocity = system.tensor(q, p), system.velocity(q, p, time)
+    zero = np.zeros(n)
+    parts = {
+        "the motion of x": np.concatenate([field[:n], 0 * p]),
+        "the gradient of the potential": np.concatenate([zero, anchor[:n, n:].T @ potential]),
+        "the bracket of momenta": np.concatenate([zero, anchor[n:, n:] @ velocity]),
+        "the force": np.concatenate([zero, system.force(q, p, time)]),
+    }  # fmt: skip
+    others = {}
+    if n == len(p):
+        others = _in_other_coordinates(system, z, time, d)
+    if scheme.s.clocked:
+        others |= {"time frozen": f(z, 0.0), "time doubled": f(z, 2 * time)}
+    span = np.concatenate([np.full(len(e), np.abs(e).max(initial=0.0) or 1.0)
+                           for e in (field[:n], field[n:])])  # fmt: skip
+    first = _at_zero(sizes, one / sizes[:, None])
+    return Beginning(z, time, field, second, of_time, first,
+                     _at_zero(sizes, (one - sizes[:, None] * 0) / sizes[:, None] ** 2),
+                     _at_zero(sizes, three / sizes[:, None]), parts, others, span)  # fmt: skip
+
+
+def _errors(scheme: Any, place: Place, steps: list[Fraction], count: int) -> np.ndarray:
+    """Φ_h^k(z) − φ_kh(z) for each step, in doubles; (steps, n+m)."""
+    ends = surroundings(scheme.scene).after(
+        place.x, place.u, place.t, [count * h for h in steps], 30
+    )
+    rows = []
+    for h, end in zip(steps, ends, strict=True):
+        run = scheme.flow(h).trajectory(count, every=count, **place.start)
+        with mpmath.workdps(30):
+            got = [*run.x[-1], *run.mu[-1]]
+            rows.append([float(mpmath.mpf(a) - b)
+                         for a, b in zip(got, [*end.x, *end.mu], strict=True)])  # fmt: skip
+    return np.array(rows)
+
+
+def _at_zero(sizes: Vector, values: np.ndarray) -> Vector:
+    """The limit at h = 0 of values at ever smaller steps, by polynomials in h (Neville)."""
+    table = list(values)
+    for k in range(1, len(sizes)):
+        table = [b + (b - a) / (sizes[i] / sizes[i + k] - 1)
+                 for i, (a, b) in enumerate(itertools.pairwise(table))]  # fmt: skip
+    return np.asarray(table[0])
+
+
+def _in_other_coordinates(system: Any, z: Vector, time: float, d: float) -> dict[str, Vector]:
+    """The field of a box that takes p for the velocity, or a velocity for p, in its own numbers."""
+    n = system.n
+    q, p = z[:n], z[n:]
+    found = {}
+    moved = system.momentum(q, p, time)
+    rates = system.f(q, moved, time)
+    ends = [system.velocity(q + s * d * rates[0], moved + s * d * rates[1], time + s * d)
+            for s in (1, -1)]  # fmt: skip
+    found["velocities for momenta"] = np.concatenate([rates[0], (ends[0] - ends[1]) / (2 * d)])
+    found["momentum for velocity"] = np.concatenate([p, system.f(q, p, time)[1]])
+    return found
+
+
+# -- what is told of it ----------------------------------------------------------------------------
+
+
+def _explains(found: list[Beginning], field: Any) -> bool:
+    """Whether another field is the limit at every place, and the scene's own by far is not."""
+
+    def left(b: Beginning) -> float:
+        return float(np.abs((b.f + b.first_error - field(b)) / b.span).max())
+
+    off = max(float(np.abs(b.first_error / b.span).max()) for b in found)
+    return all(left(b) <= max(SEEN, 0.01 * off) for b in found)
+
+
+def _vanishes(found: list[Beginning], entries: Any) -> bool:
+    return all(bool((np.abs(entries(b)) <= SEEN * b.span).all()) for b in found)
+
+
+def _factor(found: list[Beginning], got: Any, of: Any) -> float | None:
+    """The one c with got = c·of at all places and in all entries; None if there is none."""
+    a = np.concatenate([got(b) / b.span for b in found])
+    e = np.concatenate([of(b) / b.span for b in found])
+    if not e @ e > 1e-12:
+        return None
+    c = float(a @ e / (e @ e))
+    off = np.abs(a - c * e)
+    return c if bool((off <= SAME * max(1.0, abs(c)) * np.abs(e).max()).all()) else None
+
+
+def _late(found: list[Beginning], n: int) -> Told | None:
+    """Part of the state is shown as it is at another time: an error that steps do not add to."""
+    grown = (np.abs(b.later - b.first_error).max() for b in found)
+    if _vanishes(found, lambda b: b.first_error) or not all(
+        more <= 0.05 * np.abs(b.first_error).max() for more, b in zip(grown, found, strict=True)
+    ):
+        return None
+    parts = {"x": slice(0, n), "mu": slice(n, None)}
+    late = {}
+    for name, part in parts.items():
+        c = _factor(found, lambda b, s=part: _at(b.first_error, s),
+                    lambda b, s=part: _at(b.f, s))  # fmt: skip
+        if c is not None and abs(c) > SEEN:
+            late[name] = c
+    if not late:
+        return None
+    said = " and ".join(f"{name} is that of t {'+' if c > 0 else '−'} {_share(abs(c))}"
+                        for name, c in late.items())  # fmt: skip
+    return "stored half step", (
+        f"the state that is shown belongs to no one time: {said}, as a leapfrog leaves it; bring "
+        "both to one time where it is read."
+    )
+
+
+def _block(found: list[Beginning], part: slice) -> bool:
+    return bool(len(found[0].z[part]))
+
+
+def _share(c: float) -> str:
+    fraction = Fraction(c).limit_denominator(12)
+    near = abs(float(fraction) - c) < 1e-3
+    return f"{'' if fraction == 1 else fraction if near else f'{c:.4g}'}h".replace("1/2h", "h/2")
+
+
+def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
+    """The limit of (Φ_h(z) − z)/h is not the vector field: what of it is wrong."""
+    if _vanishes(found, lambda b: b.first_error):
+        return None
+    for word, sentence in _NAMED.items():
+        known = all(word in b.others for b in found)
+        if known and _explains(found, lambda b, w=word: b.others[w]):
+            return word, sentence
+    whole = _factor(found, lambda b: b.f + b.first_error, lambda b: b.f)
+    if whole is not None:
+        return _all_by(whole)
+    own = [float((b.f + b.first_error) @ b.f / (b.f @ b.f)) for b in found]
+    if all(bool((np.abs(b.f + b.first_error - c * b.f) <= 1e3 * SEEN * b.span).all())
+           for b, c in zip(found, own, strict=True)):  # fmt: skip
+        return "step of its own", (
+            "it moves along the motion, but by a time of its own that depends on the state, "
+            f"{min(own):.4g} to {max(own):.4g} of the step: its steps are not of the size h."
+        )
+    for name in found[0].parts:
+        if max(float(np.abs(b.parts[name] / b.span).max()) for b in found) <= SEEN:
+            continue
+        c = _factor(found, lambda b: b.first_error, lambda b, k=name: b.parts[k])
+        if c is not None and abs(c) > 1e-3:
+            return _said_of(name, 1 + c)
+    drag = _factor(found, lambda b: b.first_error, lambda b: np.concatenate([0 * b.z[:n], b.z[n:]]))
+    if drag is not None:
+        return "drag", f"a force of {drag:.4g} times the momentum acts, which the scene has not."
+    return _of_entries(case, found, n)
+
+
+_NAMED = {
+    "velocities for momenta": 'it takes and gives velocities where (q, p) is said: say state="qv".',
+    "momentum for velocity": "x moves by the momentum p in place of the velocity ∂H/∂p: it is off "
+    "by the mass.",
+    "time frozen": "the field is that of t = 0 at every time: the time is frozen; take system.t.",
+    "time doubled": "the field is that of 2t: the time is counted twice.",
+}
+
+
+def _all_by(c: float) -> Told:
+    """All moves by a factor."""
+    if abs(c - 1) < 1e-2:
+        return "few digits", (
+            f"every step is {abs(c - 1):.2g} of it too {'long' if c > 1 else 'short'}: "
+            "coefficients that should add up to 1 have too few digits."
+        )
+    word = FACTORS.get(next((k for k in FACTORS if abs(k - c) < SAME), math.nan), "")
+    more = f": {word}" if word else ""
+    return "factor of time", (
+        f"a step moves by {c:.6g} of the vector field{more}; the shares of the step, with their "
+        "signs, should add up to 1."
+    )
+
+
+def _said_of(name: str, c: float) -> Told:
+    near = next((k for k in FACTORS if abs(k - c) < 1e-3), None)
+    if near == 0.0:
+        return f"missing {name.removeprefix('the ')}", f"{name} is missing in the step."
+    if near == -1.0:
+        return "flipped sign", f"{name} has the wrong sign."
+    if abs(c - 1) < 1e-2:
+        return "few digits", f"{name} is off by {abs(c - 1):.2g} of it: too few digits."
+    return "factor", f"{name} comes {c:.6g} times in the step."
+
+
+def _of_entries(case: Case, found: list[Beginning], n: int) -> Told | None:
+    """The first entry that is off, by a factor that is the same everywhere, or only by how much."""
+    size = len(found[0].z)
+    off = [max(abs(b.first_error[i]) / b.span[i] for b in found) for i in range(size)]
+    single = max(off) < 1e-5
+    if single and max(off) > SINGLE / 64 and not case.rule.is_formula:
+        return "single precision", (
+            f"the field is off by {max(off):.1e} of it, differently at each place: single "
+            "precision somewhere."
+        )
+    wrong = [i for i in range(size) if off[i] > SEEN]
+    names = [f"x[{i}]" if i < n else f"mu[{i - n}]" for i in range(size)]
+    told = []
+    for i in wrong:
+        one = slice(i, i + 1)
+        c = _factor(found, lambda b, s=one: _at(b.f + b.first_error, s),
+                    lambda b, s=one: _at(b.f, s))  # fmt: skip
+        if c is not None:
+            word = FACTORS.get(next((k for k in FACTORS if abs(k - c) < 1e-3), math.nan), "")
+            told.append((names[i], c, word))
+    if told:
+        name, c, word = told[0]
+        cause = {"its sign is flipped": "flipped sign", "it is missing": "missing term"}
+        return cause.get(word, "factor"), (
+            f"the rate of {name} is {c:.6g} times that of the scene{f': {word}' if word else ''}."
+        )
+    if not wrong:
+        return None
+    return "another field", (
+        f"the limit of (Φ_h(z) − z)/h differs from the vector field in "
+        f"{', '.join(names[i] for i in wrong)}, by {max(off):.2g} of the rate of the motion."
+    )
+
+
+def _of_numbers(case: Case, found: list[Beginning]) -> Told | None:
+    """Numbers of a program that are no doubles, or not smooth."""
+    if case.rule.is_formula or case.rule.unit(16) > 2.0**-50:
+        return None
+    scheme: Any = case.scheme
+    place = evidence_of(scheme).places[0]
+    z, size = found[0].z, len(found[0].z)
+    f = guarded(scheme.flow(place.step).map_of(t0=place.t), size)
+    image = f(z)
+    if not np.array_equal(image, f(z), equal_nan=True):
+        off = float((np.abs(f(z) - image) / found[0].span).max())
+        return "no map", (
+            f"the same step made twice differs by {off:.1e}: it is random, or keeps something "
+            "between calls; a method with memory is a class with start, step and read."
+        )
+    if np.isfinite(image).all() and bool((image == image.astype(np.float32)).all()):
+        return "single precision", "all that it gives are numbers of single precision."
+    scale = np.maximum(np.abs(z), found[0].span * float(place.length))
+    noise = noise_of(f, z, scale, 2.0**-53)
+    level = float((noise.level / scale).max())
+    of_step = float((noise.level / (found[0].span * float(place.step))).max())
+    if level > 1e-10:
+        if any(SINGLE / 64 < e < 64 * SINGLE for e in (level, of_step)):
+            said = f"a step is rough by {of_step:.1e} of its way: single precision somewhere."
+            return "single precision", said
+        return "noise", f"a step is rough by {level:.1e} of the state, as nothing smooth is."
+    jump = float((noise.jump / scale).max())
+    if jump > 1e-11:
+        return "loose iteration", (
+            f"a step jumps by {jump:.1e} of the state between neighbouring states, as an iteration "
+            "with a loose stop does: iterate until nothing changes."
+        )
+    return None
+
+
+def _of_second(case: Case, found: list[Beginning], n: int) -> Told | None:
+    """e₂ as a part of z̈/2: what the step takes from its start, or half a step early or late."""
+    wanted = case.scheme.order
+    if wanted is None or wanted < 2:
+        return None
+    if _small(found):
+        return None if wanted == 2 else (
+            "order conditions",
+            f"the error of a step begins later than with h², and earlier than with h^{wanted + 1}: "
+            "look at the coefficients, their signs, and the order of substeps.",
+        )  # fmt: skip
+    if found[0].of_time.any():
+        c = _factor(found, lambda b: b.second_error, lambda b: b.of_time)
+        if c is not None and abs(c + 0.5) < 1e-2:
+            return "time frozen", (
+                "the time stands still within a step: stages ask for the field at the step's start."
+            )
+    blocks: list[float | None] = []
+    for part in (slice(0, n), slice(n, None)):
+        if not _block(found, part):
+            blocks.append(None)
+            continue
+        got = _factor(found, lambda b, s=part: _at(b.second_error, s),
+                      lambda b, s=part: _at(b.second, s))  # fmt: skip
+        quiet = all(bool((np.abs(b.second_error[part]) <= 1e-4 * np.abs(b.second[part]).max(
+            initial=1e-300)).all()) for b in found)  # fmt: skip
+        blocks.append(0.0 if quiet else got)
+    a, b = blocks
+    if a is not None and b is not None and abs(a + b) < 1e-2 and abs(abs(a) - 0.5) < 1e-2:
+        when = "late" if a > 0 else "early"
+        return "stored half step", (
+            f"it is a leapfrog whose momentum is half a step {when}: the momentum that is given is "
+            "that of another time than x; begin and end with half a kick."
+        )
+    for own, other, what in ((b, a, "the force"), (a, b, "the velocity")):
+        if own is not None and abs(own + 0.5) < 1e-2 and (other is None or abs(other) < 1e-2):
+            return "stale " + what.removeprefix("the "), (
+                f"{what} of the step's start is used for all of the step: ask for it again."
+            )
+    if a is not None and b is not None and abs(a + 0.5) < 1e-2 and abs(b + 0.5) < 1e-2:
+        return "first order", "it is a step along the field at its start (explicit Euler)."
+    return "order conditions", (
+        "the limit is the vector field, but the error of a step begins with h²: the conditions of "
+        "order 2 are not met; look at the shares of the step and the order of substeps."
+    )
+
+
+def _at(values: Vector, part: slice) -> Vector:
+    """Entries of a part of the state, beside zeros."""
+    kept = np.zeros_like(values)
+    kept[part] = values[part]
+    return kept
+
+
+def _small(found: list[Beginning]) -> bool:
+    """Whether there is no e₂ beside the second derivative of the motion."""
+    return all(
+        bool((np.abs(b.second_error) <= 1e-3 * max(np.abs(b.second).max(), 1e-300)).all())
+        for b in found
+    )
