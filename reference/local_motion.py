@@ -31,6 +31,7 @@ MORE = 4, 10  # terms and digits of the second setting beyond those of the first
 MOST_TERMS = 96
 #: of the way along a motion: terms, bits, the last term; a value of 1, such as |Γ|², stays one
 ROUGH, ROUGH_BITS, ROUGH_TERM = 20, 100, 2.0**-60
+NUDGE = 2.0**-50  # of a start, to see what the motion makes of it
 MOST_STEPS = 400  # of the way along a motion
 
 
@@ -66,16 +67,21 @@ class Surroundings:
             time = [mpmath.mpf(t.numerator) / t.denominator] if self.equations.timed else []
             return [mpmath.mpf(e) for e in self._momentum(*x, *v, *time)]
 
-    def along(self, duration: Fraction) -> list[tuple[Fraction, list[Any], list[Any]]]:
+    def along(
+        self, duration: Fraction, moved: float = 0.0
+    ) -> list[tuple[Fraction, list[Any], list[Any]]]:
         """(t, x, v) of the scene's own motion, to a few digits, where a rough integration steps.
 
-        From 0 to the duration, or as far as `MOST_STEPS` steps or a singularity let it come.
+        From 0 to the duration, or as far as `MOST_STEPS` steps or a singularity let it come. moved:
+        by how much of itself each entry of the start is changed.
         """
         n, m = self.equations.dim_x, self.equations.dim_u
         found = []
         with gmpy2.context(gmpy2.get_context(), precision=ROUGH_BITS):
             constants = self.program.constants_at(30)
             state = [number_to_mpfr(e, 30) + gmpy2.mpfr(0) for e in self.equations.start]
+            size = self.equations.dim_x + self.equations.dim_u
+            state = [e * (1 + moved * (-1) ** i) if i < size else e for i, e in enumerate(state)]
             now = Fraction(0)
             for _ in range(MOST_STEPS):
                 found.append((now, _public(state[:n]), _public(state[n : n + m])))
@@ -83,13 +89,30 @@ class Surroundings:
                     series = self._series(ROUGH, state, constants)
                 except (ArithmeticError, ValueError):
                     break
-                size = _length(series)
-                if size is None or now >= duration:
+                longest = _length(series)
+                if now >= duration:
                     break
-                step = min(size, duration - now)
+                step = duration - now if longest is None else min(longest, duration - now)
                 state = [polynomial(c, gmpy2.mpfr(step)) for c in series]
                 now += step
         return found
+
+    def conditioning(self, duration: Fraction) -> float | None:
+        """What the motion makes of a relative change of its start by the duration's end.
+
+        ‖δ(x, μ)‖/‖(x, μ)‖ there, over that change of every entry of the start, to first order. None
+        where a rough integration does not come so far (`MOST_STEPS`).
+        """
+        ends = []
+        for moved in (0, NUDGE):
+            way = self.along(duration, moved)
+            if way[-1][0] != duration:
+                return None
+            t, x, v = way[-1]
+            ends.append([*x, *self.momentum(x, v, t, 30)])
+        with mpmath.workdps(30):
+            off = mpmath.norm([a - b for a, b in zip(*ends, strict=True)], 2)
+            return float(off / (mpmath.norm(ends[0], 2) or 1) / NUDGE)
 
     def length(self, x: Sequence[Any], v: Sequence[Any], t: Fraction) -> Fraction | None:
         """The time in which the motion from a state stays that of a polynomial of `ROUGH` terms.

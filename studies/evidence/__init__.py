@@ -12,11 +12,12 @@ from functools import cached_property, lru_cache
 from discmech import reference
 from discmech.integrators import Scheme
 
+from .floats import Floats, floats_of
 from .form import FormEvidence, form_of
 from .order import NEAR, LocalOrder, of_scheme, unknown
-from .places import Place, places_of, seed_of
+from .places import Place, is_linear, places_of, seed_of
 
-__all__ = ["NEAR", "Evidence", "FormEvidence", "LocalOrder", "Place", "evidence_of"]
+__all__ = ["NEAR", "Evidence", "Floats", "FormEvidence", "LocalOrder", "Place", "evidence_of"]
 
 
 class Evidence:
@@ -42,6 +43,15 @@ class Evidence:
             return of_scheme(self.scheme, self.places, self.seed)
         except reference.ReferenceFailure as failure:
             return unknown(" ".join(str(failure).split()))
+
+    def floats(self, wanted: float) -> Floats:
+        """What the rule's floats have to do with an order below the wanted one."""
+        return floats_of(self.scheme, self.order, wanted)
+
+    @cached_property
+    def linear(self) -> bool:
+        """Whether the continuous equations are linear, so that few order conditions count."""
+        return is_linear(self.scheme.s)
 
     @cached_property
     def form(self) -> FormEvidence:

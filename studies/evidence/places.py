@@ -130,7 +130,8 @@ def _motion(scene: Any) -> Motion:
     around = surroundings(scene)
     states = around.along(Fraction(scene.duration))
     lengths: list[Fraction | None] = [b[0] - a[0] for a, b in pairwise(states)]
-    lengths.append(lengths[-1] if lengths else around.length(*states[0][1:], Fraction(0)))
+    if len(states) <= 2:  # at rest, or over at once
+        lengths = [around.length(*states[0][1:], Fraction(0))] * len(states)
     columns = [list(zip(*part, strict=True)) for part in
                ([x for _, x, _ in states], [v for _, _, v in states])]  # fmt: skip
     time = Fraction(scene.step)
@@ -155,8 +156,9 @@ def _place(
 ) -> Place | None:  # fmt: skip
     """A place that lies beside a state by that share of the sizes; None where there is none."""
     t, x, v = state
-    if scheme.s.clocked and motion.lengths:  # a time of its own, between those of two states
-        t += random_fraction(drawn, 0, 1) * min(e for e in motion.lengths if e is not None)
+    if scheme.s.clocked:  # a time of its own, between those of two states
+        between = [e for e in motion.lengths if e is not None] or [Fraction(scheme.scene.duration)]
+        t += random_fraction(drawn, 0, 1) * min(between)
     signs = [drawn.choice((-1, 1)) * drawn.uniform(0.5, 1) * share for _ in [*x, *v]]
     try:
         with mpmath.workdps(DIGITS):
@@ -256,3 +258,16 @@ def steps_from(place: Place, drawn: random.Random) -> Iterator[Fraction]:
     while True:
         yield step
         step *= random_fraction(drawn, 0.2, 0.45)
+
+
+def is_linear(s: SceneSymbols) -> bool:
+    """Whether a scene's equations are linear: a quadratic Lagrangian on pairs, linear forces."""
+    if s.groupoid.kind != "pair" or s.restricted or s.clocked:
+        return False
+    letters = [*s.position, *s.u]
+    force = list(s.force) if s.forced else []
+    try:
+        degrees = [sympy.Poly(e, *letters).total_degree() for e in (s.lagrangian, *force)]
+    except sympy.PolynomialError:
+        return False
+    return degrees[0] <= 2 and all(d <= 1 for d in degrees[1:])

@@ -18,9 +18,17 @@ from discmech.integrators.rules import Composition
 from ..causes.round_off import gap, measure_round_off
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..evidence import NEAR as BESIDE
-from ..evidence import evidence_of
-from . import multipliers, recorded
-from .window import TOLERANCE, approaches, decided, departure, fit, floor, slope
+from . import multipliers, recorded, single_steps
+from .window import (
+    TOLERANCE,
+    above_floor,
+    approaches,
+    decided,
+    departure,
+    fit,
+    floor,
+    slope,
+)
 
 NAME = "order"
 NEEDS = "it needs a Lagrangian, from which the reference is computed."
@@ -72,17 +80,23 @@ def ladder(case: Case) -> tuple[Fraction, int]:
 
     Double precision runs the scene's whole duration from its own step on, which suits order 2,
     and from coarser ones at higher order; more digits run a fortieth of it in 128 to 1024 steps,
-    where there is no round-off to wait for, and above order 8 in 8 to 64.
+    where there is no round-off to wait for, and above order 8 in 8 to 64. A motion that such steps
+    do not resolve gets a shorter time and shorter ones (`single_steps.resolved`).
     """
     duration = Fraction(case.scene.duration)
+    program = not case.rule.is_formula and not case.rule.runs_at(50)
+    coarser = 1 if (case.scheme.order or 0) <= 2 else 4 if case.scheme.order == 4 else 8
     if case.digits > 16:
-        return duration / 40, case.steps or (8 if (case.scheme.order or 0) > HIGH else 128)
-    if not case.rule.is_formula and not case.rule.runs_at(50):
+        found = duration / 40, 8 if (case.scheme.order or 0) > HIGH else 128
+    elif program:
         # no more digits to go on to: a short time and coarse steps, so that less round-off adds up
         coarser = 8 if (case.scheme.order or 0) <= 2 else 32
-        return duration / 4, case.steps or max(8, case.scene.steps_for(case.scene.step) // coarser)
-    coarser = 1 if (case.scheme.order or 0) <= 2 else 4 if case.scheme.order == 4 else 8
-    return duration, case.steps or max(4, case.scene.steps_for(case.scene.step) // coarser)
+        found = duration / 4, max(8, case.scene.steps_for(case.scene.step) // coarser)
+    else:
+        found = duration, max(4, case.scene.steps_for(case.scene.step) // coarser)
+    if case.steps:
+        return found[0], case.steps
+    return found if program else single_steps.resolved(case, *found)
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
@@ -149,13 +163,18 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                 except CannotMeasure:  # its adjoint meets no constraints, so only (x, μ) is judged
                     forces = None
     result = {"rows": rows, **fit(case, rows, exact.certain_digits)}
-    if case.digits == 16 and result["measured"]["order"] is None and case.rule.runs_at(50):
-        measure_round_off(case, rows, duration, exact)
+    if case.digits == 16 and case.rule.runs_at(50):
+        if result["measured"]["order"] is None:
+            if above_floor(case, rows, exact.certain_digits):
+                measure_round_off(case, rows, duration, exact)
+        elif single_steps.below(case, result):
+            for row in rows:
+                row["round_off"] = single_steps.amplified(case, duration, row["steps"]) or 0.0
         result |= fit(case, rows, exact.certain_digits)
     if forces:
         result["measured"]["multipliers"] = slope(case, rows, "multipliers", exact.certain_digits)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
-    return {**result, "local": _local(case), "duration": float(duration)}
+    return {**result, "local": single_steps.measured(case), "duration": float(duration)}
 
 
 def _early(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
@@ -191,18 +210,6 @@ def _sunk(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
     return all(e is not None and e <= 10 * floor(case, certain) for e in last)
 
 
-def _local(case: Case) -> dict[str, Any] | None:
-    """What one very small step says of the order; None where it cannot be made."""
-    evidence = evidence_of(case.scheme)
-    found = evidence.order
-    if found.unknown:
-        return None
-    return {
-        "order": found.order, "component": found.component, "step": found.step,
-        "place": str(found.place or ""), "exact": found.exact, "seed": evidence.seed,
-    }  # fmt: skip
-
-
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """From both sides: an order above the expected one is as suspicious as one below.
 
@@ -213,25 +220,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     told = multipliers.judge(case, measurement, told)
     if case.rule.is_recorded:
         return recorded.judge(case, measurement, told)
-    local, wanted = measurement.get("local") or {}, told.expected["order"]
-    order = local.get("order")
-    if order is None or wanted is None:
-        return told
-    told.expected["local_order"] = order
-    if told.verdict != "fail" and order < wanted - BESIDE:
-        said = f"one step is of order {order:.2f} in {local['component']}, below the expected "
-        said += f"{wanted}: from an exact state a step of {local['step']:.1g} is off by "
-        said += f"O(h^{order + 1:.2f}), however little that is in the runs."
-        return Verdict("fail", said, told.expected)
-    if told.reason.startswith("every error is round-off"):
-        told.reason = (
-            "every error of the runs is round-off beside the largest component, which says nothing "
-            f"of the order; one step is of order {order:.2f} in {local['component']}: take another "
-            "scene, or --digits 50."
-        )
-    if told.verdict == "fail" and order > wanted + BESIDE and "above" in told.reason:
-        told.reason += f" One step says so too: the order is higher than declared, {order:.2f}."
-    return told
+    return single_steps.judge(case, measurement, told)
 
 
 def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:

@@ -13,6 +13,8 @@ TOLERANCE = {True: 0.05, False: 0.01}  # in double precision or not
 STRAIGHT = {True: 0.012, False: 0.005}  # how far logarithms of errors may be beside their line
 NOWHERE = 1e-2  # relative error at the finest step of a run that does not converge
 AWAY = 0.1  # of a local order that is not the expected one
+TINY = 1e-9  # relative error that no method has by steps which are too long for the motion
+LEAST_POINTS = 4  # of a line
 NEAR = 0.05  # of an order that may still come to the expected one at smaller steps
 
 
@@ -26,8 +28,26 @@ def decided(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
     """Whether smaller steps would change nothing."""
     order = fit(case, rows, certain)["measured"]["order"]
     if order is None:
-        return bool(departure(case, rows, certain))
+        return only_round_off(rows) or bool(departure(case, rows, certain))
     return not approaches(case, rows, order)
+
+
+def only_round_off(rows: list[dict[str, Any]]) -> bool:
+    """Whether the last three halvings of the step have not brought small errors down by half.
+
+    Round-off does not sink with the step, so no further rung will; errors that are not small may be
+    those of steps that are too long.
+    """
+    last = [r["error"] for r in rows[-4:]]
+    if len(last) < 4 or any(e is None or e > TINY for e in last):
+        return False
+    return all(b > a / 2 for a, b in itertools.pairwise(last))
+
+
+def above_floor(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
+    """Whether so many errors are above the floor that a line may be fitted."""
+    least = floor(case, certain)
+    return sum(r["error"] is not None and r["error"] > least for r in rows) >= LEAST_POINTS
 
 
 def approaches(case: Case, rows: list[dict[str, Any]], order: float) -> bool:

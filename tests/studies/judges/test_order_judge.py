@@ -166,7 +166,10 @@ def test_one_step_denies_what_runs_do_not_see():
     assert "order 1.00 in x, below the expected 2" in reason and "O(h^2.00)" in reason
     assert order_of(2.0, local=local(2 - 1.01 * beside))[0] == "fail"
     assert order_of(2.0, local={"order": None})[2] == {"order": 2, "tolerance": 0.05}
-    assert "local_order" not in order_of(2.0, case(order=None), local=local(1.0))[2]
+    undeclared = case(order=None)
+    assert order_of(2.0, undeclared, local=local(1.0))[0] == "pass"
+    verdict, reason, _ = order_of(2.0, undeclared, local=local(0.0))
+    assert verdict == "fail" and "not consistent" in reason
     exact = ladder([0.0, 0.0])
     assert "take another scene, or --digits 50" in order_of(None, rows=exact, local=local(2.0))[1]
     assert "one step is of order 2.00 in x" in order_of(None, rows=exact, local=local(2.0))[1]

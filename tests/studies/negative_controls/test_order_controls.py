@@ -86,8 +86,8 @@ def perturbed(monkeypatch, size):
         return reference_solution(scene.with_values(parameters={"gravity": gravity}),
                                   *arguments, **more)  # fmt: skip
 
-    reference_solution = reference.solution
-    monkeypatch.setattr(reference, "solution", other)
+    reference_solution = reference.solutions
+    monkeypatch.setattr(reference, "solutions", other)
     return measured("order", scenes.get("pendulum").with_values(), trapezoidal, 16)
 
 
@@ -104,10 +104,10 @@ def free_motion(monkeypatch):
     return measured("order", easy, midpoint, 16, 4)
 
 
-def test_nothing_but_round_off_is_inconclusive(monkeypatch):
+def test_a_method_without_any_error_passes_and_says_so(monkeypatch):
     found = free_motion(monkeypatch)
-    assert found["verdict"] == "inconclusive" and "exact on this scene" in found["reason"]
-    assert len(found["rows"]) == 6  # went on looking for a window, and gave up
+    assert found["verdict"] == "pass" and "exact on this scene" in found["reason"]
+    assert len(found["rows"]) <= 6  # a ladder of round-off alone ends
     assert found["measured"] == {"order": None, "interval": None, "points": 0}
     assert all(row["why_not"] == "round-off" for row in found["rows"][:-1])
 
@@ -120,23 +120,23 @@ def test_every_point_that_is_left_out_has_a_reason(monkeypatch):
     "name", ["damped-pendulum", pytest.param("driven-heavy-top", marks=pytest.mark.slow)]
 )
 def test_a_flipped_force_does_not_converge(name, monkeypatch):
-    scene = scenes.get(name)
+    scene = scenes.get(name).with_values(duration=2)  # before what a drag that drives makes huge
     force = (
         (lambda x, v, p, t: [-e for e in scene.force(x, v, p, t)])
         if scene.timed
         else (lambda x, v, p: [-e for e in scene.force(x, v, p)])
     )
     flipped = scene.with_values(force=force)
-    monkeypatch.setattr("discmech.reference.solution", reference_of(scene))
+    monkeypatch.setattr("discmech.reference.solutions", reference_of(scene))
     found = measured("order", flipped, "midpoint", steps=100)
     assert found["verdict"] == "fail"
 
 
 def reference_of(scene):
     """The reference of this scene, whichever is asked for."""
-    from discmech.reference import solution
+    from discmech.reference import solutions
 
-    return lambda other, t, digits=50: solution(scene, t, digits)
+    return lambda other, times, digits=50: solutions(scene, times, digits)
 
 
 @pytest.mark.sampled
