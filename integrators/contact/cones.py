@@ -3,10 +3,14 @@
 As roots of the natural map, min(P_n, r U_n) and P_t − proj(P_t − r U_t) on the disc of the radius
 κ P_n: sweeps of Gauss and Seidel over the contacts find who touches and who slips, a semismooth
 Newton method the rest. Where contacts are redundant its matrix is singular, and its step the least.
+Where both fail and the contacts are few, each is tried open, sticking and slipping: that finds what
+the sweeps run away from, such as the impulse that stops a rod in Painlevé's paradox.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +21,7 @@ from ..numbers.types import Number, Vector
 
 SWEEPS, CORRECTIONS = 2000, 12
 ROUNDED = 64  # units of round-off that are left of a solution
+FEW = 3  # contacts, of which all modes are tried: 4³ linear systems
 
 
 class NotFound(CannotMeasure):
@@ -25,6 +30,15 @@ class NotFound(CannotMeasure):
     def __init__(self, near: Vector) -> None:
         super().__init__("no impulses of the contacts were found")
         self.near = near
+
+
+class Jammed(CannotMeasure):
+    """An impulse does not open its own contact: friction of a known slip outweighs it (Painlevé's
+    paradox), or the gap has no slope or the mass matrix is not positive there."""
+
+    def __init__(self) -> None:
+        super().__init__("an impulse does not open its own contact, whose gap has no slope there, "
+                         "or whose mass is not positive")  # fmt: skip
 
 
 class Cones(NamedTuple):
@@ -61,11 +75,11 @@ def missed(P: Vector, U: Vector, r: Vector, cones: Cones) -> Vector:
 def scaling(W: Any, cones: Cones) -> Vector:
     """r, an impulse for a velocity: one of the normal, one of the plane of each contact.
 
-    Raises `CannotMeasure` where an impulse does not move its own contact the way it pushes.
+    Raises `Jammed` where an impulse does not move its own contact the way it pushes.
     """
     own = W.diagonal()
     if not (own > 0).all():
-        raise CannotMeasure("friction jams a contact, which no impulse opens (Painlevé's paradox)")
+        raise Jammed
     r = 1 / own
     for t, _ in cones.planes.values():
         r[t] = 1 / sum(own[t])
@@ -92,7 +106,55 @@ def impulses(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic, start
             found = _newton(W, U0, r, P, cones, numbers)
             if found is not None and solved(found, U0, W, r, cones, numbers):
                 return found
+    if cones.normals <= FEW:
+        for guess in _of_modes(W, U0, cones, numbers):
+            found = _newton(W, U0, r, guess, cones, numbers)
+            for tried in (guess, found):
+                if tried is not None and solved(tried, U0, W, r, cones, numbers):
+                    return tried
     raise NotFound(P)
+
+
+def _of_modes(W: np.ndarray, U0: Vector, cones: Cones, numbers: Arithmetic) -> Iterator[Vector]:
+    """P of each choice of open, sticking and slipping contacts: one linear system for each.
+
+    A slip in a plane of two directions is tried both ways along that of U₀, and from there turned
+    into that of its own solution.
+    """
+    ways = {n: _unit(U0[t]) for n, (t, _) in cones.planes.items()}
+    choices = [("open", "stick") + (("with", "against") if n in ways else ())
+               for n in range(cones.normals)]  # fmt: skip
+    for modes in product(*choices):
+        along = {n: ways[n] if mode == "with" else -ways[n]
+                 for n, mode in enumerate(modes) if mode in ("with", "against")}  # fmt: skip
+        pushing = [n for n, mode in enumerate(modes) if mode != "open"]
+        for _ in range(CORRECTIONS if any(len(e) > 1 for e in along.values()) else 1):
+            # P = spread · (the unknown normals, and the impulses of what sticks)
+            rows = list(pushing)
+            for n in pushing:
+                if n in ways and n not in along:
+                    rows += range(*cones.planes[n][0].indices(len(U0)))
+            spread = numbers.identity(len(U0))[:, rows]
+            for n, e in along.items():
+                plane, bound = cones.planes[n]
+                spread[plane, pushing.index(n)] = -bound * e
+            try:
+                P = spread @ numbers.solve((W @ spread)[rows], -U0[rows])
+            except (ZeroDivisionError, np.linalg.LinAlgError):
+                break
+            yield P
+            U = U0 + W @ P
+            along = {n: _unit(U[cones.planes[n][0]]) for n in along}
+
+
+def _unit(v: Vector) -> Vector:
+    """v / |v|; along the first axis where v is 0."""
+    size = length(v)
+    if size > 0:
+        return v / size
+    found = 0 * v
+    found[0] = found[0] + 1
+    return found
 
 
 def solved(P: Vector, U0: Vector, W: Any, r: Vector, cones: Cones, numbers: Arithmetic) -> bool:

@@ -26,7 +26,7 @@ import numpy as np
 
 from ..errors import CannotMeasure
 from ..numbers.types import Number, Vector
-from .cones import length
+from .cones import Jammed, NotFound, length
 from .gaps import Gaps, Place
 from .impacts import (
     AGAIN,
@@ -76,13 +76,15 @@ class Impact(NamedTuple):
 class Taken(NamedTuple):
     """A part of a step that was taken: the moment it led to, with the u that left; the impulses.
 
-    start, at_start: the contacts that pushed at the start, and their impulses.
+    start, at_start: the contacts that pushed at the start, and their impulses; arriving: μ at the
+    end, before the impulses there.
     """
 
     end: Moment
     impulses: np.ndarray
     start: Active
     at_start: Vector
+    arriving: Vector
 
 
 class ContactSteps:
@@ -98,17 +100,6 @@ class ContactSteps:
     def still(self) -> Vector:
         """The noise of a start."""
         return self.gaps.numbers.zeros(self.gaps.count)
-
-    def free_steps(self, x: np.ndarray) -> tuple[int, np.ndarray]:
-        """(how many free steps, from row to row of x (r, n), are surely without contact; φ)."""
-        phi = self.gaps.phi(x)
-        where = np.flatnonzero(self._met(phi).any(axis=1))
-        return (int(where[0]) if len(where) else len(x) - 1), phi
-
-    def _met(self, phi: np.ndarray) -> np.ndarray:
-        """Of rows of φ (r, K), whether a step may meet a gap, (r − 1, K)."""
-        met: np.ndarray = phi[1:] < 0
-        return met
 
     def step(self, m: Moment) -> tuple[Moment, Vector, np.ndarray, list[Impact]]:
         """(the moment after one step, the u that left, impulses (K, 1 + D), impacts).
@@ -158,14 +149,21 @@ class ContactSteps:
         raise CannotMeasure(f"{AGAIN} impacts at one place do not open the gaps")
 
     def _slips(self, m: Moment, resting: np.ndarray, stuck: set[int]) -> dict[int, Vector]:
-        """The directions in which resting gaps with friction slip."""
-        found, place = {}, m.place
+        """The directions in which resting gaps with friction slip.
+
+        One that friction of its full size would close ends at once (Painlevé's paradox): it has no
+        known direction, and is left to the cone as a whole.
+        """
+        found, place = dict[int, Vector](), m.place
         for i in resting if self.gaps.rough else ():
             if i in stuck or not self.gaps.friction[i] > 0:
                 continue
             slip = place.slip[i] @ m.u
             if (abs(slip) > self._slow(place.slip[i], m.u, m.noise[i])).any():
-                found[i] = slip / length(slip)
+                along = {i: slip / length(slip)}
+                alone = active(self.gaps, place, [i], (), along)
+                if self.gaps.flexibility(place.x, m.u, alone.rows, alone.push)[0, 0] > 0:
+                    found |= along
         return found
 
     # -- parts of a step -------------------------------------------------------------------------
@@ -190,35 +188,52 @@ class ContactSteps:
         W = gaps.flexibility(place.x, m.u, start.rows, start.push)
         # Newton ends at the round-off of its whole solution, not of each component
         reach = place.own + self.free.h * (gaps.fastest(place, m.u) + m.noise)
+        # A resting gap is closed to round-off only. What is left of it is made good over a whole
+        # step: a short part that did would push by it over the share.
+        left_over = 0 * place.phi
+        left_over[resting] = (1 - share) * place.phi[resting]
 
         def trial(P: Vector) -> tuple[Vector, Vector, Any]:
             pushed = m.mu + start.push.T @ P
             near = gaps.velocity(place.x, pushed, m.u) if len(P) else m.u
             y, mu, u = self.free.part(share, place.x, pushed, near)
-            there = gaps.at(y, reach + self.free.h * start.noise(abs(W) @ abs(P)))
-            F, unit = there.phi[start.owners] / h, there.size[start.owners] / h
+            pushing = start.noise(abs(W) @ abs(P))
+            there = gaps.at(y, reach + self.free.h * pushing)
+            F = (there.phi - left_over)[start.owners] / h
+            unit = there.size[start.owners] / h
             for n, (plane, _) in start.cones.planes.items():
                 i = start.owners[n]
                 F[plane] = place.moved(i, there) / h
-                unit[plane] = max(abs(there.where[i])) / h
+                fast = max(abs(place.slip[i]) @ abs(near)) + m.noise[i] + pushing[i]
+                unit[plane] = (there.breadth[i] + self.free.h * fast) / h
             return F, unit, (there, mu, u)
 
         P = gaps.numbers.zeros(len(start.owners))
         if not len(P):
             _, _, (there, mu, u) = trial(P)
-            return Taken(Moment(there, mu, u, m.noise), start.total(P), start, P)
-        P, (there, mu, u) = in_cones(gaps, trial, W, start.cones)
+            return Taken(Moment(there, mu, u, m.noise), start.total(P), start, P, mu)
+        try:
+            P, (there, mu, u) = in_cones(gaps, trial, W, start.cones)
+        except (Jammed, NotFound):
+            if not slips:
+                raise
+            return self._moved(m, share, resting, {}, landing)  # of the cone as a whole
         onward = {i: e for i, e in slips.items() if held or e @ place.moved(i, there) > 0}
         if len(onward) < len(slips):
             return self._moved(m, share, resting, onward, landing)
         kept = resting[there.closed[resting]]
         turned = {i: carried(place, there, i, e) for i, e in slips.items()} if held else {}
+        arriving = mu
         end = active(gaps, there, kept, (), turned)
         total, noise = start.total(P), np.maximum(m.noise, start.noise(abs(W) @ abs(P)))
         if len(kept):
-            Q, mu, changed = velocity_law(gaps, there, mu, u, end, 0)
+            try:
+                Q, mu, changed = velocity_law(gaps, there, mu, u, end, 0)
+            except Jammed:
+                end = active(gaps, there, kept)
+                Q, mu, changed = velocity_law(gaps, there, mu, u, end, 0)
             total, noise = total + end.total(Q), np.maximum(noise, end.noise(changed))
-        return Taken(Moment(there, mu, u, noise), total, start, P)
+        return Taken(Moment(there, mu, u, noise), total, start, P, arriving)
 
     def _taken(
         self, m: Moment, counts: np.ndarray, impacts: list[Impact]
@@ -229,16 +244,26 @@ class ContactSteps:
         """
         m = self._struck(m, 0 * self.one, counts, impacts)
         resting = self.resting(m)
-        gaps, landing, slips = self.gaps, resting[:0], self._slips(m, resting, set())
+        taken, landing = self._landed(m, resting)
+        return self._given_back(m, taken, resting, landing)
+
+    def _landed(self, m: Moment, resting: np.ndarray) -> tuple[Taken, np.ndarray]:
+        """(a step that ends on the gaps that it would make negative, these gaps)."""
+        landing, slips = resting[:0], self._slips(m, resting, set())
         while True:
             taken = self._moved(m, self.one, resting, slips, landing)
             there = taken.end.place
             low = (there.phi < 0) & ~there.closed
             low[resting] = low[landing] = False
             if not low.any():
-                break
+                return taken, landing
             landing = np.append(landing, np.flatnonzero(low))
-        end, start, P = taken.end, taken.start, taken.at_start
+
+    def _given_back(
+        self, m: Moment, taken: Taken, resting: np.ndarray, landing: np.ndarray
+    ) -> tuple[Moment, Vector, np.ndarray]:
+        """As `_taken`, of a step that landed: there its impulse is given back."""
+        gaps, end, start, P = self.gaps, taken.end, taken.start, taken.at_start
         pushed = slice(len(resting), len(resting) + len(landing))
         landed = np.flatnonzero(P[pushed] > 0) + len(resting)
         if len(landed):
@@ -248,6 +273,7 @@ class ContactSteps:
             pushed_off = gaps.velocity(m.place.x, after, m.u)
             wanted = min(gaps.energy(m.place.x, m.u, m.mu),
                          gaps.energy(m.place.x, pushed_off, after))  # fmt: skip
+            there = end.place
             along = P[landed] @ there.normal[start.owners[landed]]
             s = given_back(gaps, there, end.mu, end.u, along, wanted)
             if self.e < 1:  # more than all of it pulls; an elastic impact is to keep the energy

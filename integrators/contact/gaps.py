@@ -24,6 +24,7 @@ from ..errors import BadInput
 from ..numbers import Arithmetic, flatten, jacobian, numeric, sympy
 from ..numbers.types import Column, Number, Vector
 from ..scene import Scene
+from .bounds import GapBounds
 from .cones import Cones, impulses, length
 
 TOUCHING = 128  # units of round-off of its size within which a gap is closed
@@ -49,6 +50,8 @@ class Place(NamedTuple):
     where: list[Vector]
     scale: Vector
     closed: Vector
+    breadth: Any = ()
+    rho: Any = None
 
     def moved(self, i: int, other: Place) -> Vector:
         """How far the touching point of gap i has moved along its plane, from here to there."""
@@ -108,25 +111,28 @@ class Gaps:
 
     def at(self, x: Vector, reach: Any = 0) -> Place:
         """The gaps at a point; reach (K,): sizes of what was added up on the way to it."""
-        phi, own_size, slope, normal, rho, own, own_slope = self._place(x, self.p)
-        slip, bases, where, scale, first = [], [], [], [], 0
+        phi, own_size, slope, normal, rho, own, own_slope, own_breadth = self._place(x, self.p)
+        slip, bases, where, scale, breadth, first = [], [], [], [], [], 0
         for i, coordinates in enumerate(self.coordinates):
             last = first + len(coordinates or ())
             if coordinates is None and self.friction[i] > 0:
                 scale.append(length(slope[i]))
                 bases.append(_plane(slope[i] / scale[i]))
                 where.append(x[: self.n])
+                breadth.append(abs(x[: self.n]).max())
                 slip.append(bases[i].T @ rho)
             else:
                 scale.append(1 + 0 * phi[i])
                 bases.append(self._own_basis[i])
                 where.append(own[first:last])
+                breadth.append(max(own_breadth[first:last], default=0 * phi[i]))
                 slip.append(own_slope[first:last])
             first = last
         size = own_size + reach
         closed = abs(phi) <= TOUCHING * self.numbers.eps * size
-        scales = np.array(scale)
-        return Place(x, phi, own_size, size, normal, slip, bases, where, scales, closed)
+        scales, breadths = np.array(scale), np.array(breadth)
+        return Place(x, phi, own_size, size, normal, slip, bases, where, scales, closed,
+                     breadths, rho)  # fmt: skip
 
     def at_start(self, x: Vector) -> Place:
         """The gaps at a start, which is known to the round-off of its largest coordinate."""
@@ -167,6 +173,12 @@ class Gaps:
         mass, _ = self._motion(x, xi, self.p)
         found: np.ndarray = self.numbers.solve(mass, self.numbers.identity(len(xi)))
         return found
+
+    @cached_property
+    def bounds(self) -> GapBounds:
+        """Bounds of the gaps over boxes."""
+        values = [float(e) for e in self.scene.parameter_values]
+        return gap_bounds(self.s, self.scene.contact, tuple(values))
 
     def impulses(self, W: np.ndarray, U0: Vector, cones: Cones, start: Vector) -> Vector:
         """P in the cones with the velocities U₀ + W P (`cones.impulses`)."""
@@ -225,14 +237,19 @@ def gap_functions(
     own = sympy.Matrix([e for part in coordinates for e in part or ()])
     rho = natural_structure(s, s.x)[0][: s.n, :]
     slope = jacobian(phi, s.position)
-    size = [
-        sympy.Add(*map(abs, sympy.Add.make_args(e)), *(abs(d * x) for d, x in
-                zip(row, s.position, strict=True)))
-        for e, row in zip(phi, slope.tolist(), strict=True)
-    ]  # fmt: skip
+
+    def sizes(values: Any, slopes: Any) -> list[Any]:
+        """What the round-off of each value is a part of: its terms, and its changes with x."""
+        return [
+            sympy.Add(*map(abs, sympy.Add.make_args(e)), *(abs(d * x) for d, x in
+                    zip(row, s.position, strict=True)))
+            for e, row in zip(values, slopes.tolist(), strict=True)
+        ]  # fmt: skip
+
     given: dict[str, Any] = {"x": s.x, "p": s.parameter_list}
-    results: list[Any] = [list(phi), size, slope, slope * rho, rho]
-    results += [list(own), jacobian(own, s.position) * rho] if len(own) else [[], []]
+    results: list[Any] = [list(phi), sizes(phi, slope), slope, slope * rho, rho]
+    own_slope = jacobian(own, s.position) if len(own) else own
+    results += [list(own), own_slope * rho, sizes(own, own_slope)] if len(own) else [[], [], []]
     moving = {"x": s.x, "u": s.u, "p": s.parameter_list}
     with_momentum = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
     return (
@@ -242,3 +259,11 @@ def gap_functions(
         numeric(moving, [mass_matrix(s), list(momentum(s))], numbers, columns=columns),
         numeric(with_momentum, [energy(s)], numbers, columns=columns),
     )
+
+
+@lru_cache(maxsize=64)
+def gap_bounds(s: SceneSymbols, contact: Any, parameters: tuple[float, ...]) -> GapBounds:
+    """The bounds of the gaps of a scene with these values of its parameters."""
+    phi, _ = gap_expressions(s, contact)
+    known = dict(zip(s.parameter_list, parameters, strict=True))
+    return GapBounds(list(s.position), list(phi), jacobian(phi, s.position), known)

@@ -102,12 +102,15 @@ def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]
     r, before = scaling(W, cones), None
     for _ in range(MOST):
         units = of_parts(numbers.eps * (abs(P) + r * unit), cones) + numbers.eps**4
+        left = (missed(P, F, r, cones) / units).max(initial=0)
+        if before is not None and left <= NEAR:  # redundant contacts might go on exchanging
+            return P, data
         try:
             change = gaps.impulses(W, F - W @ P, cones, P) - P
             size = (of_parts(change, cones) / units).max()
         except NotFound as failure:  # frozen, redundant contacts may contradict each other
             change = failure.near - P
-            size = (missed(P, F, r, cones) / units).max()
+            size = left
         if size <= NEAR or (before is not None and before / 2 <= size < STAGNANT):
             return P, data
         if not size < np.inf:

@@ -2,77 +2,121 @@
 
 A part of the step ends where the gap is 0, the impact is there, and the rest of the step follows
 (Fetecau, Marsden, Ortiz, West 2003): times of impacts have the order of the rule. Impacts of one
-gap may accumulate in a step; after `ZENO` of them it closes without a rebound.
+gap may accumulate in a step; after `ZENO` of them it closes without a rebound. Gaps that close and
+open again within the step are found by bounds of them along its path (`bounds`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import CannotMeasure
+from ..errors import CannotMeasure, StepFailure
 from ..numbers.types import Number, Vector
+from .bounds import cubic
 from .contact_step import ContactSteps, Impact, Moment, Taken, carried
-from .gaps import Place
+from .gaps import TOUCHING, Gaps, Place
 
 EVENTS = 2**14  # in one step
 HALVINGS = 200  # of the search for an event
+SOON = 4  # units of round-off of a step, of which a part is none
+
+
+class Event(NamedTuple):
+    """What ends a part of a step: the share of the step up to it, and what was taken up to it.
+
+    stopped: the gap that stopped slipping there; rests: the gap that did not open after all.
+    """
+
+    share: Number
+    taken: Taken
+    stopped: int | None = None
+    rests: int | None = None
 
 
 class LocatedSteps(ContactSteps):
-    """Steps of a scene under contact, with impacts inside a step."""
+    """Steps of a scene under contact, with impacts inside a step.
 
-    def _met(self, phi: np.ndarray) -> np.ndarray:
-        met = super()._met(phi)
-        if len(phi) < 3:
-            return met | True
-        # between two rows φ is lower than at both by less than its second difference
-        bend = abs(phi[2:] - 2 * phi[1:-1] + phi[:-2])
-        bend = np.concatenate([bend[:1], np.maximum(bend[1:], bend[:-1]), bend[-1:]])
-        found: np.ndarray = met | (np.minimum(phi[1:], phi[:-1]) < bend) & (phi[:-1] > 0)
-        return found
+    stepped: only where impacts at the end of the step have no solution, or a gap closes and opens
+    again before.
+    """
+
+    def __init__(self, gaps: Gaps, free: Any, restitution: Number, stepped: bool) -> None:
+        super().__init__(gaps, free, restitution)
+        self.stepped = stepped
+
+    def free_steps(self, x: np.ndarray) -> tuple[int, np.ndarray]:
+        """(how many free steps, from row to row of x (r, n), are surely without contact; φ)."""
+        phi = self.gaps.phi(x)
+        if len(x) < 3:
+            return 0, phi
+        surely = self.gaps.bounds.open(x[:, : self.gaps.n].astype(float))
+        where = np.flatnonzero(~surely | (phi[1:] < 0).any(axis=1))
+        return (int(where[0]) if len(where) else len(x) - 1), phi
 
     def _taken(
         self, m: Moment, counts: np.ndarray, impacts: list[Impact]
     ) -> tuple[Moment, Vector, np.ndarray]:
         passed, left_with = 0 * self.one, None
-        total, stuck = self.gaps.still, set[int]()
-        for _ in range(EVENTS):
+        total, stuck, still = self.gaps.still, set[int](), set[int]()
+        for k in range(EVENTS):
             m = self._struck(m, passed, counts, impacts)
-            resting, left = self.resting(m), self.one - passed
+            resting, left = self._at_rest(m, still), self.one - passed
+            if self.stepped and k == 0 and (stepped := self._stepped(m, resting)) is not None:
+                return stepped
             slips = self._slips(m, resting, stuck)
             taken = self._moved(m, left, resting, slips)
             left_with = taken.end.u if left_with is None else left_with
-            event = self._first_event(m, taken, left, resting, slips)
-            share, taken, stopped = event or (left, taken, None)
-            total, m, passed = total + taken.impulses, taken.end, passed + share
-            if stopped is not None:
-                stuck.add(stopped)
-            if event is None or passed >= self.one:
+            event = self._first_event(m, taken, left, resting, slips) or Event(left, taken)
+            if event.stopped is not None:
+                stuck.add(event.stopped)
+            if event.rests is not None:
+                still.add(event.rests)
+            if event.share > 0:
+                total, m = total + event.taken.impulses, event.taken.end
+                passed = passed + event.share
+            if self.one - passed <= SOON * self.eps:
                 return m, left_with, total
         raise CannotMeasure(f"there are more than {EVENTS} impacts in one step")
+
+    def _stepped(self, m: Moment, resting: np.ndarray) -> tuple[Moment, Vector, np.ndarray] | None:
+        """A step with impacts at its end; None where there is none, or a gap closes and opens again
+        on the way."""
+        try:
+            taken, landing = self._landed(m, resting)
+        except (CannotMeasure, StepFailure):
+            return None
+        if self._closing(m, taken, self.one, {*resting, *landing}):
+            return None
+        return self._given_back(m, taken, resting, landing)
+
+    def _at_rest(self, m: Moment, still: set[int]) -> np.ndarray:
+        """The gaps that are closed and do not open, and those of `still` that are closed."""
+        resting = self.resting(m)
+        if not still:
+            return resting
+        return np.array(sorted({*resting} | {i for i in still if m.place.closed[i]}), dtype=int)
 
     def _first_event(
         self, m: Moment, taken: Taken, share: Number, resting: np.ndarray,
         slips: Mapping[int, Vector],
-    ) -> tuple[Number, Taken, int | None] | None:  # fmt: skip
-        """(share of the step, what was taken up to it, the gap that stopped slipping there).
-
-        Of the first gap that closes, or slip that ends; None where nothing happens in that part.
-        """
-        found: tuple[Number, Taken, int | None] | None = None
-        stopped: int | None
+    ) -> Event | None:  # fmt: skip
+        """The first gap that closes, or slip that ends; None where nothing happens in that part."""
+        found: Event | None = None
         done, place = set[int](), m.place
 
         def gap_after(i: int, share: Number) -> tuple[Number, Number, Taken]:
             """(φ_i after a share, its round-off, what was taken), the first two divided by the
-            share if the gap is closed at the start."""
+            share if the gap is closed at the start, less what it is not closed by there."""
             taken = self._moved(m, share, resting, slips)
-            over, there = share if place.closed[i] else self.one, taken.end.place
-            return there.phi[i] / over, 4 * self.eps * there.size[i] / over, taken
+            there, over, begun = taken.end.place, self.one, 0 * self.one
+            if place.closed[i]:
+                over, begun = share, (1 - share) * place.phi[i]
+            unit = 4 * self.eps * there.size[i] / over
+            return (there.phi[i] - begun) / over, unit, taken
 
         def slip_after(i: int, share: Number) -> tuple[Number, Number, Taken]:
             """(slip i after a share of the step, its round-off, what was taken)."""
@@ -80,24 +124,49 @@ class LocatedSteps(ContactSteps):
             return self._slip(place, taken.end, i, slips[i]), self.eps * taken.end.noise[i], taken
 
         while True:
-            if gap := self._closing(m, taken.end, share, {*resting, *done}):
+            if gap := self._closing(m, taken, share, {*resting, *done}):
                 i, first, upto = gap
-                stopped, value = None, partial(gap_after, i)
+                root = self._root(partial(gap_after, i), first, upto)
+                if root is not None and place.closed[i] and self._is_no_flight(m, i, first, root):
+                    return Event(0 * share, taken, rests=i)
+                if root is not None:
+                    closed = root[1].end.place.closed.copy()
+                    closed[i] = True  # by where it is, whatever its round-off
+                    end = root[1].end
+                    end = end._replace(place=end.place._replace(closed=closed))
+                    root = root[0], root[1]._replace(end=end)
+                stopped = None
             else:
                 ended = [i for i in slips if i not in done
-                         and self._slip(place, taken.end, i, slips[i]) <= 0]  # fmt: skip
+                         and self._has_ended(place, taken.end, i, slips[i])]  # fmt: skip
                 if not ended:
                     return found
                 i = stopped = ended[0]
                 done.add(i)
-                first, upto = slips[i] @ (place.slip[i] @ m.u), share
-                value = partial(slip_after, i)
-            root = self._root(value, first, upto)
+                first = slips[i] @ (place.slip[i] @ m.u)
+                root = self._root(partial(slip_after, i), first, share)
+                if root is not None and root[0] <= SOON * self.eps:
+                    return Event(0 * share, taken, stopped=i)
             if root is None or not root[0] < share:
                 done.add(i)
             if root is not None:
                 share, taken = root
-                found = share, taken, stopped
+                found = Event(share, taken, stopped)
+
+    def _is_no_flight(self, m: Moment, i: int, first: Number, root: tuple[Number, Taken]) -> bool:
+        """Whether a closed gap that opens closes again before it is more than its round-off.
+
+        Its parabola is as high as a quarter of its rate times its time.
+        """
+        size = max(m.place.size[i], root[1].end.place.size[i])
+        return bool(root[0] <= SOON * self.eps
+                    or first * root[0] / 4 <= TOUCHING * self.eps * size)  # fmt: skip
+
+    def _has_ended(self, place: Place, end: Moment, i: int, along: Vector) -> bool:
+        """Whether the slip of gap i has ended or turned, but for round-off."""
+        row = end.place.slip[i]
+        slow = self._slow(row, end.u, end.noise[i]).max()
+        return bool(self._slip(place, end, i, along) <= slow)
 
     def _slip(self, place: Place, end: Moment, i: int, along: Vector) -> Number:
         """The slip of gap i at the end of a part, in the direction that it began with."""
@@ -108,22 +177,42 @@ class LocatedSteps(ContactSteps):
         return carried(place, there, i, along) @ (there.slip[i] @ xi)
 
     def _closing(
-        self, m: Moment, end: Moment, share: Number, done: set[int]
+        self, m: Moment, taken: Taken, share: Number, done: set[int]
     ) -> tuple[int, Number, Number] | None:
         """(gap, its value at the start, a share at which it is negative) of one that closes."""
-        place, there, h = m.place, end.place, self.free.h * share
+        place, there, h = m.place, taken.end.place, self.free.h * share
         rates = place.normal @ m.u
-        for i in range(self.gaps.count):
-            if i in done:
-                continue
-            first = self.free.h * rates[i] if place.closed[i] else place.phi[i]
+        watched = [i for i in range(self.gaps.count) if i not in done]
+        first = {i: self.free.h * rates[i] if place.closed[i] else place.phi[i] for i in watched}
+        for i in watched:
             if there.phi[i] < 0 and not there.closed[i]:
-                return i, first, share
-            if place.closed[i] or not rates[i] < 0:
-                continue
-            ending = there.normal[i] @ self.gaps.velocity(there.x, end.mu, end.u)
-            if ending > 0 and (low := _dip(place.phi[i], h * rates[i], there.phi[i], h * ending)):
-                return i, first, share * low
+                return i, first[i], share
+        if watched and (dip := self._dip(m, taken, h, watched)):
+            return dip[0], first[dip[0]], share * dip[1]
+        return None
+
+    def _dip(
+        self, m: Moment, taken: Taken, h: Number, watched: list[int]
+    ) -> tuple[int, Number] | None:
+        """(gap, share of the part at which it is negative) of one that does so on the way.
+
+        The way is the cubic with the velocities at both ends, which has their order.
+        """
+        gaps, n, place, there = self.gaps, self.gaps.n, m.place, taken.end.place
+        bounds, begin = gaps.bounds, m.u
+        if len(taken.at_start):
+            pushed = m.mu + taken.start.push.T @ taken.at_start
+            begin = gaps.velocity(place.x, pushed, m.u)
+        ending = gaps.velocity(there.x, taken.arriving, taken.end.u)
+        points = cubic(*(np.array([float(e) for e in part]) for part in (
+            place.x[:n], h * (place.rho @ begin), there.x[:n], h * (there.rho @ ending))
+        ))  # fmt: skip
+        low = bounds.lowest(points[None])[0]
+        for i in watched:
+            if not low[i] > 0:
+                closed = TOUCHING * self.eps * max(place.size[i], there.size[i])
+                if at := bounds.dip(points, i, -float(closed)):
+                    return i, at
         return None
 
     def _root(
@@ -144,7 +233,7 @@ class LocatedSteps(ContactSteps):
             if not low < part < high:
                 part = (low + high) / 2
             new, unit, at = value(part)
-            if abs(new) <= unit or high - low <= 4 * self.eps * high:
+            if abs(new) <= unit or high - low <= SOON * self.eps:
                 break
             side = 1 if new > 0 else -1
             weight = 1 - new / newest if side == latest else self.one
@@ -155,15 +244,3 @@ class LocatedSteps(ContactSteps):
                 high, below, above = part, new, above * weight
             latest, newest = side, new
         return part, at
-
-
-def _dip(first: Number, rate: Number, last: Number, ending: Number) -> Number | None:
-    """Where in (0, 1) a cubic with these values and slopes at 0 and 1 has a negative minimum."""
-    a, b = 2 * (first - last) + rate + ending, 3 * (last - first) - 2 * rate - ending
-    under = b * b - 3 * a * rate
-    if under <= 0:
-        return None
-    root = under**0.5
-    at = -rate / (b + root) if b > 0 else (root - b) / (3 * a)
-    value = first + at * (rate + at * (b + at * a))
-    return at if 0 < at < 1 and value < 0 else None

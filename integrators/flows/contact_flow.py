@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..compiler import OK, KernelsAtStep
-from ..contact import ContactRun, ContactSteps, FreeSteps, Gaps, LocatedSteps, Moment, check_gaps
+from ..contact import ContactRun, FreeSteps, Gaps, LocatedSteps, Moment, check_gaps
 from ..errors import BadInput, CannotMeasure, StepFailure
 from ..numbers import Matrix, Numbers, Vector
 from .failures import CAUSES
@@ -77,11 +77,11 @@ class ContactFlow(Flow):
         return self.gaps_kind(self.scheme.equations.s, self.scheme.scene, self.numbers)
 
     @cached_property
-    def _steps(self) -> ContactSteps:
+    def _steps(self) -> LocatedSteps:
         scene, h = self.scheme.scene, self.context.h
         e = self.numbers.number(scene.restitution)
-        kind = LocatedSteps if scene.impacts == "located" else ContactSteps
-        return kind(self.gaps, FreeSteps(h, self._part), e)
+        stepped = scene.impacts == "stepped"
+        return LocatedSteps(self.gaps, FreeSteps(h, self._part), e, stepped)
 
     def _part(self, share: Any, x: Vector, mu: Vector, u: Vector) -> tuple[Vector, Vector, Vector]:
         """(y, μ′, u) of a free step of a share of the step."""
@@ -169,7 +169,7 @@ class _Run(ContactRun):
             np.array([[numbers.number(e) for e in row] for row in rows], dtype=numbers.dtype)
             if numbers.dtype is object else rows for rows in (run.base, run.mu, run.u)
         )  # fmt: skip
-        free, phi = self.contact.free_steps(x)
+        free, phi = self.flow._steps.free_steps(x)
         for k in range(free):
             self.write(x[k], mu[k], u[k])
             self.index += 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,10 @@ class Overlooking(Gaps):
 
     def phi(self, rows: np.ndarray) -> np.ndarray:
         return super().phi(rows) * 0 + 1
+
+    @property
+    def bounds(self) -> Any:
+        return SimpleNamespace(open=lambda rows: np.ones(len(rows) - 1, dtype=bool))
 
 
 def flow_with(control: str, scheme: Any, step: Any, digits: int) -> ContactFlow:

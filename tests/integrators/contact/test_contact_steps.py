@@ -220,7 +220,7 @@ def test_a_gap_whose_impacts_accumulate_leaves_the_others_their_rebound():
                 v0=[0, -1], contact=lambda x, p: list(x), restitution="0.8",
                 impacts="located")  # fmt: skip
     found = Scheme(two, midpoint).flow("1.5").trajectory(1)
-    assert len(found.impacts.t) > 64 and found.mu[-1, 0] == 0
+    assert len(found.impacts.t) > 50 and found.mu[-1, 0] == 0
     assert abs(found.mu[-1, 1] - 0.8) < 1e-13 and abs(found.x[-1, 1] - 0.24) < 1e-13
 
 
@@ -235,7 +235,7 @@ def test_contact_on_an_action_groupoid(retraction):
     assert abs(np.linalg.norm(found.impacts.before - found.impacts.after, axis=1)).min() > 0.1
 
 
-def test_friction_that_jams_is_said():
+def test_a_slip_whose_friction_would_close_its_gap_has_no_scale():
     """Painlevé's rod: an impulse at an end that slips would close its gap."""
     rod = scenes.get("falling-stick").with_values(
         x0=[0, 1, 1], v0=[0, 0, 0], friction=5, parameters={"inertia": "1/100"}
@@ -248,7 +248,7 @@ def test_friction_that_jams_is_said():
         W = gaps.flexibility(place.x, np.zeros(3), on.rows, on.push)
         jams.append(W[0, 0] <= 0)
         if jams[-1]:
-            with pytest.raises(CannotMeasure, match="jams"):
+            with pytest.raises(CannotMeasure, match="does not open"):
                 scaling(W, on.cones)
     assert sorted(jams) == [False, True]
 
