@@ -7,7 +7,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from ..errors import CannotMeasure, StepFailure
+from ..numbers import finite
 from ..numbers.types import Vector
 from .contact_step import ContactSteps, Moment
 
@@ -38,12 +41,25 @@ class ContactRun(ABC):
         while self.index < self.steps:
             with self._told():
                 self.advance()
+                self._look()
             if self.progress is not None:
                 self.progress(self.index)
         with self._told():
             m = self.moment
             self.write(m.place.x, m.mu, self.contact.free.part(1, m.place.x, m.mu, m.u)[2])
         return self.trajectory(self.steps // self.every + 1)
+
+    def _look(self) -> None:
+        """Raise `CannotMeasure` where x or μ of now is no longer finite."""
+        for name, part in (("x", self.moment.place.x), ("mu", self.moment.mu)):
+            if len(lost := np.flatnonzero(~finite(part))):
+                self.index -= 1
+                where = self.component(name, int(lost[0]))
+                raise CannotMeasure(f"the numbers are no longer finite, first {where}")
+
+    def component(self, name: str, k: int) -> str:
+        """The name of entry k of x or mu."""
+        return f"{name}[{k}]"
 
     def advance(self) -> None:
         """One step, and perhaps more."""

@@ -51,11 +51,14 @@ class PreparedRun:
         for column in (run.xs, run.us, run.mus):
             self.places.append((slice(at, at + column.size), column.shape))
             at += column.size
+        # 0·∞ is no number, so what 0s make of finite numbers is 0 and of others is not
+        self.zeros = np.zeros(len(self.block))
+        self.end = self.state[: machine.layout.parts[1].stop] if steps % every else self.state[:0]
         self.n, self.m = self.same["x"].shape[1], self.same["u"].shape[1]
         self.shorter = 2 / edge.context.parts[0].h
 
     def __call__(self, start: Start) -> Trajectory | None:
-        """The rows from a start at time 0; None where a step was not solved."""
+        """The rows from a start at time 0; None where a step failed or lost its numbers."""
         np.copyto(self.state, self.beginning[0])
         np.copyto(self.totals, self.beginning[1])
         if start.guess is not self.start.guess:
@@ -66,8 +69,11 @@ class PreparedRun:
             part()
             if self.out[1]:
                 return None
+        block = self.block.copy()
+        if self.zeros.dot(block) != 0 or not np.isfinite(self.end).all():
+            return None
         made = object.__new__(_Unread)
-        vars(made)["_unread"] = self, self.block.copy(), self.counts.copy()
+        vars(made)["_unread"] = self, block, self.counts.copy()
         return made
 
     def column(self, name: str, block: Vector) -> Matrix:

@@ -21,9 +21,10 @@ from ..compiler import (
     Run,
     taken_over,
 )
+from ..errors import StepFailure
 from ..geometry import OneStepGeometry
 from ..groupoids import margin_of
-from ..numbers import Arithmetic, Matrix, Numbers, Vector
+from ..numbers import Arithmetic, Matrix, Numbers, Vector, finite
 from ..numbers.types import Exact
 from .failures import failure_of_run
 from .initial_state import Start
@@ -100,10 +101,51 @@ def run_from(
     if status and edge.stages is not None and edge.stages.alone:
         raise edge.context.failure("the fixed point of the stages does not contract", {}, run.index)
     count = -(-run.index // every) if status else steps // every + 1
+    if (good := _finite_rows(edge, run, count, status)) is not None:
+        raise _no_longer_finite(edge, run, good, start.t0)
     rows = rows_of(edge, run, count, start.t0)
     if status:
         raise failure_of_run(edge, run, status, rows)
     return rows
+
+
+def _finite_rows(edge: EdgePolicy, run: Run, count: int, status: int) -> int | None:
+    """How many of the first rows are finite, where not all are, or the end of the run is not."""
+    for columns in (run.xs[:count], run.mus[:count]):
+        if not finite(columns).all():
+            rows = finite(run.xs[:count]).all(axis=1) & finite(run.mus[:count]).all(axis=1)
+            return int(np.flatnonzero(~rows)[0])
+    machine = edge.machine if edge.stages is None else edge.stages
+    lost = not (status or all(finite(part).all() for part in machine.point(run.state)))
+    return count if lost else None
+
+
+def _no_longer_finite(edge: EdgePolicy, run: Run, good: int, t0: Exact) -> StepFailure:
+    """The failure of the first step whose end is not finite, found again from the last good row.
+
+    A kernel does not look at x and μ in each step; where no equation needs them, all goes on.
+    """
+    row, context = max(good - 1, 0), edge.context
+    first, x, mu = row * run.every, run.xs[row].copy(), run.mus[row].copy()
+    steps = min(run.every, run.steps - first)
+    guess, translate = context.start(x, mu, run.us[row, : len(mu)].copy()), run.translates[row]
+    machine = edge.machine if edge.stages is None else edge.stages
+    c = edge.coefficients(int(translate)) if edge.stages is None else edge.stages.c
+    again = machine.buffers(machine.lead(x, mu, c, guess), steps, 1)
+    again.translate = int(translate)
+    edge.begin(again, None)
+    _advance(edge, again, None, guess)
+    columns, found = (again.xs, again.mus), ""
+    for k in range(min(again.index + 1, steps + 1)):
+        lost = [f"{name}[{i}]" for name, rows in zip(("x", "mu"), columns, strict=True)
+                for i in np.flatnonzero(~finite(rows[k]))]  # fmt: skip
+        if lost:
+            found, first = f", first {lost[0]}", first + k - 1
+            x, mu = (rows[k - 1] for rows in columns)
+            break
+    run.index = first
+    said = f"the numbers are no longer finite{found}"
+    return context.failure(said, {"x": x, "mu": mu}, first, rows_of(edge, run, good, t0))
 
 
 def first_u(edge: EdgePolicy, start: Start, branch: object = None) -> Vector:

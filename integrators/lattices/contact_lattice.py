@@ -113,6 +113,11 @@ class _Run(ContactRun):
         self.made += 1
         return run.x.ravel().copy(), run.mu.ravel().copy(), u
 
+    def component(self, name: str, k: int) -> str:
+        """As of a `ContactRun`: with its site."""
+        width = (self.run.x if name == "x" else self.run.mu).shape[1]
+        return f"{name}[{k % width}] at site {k // width}"
+
     def advance(self) -> None:
         """One step, whose impacts are told site by site."""
         before, first = self.moment.place, len(self.impacts)

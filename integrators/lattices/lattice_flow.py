@@ -148,7 +148,8 @@ class LatticeFlow:
         def failed(status: int) -> StepFailure:
             rows = made(count := -(-run.index // every) - first)
             last = (first + count - 1) * every
-            known = self.scheme.local and count > 0
+            lost = not (np.isfinite(run.x).all() and np.isfinite(run.nu).all())
+            known = (self.scheme.local or lost) and count > 0
             here = run.traced(rows.x[-1], rows.mu[-1], last) if known else run
             return here.failure(status, rows)
 
@@ -186,6 +187,8 @@ class LatticeFlow:
                 kept.save(run.state, rows, run.index // every + 1, at_once=run.index == steps)
             if progress is not None:
                 progress(run.index)
+        if (status := run.end()) != OK:
+            raise failed(status)
         yield made(run.index // every + 1 - first)
 
     def _stops(self, run: LatticeRun, steps: int, every: int) -> Iterator[tuple[bool, int]]:

@@ -187,10 +187,20 @@ class LatticeRun:
         if status == OK and self.multipliers.shape[1]:
             status = self._project()
         self.mu[~self.free] = 0
-        bad = np.flatnonzero(~(np.isfinite(self.mu).all(axis=1) & np.isfinite(self.u).all(axis=1)))
-        if status == OK and len(bad):
-            self.totals[PLACE], status = bad[0], SINGULAR
+        if status == OK:
+            status = self._looked_at(self.x, self.mu, self.u)
         return status
+
+    def end(self) -> int:
+        """The status of what no `show` has looked at: whether the state is finite."""
+        return self._looked_at(self.x, self.nu) if self.status == OK else self.status
+
+    def _looked_at(self, *arrays: np.ndarray) -> int:
+        if all(np.isfinite(e).all() for e in arrays):
+            return OK
+        finite = np.all([np.isfinite(e).all(axis=1) for e in arrays], axis=0)
+        self.totals[PLACE] = np.flatnonzero(~finite)[0]
+        return SINGULAR
 
     def _project(self) -> int:
         """`mu` to what the constraints admit, and `multipliers` of the step to come; the status.
@@ -232,7 +242,7 @@ class LatticeRun:
     def traced(self, x: np.ndarray, mu: np.ndarray, index: int) -> LatticeRun:
         """This run again from its row of step `index`, to the first step without numbers.
 
-        Kernels of sites that are solved by themselves go on there.
+        Kernels go on there where no equation needs the number that is lost.
         """
         again = LatticeRun(self.flow, x.copy(), mu.copy())
         again.index = index
@@ -248,17 +258,25 @@ class LatticeRun:
         bad = np.flatnonzero(~np.isfinite(written).all(axis=1))
         named = status != SINGULAR or len(bad) == 0
         i = int(self.totals[PLACE] if named else bad[0])
-        cause = "a correction is not finite, as where L is not or FL is singular"
+        cause = f"a correction is not finite, as where L is not or FL is singular at site {i}"
         if status == NOT_CONVERGED:
-            cause = "Newton's method does not converge"
+            cause = f"Newton's method does not converge at site {i}"
         flow, index = self.flow, self.index
         if status == SINGULAR and self.sparse is None and not flow.scheme.local:
-            cause += (", or a pivot is 0 in the fixed order of a chain (its bonds as a list of "
-                      "pairs are solved with row exchanges),")  # fmt: skip
+            cause = cause.removesuffix(f" at site {i}") + (
+                ", or a pivot is 0 in the fixed order of a chain (its bonds as a list of pairs are "
+                f"solved with row exchanges), at site {i}"
+            )
+        if status == SINGULAR:
+            for name, part in (("x", self.x), ("mu", self.nu)):
+                if len(lost := np.argwhere(~np.isfinite(part))):
+                    i, k = map(int, lost[0])
+                    cause = f"the numbers are no longer finite, first {name}[{k}] at site {i}"
+                    break
         state = {"x": self.x[i], "mu": self.mu[i]}
         return StepFailure(
             flow.lattice.name, flow.scheme.rule.name, index, float(flow.step * index), state,
-            f"{cause} at site {i}", rows,
+            cause, rows,
         )  # fmt: skip
 
 

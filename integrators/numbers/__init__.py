@@ -13,6 +13,7 @@ from .arithmetic import (
     NotComputed,
     NotSmooth,
     arithmetic,
+    finite,
 )
 from .coefficients import Coefficients, Parameters
 from .definitions import (
@@ -77,11 +78,11 @@ __all__ = [
     "Number", "Numbers", "Parameters", "Together", "Tracked", "Vector", "arithmetic",
     "as_one_number", "called_text", "code", "collect", "entry", "errors_of", "evaluate",
     "evaluate_at", "evaluate_matrix", "exact", "exact_matrices", "exact_nested", "exact_rational",
-    "exact_vector", "first_violation", "flatten", "floats_exact", "function_text", "inlined",
-    "inverse_sizes", "is_zero", "jacobian", "listed", "needed", "newton", "null_direction",
-    "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of", "random_columns",
-    "mpmath", "random_point", "refuse_large", "register", "registered_function", "replaced",
-    "rounded", "run_text", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy", "to_sympy",
-    "tracked", "tracked_later", "values_of", "vanishes", "vanishes_as", "whole_number",
+    "exact_vector", "finite", "first_violation", "flatten", "floats_exact", "function_text",
+    "inlined", "inverse_sizes", "is_zero", "jacobian", "listed", "needed", "newton",
+    "null_direction", "number", "numeric", "numeric_function", "numeric_text", "opaque", "parts_of",
+    "random_columns", "mpmath", "random_point", "refuse_large", "register", "registered_function",
+    "replaced", "rounded", "run_text", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy",
+    "to_sympy", "tracked", "tracked_later", "values_of", "vanishes", "vanishes_as", "whole_number",
     "with_running_errors", "with_tables", "working_digits", "written_out",
 ]  # fmt: skip

@@ -40,6 +40,13 @@ class NotSmooth(NotComputed):
     """An expression is the derivative of one that has none everywhere."""
 
 
+def finite(values: Matrix) -> Any:
+    """Whether each number of an array, of any arithmetic, is finite."""
+    if values.dtype == object:
+        return np.asarray(values - values == 0)
+    return np.isfinite(values)
+
+
 def refused(e: Expression) -> NotComputed:
     """The error for an expression that no arithmetic has, which it names by its function."""
     name = type(e).__name__

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from importlib import import_module
 from typing import Any
@@ -13,7 +12,7 @@ from discmech.integrators import retractions
 from ..core import lookup
 from ..core.options import whole
 from .options import RULE_HELP
-from .output import DERIVED, progress_shown, write
+from .output import DERIVED, progress_shown, strict_json, write
 
 
 def add_to(commands: Any) -> None:
@@ -59,7 +58,7 @@ def _control(options: argparse.Namespace) -> int:
             "t", "x", "mu", "u", "controls", "control_times", "node_controls", "costates")},
     }  # fmt: skip
     if options.json:
-        write(options.json, json.dumps(found))
+        write(options.json, strict_json(found))
     if options.json != "-":
         print(f"{scene.name} by {rule.name}: {steps} steps, cost {best.cost:.12g}, Newton's method "
               f"{best.iterations} corrections, {found['seconds']:.3g} s")  # fmt: skip

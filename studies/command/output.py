@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+<<<<<<< HEAD
 import errno
+=======
+>>>>>>> 6e0d3e0 (Name step and component where numbers are no longer finite)
 import json
 import os
 import sys
@@ -33,6 +36,16 @@ def exit_code(*results: Mapping[str, Any]) -> int:
         why = " Nor of ".join(f"{rule}: {reason}" for rule, reason in bad.items())
         raise BadInput(f"nothing could be measured of {why}")
     return EXIT[said]
+
+
+def strict_json(found: Mapping[str, Any]) -> str:
+    """The data as JSON, which has neither NaN nor infinities: they become null."""
+    try:
+        return json.dumps(found, allow_nan=False)
+    except ValueError:
+        from ..report.tables import plain
+
+        return json.dumps(plain(found), allow_nan=False)
 
 
 def write(file: str, text: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from math import isfinite
@@ -14,7 +13,7 @@ from discmech.integrators import StepFailure
 from ..core import lookup
 from ..core.options import digits_in, whole
 from .options import RULE_HELP, scene_asked
-from .output import DERIVED, progress_shown, write
+from .output import DERIVED, progress_shown, strict_json, write
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -81,7 +80,7 @@ def run_scene(options: argparse.Namespace) -> int:
         "seconds": seconds, "failure": None if failure is None else str(failure),
     }  # fmt: skip
     if options.json:
-        write(options.json, json.dumps(found))
+        write(options.json, strict_json(found))
     if options.json != "-":
         if choice is not None:
             print(f"chosen: {choice}")

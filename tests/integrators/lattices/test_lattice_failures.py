@@ -23,7 +23,7 @@ def test_the_site_that_has_no_numbers_is_named(rule, bonds):
         lambda x, y, p: -((y[0] - x[0]) ** 2) / 20, x0=x0, v0=v0, bonds=bonds,
     )  # fmt: skip
     for every in (1, 20):
-        with pytest.raises(StepFailure, match=r"as where L is not or FL is singular.* at site 6 "):
+        with pytest.raises(StepFailure, match=r"(is singular|no longer finite).* at site 6 "):
             Scheme(leaving, rule).flow("1/50").trajectory(20, every)
 
 
