@@ -53,7 +53,8 @@ class PreparedRun:
             at += column.size
         # 0·∞ is no number, so what 0s make of finite numbers is 0 and of others is not
         self.zeros = np.zeros(len(self.block))
-        self.end = self.state[: machine.layout.parts[1].stop] if steps % every else self.state[:0]
+        self.between = steps % every != 0  # the end is no row then
+        self.end = self.state[: machine.layout.parts[1].stop]
         self.n, self.m = self.same["x"].shape[1], self.same["u"].shape[1]
         self.shorter = 2 / edge.context.parts[0].h
 
@@ -70,7 +71,7 @@ class PreparedRun:
             if self.out[1]:
                 return None
         block = self.block.copy()
-        if self.zeros.dot(block) != 0 or not np.isfinite(self.end).all():
+        if self.zeros.dot(block) != 0 or (self.between and not np.isfinite(self.end).all()):
             return None
         made = object.__new__(_Unread)
         vars(made)["_unread"] = self, block, self.counts.copy()
