@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-<<<<<<< HEAD
 import errno
-=======
->>>>>>> 6e0d3e0 (Name step and component where numbers are no longer finite)
 import json
 import os
 import sys
