@@ -2,7 +2,16 @@
 
 import sympy
 
-from discmech import MatrixAlgebra, Scene, exponential, lie_group, one_step, pair, so
+from discmech import (
+    MatrixAlgebra,
+    Scene,
+    discretisation,
+    exponential,
+    lie_group,
+    one_step,
+    pair,
+    so,
+)
 
 
 @one_step(order=1, groupoids="pair", implicit=True, name="symplectic-euler")
@@ -61,3 +70,13 @@ fast_at_rest = Scene(
     duration=6,
     step="0.01",
 )
+
+
+@discretisation(order=2, stages=1, splits=True, groupoids="pair")
+def impulse(L, G, x, u, h, s):
+    """Slow forces at both ends, two steps of Verlet for the fast one: resonates near hω = √8."""
+    first, second = u + s[0], u - s[0]
+    middle, end = x + h * first / 2, x + h * u
+    verlet = L(x, first) + L(middle, first) + L(middle, second) + L(end, second)
+    slow = [L(at, 0 * u) + L.fast(at) for at in (x, middle, end)]
+    return h * verlet / 4 + h * (slow[0] + slow[2] - 2 * slow[1]) / 4

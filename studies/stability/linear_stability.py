@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure, scenes
-from discmech.integrators.numbers import LazyModule
+from discmech.integrators.numbers import LazyModule, sympy
 from discmech.integrators.rules import Discretisation
 
 from ..core.case import scheme_of
+from .trace import DIGITS, StableSet, stable_set
 
 FARTHEST = 1000.0  # as far as z = hω is looked at
 GRID = np.concatenate([np.arange(0.02, 8.0, 0.02), np.geomspace(8.0, FARTHEST, 120)])
@@ -54,13 +56,14 @@ class Oscillator:
     """A rule on the oscillator with ω = 1: its step matrix at any z, and runs that really go.
 
     The columns of the matrix are two runs of one step, exact as the step is linear. A rule that
-    splits has the whole spring as its fast part.
+    splits has the whole spring as its fast part, but for the share `slow`.
     """
 
-    def __init__(self, rule: Discretisation) -> None:
+    def __init__(self, rule: Discretisation, slow: Fraction = Fraction(0)) -> None:
         scene = scenes.get("harmonic")
         if rule.splits:
-            scene = replace(scene, fast=lambda x, p: p.stiffness * x[0] ** 2 / 2)
+            fast = sympy.Rational(1 - slow)
+            scene = replace(scene, fast=lambda x, p: fast * p.stiffness * x[0] ** 2 / 2)
         self.scheme: Scheme = scheme_of(scene, rule)
         self._matrices: dict[float, np.ndarray] = {}
 
@@ -70,6 +73,19 @@ class Oscillator:
             columns = [self._end(z, 1, x0, mu0) for x0, mu0 in ((1.0, 0.0), (0.0, 1.0))]
             self._matrices[z] = np.array(columns).T
         return self._matrices[z]
+
+    def trace(self, z: Fraction) -> Any:
+        """tr M(z) to `DIGITS`."""
+        flow = self.scheme.flow(z, DIGITS)
+        across = flow.trajectory(1, x0=[1], mu0=[0]).x[-1, 0]
+        return across + flow.trajectory(1, x0=[0], mu0=[1]).mu[-1, 0]
+
+    def proved(self) -> StableSet | None:
+        """Where the step is stable, at every z up to FARTHEST; None if only a grid can tell."""
+        try:
+            return stable_set(self.trace, FARTHEST)
+        except StepFailure:
+            return None
 
     def grows(self, z: float, steps: int = 10**5) -> bool:
         """Whether that many steps make more than 10³ of a start of size 1."""

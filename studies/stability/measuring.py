@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import replace
 from fractions import Fraction
@@ -17,7 +18,7 @@ from ..core.claims import not_claimed
 from . import EULER, RUNGE_KUTTA, exchange, linear_stability
 from .exchange import adiabatic, exchange_errors, exchange_when_stiffer
 from .linear_stability import FARTHEST, Oscillator
-from .nonlinear_stability import limits, stability_map
+from .nonlinear_stability import HIGHEST, LOWEST, limits, stability_map
 from .stiff import FAMILIES
 
 NAME = "stability"
@@ -33,6 +34,10 @@ NEEDS = (
     + "."
 )
 CONTROL_STEPS = 2000
+#: of a rule that splits: the share of the oscillator's force that is slow, by a frequency that is a
+#: thirtieth of the fast one
+SLOW = Fraction(1, 1000)
+_FAST_PART = math.sqrt(1 - SLOW)  # the fast frequency, of the whole one
 PROGRAM_STEPS = 500  # of each cell's run of a program, a call of Python's each
 #: hω up to which a rule must be bounded on every stiff scene, two radians of the fastest motion in
 #: four steps: 10^(−3/10), which is a cell of both grids
@@ -74,13 +79,16 @@ def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Rows {z, radius, phase, krein, determinant}, z = hω.
 
     measured: stable_to (where the first unstable interval begins, None if there is none up to
-    z = 1000), intervals (unstable ones), resonances, off_circle (a z below stable_to at which the
+    z = 1000), intervals (unstable ones), proved (whether they are those of every z, by the trace as
+    a rational function, and not of a grid), touched (where |tr M| = 2 without a change),
+    gaps (`gaps_of`), resonances, off_circle (a z below stable_to at which the
     step is not symplectic), runs (whether 10⁵ steps on both sides of the ends say the same).
     """
     problem = Oscillator(controls.RUNGE_KUTTA[case.control] if case.control else case.rule)
     progress(f"{case.label}: linear stability", 0.0)
     rows = linear_stability.spectra(problem.matrix)
-    intervals = linear_stability.unstable_intervals(problem.matrix)
+    proved = problem.proved() if case.rule.is_formula and not case.control else None
+    intervals = proved.unstable if proved else linear_stability.unstable_intervals(problem.matrix)
     progress(f"{case.label}: runs on both sides", 0.5)
     first = intervals[0][0] if intervals else None
     stable = [0.999 * first] if first else [10.0, 100.0, FARTHEST] if first is None else []
@@ -92,6 +100,9 @@ def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
         "measured": {
             "stable_to": first,
             "intervals": {str(i + 1): [a, b] for i, (a, b) in enumerate(intervals)},
+            "proved": proved is not None,
+            "touched": proved.touched if proved else None,
+            "gaps": gaps_of(case.rule) if not case.control else [],
             "resonances": linear_stability.resonances(problem.matrix),
             "off_circle": linear_stability.off_circle(rows, first or FARTHEST),
             "runs": agree,
@@ -103,7 +114,9 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Rows of `nonlinear_stability.stability_map`.
 
     measured: classes (how many cells of each), limits {stiffness: the largest hω up to which all
-    is bounded}; on fpu also exchange {hω: error at ω = 50}, stiffer {ω: error at hω = 5} and, for
+    that was tried is bounded}; between {hω: class} of cells that are not bounded in the gaps
+    that a slow force opens (`gaps_of`);
+    on fpu also exchange {hω: error at ω = 50}, stiffer {ω: error at hω = 5} and, for
     a rule that splits, adiabatic {ω: change over T = 10⁵ at hω = 10}.
     """
     family = FAMILIES[case.scene.name]
@@ -118,11 +131,21 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
         rows = stability_map(part, scheme, steps=CONTROL_STEPS, progress=show)
     else:
         steps = case.steps or (None if case.rule.is_formula else PROGRAM_STEPS)
-        rows = stability_map(family, case.scheme, case.thorough, steps=steps, progress=show)
+        ends = [(a * _FAST_PART, b * _FAST_PART) for a, b in gaps_of(case.rule)]
+        low, high = (10.0**e for e in (LOWEST, HIGHEST))
+        more = tuple(math.sqrt(a * b) for a, b in ends if low < a and b < high)
+        rows = stability_map(
+            family, case.scheme, case.thorough, steps=steps, progress=show, more=more
+        )
     measured: dict[str, Any] = {
-        "classes": dict(Counter(row["class"] for row in rows)),
+        "classes": dict(Counter(row["class"] for row in rows if not row.get("between"))),
         "limits": limits(rows),
     }
+    lost = {
+        f"{r['z']:.4g}": r["class"] for r in rows if r.get("between") and r["class"] != "bounded"
+    }
+    if lost:
+        measured["between"] = lost
     if family.adiabatic and not case.control and case.rule.is_formula:
         progress(f"{label}: exchange of energy", 0.9)
         measured["exchange"] = {f"{z:.3g}": e for z, e in exchange_errors(case.scheme).items()}
@@ -137,6 +160,22 @@ def measure_map(case: Case, progress: Progress = silent) -> dict[str, Any]:
         "rows": rows,
         "measured": measured,
     }
+
+
+def gaps_of(rule: Discretisation) -> list[tuple[float, float]]:
+    """Intervals of instability that a slow force opens in a rule that splits, below its own first.
+
+    Where a step of the fast motion is a half or a whole turn any slow force opens one, narrower
+    than a grid sees: proved for the share `SLOW` of the oscillator's force.
+    """
+    if not (rule.splits and rule.is_formula):
+        return []
+    alone, beside = Oscillator(rule).proved(), Oscillator(rule, SLOW).proved()
+    if alone is None or beside is None:
+        return []
+    first = alone.unstable[0][0] if alone.unstable else FARTHEST
+    # one that goes on to the end is no gap: there the slow force is not resolved itself
+    return [(a, b) for a, b in beside.unstable if b < 0.99 * first]
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:

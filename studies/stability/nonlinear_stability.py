@@ -36,27 +36,36 @@ def trajectory(scheme: Scheme, step: Fraction, steps: int) -> Any:
 
 def stability_map(
     family: Family, derived: Scheme, thorough: bool = False, steps: int | None = None,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Callable[[float], None] = lambda fraction: None, more: tuple[float, ...] = (),
 ) -> list[dict[str, Any]]:  # fmt: skip
     """Rows {stiffness, z, step, steps, time, class, band, adiabatic, cause}: z = hω, coarse to fine
-    in stiffness, ascending in z. adiabatic: the largest relative change of the family's adiabatic
+    in stiffness, ascending in z. more: z between those of the grid, whose rows have `between`.
+    adiabatic: the largest relative change of the family's adiabatic
     invariant, None where there is none.
     """
     rows = []
     count = steps or (THOROUGH if thorough else STEPS)
     for i, stiffness in enumerate(family.stiffness):
-        column = _column(family, derived, stiffness, thorough, count, not steps)
+        column = _column(family, derived, stiffness, grid(thorough).tolist(), count, not steps)
         resonant(column, PER_DECADE[thorough] // PER_DECADE[False])
-        rows += column
+        if more:
+            found = _column(family, derived, stiffness, list(more), count, not steps)
+            column += [row | {"between": True} for row in found]
+        rows += sorted(column, key=lambda row: row["z"])
         progress((i + 1) / len(family.stiffness))
     return rows
 
 
 def _column(
-    family: Family, derived: Scheme, stiffness: Fraction, thorough: bool, count: int, covering: bool
+    family: Family,
+    derived: Scheme,
+    stiffness: Fraction,
+    zs: list[float],
+    count: int,
+    covering: bool,
 ) -> list[dict[str, Any]]:
-    """The cells of one stiffness, on all cores; covering: more steps than count, if the family asks
-    for a time."""
+    """The cells at those hω of one stiffness, on all cores; covering: more steps than count,
+    if the family asks for a time."""
     scheme = family.scheme(derived, stiffness)
     measures = _measures(family, scheme)
     far = FAR * family.region(stiffness) if family.region else math.inf
@@ -69,8 +78,8 @@ def _column(
         return told | one_run(scheme, step, inside, measures, far)
 
     if not derived.rule.is_formula:  # a program may not stand two threads
-        return [cell(z) for z in grid(thorough).tolist()]
-    return side_by_side(cell, grid(thorough).tolist(), arithmetic(16))
+        return [cell(z) for z in zs]
+    return side_by_side(cell, zs, arithmetic(16))
 
 
 def grid(thorough: bool) -> np.ndarray:
@@ -145,7 +154,7 @@ def resonant(column: list[dict[str, Any]], apart: int = 1) -> None:
 
 
 def limits(rows: list[dict[str, Any]]) -> dict[str, float]:
-    """Per stiffness the largest z below which everything is bounded; 0 if nothing is."""
+    """Per stiffness the largest z tried below which all that was tried is bounded; 0 if none is."""
     columns = itertools.groupby(rows, key=lambda row: row["stiffness"])
     return {
         f"{stiffness:g}": max(

@@ -53,7 +53,7 @@ def stability_map(title: str, case: Case) -> Panel:
     """What becomes of the runs of one rule, cell by cell."""
 
     def draw(axes: Axes) -> None:
-        cells = [row for row in rows(case) if number(row.get("z"))]
+        cells = [row for row in rows(case) if number(row.get("z")) and not row.get("between")]
         if not cells:
             note(axes, f"No cells. {case.get('reason') or ''}")
             return

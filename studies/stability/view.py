@@ -12,12 +12,13 @@ from ..report.wording import NONE, Case, mapping, number
 from . import plot_linear, plot_maps
 
 FARTHEST = 1000.0  # hω up to which the linear part looks
+TOLD = 3  # gaps that are said
 LINEAR = (
     "The exact step of each rule on the harmonic oscillator. Left: its spectral radius; a "
-    "symplectic step is stable while it is one, to the number beside the rule (by root "
-    "finding), and controls leave the circle at once. Right: the phase of a step while it is "
-    "stable, beside the exact one (dotted); where it is a third or a quarter of a turn, "
-    "nonlinear terms may resonate."
+    "symplectic step is stable while it is one, to the number beside the rule (a root of its "
+    "trace, which is a rational function), and controls leave the circle at once. Right: the "
+    "phase of a step while it is stable, beside the exact one (dotted); where it is a third or a "
+    "quarter of a turn, nonlinear terms may resonate."
 )
 MAPS = (
     "What becomes of runs at each step size (across, times the fastest frequency) and each "
@@ -41,7 +42,7 @@ def _wanted(expected: dict[str, Any]) -> str:
     if "bounded_up_to" in expected:
         loose, count = expected.get("escapes_not_judged"), expected.get("of")
         but = f"; escapes and resonances not judged in {loose} of {count} cells" if loose else ""
-        return f"bounded up to hω = {expected['bounded_up_to']:.3g}{but}"
+        return f"bounded at every hω tried up to {expected['bounded_up_to']:.3g}{but}"
     if "bounded" in expected:
         return "no bounded run"
     return "off the unit circle" if expected.get("off_circle") else "as runs say, and symplectic"
@@ -53,13 +54,17 @@ def _got(measured: dict[str, Any]) -> str:
         if off is not None:
             return f"leaves the unit circle at hω = {off:g}"
         to = f"at every hω up to {FARTHEST:g}" if end is None else f"to hω = {end:.6f}"
-        return f"stable {to}"
+        gaps = [f"{a:.5g} to {b:.5g}" for a, b in measured.get("gaps") or ()]
+        but = "; but with a slow force of a thousandth not at " + ", ".join(gaps[:TOLD])
+        on_grid = "" if measured.get("proved", True) else ", on a grid"
+        return f"stable {to}{on_grid}{but if gaps else ''}"
     said = [", ".join(f"{count} {name}" for name, count in measured["classes"].items())]
     ends = [e for e in map(number, (measured.get("limits") or {}).values()) if e is not None]
     if ends:
         low, high = min(ends), max(ends)
         span = f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
-        said.append(f"bounded up to hω = {span}")
+        said.append(f"bounded at every hω tried up to {span}")
+    said += [f"{name} at hω = {z}" for z, name in (measured.get("between") or {}).items()]
     for name, words in (("exchange", "exchange wrong by"), ("stiffer", "at hω = 5 wrong by"),
                         ("adiabatic", "invariant moves by")):  # fmt: skip
         pairs = (measured.get(name) or {}).items()
@@ -99,7 +104,8 @@ def _compared(case: Case) -> dict[str, Any]:
     limits = [v for v in (case["measured"].get("limits") or {}).values() if v is not None]
     if not limits:
         return {}
-    bounded = [(row["stiffness"], row["class"] == "bounded") for row in case["rows"]]
+    rows = [row for row in case["rows"] if not row.get("between")]
+    bounded = [(row["stiffness"], row["class"] == "bounded") for row in rows]
     edges = sum(a[0] == b[0] and a[1] != b[1] for a, b in itertools.pairwise(bounded))
     return {
         "stable": min(limits),

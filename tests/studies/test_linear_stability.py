@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -18,6 +19,7 @@ from discmech.studies.stability.linear_stability import (
     spectra,
     unstable_intervals,
 )
+from discmech.studies.stability.trace import DIGITS, StableSet, stable_set
 from tests.studies.cached_results import measured
 
 
@@ -92,9 +94,23 @@ def test_a_symplectic_rule_in_the_place_of_a_control_is_missed(monkeypatch):
 
 
 def test_an_interval_that_runs_contradict_fails(monkeypatch):
-    monkeypatch.setattr(
-        "discmech.studies.stability.linear_stability.unstable_intervals",
-        lambda step: [(1.5, 1000.0)],
-    )
+    wrong = StableSet([(1.5, 1000.0)], [])
+    monkeypatch.setattr(Oscillator, "proved", lambda problem: wrong)
     found = measured("stability", "harmonic", "trapezoidal")
     assert found["verdict"] == "fail" and "contradict" in found["reason"]
+
+
+def test_intervals_are_those_of_every_z():
+    """Of lobatto-5 a stable window lies between two points of the grid, which says unstable."""
+    ends = np.array(Oscillator(discretisations.get("lobatto-5")).proved().unstable)
+    assert ends[2:] == pytest.approx(np.array([[8.254550537, 13.043193702], [13.540623445, 1000]]))
+    problem = Oscillator(discretisations.get("lobatto-5"))
+    assert not problem.grows(13.3) and problem.grows(13.0, 100) and problem.grows(13.6, 100)
+
+
+def test_a_step_that_is_no_rational_function_is_told_on_a_grid():
+    def cosine(z):
+        with mpmath.workdps(DIGITS):
+            return 2 * mpmath.cos(mpmath.mpf(z.numerator) / z.denominator)
+
+    assert stable_set(cosine, 1000.0) is None

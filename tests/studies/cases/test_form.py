@@ -10,6 +10,7 @@ from discmech import Scheme, scenes
 from discmech.integrators import BadInput, rules
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.numbers.running_error import elimination_sizes
+from discmech.studies.stability.measuring import gaps_of
 from discmech.studies.user.assertions import Missed, assert_reversible
 
 HERE = Path(__file__).parents[3] / "docs" / "attacks" / "form.py"
@@ -87,3 +88,9 @@ def test_a_fast_motion_that_rests_needs_no_short_step():
 def test_a_step_back_is_judged_off_the_plane_of_the_motion():
     with pytest.raises(Missed, match="a place that was drawn around the motion"):
         assert_reversible(of_order.damped_off_plane, of_order.planar, digits=16)
+
+
+def test_a_slow_force_opens_gaps_in_an_impulse_method():
+    ((low, high),) = gaps_of(attacks.impulse)
+    assert (low, high) == (pytest.approx(2.82701, abs=1e-5), pytest.approx(2.82984, abs=1e-5))
+    assert gaps_of(rules.get("imex")) == []

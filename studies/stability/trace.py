@@ -1,0 +1,162 @@
+"""The trace of a rule's exact step on the oscillator as a rational function of w = (hω)².
+
+A rule that is made of finitely many arithmetic operations has one, and with it every point of an
+interval of stability is known, not only those of a grid: its ends are roots of polynomials.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from discmech.integrators.numbers import LazyModule, mpmath
+
+#: of the traces: a continued fraction loses about two a point, and polynomials of degree 40 are
+#: evaluated from z = 1/20 to 1000
+DIGITS = 300
+MOST = 96  # points after which a trace is taken for no rational function
+CHECKS = 3  # further points at which the function found has to agree
+AGREE = 1e-40
+TOUCH = 1e-20  # two roots nearer than that, in parts of themselves, are one that is only touched
+
+INSIDE = 0.381966  # where the sign between two roots is asked: no fraction that a rule may have
+
+flint: Any = LazyModule("flint")
+Trace = Callable[[Fraction], Any]
+
+
+@dataclass(frozen=True)
+class StableSet:
+    """Where |tr M| > 2, open intervals of z = hω, and where |tr M| = 2 is touched, to `farthest`.
+
+    At a touched point the step is a half or a whole turn, with M = ∓1 or a shear: forces that the
+    oscillator does not have may open an interval there.
+    """
+
+    unstable: list[tuple[float, float]]
+    touched: list[float]
+
+
+def stable_set(trace: Trace, farthest: float) -> StableSet | None:
+    """For every z ≤ farthest, from tr M(z) at exact z to `DIGITS`; None if no rational function of
+    z² is found, which `CHECKS` further points have to confirm to 40 digits."""
+    found = rational(trace)
+    if found is None:
+        return None
+    above, below = found
+    roots = [w for two in (2, -2) for w in _positive_roots(_sum(above, below, two))]
+    # at a pole of the trace |tr| > 2 on both sides, so it is no end
+    crossings, touched = _apart(sorted(roots), farthest)
+
+    def unstable_at(w: Any) -> bool:
+        return bool(abs(_at(above, w)) > 2 * abs(_at(below, w)))
+
+    with mpmath.workdps(DIGITS):
+        most = mpmath.mpf(farthest) ** 2
+        edges = [mpmath.mpf(0), *crossings, most]
+        intervals: list[list[Any]] = []
+        for a, b in pairwise(edges):
+            if not unstable_at(a + INSIDE * (b - a)):
+                continue
+            if intervals and intervals[-1][1] == a:
+                intervals[-1][1] = b
+            else:
+                intervals.append([a, b])
+        return StableSet(
+            [(float(mpmath.sqrt(a)), float(mpmath.sqrt(b))) for a, b in intervals],
+            [float(mpmath.sqrt(w)) for w in touched],
+        )
+
+
+def rational(trace: Trace) -> tuple[list[Any], list[Any]] | None:
+    """(P, Q), coefficients from the constant on, with tr M(z) = P(z²)/Q(z²); None if none is found.
+
+    By Thiele's continued fraction in w = z², from points in no order of size.
+    """
+    with mpmath.workdps(DIGITS):
+        points: list[Any] = []
+        rows: list[Any] = []  # the fraction's coefficients
+
+        def value(w: Any) -> Any:
+            total = rows[-1]
+            for a, at in zip(reversed(rows[:-1]), reversed(points[: len(rows) - 1]), strict=True):
+                total = a + (w - at) / total
+            return total
+
+        agreed = 0
+        for k in range(MOST):
+            z = Fraction(20_000 ** (((k * 37) % MOST) / MOST)) / 20  # to 1000, in no order
+            w, wanted = mpmath.mpf(z.numerator) ** 2 / z.denominator**2, trace(z)
+            if rows and abs(value(w) - wanted) <= AGREE * (1 + abs(wanted)):
+                agreed += 1
+                if agreed == CHECKS:
+                    return _polynomials(points, rows)
+                continue
+            agreed, inverse = 0, wanted
+            for a, at in zip(rows, points, strict=True):
+                if inverse == a:
+                    break  # this point says nothing new at this depth
+                inverse = (w - at) / (inverse - a)
+            else:
+                points.append(w)
+                rows.append(inverse)
+    return None
+
+
+def _polynomials(points: list[Any], rows: list[Any]) -> tuple[list[Any], list[Any]]:
+    above, below = [rows[-1]], [mpmath.mpf(1)]
+    for a, at in zip(reversed(rows[:-1]), reversed(points[: len(rows) - 1]), strict=True):
+        # a + (w − at) below/above
+        moved = _sum([mpmath.mpf(0), *below], below, -at)
+        above, below = _sum(moved, above, a), above
+    size = max(map(abs, below))
+    return [e / size for e in above], [e / size for e in below]
+
+
+def _sum(one: list[Any], other: list[Any], factor: Any) -> list[Any]:
+    """The polynomial one + factor·other."""
+    length = max(len(one), len(other))
+    filled = [[*p, *[mpmath.mpf(0)] * (length - len(p))] for p in (one, other)]
+    return [a + factor * b for a, b in zip(*filled, strict=True)]
+
+
+def _at(polynomial: list[Any], w: Any) -> Any:
+    return mpmath.polyval(polynomial[::-1], w)
+
+
+def _positive_roots(polynomial: list[Any]) -> list[Any]:
+    """The positive real roots, each as often as it is one; round-off may part a double one."""
+    with mpmath.workdps(DIGITS):
+        size = max(map(abs, polynomial)) or mpmath.mpf(1)
+        # what is left of a coefficient that vanishes makes a root at once at 0 or far away
+        whole = flint.fmpz_poly([int(mpmath.nint(e / size * 10**DIGITS)) for e in polynomial])
+        if whole.degree() < 1:
+            return []
+        found = []
+        for root, times in whole.complex_roots():
+            real, imaginary = (_number(e) for e in (root.real, root.imag))
+            if real > 0 and abs(imaginary) <= mpmath.sqrt(TOUCH) * real:
+                found += [real] * times
+        return found
+
+
+def _number(ball: Any) -> Any:
+    mantissa, exponent = ball.mid().man_exp()
+    return mpmath.ldexp(mpmath.mpf(int(mantissa)), int(exponent))
+
+
+def _apart(roots: list[Any], farthest: float) -> tuple[list[Any], list[Any]]:
+    """(roots at which the sign changes, those that are touched), below farthest²."""
+    crossed: list[Any] = []
+    touched: list[Any] = []
+    for w in roots:
+        if w > farthest**2 or w < 1e-20:
+            continue
+        if crossed and abs(w - crossed[-1]) <= mpmath.sqrt(TOUCH) * w:
+            touched.append(crossed.pop())
+        else:
+            crossed.append(w)
+    return crossed, touched
