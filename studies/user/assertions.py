@@ -237,8 +237,8 @@ def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None
     right = abs(found - order) <= tolerance if order else _at_least(result, at_least or 0)
     of_step = (result.get("local") or {}).get("order")
     if right:
-        another = order is not None and derived not in (None, order)
-        if another and result["verdict"] == "fail" and of_step and of_step > order - BESIDE:
+        another = order if derived not in (None, order) else None
+        if another and result["verdict"] == "fail" and of_step and of_step > another - BESIDE:
             result |= {"verdict": "pass", "reason": ""}
         return
     if result["verdict"] == "pass" and derived in (None, order) and not at_least:
