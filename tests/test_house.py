@@ -136,6 +136,6 @@ def test_the_top_level_of_the_mathematics_is_its_rooms():
     assert found == {*ROOMS, "py"}  # py.typed
 
 
-def test_a_file_is_one_idea_of_at_most_300_lines():
+def test_a_file_is_one_idea_of_at_most_500_lines():
     lines = {label(p): len(p.read_text("utf-8").splitlines()) for p in under("integrators")}
-    assert not {file: count for file, count in lines.items() if count > 300}
+    assert not {file: count for file, count in lines.items() if count > 500}

@@ -13,6 +13,7 @@ from ..lattices import Lattice, LatticeScheme
 from ..rules import Composition, OneStepMap, Substep
 from .contact_flow import ContactFlow
 from .flow import Flow, Substeps
+from .latex import latex_of
 from .step_choice import step_for
 
 
@@ -39,6 +40,10 @@ class Scheme(DiscretisedScene):
         if hasattr(rule, "discretise"):  # a rule that is no formula says itself what it makes
             return rule.discretise(scene)
         return super().__new__(cls)
+
+    def _repr_latex_(self) -> str | None:
+        """The equations, for a notebook."""
+        return latex_of(self)
 
     def at(self, **values: Any) -> Scheme:
         """This scheme with other values: parameters, x0, v0, step, duration, name.

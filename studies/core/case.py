@@ -174,9 +174,9 @@ class Case:
     @property
     def command(self) -> str:
         """What reproduces this case."""
-        parts = ["discmech", self.study, shlex.quote(lookup.word_for(self.scene))]
+        parts = ["discmech", self.study, shlex.quote(lookup.address_of(self.scene))]
         if self.control is None:
-            parts += ["--rule", shlex.quote(lookup.word_for(self.rule))]
+            parts += ["--rule", shlex.quote(lookup.address_of(self.rule))]
         else:
             parts += ["--control", f'"{self.control}"']
         if self.scene.groupoid.retraction in retractions.BUILT_IN:

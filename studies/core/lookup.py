@@ -12,6 +12,7 @@ from discmech.integrators.errors import misplaced, nearest, unknown
 from discmech.integrators.lattices import systems
 from discmech.integrators.rules import METHODS, Composition, compose
 
+from .notebook import place_of
 from .userfile import UserFile, load, loaded
 
 _Held = TypeVar("_Held")
@@ -117,6 +118,19 @@ def word_for(thing: Discretisation | Scene) -> str:
     if isinstance(thing, Composition):
         return f"{thing.method.name}:{word_for(thing.base)}"
     return thing.name
+
+
+def address_of(thing: Discretisation | Scene) -> str:
+    """The word by which a command finds it: `word_for`, or the file of a script or of a notebook.
+
+    What neither a name nor a file gives again is called by its name.
+    """
+    word = word_for(thing)
+    if file_of(thing) is not None or isinstance(thing, Composition):
+        return word
+    function = getattr(thing, "formula", None) or getattr(thing, "lagrangian", None)
+    place = place_of(thing, function)
+    return word if place is None else f"{place}:{thing.name}"
 
 
 def stamp(thing: Discretisation | Scene) -> str:

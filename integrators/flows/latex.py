@@ -1,0 +1,61 @@
+"""A scheme's equations as LaTeX, for a notebook."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from ..errors import DiscmechError
+from ..numbers import sympy
+from ..numbers.types import Expression, Letter
+
+LARGEST = 400  # operations of an equation that is shown
+
+
+def latex_of(scheme: Any) -> str | None:
+    """$$…$$ with the Lagrangian, L_d, the momentum before the step and the equations of a step.
+
+    What is too long to be read is left out; None where nothing is left, as for one-step maps.
+    """
+    equations, lines = scheme.equations, []
+    given: list[tuple[str, Expression]] = []
+    if scheme.scene.lagrangian is not None:
+        given.append(("l(x, u)", scheme.s.lagrangian))
+    if _has_arrows(scheme):
+        momenta = (sympy.expand_mul(e / scheme.s.h) for e in equations.legendre_minus)
+        given.append(("L_d(x, u)", equations.discrete_lagrangian))
+        given += [(_letter(mu), e) for mu, e in zip(scheme.s.mu, momenta, strict=True)]
+        given += [("0", e) for e in equations.residual]
+    for left, e in given:
+        if sympy.count_ops(e) <= LARGEST:
+            lines.append(f"{left} &= {_latex(e, scheme.s)}")
+    if not lines:
+        return None
+    return "$$\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}$$"
+
+
+def _has_arrows(scheme: Any) -> bool:
+    """Whether F± are formulas in x and u alone."""
+    try:
+        return bool(scheme.has_arrows and not len(scheme.s.stages) and scheme.equations.residual)
+    except DiscmechError:
+        return False
+
+
+def _latex(e: Expression, s: Any) -> str:
+    names = {letter: _letter(letter) for letter in e.free_symbols}
+    if s.clocked:
+        names[s.x[-1]] = "t"
+    return str(sympy.latex(e, symbol_names=names, mul_symbol=r"\,"))
+
+
+def _letter(symbol: Letter) -> str:
+    """x_0 as x_{1}, as the terminal counts; a parameter's whole name upright."""
+    name, *index = str(symbol).split("_")
+    tail = ",".join(str(int(k) + 1) if k.isdecimal() else k for k in index)
+    greek = {"mu": r"\mu", "omega": r"\omega", "gamma": r"\gamma", "theta": r"\theta"}
+    if name in greek:
+        name = greek[name]
+    elif len(name) > 1 and not re.fullmatch(r"[a-zA-Z]\d*", name):
+        name = rf"\mathrm{{{name}}}"
+    return f"{name}_{{{tail}}}" if tail else name

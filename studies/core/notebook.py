@@ -1,0 +1,98 @@
+"""The text of a rule or scene that a notebook or a script defines, so that a command can name it.
+
+A command runs in a process of its own. What was defined in cells is written to a file of the user's
+cache: the imports of all cells, and of everything else only the statements on which it depends.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from discmech.integrators.compiler import cache_folder, digest, write_atomically
+
+
+def place_of(thing: Any, function: Any) -> str | None:
+    """FILE.py of what the function's script or the notebook's cells define; None of other things.
+
+    function: what makes the thing: a rule's formula, a scene's Lagrangian.
+    """
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return None
+    file = Path(code.co_filename)
+    if file.suffix == ".py" and file.is_file():
+        main = getattr(sys.modules.get("__main__"), "__file__", None)
+        return str(file) if main and Path(main).resolve() == file.resolve() else None
+    space = _names_of_notebook()
+    names = [name for name, value in space.items() if value is thing and name[:1] != "_"]
+    text = text_of(names[0], space.get("In") or ()) if names else ""
+    if not text:
+        return None
+    path = cache_folder() / "notebooks" / f"{digest(text)[:16]}.py"
+    if not path.is_file():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, text)
+    return str(path)
+
+
+def _names_of_notebook() -> dict[str, Any]:
+    """The names of the running notebook, with its cells as "In"; empty where there is none."""
+    ask = getattr(sys.modules.get("IPython"), "get_ipython", None)
+    shell = ask() if ask is not None else None
+    return dict(getattr(shell, "user_ns", {}))
+
+
+def text_of(name: str, cells: Sequence[str]) -> str:
+    """The program that defines a name: all imports, and the statements that it depends on.
+
+    Of several statements that bind a name the last one before its use counts. Expressions, whose
+    values nobody keeps, are left out. Empty where no cell binds the name.
+    """
+    statements = list(_statements(cells))
+    bound: dict[str, list[int]] = {}
+    for k, node in enumerate(statements):
+        for each in _binds(node):
+            bound.setdefault(each, []).append(k)
+    if name not in bound:
+        return ""
+    needed, waiting = set[int](), [bound[name][-1]]
+    while waiting:
+        if (k := waiting.pop()) in needed:
+            continue
+        needed.add(k)
+        node = statements[k]
+        later = isinstance(node, ast.FunctionDef | ast.ClassDef)  # its names are read when called
+        read = (
+            e for e in ast.walk(node) if isinstance(e, ast.Name) and isinstance(e.ctx, ast.Load)
+        )
+        for used in read:
+            before = [at for at in bound.get(used.id, ()) if at < k or later]
+            waiting += before[-1:]
+    kept = [node for k, node in enumerate(statements)
+            if k in needed or isinstance(node, ast.Import | ast.ImportFrom)]  # fmt: skip
+    return "".join(f"{ast.unparse(node)}\n" for node in kept)
+
+
+def _statements(cells: Sequence[str]) -> Iterator[ast.stmt]:
+    """Of all cells in turn; lines for the notebook itself (%, !) and cells with errors are none."""
+    for cell in cells:
+        lines = [e for e in cell.splitlines() if not e.lstrip().startswith(("%", "!"))]
+        try:
+            yield from ast.parse("\n".join(lines)).body
+        except SyntaxError:
+            continue
+
+
+def _binds(node: ast.stmt) -> list[str]:
+    """The names that a statement binds in its cell."""
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        return [node.name]
+    if isinstance(node, ast.Expr):
+        return []
+    return [
+        e.id for e in ast.walk(node) if isinstance(e, ast.Name) and isinstance(e.ctx, ast.Store)
+    ]
