@@ -52,6 +52,10 @@ def solutions(
     if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
         raise ReferenceFailure(f"digits={digits!r} is no positive whole number; ask for e.g. 50")
     exact_times = [exact_time(t) for t in times]
+    if getattr(scene, "in_numbers", False):
+        from .in_numbers import solutions_in_numbers
+
+        return solutions_in_numbers(scene, exact_times)
     problem = Problem.of(scene_of(scene))
     if attitude and not problem.has_attitude:
         raise ReferenceFailure(

@@ -74,7 +74,7 @@ class BlackBox(Discretisation):
                 f"{scene.name} has nonholonomic constraints, for which a black box such as "
                 f"{self.name} has no reference state: take a rule such as midpoint."
             )
-        if scene.lagrangian is None:
+        if scene.lagrangian is None and not scene.in_numbers:
             return (
                 f"{scene.name} has only a discrete Lagrangian, so there is no motion that the "
                 f"black box {self.name} could approximate."

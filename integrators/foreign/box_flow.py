@@ -13,7 +13,7 @@ from ..errors import BadInput, StepFailure, arguments_checked
 from ..flows import Trajectory
 from ..numbers import Double, Numbers, Vector, arithmetic, exact_rational, whole_number
 from .calls import BoxRaised, Calls
-from .scene_in_numbers import SceneInNumbers
+from .numeric_scene import system_of
 
 CHUNK = 2**12  # steps between two reports of progress
 
@@ -34,7 +34,7 @@ class BoxFlow:
         box = scheme.rule
         single = np.float32 if box.numbers == "float32" else None
         self.kind: Any = single or (float if digits == 16 else object)
-        self.system = SceneInNumbers(scheme.s, scheme.scene, self.numbers, single)
+        self.system = system_of(scheme.s, scheme.scene, self.numbers, single)
         with self.numbers.working():
             size = self.numbers.number(self.step)
             h = self._public([size])[0]
@@ -198,6 +198,11 @@ class BoxFlow:
     def _velocities(self, base: Any, mus: Any) -> Any:
         """ξ(x, μ) of rows, (r, m)."""
         numbers, scene = self.numbers, self.scheme.scene
+        if scene.in_numbers:
+            n = self.system.n
+            return np.array(
+                [self.system.velocity(x[:n], mu) for x, mu in zip(base, mus, strict=True)]
+            )
         with numbers.working():
             inverse = legendre_inverse(self.scheme.s, numbers)
             p = [numbers.number(v) for v in scene.parameter_values]

@@ -10,6 +10,7 @@ from ..groupoids import check_axioms
 from ..rules import Discretisation
 from ..scene import Scene
 from .box_flow import BoxFlow
+from .numeric_scene import check_gradient
 
 
 class BoxEquations:
@@ -56,7 +57,10 @@ class BoxScheme(DiscretisedScene):
         if equations is None:
             check_axioms(scene.groupoid)
             s = SceneSymbols(scene)
-            s.scalars([s.lagrangian], "its Lagrangian", scene.lagrangian)
+            if scene.in_numbers:
+                check_gradient(scene)
+            else:
+                s.scalars([s.lagrangian], "its Lagrangian", scene.lagrangian)
             equations = BoxEquations(s, rule)
         scene = on_constraints(equations.s, scene)
         check_start(equations.s, scene)

@@ -85,7 +85,9 @@ class SceneInNumbers:
 
     def tensor(self, q: Any, p: Any) -> Any:
         """The Poisson tensor B at (q, p), (n+m, n+m): f = B dH + force."""
-        return self._of_states("tensor", q, p, None)
+        with self._numbers.working():
+            x, mu = self._base(q, None), self._list(p)
+            return self._given(_tensor(self._s, self._numbers)(x, mu, self._p))
 
     def momentum(self, q: Any, v: Any, t: Any = None) -> Vector:
         """The momentum ∂L/∂v that belongs to a velocity v, (m,)."""
@@ -170,16 +172,21 @@ def _formula(s: SceneSymbols, what: str) -> Any:
         return [-e for e in jacobian([s.lagrangian], s.position)]
     if what == "velocity":
         return list(s.u)
-    if what == "force":
-        return list(s.force) if s.forced else [sympy.Integer(0)] * len(s.mu)
-    assert what == "tensor"
+    assert what == "force"
+    return list(s.force) if s.forced else [sympy.Integer(0)] * len(s.mu)
+
+
+@lru_cache(maxsize=128)
+def _tensor(s: SceneSymbols, numbers: Arithmetic) -> Any:
+    """{xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, of the groupoid alone."""
     rho, structure = natural_structure(s, s.x)
     bracket = sympy.zeros(len(s.mu))
     for nu, c in enumerate(structure):
         bracket -= c * s.mu[nu]
     rho = rho[: s.n, :]
     top = sympy.zeros(s.n).row_join(rho)
-    return top.col_join((-rho.T).row_join(bracket))
+    whole = top.col_join((-rho.T).row_join(bracket))
+    return numeric({"x": s.x, "mu": s.mu, "p": s.parameter_list}, [whole], numbers)
 
 
 @lru_cache(maxsize=128)

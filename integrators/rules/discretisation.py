@@ -88,6 +88,11 @@ class Discretisation:
 
     def refusal(self, scene: Any) -> str:
         """Why the rule has no meaning for the scene, a sentence; empty where it has."""
+        if scene.in_numbers and self.is_formula:
+            return (
+                f"{scene.name} is a Hamiltonian in numbers, of which {self.name} can derive "
+                "nothing: only black boxes run on it."
+            )
         if scene.constrained and (self.stages or self.splits):
             return (
                 f"{scene.name} has constraints, which are met at points of a straight step, and "

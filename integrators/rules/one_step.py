@@ -41,7 +41,7 @@ class OneStepMap(Discretisation):
                 f"{scene.name} has constraints, which the map {self.name} knows nothing of: take a "
                 "rule such as midpoint."
             )
-        if scene.lagrangian is None:
+        if scene.lagrangian is None and not scene.in_numbers:
             return (
                 f"{scene.name} has only a discrete Lagrangian, so {self.name} has no vector field "
                 "to follow."

@@ -47,6 +47,8 @@ class Scene:
     on_group(formula(x, g, h, p)) for one of the group element g, then with lagrangian= too if it
     approximates a continuous system. mu0: the momentum of the start (m, natural basis: F⁻/h) where
     there is a discrete Lagrangian only; v0 is then a first guess of u, 0 if it is left out.
+    numeric_hamiltonian(q, p) with gradient(q, p) → (∂H/∂q, ∂H/∂p) instead: functions of arrays (a
+    table, a network), for scenes that black boxes alone are run on; with mu0.
     Numbers are exact (`exact`). `duration` is the time of a study's runs, `step` a step size that
     resolves the motion at second order (default: duration/1000).
 
@@ -74,6 +76,8 @@ class Scene:
     friction: Any = 0
     restitution: Any = 0
     impacts: str = "stepped"
+    numeric_hamiltonian: Callable[..., Any] | None = None
+    gradient: Callable[..., Any] | None = None
 
     def __post_init__(self) -> None:
         def put(name: str, value: Any) -> None:
@@ -88,7 +92,10 @@ class Scene:
                 f"{self.name}: groupoid is {self.groupoid!r}; give pair(n), lie_group(...), "
                 "action(...), product(...) or a LocalGroupoid."
             )
+        if self.numeric_hamiltonian is not None or self.gradient is not None:
+            self._check_numeric()
         given = (self.lagrangian is not None) + (self.discrete_lagrangian is not None)
+        given += self.in_numbers
         if not given or (given == 2 and not isinstance(self.discrete_lagrangian, OnGroup)):
             raise BadInput(f"{self.name}: give either lagrangian= or discrete_lagrangian=.")
         if self.force is not None and self.discrete_lagrangian:
@@ -150,6 +157,26 @@ class Scene:
             if not isinstance(quantity, Conserved):
                 raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
 
+    def _check_numeric(self) -> None:
+        """Raise `BadInput` unless a Hamiltonian of numbers stands alone, with its gradient."""
+        if self.numeric_hamiltonian is None or self.gradient is None:
+            raise BadInput(
+                f"{self.name}: give both numeric_hamiltonian=f, a function (q, p) of arrays, and "
+                "gradient=g, which gives the pair (∂H/∂q, ∂H/∂p) of arrays."
+            )
+        others = ("lagrangian", "discrete_lagrangian", "force", "holonomic", "nonholonomic",
+                  "contact", "fast")  # fmt: skip
+        if beside := [word for word in others if getattr(self, word) is not None]:
+            raise BadInput(
+                f"{self.name}: numeric_hamiltonian= stands alone; leave {beside[0]}= out."
+            )
+        if self.mu0 is None:
+            raise BadInput(
+                f"{self.name}: a scene in numbers begins at x0= and mu0=; give the momentum mu0."
+            )
+        check_function(self.numeric_hamiltonian, f"{self.name}: numeric_hamiltonian=", "(q, p)")
+        check_function(self.gradient, f"{self.name}: gradient=", "(q, p)")
+
     def _check_contact(self) -> None:
         if self.contact is None:
             for key, default in (("friction", 0), ("restitution", 0), ("impacts", "stepped")):
@@ -178,6 +205,11 @@ class Scene:
         return self.holonomic is not None or self.nonholonomic is not None
 
     @property
+    def in_numbers(self) -> bool:
+        """Whether its Hamiltonian is a function of numbers, of which nothing can be derived."""
+        return self.numeric_hamiltonian is not None
+
+    @property
     def timed(self) -> bool:
         """Whether the Lagrangian or the force depends on the time."""
         return takes_fourth(self.lagrangian) or takes_fourth(self.force)
@@ -192,7 +224,8 @@ class Scene:
     def laws(self) -> tuple[Any, ...]:
         """All that is given by functions: scenes whose laws are alike differ in numbers alone."""
         return (self.lagrangian, self.discrete_lagrangian, self.fast, self.force, self.holonomic,
-                self.nonholonomic, self.contact, self.symmetries)  # fmt: skip
+                self.nonholonomic, self.contact, self.symmetries, self.numeric_hamiltonian,
+                self.gradient)  # fmt: skip
 
     @property
     def parameter_values(self) -> list[Any]:

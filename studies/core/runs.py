@@ -199,9 +199,19 @@ def energy_with_terms(scheme: DiscretisedScene, digits: int) -> Rows:
 
     H = ⟨μ, ξ⟩ − l(x, ξ), where ξ solves μ = ∂l/∂ξ(x, ξ): any regular Lagrangian will do.
     """
+    if scheme.scene.in_numbers:
+        return lambda run: _energy_in_numbers(scheme, run)
     numbers = arithmetic(digits)
     f, inverse = _energy(scheme.s, numbers), legendre_inverse(scheme.s, numbers)
     return lambda run: in_rows(scheme, f, run, numbers, inverse)
+
+
+def _energy_in_numbers(scheme: Any, run: Any) -> tuple[np.ndarray, np.ndarray]:
+    """H of a scene in numbers, per row, and |H| + |p·∂H/∂p|, which its terms are at least."""
+    system = scheme.flow(scheme.scene.step).system
+    values = np.array([system.H(x, mu) for x, mu in zip(run.x, run.mu, strict=True)])[:, None]
+    moved = np.abs((run.mu * run.u).sum(axis=1))[:, None]
+    return values, np.abs(values) + moved
 
 
 @lru_cache(maxsize=256)

@@ -39,7 +39,11 @@ PARTITIONS = (8, 7, 9)
 
 def cases(choice: Choice) -> list[Case]:
     """Every scene with a Lagrangian by every rule, in double precision unless asked otherwise."""
-    return [c for c in plain_cases(NAME, choice, DIGITS) if c.scene.lagrangian is not None]
+    return [
+        c
+        for c in plain_cases(NAME, choice, DIGITS)
+        if c.scene.lagrangian is not None or c.scene.in_numbers
+    ]
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import random
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from ..evidence.places import random_fraction
 ROWS = 400  # steps of the motion that are followed, at most
 #: the last of the steps from a place, in radians of the fastest motion there
 FAST = 0.5, 1.0
+SHARES = 0.0, 0.1, 0.2, 0.3  # of the motion's size by which places in numbers lie beside it
 MORE = 3  # steps of a run that is looked at as one map: what one step does not know may be between
 
 
@@ -38,6 +40,8 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
     Steps are those of the place and one radian of the fastest motion: long steps tell more, and
     whether a run of them would be stable is no matter of the form.
     """
+    if scheme.scene.in_numbers:
+        return _looks_in_numbers(scheme)
     evidence = evidence_of(scheme)
     drawn = random.Random(evidence.seed + 2)
     system = scheme.flow(scheme.scene.step).system
@@ -52,6 +56,27 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
         found += [Look(z, place.t, step, count, fast)
                   for step, count in zip(steps, (MORE, 1), strict=True)]  # fmt: skip
     return found, scale, evidence.seed
+
+
+def _looks_in_numbers(scheme: Any) -> tuple[list[Look], Vector, int]:
+    """The same of a scene whose equations nobody knows: rows of its motion, and states beside."""
+    code = getattr(scheme.rule.formula, "__code__", None)
+    words = [scheme.scene.name, scheme.rule.name, str(code and code.co_code.hex()),
+             repr((scheme.scene.x0, scheme.scene.mu0, scheme.scene.step))]  # fmt: skip
+    seed = int(hashlib.sha256("\0".join(words).encode()).hexdigest()[:8], 16)
+    drawn, rows, scale = random.Random(seed), _motion(scheme), scale_of(scheme)
+    system, found = scheme.flow(scheme.scene.step).system, []
+    for share in SHARES:
+        z = rows[drawn.randrange(len(rows))] + share * scale * np.array(
+            [drawn.choice((-1, 1)) * drawn.uniform(0.5, 1) for _ in scale]
+        )
+        fast = rate(system, z, scale, 0.0)
+        own = Fraction(scheme.scene.step) * random_fraction(drawn, 0.6, 1.7)
+        longest = Fraction(1 / fast) if 0 < fast < math.inf else own
+        steps = own, max(own, longest * random_fraction(drawn, *FAST))
+        found += [Look(z, Fraction(0), step, count, fast)
+                  for step, count in zip(steps, (MORE, 1), strict=True)]  # fmt: skip
+    return found, scale, seed
 
 
 def scale_of(scheme: Any) -> Vector:

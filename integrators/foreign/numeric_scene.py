@@ -1,0 +1,120 @@
+"""A scene whose Hamiltonian is a function of numbers, as a black box is given it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..equations import SceneSymbols
+from ..errors import BadInput
+from ..numbers import Arithmetic, Vector
+from ..scene import Scene
+from .differences import derivative, noise_of
+from .scene_in_numbers import SceneInNumbers
+
+#: how far a gradient may be beside the differences of its function, in parts of its largest entry:
+#: a table in single precision has no more
+NEAR = 1e-4
+
+
+class NumericScene(SceneInNumbers):
+    """`SceneInNumbers` of the user's own functions H(q, p) and gradient(q, p)."""
+
+    _double = True
+
+    def __init__(
+        self, s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: Any = None
+    ) -> None:
+        self._s, self._numbers, self._kind = s, numbers, kind
+        self.name, self.n, self.m = scene.name, s.n, len(s.mu)
+        self._scene, self._clocked, self.t = scene, False, 0.0
+        with numbers.working():
+            self._p = [numbers.number(v) for v in scene.parameter_values]
+        self._closed = True
+        self._canonical = scene.groupoid.kind == "pair"
+
+    def _slopes(self, q: Any, p: Any) -> tuple[Vector, Vector]:
+        given: Any = self._scene.gradient(np.array(q, float), np.array(p, float))  # type: ignore[misc]
+        return np.asarray(given[0], float).reshape(self.n), np.asarray(given[1], float).reshape(
+            self.m
+        )
+
+    def f(self, q: Any, p: Any, t: Any = None) -> tuple[Vector, Vector]:
+        of_q, of_p = self._slopes(q, p)
+        if self._canonical:
+            return self._given(of_p), self._given(-of_q)
+        rates = self.tensor(q, p) @ np.concatenate([of_q, of_p])
+        return self._given(rates[: self.n]), self._given(rates[self.n :])
+
+    def H(self, q: Any, p: Any, t: Any = None) -> Any:
+        value: Any = self._scene.numeric_hamiltonian(np.array(q, float), np.array(p, float))  # type: ignore[misc]
+        return self._given(np.float64(np.asarray(value, float).reshape(())))
+
+    def gradient(self, q: Any, p: Any, t: Any = None) -> Vector:
+        return self._given(self._slopes(q, p)[0])
+
+    def velocity(self, q: Any, p: Any, t: Any = None) -> Vector:
+        return self._given(self._slopes(q, p)[1])
+
+    def force(self, q: Any, p: Any, t: Any = None) -> Vector:
+        return self._given(np.zeros(self.m))
+
+    def momentum(self, q: Any, v: Any, t: Any = None) -> Vector:
+        raise BadInput(
+            f"{self.name} is a Hamiltonian in numbers, so the momentum of a velocity is not known: "
+            'take state="qp".'
+        )
+
+
+def system_of(s: SceneSymbols, scene: Scene, numbers: Arithmetic, kind: Any) -> SceneInNumbers:
+    """The scene in numbers, of whatever it is given by."""
+    return (NumericScene if scene.in_numbers else SceneInNumbers)(s, scene, numbers, kind)
+
+
+def check_gradient(scene: Scene) -> None:
+    """Raise `BadInput` for functions of other shapes, and a gradient that is not that of H."""
+    n, m = scene.groupoid.dim_x, scene.groupoid.dim_u
+    z = np.array([float(e) for e in (*scene.x0, *(scene.mu0 or ()))])
+    value, slopes = _asked(scene.numeric_hamiltonian, z, n), _asked(scene.gradient, z, n)
+    if np.size(value) != 1 or not np.isfinite(np.asarray(value, dtype=float)).all():
+        raise BadInput(
+            f"{scene.name}: numeric_hamiltonian= gives {value!r}, but must give a number."
+        )
+    sizes = [np.size(e) for e in slopes] if isinstance(slopes, tuple | list) else []
+    if sizes != [n, m]:
+        raise BadInput(
+            f"{scene.name}: gradient= gives {_shape(slopes)}, but must give the pair "
+            f"(∂H/∂q, ∂H/∂p) of {n} and {m} numbers."
+        )
+    given = np.concatenate([np.ravel(np.asarray(e, dtype=float)) for e in slopes])
+
+    def energy(at: Vector) -> Vector:
+        return np.asarray(_asked(scene.numeric_hamiltonian, at, n), dtype=float).reshape(1)
+
+    scale = np.maximum(np.abs(z), 0.1 * max(1e-3, np.abs(z).max())) / 16
+    of = derivative(lambda y: energy(z + y), 1, scale, noise_of(energy, z, scale, 2.0**-53))
+    gap = np.abs(of.value[0] - given) - of.error[0]
+    worst = int(gap.argmax())
+    if gap[worst] > NEAR * max(np.abs(given).max(), np.abs(of.value).max()):
+        name = f"q[{worst}]" if worst < n else f"p[{worst - n}]"
+        raise BadInput(
+            f"{scene.name}: gradient= is not that of numeric_hamiltonian=: by {name} it gives "
+            f"{given[worst]:.6g} at the start, and differences of H give {of.value[0, worst]:.6g}."
+        )
+
+
+def _asked(function: Any, z: Vector, n: int) -> Any:
+    try:
+        return function(z[:n].copy(), z[n:].copy())
+    except Exception as error:
+        raise BadInput(
+            f"a function of the scene in numbers raises {type(error).__name__} at its start: "
+            f"{' '.join(str(error).split())[:160]}"
+        ) from error
+
+
+def _shape(given: Any) -> str:
+    if isinstance(given, tuple | list):
+        return f"{len(given)} parts of {', '.join(str(np.size(e)) for e in given)} numbers"
+    return f"an array of {np.size(given)} numbers"
