@@ -13,7 +13,6 @@ from ..errors import BadInput, StepFailure, arguments_checked
 from ..flows import Trajectory
 from ..numbers import Double, Numbers, Vector, arithmetic, exact_rational, whole_number
 from .calls import BoxRaised, Calls
-from .numeric_scene import system_of
 
 CHUNK = 2**12  # steps between two reports of progress
 
@@ -34,7 +33,7 @@ class BoxFlow:
         box = scheme.rule
         single = np.float32 if box.numbers == "float32" else None
         self.kind: Any = single or (float if digits == 16 else object)
-        self.system = system_of(scheme.s, scheme.scene, self.numbers, single)
+        self.system = scheme.in_numbers(self.numbers, single)
         with self.numbers.working():
             size = self.numbers.number(self.step)
             h = self._public([size])[0]

@@ -7,10 +7,12 @@ from typing import Any
 from ..equations import DiscretisedScene, SceneSymbols, check_start, on_constraints
 from ..errors import BadInput, CannotMeasure, arguments_checked, brief_name, misplaced
 from ..groupoids import check_axioms
+from ..numbers import Arithmetic
 from ..rules import Discretisation
 from ..scene import Scene
 from .box_flow import BoxFlow
-from .numeric_scene import check_gradient
+from .numeric_scene import check_gradient, system_of
+from .scene_in_numbers import SceneInNumbers
 
 
 class BoxEquations:
@@ -66,6 +68,10 @@ class BoxScheme(DiscretisedScene):
         check_start(equations.s, scene)
         self.scene, self.equations = scene, equations
         self.rule = rule
+
+    def in_numbers(self, numbers: Arithmetic, kind: Any = None) -> SceneInNumbers:
+        """The scene as the last argument of a black box, in an arithmetic of its own each."""
+        return system_of(self.s, self.scene, numbers, kind)
 
     @property
     def order(self) -> int | None:

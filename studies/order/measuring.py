@@ -122,7 +122,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     ends = CHECKED if program else 1
     rungs, most = (PROGRAM_RUNGS, MOST_PROGRAM_RUNGS) if program else (rungs, most)
     times = [duration * (k + 1) / ends for k in range(ends)]
-    wanted = reference.solutions(case.scene, times, max(30, case.digits + 5))
+    wanted = [reference.solution(case.scene, t, digits=max(30, case.digits + 5)) for t in times]
     exact = wanted[-1]
     known = case.scene.constrained and case.digits > 16
     forces = reference.multipliers(case.scene, exact) if known else None
@@ -179,6 +179,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if forces:
         result["measured"]["multipliers"] = slope(case, rows, "multipliers", exact.certain_digits)
     progress(f"{case.scene.name} {case.label}: one step", 1.0)
+    if case.scene.in_numbers:
+        result["agreed"] = exact.certain_digits
     return {**result, "local": single_steps.measured(case), "duration": float(duration)}
 
 
@@ -232,8 +234,8 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
     order = measurement["measured"]["order"]
     tolerance = TOLERANCE[case.digits == 16]
     expected = {"order": case.scheme.order, "tolerance": tolerance}
-    if case.scene.in_numbers:  # the digits in which the two references agree
-        expected["certain"] = measurement["certain"]
+    if "agreed" in measurement:  # the digits in which the two references of a scene in numbers do
+        expected["agreed"] = measurement["agreed"]
     if case.rule.order and expected["order"] and case.rule.order > expected["order"]:
         expected["declared"] = case.rule.order  # this chart takes it away: see Scheme.order
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
