@@ -3,7 +3,7 @@
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup report docs test test-all bench mutants paper lint format lock clean distclean FORCE
+.PHONY: help setup report docs test test-all test-peers bench mutants paper lint format lock clean distclean FORCE
 
 # What the caller's shell says about other Pythons must not leak into ours.
 unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE VIRTUAL_ENV
@@ -75,6 +75,20 @@ test: $(READY)  ## all tests but the slow ones
 
 test-all: $(READY)  ## every test
 	@$(BIN)/python -m pytest -q -n auto --dist worksteal --benchmark-disable
+
+# In an environment of its own, so that `make test` stays what everybody has. Siconos comes with
+# Debian (python3-siconos) for the system's interpreter; its test says so where it is not there.
+test-peers:  ## other people's libraries in .venv-peers, and the tests that skip without them
+	@$(MAKE) --no-print-directory VENV=.venv-peers .venv-peers/.peers
+	@.venv-peers/bin/python -m pytest -q -rs --benchmark-disable $(PEERS)
+
+PEERS := tests/studies/work_precision/test_peers.py tests/studies/test_cluster.py \
+	tests/integrators/contact/test_siconos.py tests/studies/test_gallery.py \
+	tests/integrators/foreign/test_recordings.py
+
+$(VENV)/.peers: $(READY)
+	@$(BIN)/python $(PIP) install -q --no-build-isolation -e '.[gallery,cluster]' pyarrow
+	@touch $@
 
 bench: $(READY)  ## timings beside C and scipy, in one run (needs gcc)
 	@command -v gcc >/dev/null || { \

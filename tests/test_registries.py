@@ -55,6 +55,8 @@ TWINS = {("discmech.integrators.numbers.arithmetic", "Multiple")}
 
 @pytest.mark.parametrize("name", list(map(module_of, SOURCES)))
 def test_everything_public_has_a_docstring(name):
+    if ".gallery.adapters." in name:  # of a library that may not be there
+        pytest.importorskip(name)
     module = importlib.import_module(name)
     assert module.__doc__
     assert not list(undocumented(module))

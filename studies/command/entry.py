@@ -22,7 +22,7 @@ from .. import NAMES
 from ..core.options import THOROUGH
 from ..core.store import Store
 from ..core.study import every_study
-from . import control, explain, new, power, single_run, verifying
+from . import control, explain, gallery, new, power, single_run, verifying
 from . import reference as references
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .interrupts import GOES_ON, GOES_ON_FRESH, Farewell, ended_soon
@@ -109,6 +109,7 @@ def _parser() -> argparse.ArgumentParser:
     single_run.add_to(commands)
     control.add_to(commands)
     explain.add_to(commands)
+    gallery.add_to(commands)
     new.add_to(commands)
     for study in every_study().values():
         if study.usual:

@@ -1,0 +1,74 @@
+"""The subcommand `gallery`: integrators that people use, judged by what is said of them."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from discmech.integrators import BadInput
+
+from .output import console, progress_shown, writable, write
+
+
+def add_to(commands: Any) -> None:
+    """Declare the subcommand."""
+    parser = commands.add_parser(
+        "gallery",
+        help="other people's integrators, judged by what their documentation claims",
+        epilog="pip install 'discmech[gallery]' installs the libraries; those that are not there "
+        "are skipped, with a sentence. Exit codes: 0 whatever is found, 2 where nothing could be "
+        "asked.",
+    )
+    parser.add_argument(
+        "names", metavar="NAME", nargs="*", help="methods or libraries; all if none"
+    )
+    parser.add_argument(
+        "--list", action="store_true", help="only what there is, and where it is from"
+    )
+    parser.add_argument("--page", metavar="FILE", help="write a page in Markdown")
+    parser.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
+    parser.set_defaults(action=_answer)
+
+
+def _answer(options: argparse.Namespace) -> int:
+    from ..gallery.entries import chosen
+    from ..gallery.measuring import LONG, measured
+    from ..gallery.page import figures, page
+    from ..report.tables import plain
+
+    entries = chosen(options.names)
+    if options.list:
+        for entry in entries:
+            there = entry.version if entry.installed else "not installed"
+            print(f"{entry.name} ({entry.package} {there}): {entry.claim} <{entry.place}>")
+        return 0
+    for file in (options.page, options.json):
+        writable(file)
+    present = [entry for entry in entries if entry.installed]
+    absent = [f"{package} is not installed, so its methods are left out: pip install "
+              "'discmech[gallery]'." for package in
+              dict.fromkeys(e.package for e in entries if not e.installed)]  # fmt: skip
+    if not present:
+        raise BadInput(" ".join(absent))
+    quiet = options.json == "-"
+    found = []
+    with progress_shown("gallery") as show:
+        for k, entry in enumerate(present):
+            show(entry.name, k / len(present))
+            found.append(measured(entry))
+            if not quiet:
+                said = "agrees" if not found[-1]["differs"] else " ".join(found[-1]["differs"])
+                words = ("order", "form", "energy", "momentum", "there and back", "a step")
+                told = ", ".join(f"{word} {figure}" for word, figure in
+                                 zip(words, figures(found[-1]), strict=True))  # fmt: skip
+                print(f"{entry.name} ({entry.package} {entry.version}): {told}: {said}", flush=True)
+    if options.page:
+        write(options.page, page(found, absent, LONG).rstrip("\n"))
+    if options.json:
+        result = {"gallery": found, "absent": absent}
+        write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
+    if not quiet:
+        for sentence in absent:
+            console().print(sentence, highlight=False, markup=False, soft_wrap=True)
+    return 0

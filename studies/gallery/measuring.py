@@ -1,0 +1,75 @@
+"""What the studies say of a method of the gallery, and whether that agrees with what is claimed."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from discmech.integrators import StepFailure, scenes
+from discmech.integrators.errors import BadInput
+
+from ..core.case import Case, Progress, silent
+from ..core.one_case import run_case
+from ..core.study import every_study
+from .entries import Entry
+
+#: the studies that are asked, and the claim that each judges
+ASKED = {
+    "order": "order", "symplecticity": "symplectic", "energy": "keeps", "momentum": "keeps",
+    "reversibility": "reversible",
+}  # fmt: skip
+LONG = 5000  # steps of the runs of energy and momentum: the slowest library takes 1 ms a step
+TIMED = 2000  # steps whose time is taken, after as many
+DIGITS = 16
+TOLERANCE = 0.05  # of an order, as in double precision anywhere
+#: a few roundings in each step of a long run, all one way
+EXACT = 4 * 2.0**-52 * LONG
+
+
+def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
+    """{"name", "scene", "package", "version", "claim", "place", "note", "studies", "seconds",
+    "differs"}: of each study its verdict, reason and measured numbers; seconds of a step; differs:
+    a sentence for each claim that is denied."""
+    box, scene = entry.box, scenes.get(entry.scene)
+    found: dict[str, Any] = {}
+    differs = []
+    for name, claim in ASKED.items():
+        study = every_study()[name]
+        steps = LONG if name in ("energy", "momentum") else None
+        case = Case(name, scene, box, DIGITS, steps)
+        if name == "momentum" and not scene.symmetries:
+            continue
+        result = run_case(study, case, progress, causes=False)
+        found[name] = {key: result[key] for key in ("verdict", "reason", "measured")}
+        if name == "energy" and entry.claims.get("symplectic"):
+            claim = "symplectic"
+        failed = result["verdict"] == "fail"
+        if name == "order" and entry.multistep and result["measured"]["order"] is not None:
+            failed = abs(result["measured"]["order"] - entry.claims["order"]) > TOLERANCE
+        if entry.claims.get(claim) and failed:
+            differs.append(result["reason"])
+    band = found["energy"]["measured"].get("band")
+    if entry.exact and not (band is not None and band <= EXACT):
+        differs.append(f"the energy is not kept exactly: its error has a band of {band:.1e}.")
+    return {
+        "name": entry.name, "scene": entry.scene, "package": entry.package,
+        "version": entry.version, "claim": entry.claim, "place": entry.place, "note": entry.note,
+        "claims": {key: value for key, value in entry.claims.items() if key != "state"},
+        "studies": found, "seconds": _seconds(entry, box, scene), "differs": differs,
+    }  # fmt: skip
+
+
+def _seconds(entry: Entry, box: Any, scene: Any) -> float | None:
+    """The time of a step, or from row to row, the best of three; None where the run breaks down."""
+    from discmech.integrators import Scheme
+
+    flow, best = Scheme(scene, box).flow(scene.step), None
+    for _ in range(4):  # the first compiles
+        begun = time.perf_counter()
+        try:
+            flow.trajectory(TIMED, every=1 if entry.own_steps else TIMED)
+        except (StepFailure, BadInput):
+            return None
+        last = (time.perf_counter() - begun) / TIMED
+        best = last if best is None or last < best else best
+    return best
