@@ -15,12 +15,12 @@ from discmech import reference
 from discmech.integrators import BadInput, Scheme, retractions, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.flows import Flow
-from discmech.integrators.numbers import mpmath, sympy
+from discmech.integrators.numbers import mpmath
 from discmech.integrators.rules import midpoint
 
 from ..core.case import Case, in_chart, scheme_of
 from .exact_path import Truncation, truncation
-from .points import MEANT, mean_of_points
+from .points import MEANT, mean_of_points, sum_of_weights
 from .round_off import ROWS, gap, residuals, size, unit
 
 NEAR = 0.25  # an order this close to another is that one
@@ -44,34 +44,46 @@ def of_order(
     wanted = scheme.order
     if wanted is None or scheme.one_step:  # no L_d(x, u) to ask
         return None
+    local = measurement.get("local") or {}
+    low = local.get("order") is not None and local["order"] < wanted - NEAR
     found = truncation(scheme)
+    told: Told | None = None
+    if low and found.order >= wanted - NEAR:  # by so little that only the smallest steps show it
+        if (local.get("floats") or {}).get("explain"):
+            told = _of_floats(scheme, local["floats"])
+        else:
+            found = truncation(scheme, Fraction(local["step"]))
     evidence: dict[str, Any] = {name: getattr(found, name) for name in SHOWN}
-    if found.order < wanted - NEAR:
+    if told is not None:
+        evidence["float"] = local["floats"]["values"]
+    elif found.order < wanted - NEAR:
         cause, sentence = _of_rule(scheme, wanted, found, evidence)
         inside = f"in the rule {scheme.rule.name}: " if case.scheme.substeps else ""
         return named(cause, inside + sentence, evidence)
-    of_step = (measurement.get("local") or {}).get("order")
-    told = None
-    if of_step is not None and of_step < wanted - NEAR:  # L_d is as declared but for the last bits
-        told = _of_floats(scheme, evidence)
-    told = told or _of_runs(case, measurement, duration, at_50_digits, found, evidence)
+    told = told or _of_runs(case, measurement, duration, at_50_digits, found, evidence, low)
     return told and named(*told, evidence)
 
 
-def _of_floats(scheme: Scheme, evidence: dict[str, Any]) -> Told | None:
-    """A float of the rule's that a fraction was meant by: it counts with its binary value."""
-    numbers = (e.atoms(sympy.Rational) for e in (scheme.discrete_lagrangian, scheme.s.lagrangian))
-    for number in sorted({abs(e) for e in next(numbers) - next(numbers)}):
-        meant = number.limit_denominator(MEANT)
-        off = float(abs(number - meant))
-        if 0 < off <= 2.0**-52 * number:
-            evidence["float"] = [float(number), str(meant)]
+def _of_floats(scheme: Scheme, floats: dict[str, Any]) -> Told:
+    """Floats whose last bits explain the order, with the fraction that one was meant for."""
+    ends = f"counts with its binary value, so errors end at {floats['size']:.1g} of a step"
+    for value in floats["values"]:
+        given = Fraction(value)
+        meant = given.limit_denominator(MEANT)
+        off = float(abs(given - meant))
+        if 0 < off <= 2.0**-52 * value:
             return (
                 "float",
-                f"L_d holds {float(number)!r} as a float, which is off {meant} by {off:.1e}, and "
-                f"counts with its binary value: write sympy.Rational({meant.p}, {meant.q}).",
+                f"{scheme.rule.name} holds {value!r} as a float, which is off {meant} by "
+                f"{off:.1e}, and {ends}: write sympy.Rational({meant.numerator}, "
+                f"{meant.denominator}).",
             )
-    return None
+    values = ", ".join(map(repr, floats["values"][:3]))
+    return (
+        "float",
+        f"{scheme.rule.name} holds floats ({values}); such a number {ends}: write them exactly, or "
+        "with G.constant.",
+    )
 
 
 def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str, Any]) -> Told:
@@ -103,8 +115,7 @@ def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str,
         return (
             "factor",
             f"L_d is {c} times a consistent one: its points are those of L, its momenta {c} times "
-            f"theirs ({off}): weights have to sum to 1, and what L is given for a velocity has to "
-            "be one (the derivative of the curve)." + (rest if left < wanted - NEAR else ""),
+            f"theirs ({off}): {_of_weights(scheme)}" + (rest if left < wanted - NEAR else ""),
         )
     if scheme.scene.discrete_lagrangian is not None and found.order_of_legendre < 1 - NEAR:
         return (
@@ -155,6 +166,17 @@ def _of_rule(scheme: Scheme, wanted: int, found: Truncation, evidence: dict[str,
     )
 
 
+def _of_weights(scheme: Scheme) -> str:
+    """What a factor may come from: the weights, unless they sum to 1, or the velocities."""
+    whole = sum_of_weights(scheme)
+    velocity = "what L is given for a velocity has to be one (the derivative of the curve)."
+    if whole == "1":
+        return f"its weights sum to 1, so {velocity}"
+    if whole:
+        return f"its weights sum to {whole}, and have to sum to 1."
+    return f"weights have to sum to 1, and {velocity}"
+
+
 def _of_velocity(rule: Any) -> str:
     """What is wrong with a rule's velocities: it takes coordinates for them, or gives others."""
     asked = getattr(getattr(rule.formula, "__code__", None), "co_names", ())
@@ -167,9 +189,12 @@ def _of_velocity(rule: Any) -> str:
 
 def _of_runs(
     case: Case, measurement: dict[str, Any], duration: Fraction, at_50_digits: Callable[[], Any],
-    found: Truncation, evidence: Any,
+    found: Truncation, evidence: Any, low: bool = False,
 ) -> Told | None:  # fmt: skip
-    """Start, Newton, reference or round-off: L_d is as declared, so the runs are looked at."""
+    """Start, Newton, reference or round-off: L_d is as declared, so the runs are looked at.
+
+    low: single steps of 50 digits are of a lower order, so round-off is no cause.
+    """
     rows = [row for row in measurement["rows"] if row["error"] is not None]
     best = min(rows, key=lambda row: row["error"])
     wanted = case.scheme.base.order
@@ -199,7 +224,7 @@ def _of_runs(
             f"{fine}the reference is {off:.1e} from {WITNESS} at 30 digits, whose own error is "
             f"{own:.1e}: errors cannot sink below {off:.1e}; discmech reference --check.",
         )
-    if case.digits == 16:
+    if case.digits == 16 and not low:
         more = at_50_digits()
         evidence["order_at_50_digits"] = more
         if more is not None and abs(more - wanted) < NEAR:

@@ -136,9 +136,10 @@ def slope(steps: Sequence[float], sizes: Sequence[float]) -> float:
 
 
 @lru_cache(maxsize=64)
-def truncation(scheme: Scheme) -> Truncation:
-    """Measured at `HALVINGS` steps from a quarter of the scene's, with 50 digits."""
-    steps = [scheme.scene.step * COARSEST / 2**k for k in range(HALVINGS)]
+def truncation(scheme: Scheme, first: Fraction | None = None) -> Truncation:
+    """Measured at `HALVINGS` steps, from a quarter of the scene's unless one is given."""
+    first = Fraction(scheme.scene.step) * COARSEST if first is None else first
+    steps = [first / 2**k for k in range(HALVINGS)]
     found = defaultdict[str, list[float]](list)
     _sweep(scheme, steps)
     numbers = arithmetic(DIGITS)

@@ -33,11 +33,23 @@ def mean_of_points(scheme: Scheme) -> str:
     return _meant(mean) if _meant(whole) == "1" else ""
 
 
+def sum_of_weights(scheme: Scheme) -> str:
+    """Σ b_i of a rule h Σ b_i L(…) as 1 or 9/10; empty of any other."""
+    equations = scheme.equations
+    of = getattr(equations, "discrete", equations).of
+    if not of.weighted:
+        return ""
+    whole = sum((of.resolved(weight) / scheme.s.h for weight, _ in of.asked), sympy.Integer(0))
+    return _meant(whole) if whole.is_number else ""
+
+
 def _meant(number: Any) -> str:
     """The fraction of a small denominator that it is but for a float's round-off; else decimals."""
     given = Fraction(str(number.evalf(30)))
     near = given.limit_denominator(MEANT)
-    return str(near) if abs(given - near) <= 2.0**-52 else f"{float(given):.4g}"
+    if abs(given - near) <= 2.0**-52:
+        return str(near)
+    return f"{float(given):.4g}" if abs(given - near) > 1e-4 else f"{float(given):.12g}"
 
 
 def _fraction(s: Any, seen: Any, point: Sequence[Any]) -> Any:

@@ -43,7 +43,8 @@ class Floats:
     """The floats of a rule, and what they do to a step.
 
     values: as they stand in the rule. explain: whether their last bits explain the order that was
-    too low. size: the error of the step beside the motion in it, largest of all components.
+    too low. size: where errors end, relative to the motion in a step: the largest of a component,
+    at least half a unit of the last bit.
     """
 
     values: tuple[float, ...]
@@ -77,7 +78,8 @@ def floats_of(scheme: Scheme, local: LocalOrder, wanted: float) -> Floats:
     low = {c.name for c in local.components if c.place is place and _is_low(c, wanted)}
     explain, size = _explained(scheme, place, step, digits, own, bounds, low)
     explain = explain and _above(scheme, place, step, bounds, wanted)
-    return Floats(tuple(map(float, values)), explain, size)
+    unit = float(max(values)) * 2.0**-53
+    return Floats(tuple(map(float, values)), explain, max(size, unit))
 
 
 def _is_low(component: ComponentOrder, wanted: float) -> bool:
