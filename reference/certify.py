@@ -15,10 +15,11 @@ import math
 from collections.abc import Hashable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
 from typing import Any
 
 import mpmath
+
+from discmech.integrators.scene import remembered
 
 from .agreement import Blocks, agreement, said
 from .bounded import bounded_integration
@@ -73,7 +74,8 @@ def certified_integration(
     ``form`` is a closed form of the motion, which has to agree. ``thorough`` runs the second
     method where it is dear, and beside a closed form.
     """
-    derive = derived if isinstance(scene, Hashable) else derived.__wrapped__
+    ask: Any = derived
+    derive = ask if isinstance(scene, Hashable) else ask.__wrapped__
     equations, program, invariants = derive(scene, attitude)
     asked = Question(equations, program, times, digits, parameter_values(scene), form)
     alone = form is None or (attitude and not form.attitude)
@@ -106,7 +108,7 @@ def certified_integration(
     return found
 
 
-@lru_cache(maxsize=8)
+@remembered(maxsize=8)
 def derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invariants]:
     """What needs no time and no digits: one scene is asked for several of either."""
     equations = equations_of(scene, attitude)

@@ -146,8 +146,20 @@ def _units(matrix: Any, k: int) -> list[Any]:
     return found
 
 
-@lru_cache
 def _balance(scene: Any) -> Balance:
+    """Its equations, derived once as long as nothing changes that its functions read."""
+    from discmech.integrators.scene import Opaque, reads
+
+    from .equations import balance_of
+
+    try:
+        return _balance_of(scene, reads(scene))
+    except Opaque:
+        return balance_of(scene)
+
+
+@lru_cache
+def _balance_of(scene: Any, seen: str) -> Balance:
     from .equations import balance_of
 
     return balance_of(scene)

@@ -84,6 +84,7 @@ class Control:
             )
         if refusal := rule.refusal(self.scene):
             raise CannotMeasure(refusal)
+        assert self.controls is not None  # as it was checked
         return stages_of(self.scene, self.cost, self.inputs, self.controls, rule)
 
     def solve(self, steps: int, rule: Discretisation = midpoint) -> Optimum:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,7 +32,7 @@ from ..errors import BadInput, CannotMeasure
 from ..numbers import arithmetic, jacobian, numeric, symbols_of, sympy
 from ..numbers.types import Expression, Letter
 from ..rules import Discretisation
-from ..scene import Scene, arguments_of
+from ..scene import Scene, arguments_of, remembered
 from .second_derivatives import SecondDerivatives
 
 MOST = 30  # corrections of a control at a node
@@ -235,7 +235,7 @@ def _dot(a: Any, b: Any) -> Expression:
 
 
 #: the `ControlStages` of a scene, cost, inputs, number of controls and rule, derived once
-stages_of = lru_cache(maxsize=64)(ControlStages)
+stages_of = remembered(maxsize=64)(ControlStages)
 
 
 def places_of(scene: Scene, rule: Discretisation) -> list[float]:

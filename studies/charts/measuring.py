@@ -19,7 +19,7 @@ from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.geometry import defects, regularity, residual, singular_sign
 from discmech.integrators.numbers import LazyModule, mpmath
 from discmech.integrators.rules import Discretisation
-from discmech.integrators.scene import OnGroup, Scene
+from discmech.integrators.scene import OnGroup, Scene, remembered
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
 from ..core.runs import Rows, relative_drifts, with_terms
@@ -104,7 +104,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {"rows": rows, "measured": _worst(rows), "slice": _slice(case)}
 
 
-@lru_cache(maxsize=8)
+@remembered(maxsize=8)
 def _scheme(scene: Scene) -> Scheme:
     """With the attitude as base where that is a group: the spatial momentum needs it."""
     whole = scene.with_attitude() if scene.groupoid.kind == "group" else scene

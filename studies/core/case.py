@@ -11,7 +11,7 @@ from typing import Any
 from discmech.integrators import BadInput, Lattice, Scheme, retractions, scenes
 from discmech.integrators import rules as discretisations
 from discmech.integrators.rules import Discretisation, OneStepMap
-from discmech.integrators.scene import Scene
+from discmech.integrators.scene import Scene, remembered
 
 from . import lookup
 
@@ -136,7 +136,7 @@ def in_chart(scene: Scene, retraction: str) -> Scene:
     return scene.with_retraction(retractions.get(retraction))
 
 
-@lru_cache(maxsize=64)
+@remembered(maxsize=64)
 def scheme_of(scene: Scene, rule: Discretisation) -> Scheme:
     """One scheme for all studies and precisions: what it derives, it derives once."""
     return Scheme(scene, rule)

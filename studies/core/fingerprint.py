@@ -16,10 +16,10 @@ from discmech.integrators.compiler import text_key
 from discmech.integrators.equations import step_system
 from discmech.integrators.lattices import LatticeScheme, systems
 from discmech.integrators.rules import Composition, Discretisation
-from discmech.integrators.scene import Scene
+from discmech.integrators.scene import Scene, reads
 
 from .case import Case, scheme_of
-from .record import machine, versions
+from .record import machine, processor, versions
 from .study import Study
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -32,12 +32,14 @@ VIEW_FILES = ("view.py", "plot*.py", "__init__.py")
 
 
 def of_case(study: Study, case: Case, timed: bool) -> str:
-    """Of one case: the study's text, the case's words, its scene and rules, and all versions.
+    """Of one case: the study's text, the case's words, its scene and rules, all versions, and the
+    processor, on whose instructions the last bits depend.
 
     timed: the result is a time, so the machine counts as well.
     """
     rules: Iterable[Discretisation] = getattr(case, "rules", (case.rule,))
-    words = [study.name, case.label, case.command, str(versions()), str(machine()) if timed else ""]
+    words = [study.name, case.label, case.command, str(versions()), processor()]
+    words.append(str(machine()) if timed else "")
     words += [text_of(str(study.measuring.__file__)), *of_scene(case.scene)]
     words.append(study.depends_on(case))
     words += [part for rule in study.rules_beside(case) for part in _facts(rule)]
@@ -51,29 +53,25 @@ def known_by_text(case: Case) -> bool:
 
 
 def of_scene(scene: Scene) -> Iterator[str]:
-    """A scene's numbers, and the text that defines a scene of the bench's own."""
-    if isinstance(scene, Lattice):
-        yield from (scene.name, scene.groupoid.name, repr((scene.duration, scene.step)))
-        parts = scene.split_parameters
-        yield repr([(name, [*held]) for name, held in parts.items()])
-        yield repr(parts["shared"])
-        own = [*parts["site"].values(), *parts["bond"].values()]
-        for array in (*scene.start, scene.pairs, scene.free, *own):
-            yield hashlib.sha256(array.tobytes()).hexdigest()
-        return
-    yield from (scene.name, scene.groupoid.name, str(scene.groupoid.retraction))
-    yield repr((scene.parameters, scene.x0, scene.v0, scene.duration, scene.step, scene.mu0))
-    yield repr((scene.friction, scene.restitution, scene.impacts))
-    if is_ours(scene):
+    """All fields of a scene or lattice, with what its functions read beside their arguments, and
+    the text that defines a scene of the bench's own.
+
+    Raises `Opaque` where something in it hides what it holds.
+    """
+    yield reads(scene)
+    if is_ours(scene) and not isinstance(scene, Lattice):
         yield _text_of_scene(scene.name)
 
 
 def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
     """A rule's facts, and the text of one of the bench's own; else the equations that it makes.
 
-    What a user's file imports or reads is in the equations and the numbers, or has no effect.
+    What a user's file imports or reads is in the equations and the numbers, or has no effect; what
+    the formula reads counts all the same, as a number that is asked for at each precision.
     """
     yield from _facts(rule)
+    if rule.is_formula:  # another integrator says itself what it depends on
+        yield reads(rule)
     if not (is_ours(rule) and is_ours(scene)):
         yield _derived(scheme_of(scene, rule))
 
@@ -93,7 +91,14 @@ def of_answer(about: Callable[[Scheme], Any], scene: Scene, rule: Discretisation
     """Of what a function says about a scheme."""
     file = Path(inspect.getfile(about))  # it may be one that shows results
     shown = _digest(*(p.read_text("utf-8") for p in imported_files([file], views=True)))
-    words = (about.__qualname__, str(versions()), text_of(str(file)), shown, rule.source)
+    words = (
+        about.__qualname__,
+        str(versions()),
+        processor(),
+        text_of(str(file)),
+        shown,
+        rule.source,
+    )
     return _digest(*words, *of_scene(scene), *of_rule(scene, rule))
 
 
@@ -113,13 +118,14 @@ def is_ours(thing: Scene | Discretisation) -> bool:
 def _derived(scheme: Scheme) -> str:
     """The equations of a step, the groupoid, the Lagrangian and the conserved quantities."""
     if isinstance(scheme, LatticeScheme):
-        return text_key(scheme.system)
+        return text_key(scheme.system, _values_of(scheme.system))
     s, scene = scheme.s, scheme.scene
     groups = scene.with_attitude() if any(q.attitude for q in scene.symmetries) else scene
     own = scene.discrete_lagrangian
     facts: list[Any] = [(q.kind, q.attitude, q.value, q.stretch) for q in scene.symmetries]
     facts.append((getattr(own, "order", None), getattr(own, "kept", None)))
-    parts: list[Any] = [repr(facts), step_system(scheme.equations)]
+    system = step_system(scheme.equations)
+    parts: list[Any] = [repr(facts), system, _values_of(system)]
     parts += scheme.equations.fields
     if scene.lagrangian is not None:
         parts.append([s.lagrangian, *s.force])
@@ -137,6 +143,11 @@ def _derived(scheme: Scheme) -> str:
         found = q.at(x, s.mu, s.parameters, s.h)
         parts += [q.name, list(found) if hasattr(found, "shape") else [found]]
     return text_key(*parts)
+
+
+def _values_of(system: Any) -> str:
+    """The constants of a step, which are numbers of a rule that no equation shows."""
+    return repr([str(value(60)) for value in getattr(system, "constants", {}).values()])
 
 
 def of_everything(*words: str) -> str:

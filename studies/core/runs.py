@@ -24,6 +24,7 @@ from discmech.integrators.errors import CannotMeasure
 from discmech.integrators.flows import Flow, Trajectory
 from discmech.integrators.foreign import RecordedScheme
 from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
+from discmech.integrators.scene import remembered
 
 from .case import Case, Progress, judged_alone
 
@@ -149,7 +150,7 @@ def refuse_ended(case: Case, time: float) -> None:
         raise copy(end)  # a traceback would keep the run
 
 
-@lru_cache(maxsize=64)  # rules of one scene, and faults of one rule, ask alike
+@remembered(maxsize=64)  # rules of one scene, and faults of one rule, ask alike
 def _end_of(scene: Scene, time: float) -> MotionEnds | None:
     """Where the motion ends on the way to a time, if a reference tells."""
     from discmech import reference

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future
+from contextlib import suppress
 from functools import lru_cache, partial
 from queue import SimpleQueue
 from typing import Any, TypeAlias
@@ -12,6 +13,7 @@ from typing import Any, TypeAlias
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.errors import CannotMeasure, CouldNotRun
 from discmech.integrators.flows import cores
+from discmech.integrators.scene import Opaque
 
 from . import fingerprint
 from .case import Case, Choice, Progress, scheme_of, silent
@@ -34,7 +36,7 @@ def key_of(study: Study, case: Case) -> str | None:
     """The fingerprint of a case; None where its result says why it has none."""
     try:
         return fingerprint.of_case(study, case, timed=study.timed(case))
-    except (BadInput, StepFailure, CannotMeasure):
+    except (BadInput, StepFailure, CannotMeasure, Opaque):
         return None
 
 
@@ -128,7 +130,8 @@ def finished(
                 study = plan.studies[i]
                 _kept(store, study, key_of(study, plan.cases[i][k]), result)
             for pair, answer in said.items():
-                store.keep(fingerprint.of_answer(also, *plan.pairs[pair]), answer)  # type: ignore[arg-type]
+                with suppress(Opaque):
+                    store.keep(fingerprint.of_answer(also, *plan.pairs[pair]), answer)  # type: ignore[arg-type]
         return task.places, results, said
 
     mine = others = 0
@@ -178,7 +181,11 @@ def _said(plan: Plan, task: Task, also: Also, store: Store | None) -> dict[int, 
         make = partial(also, scheme_of(*pair))
         if store is None:
             return {task.pair: make()}
-        return {task.pair: store.remembered(fingerprint.of_answer(also, *pair), make)}
+        try:
+            key = fingerprint.of_answer(also, *pair)
+        except Opaque:
+            return {task.pair: make()}
+        return {task.pair: store.remembered(key, make)}
     except BadInput:  # the cases say so
         return {}
 

@@ -28,6 +28,7 @@ from discmech.integrators.equations import (
 )
 from discmech.integrators.numbers import arithmetic, exact, mpmath, numeric, sympy, to_sympy
 from discmech.integrators.rules import Composition
+from discmech.integrators.scene import remembered
 from discmech.reference import surroundings
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ class Motion:
     of_v: list[Any]
 
 
-@lru_cache(maxsize=16)
+@remembered(maxsize=16)
 def _motion(scene: Any) -> Motion:
     """As far as a rough integration follows it within the scene's duration."""
     around = surroundings(scene)

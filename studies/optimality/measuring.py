@@ -17,6 +17,7 @@ from discmech.integrators.compiler import text_key
 from discmech.integrators.control import Optimum
 from discmech.integrators.control import problems as built_in
 from discmech.integrators.rules import Composition, OneStepMap
+from discmech.integrators.scene import reads
 
 from ..core import lookup
 from ..core.case import Case, Choice, Progress, Verdict, silent
@@ -61,9 +62,7 @@ def depends_on(case: Case) -> str:
     if name in built_in.NAMES and problem is built_in.get(name):
         return ""  # its text is the bench's own, which every result depends on
     stages = problem.with_values(scene=case.scene).stages(case.rule)
-    T = float(problem.duration)
-    path = None if problem.path is None else [list(problem.path(k * T / 7)) for k in range(8)]
-    return text_key(str((problem.end, problem.duration, path)), *stages.formulas)
+    return text_key(reads(problem), *stages.formulas)
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

@@ -15,7 +15,8 @@ from threading import Lock
 
 import pytest
 
-from discmech.integrators import BadInput, rules, scenes
+from discmech.integrators import rules, scenes
+from discmech.integrators.errors import CouldNotRun
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
 from discmech.studies.command import entry, main
@@ -151,7 +152,7 @@ class Refusing(Executor):
 
 
 @pytest.mark.parametrize(("pool", "said"), [
-    (Breaking(), (BadInput, "was killed")), (Refusing(), (RuntimeError, "new thread")),
+    (Breaking(), (CouldNotRun, "was killed")), (Refusing(), (RuntimeError, "new thread")),
 ])  # fmt: skip
 def test_a_pool_that_ends_ends_the_run(monkeypatch, pool, said):
     @contextmanager

@@ -7,7 +7,6 @@ but the comparison studies imports them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
@@ -15,7 +14,7 @@ from typing import Any
 from discmech.integrators import BadInput
 from discmech.integrators.equations import SceneSymbols, closed_velocity
 from discmech.integrators.errors import unknown
-from discmech.integrators.scene import Scene
+from discmech.integrators.scene import Scene, remembered
 
 from ..contestants import Contestant, Problem
 from .rebounds import bodies
@@ -71,13 +70,13 @@ def on(scene: Scene, names: Sequence[str]) -> list[str]:
     ]  # fmt: skip
 
 
-@lru_cache(maxsize=64)
+@remembered(maxsize=64)
 def _is_closed(scene: Scene) -> bool:
     """Whether ξ(x, μ) has a short closed form."""
     return closed_velocity(SceneSymbols(scene)) is not None
 
 
-@lru_cache(maxsize=64)
+@remembered(maxsize=64)
 def _splits(scene: Scene) -> bool:
     """Whether L = T(v) − V(x) on a pair groupoid, without forces or time."""
     if scene.groupoid.kind != "pair" or scene.force is not None or scene.clocked:

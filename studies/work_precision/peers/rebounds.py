@@ -11,7 +11,6 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -19,7 +18,7 @@ import numpy as np
 
 from discmech.integrators.equations import SceneSymbols
 from discmech.integrators.numbers import sympy
-from discmech.integrators.scene import Scene
+from discmech.integrators.scene import Scene, remembered
 
 from ..contestants import MOST_ROWS, Contestant, NoEnd, Problem, States, steps_between
 
@@ -36,7 +35,7 @@ class Bodies:
     dim: int
 
 
-@lru_cache(maxsize=64)
+@remembered(maxsize=64)
 def bodies(scene: Scene) -> Bodies | None:
     """The bodies that a scene is made of; None if its Lagrangian is not theirs.
 

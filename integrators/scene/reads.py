@@ -1,0 +1,212 @@
+"""All that a thing of the user's depends on, as one digest: its fields, and what functions read.
+
+A function that a scene, a rule or a groupoid is given may read a global, a list, a file's variable
+or a value of the function around it. What is remembered of such a thing is remembered under this
+digest too, so that a value that was changed is seen.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import pickle
+import sys
+from collections.abc import Callable, Mapping, Set
+from dataclasses import fields, is_dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache, partial, wraps
+from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..numbers import LazyModule
+
+_Made = TypeVar("_Made", bound=Callable[..., Any])
+
+#: packages whose functions are known by name: their versions, or their text, are known otherwise
+_LIBRARIES = sys.stdlib_module_names - {"__main__"} | {
+    "discmech", "flint", "gmpy2", "jax", "jaxlib", "llvmlite", "matplotlib", "mpmath", "numba",
+    "numpy", "scipy", "sympy", "torch",
+}  # fmt: skip
+_PLAIN = (type(None), bool, int, float, complex, str, bytes, Fraction, type(...))
+MOST = 20_000  # parts; what has more is not remembered
+
+
+class Opaque(Exception):
+    """A thing of which cannot be told whether it was changed; its argument says what it is."""
+
+
+def reads(*things: Any) -> str:
+    """The digest; raises `Opaque` for a thing that hides what it holds."""
+    return _Reader().digest(things)
+
+
+def remembered(maxsize: int) -> Callable[[_Made], _Made]:
+    """Decorator: `lru_cache` that is also asked by what functions among the arguments read.
+
+    What is opaque is made anew each time.
+    """
+
+    def decorate(function: _Made) -> _Made:
+        @lru_cache(maxsize=maxsize)
+        def made(seen: str, *given: Any) -> Any:
+            return function(*given)
+
+        @wraps(function)
+        def asked(*given: Any) -> Any:
+            try:
+                seen = reads(*given)
+            except Opaque:
+                return function(*given)
+            return made(seen, *given)
+
+        asked.cache_clear = made.cache_clear  # type: ignore[attr-defined]
+        return asked  # type: ignore[return-value]
+
+    return decorate
+
+
+class _Reader:
+    """One walk over a thing; what was seen before is a number."""
+
+    def __init__(self) -> None:
+        self.whole, self.seen, self.kept = hashlib.sha256(), dict[int, int](), list[Any]()
+
+    def digest(self, thing: Any) -> str:
+        self.add(thing)
+        return self.whole.hexdigest()
+
+    def say(self, *words: Any) -> None:
+        for word in words:
+            self.whole.update(word if isinstance(word, bytes) else str(word).encode())
+            self.whole.update(b"\0")
+
+    def add(self, thing: Any) -> None:
+        """Whatever it is."""
+        if isinstance(thing, _PLAIN):
+            self.say(type(thing).__name__, repr(thing))
+            return
+        if id(thing) in self.seen:
+            self.say("again", self.seen[id(thing)])
+            return
+        self.seen[id(thing)] = len(self.seen)
+        self.kept.append(thing)  # so that its number stays its own
+        if len(self.seen) > MOST:
+            raise Opaque("a thing of too many parts")
+        if isinstance(thing, FunctionType | MethodType | BuiltinFunctionType | partial):
+            self.function(thing)
+        elif isinstance(thing, ModuleType | LazyModule):
+            lazy = isinstance(thing, LazyModule)
+            self.say("module", thing._name if lazy else thing.__name__)
+        elif isinstance(thing, type):
+            self.of_class(thing)
+        elif isinstance(thing, np.ndarray | np.generic) and thing.dtype.kind != "O":
+            self.say("array", thing.dtype.str, thing.shape, np.ascontiguousarray(thing).tobytes())
+        elif isinstance(thing, Mapping):
+            self.say("mapping", len(thing))
+            for key, value in thing.items():
+                self.add(key)
+                self.add(value)
+        elif isinstance(thing, Set):
+            self.say("set", *sorted(reads(e) for e in thing))
+        elif isinstance(thing, (list, tuple, np.ndarray)):
+            self.say(type(thing).__name__, len(thing))
+            for entry in thing:
+                self.add(entry)
+        elif isinstance(thing, CodeType):
+            self.code(thing)
+        elif hasattr(thing, "__wrapped__"):  # by a cache, say
+            self.add(thing.__wrapped__)
+        else:
+            self.instance(thing)
+
+    def function(self, thing: Any) -> None:
+        """Its text as Python runs it, its defaults, and what it reads outside itself."""
+        if isinstance(thing, partial):
+            self.add([thing.func, thing.args, thing.keywords])
+            return
+        if isinstance(thing, MethodType):
+            self.add([thing.__func__, thing.__self__])
+            return
+        known = thing.__module__ if _is_library(thing.__module__) else ""
+        self.say("function", known, thing.__qualname__)
+        if not isinstance(thing, FunctionType):
+            return
+        self.add([thing.__defaults__, thing.__kwdefaults__])
+        for cell in thing.__closure__ or ():
+            try:
+                self.add(cell.cell_contents)
+            except ValueError:  # nothing is in it yet
+                self.say("empty")
+        if hasattr(thing, "__wrapped__"):
+            self.add(thing.__wrapped__)
+        if not _is_library(thing.__module__):
+            self.code(thing.__code__)
+            names = _names(thing.__code__)
+            for name in sorted(names & thing.__globals__.keys()):
+                self.say(name)
+                self.global_(thing.__globals__[name], names)
+
+    def global_(self, thing: Any, names: frozenset[str]) -> None:
+        """What a name stands for; of a module of the user's what may be read of it."""
+        self.add(thing)
+        if isinstance(thing, ModuleType) and not _is_library(thing.__name__):
+            for name in sorted(names & vars(thing).keys()):
+                self.say(name)
+                self.add(vars(thing)[name])
+
+    def code(self, code: CodeType) -> None:
+        """Its instructions and constants: comments and lines are no part of them."""
+        self.say("code", code.co_code, code.co_names, code.co_varnames, code.co_freevars)
+        for constant in code.co_consts:
+            self.add(constant)
+
+    def of_class(self, thing: type) -> None:
+        known = thing.__module__ if _is_library(thing.__module__) else ""
+        self.say("class", known, thing.__qualname__)
+        if not known:
+            for name, held in vars(thing).items():
+                if not (name.startswith("__") and name.endswith("__")) or callable(held):
+                    held = getattr(held, "__func__", getattr(held, "fget", held))
+                    if isinstance(held, (FunctionType, *_PLAIN, list, tuple, dict)):
+                        self.say(name)
+                        self.add(held)
+
+    def instance(self, thing: Any) -> None:
+        """Of what class it is, and all that it holds."""
+        kind = type(thing)
+        self.add(kind)
+        if is_dataclass(thing):  # all of its fields, those that are new as well
+            for field in fields(thing):
+                self.say(field.name)
+                self.add(getattr(thing, field.name))
+            return
+        if hasattr(thing, "_mpf_"):
+            self.add(thing._mpf_)
+        elif kind.__module__.partition(".")[0] in ("sympy", "gmpy2", "mpmath"):
+            self.say(repr(thing))
+        elif hasattr(thing, "__dict__") and not (
+            _is_library(kind.__module__) and not kind.__module__.startswith("discmech")
+        ):
+            for name, held in sorted(vars(thing).items()):
+                given = inspect.getattr_static(kind, name, None)
+                if not isinstance(given, cached_property):  # which is made of the others
+                    self.say(name)
+                    self.add(held)
+        else:
+            try:
+                self.say(pickle.dumps(thing))
+            except Exception:  # a lock, a file, a generator
+                raise Opaque(f"{kind.__name__}") from None
+
+
+def _is_library(module: str | None) -> bool:
+    return (module or "builtins").partition(".")[0] in _LIBRARIES
+
+
+@lru_cache(maxsize=4096)
+def _names(code: CodeType) -> frozenset[str]:
+    """All names that it and the functions within it look up."""
+    inner = (_names(c) for c in code.co_consts if isinstance(c, CodeType))
+    return frozenset(code.co_names).union(*inner)

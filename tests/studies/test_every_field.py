@@ -1,0 +1,258 @@
+"""Whatever a result depends on makes another fingerprint when it changes: field by field."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+import sympy
+
+from discmech import (
+    Conserved,
+    Control,
+    Lattice,
+    Scene,
+    action,
+    check,
+    discretisation,
+    exponential,
+    lie_group,
+    midpoint,
+    one_step,
+    pair,
+    so,
+)
+from discmech.integrators.numbers import mpmath
+from discmech.integrators.rules import Composition, Discretisation, OneStepMap, compose
+from discmech.integrators.rules.quadrature import Nodes
+from discmech.integrators.scene import Opaque, on_group, reads
+from discmech.studies import get
+from discmech.studies.core import fingerprint
+from discmech.studies.core.case import Case, scheme_of
+
+
+def kinetic(x, v, p):
+    return v[0] ** 2 / 2 - p.a * x[0] ** 2
+
+
+def other(*given):
+    return given[0][0] ** 2 / 3
+
+
+J = Conserved("J", lambda x, mu, p: mu[0])
+SCENE = Scene("s", pair(1), kinetic, {"a": 1}, [1], [0], duration=2)
+TOUCHING = SCENE.with_values(contact=lambda x, p: [x[0] + 9], friction="1/10")
+GIVEN = Scene("s", pair(1), x0=[1], v0=[0], mu0=[1],
+              discrete_lagrangian=lambda x, u, h, p: h * u[0] ** 2)  # fmt: skip
+#: by field: a scene without and with the change
+SCENES = {
+    "name": (SCENE, SCENE.with_values(name="t")),
+    "groupoid": (Scene("s", lie_group(so(3)), other, v0=[1, 1, 1]),
+                 Scene("s", lie_group(so(3), exponential), other, v0=[1, 1, 1])),
+    "lagrangian": (SCENE, SCENE.with_values(lagrangian=other)),
+    "parameters": (SCENE, SCENE.with_values(parameters={"a": 2})),
+    "x0": (SCENE, SCENE.with_values(x0=[2])), "v0": (SCENE, SCENE.with_values(v0=[1])),
+    "duration": (SCENE, SCENE.with_values(duration=3)),
+    "step": (SCENE, SCENE.with_values(step="1/7")),
+    "symmetries": (SCENE, SCENE.with_values(symmetries=[J])),
+    "source": (SCENE, SCENE.with_values(source="a book")),
+    "title": (SCENE, SCENE.with_values(title="a title")),
+    "discrete_lagrangian": (GIVEN, replace(GIVEN, discrete_lagrangian=lambda x, u, h, p: u[0])),
+    "fast": (SCENE, SCENE.with_values(fast=lambda x, p: x[0] ** 2)),
+    "force": (SCENE, SCENE.with_values(force=lambda x, v, p: [v[0]])),
+    "mu0": (GIVEN, replace(GIVEN, mu0=[2])),
+    "holonomic": (SCENE, SCENE.with_values(holonomic=lambda x, p: [x[0] - 1])),
+    "nonholonomic": (SCENE, SCENE.with_values(nonholonomic=lambda x, p: [[1]])),
+    "contact": (TOUCHING, TOUCHING.with_values(contact=lambda x, p: [x[0] + 8])),
+    "friction": (TOUCHING, TOUCHING.with_values(friction="1/5")),
+    "restitution": (TOUCHING, TOUCHING.with_values(restitution="1/2")),
+    "impacts": (TOUCHING, TOUCHING.with_values(impacts="located")),
+}  # fmt: skip
+CHAIN = Lattice(
+    "l", pair(1), 4, {"a": 1}, kinetic, lambda x, y, p: x[0] * y[0], x0=np.ones((4, 1)),
+    v0=np.zeros((4, 1)), contact=lambda x, p: [x[0] + 9],
+)  # fmt: skip
+WITHOUT = replace(CHAIN, contact=None)
+LATTICES = {
+    "name": replace(CHAIN, name="m"), "parameters": replace(CHAIN, parameters={"a": 2}),
+    "site": Lattice("l", pair(2), 4, {"a": 1}, kinetic, lambda x, y, p: x[0] * y[0],
+                    x0=np.ones((4, 2)), v0=np.zeros((4, 2))),
+    "sites": replace(CHAIN, sites=3, x0=np.ones((3, 1)), v0=np.zeros((3, 1))),
+    "on_site": replace(CHAIN, on_site=other), "on_bond": replace(CHAIN, on_bond=other),
+    "bonds": replace(CHAIN, bonds="ring"), "x0": replace(CHAIN, x0=2 * np.ones((4, 1))),
+    "v0": replace(CHAIN, v0=np.ones((4, 1))), "duration": replace(CHAIN, duration=3),
+    "step": replace(CHAIN, step="1/7"), "fixed_ends": replace(CHAIN, fixed_ends=True),
+    "fixed": replace(CHAIN, fixed=[1]),
+    "constraint": replace(WITHOUT, constraint=lambda x, y, p: [y[0] - x[0]]),
+    "contact": replace(CHAIN, contact=lambda x, p: [x[0] - 1]),
+    "restitution": replace(CHAIN, restitution="1/2"),
+    "symmetries": replace(CHAIN, symmetries={"J": lambda x, p: [1]}),
+    "source": replace(CHAIN, source="a book"), "title": replace(CHAIN, title="a title"),
+}  # fmt: skip
+COST = Control(SCENE, lambda x, v, f, p: f.dot(f), ([1], [0]))
+CONTROLS = {
+    "scene": SCENE.with_values(x0=[3]), "cost": lambda x, v, f, p: 2 * f.dot(f),
+    "end": ([1], [1]), "inputs": lambda x, v, f, p: [2 * f[0]], "controls": 1, "duration": 5,
+    "path": lambda t: [t if t < 0.123 else 1],  # between any samples
+}  # fmt: skip
+
+
+@discretisation(order=2)
+def rule(L, G, x, u, h):
+    return h * L(x, u)
+
+
+RULES = {
+    "name": "other", "formula": lambda L, G, x, u, h: 2 * h * L(x, u), "order": 3,
+    "source": "a book", "stages": 1, "splits": True, "groupoids": ("pair",),
+    "nodes": Nodes("gauss", 2),
+}  # fmt: skip
+QUANTITIES = {"name": "K", "formula": lambda x, mu, p: 2 * mu[0], "kind": "Casimir",
+              "attitude": True, "value": 1, "stretch": 7}  # fmt: skip
+
+
+def test_every_field_of_a_scene_counts():
+    assert {f.name for f in fields(Scene)} == {*SCENES}
+    for name, (one, another) in SCENES.items():
+        assert [*fingerprint.of_scene(one)] != [*fingerprint.of_scene(another)], name
+        assert [*fingerprint.of_scene(one)] == [*fingerprint.of_scene(replace(one))], name
+
+
+def test_every_field_of_a_lattice_counts():
+    assert {f.name for f in fields(Lattice)} == {*LATTICES}
+    keys = {name: "".join(fingerprint.of_scene(e)) for name, e in LATTICES.items()}
+    assert len({*keys.values(), "".join(fingerprint.of_scene(CHAIN))}) == 1 + len(keys)
+
+
+def test_every_field_of_a_control_problem_counts():
+    assert {f.name for f in fields(Control)} == {*CONTROLS}
+    keys = {name: reads(COST.with_values(**{name: e})) for name, e in CONTROLS.items()
+            if name != "controls"}  # fmt: skip
+    assert len({*keys.values(), reads(COST)}) == 1 + len(keys)
+    two = Control(SCENE, COST.cost, COST.end, inputs=CONTROLS["inputs"], controls=2)
+    assert reads(two) != keys["inputs"]
+
+
+@pytest.mark.parametrize("name", RULES)
+def test_every_field_of_a_rule_counts(name):
+    assert {f.name for f in fields(Discretisation)} - {"claims"} == {*RULES}
+    assert reads(rule) != reads(replace(rule, **{name: RULES[name]}))
+
+
+def test_what_maps_and_compositions_add_counts():
+    explicit = one_step(order=1, name="m")(lambda s, z, h: z)
+    added = {f.name for f in fields(OneStepMap)} - {f.name for f in fields(Discretisation)}
+    assert added == {"implicit"} and reads(explicit) != reads(replace(explicit, implicit=True))
+    assert {f.name for f in fields(Composition)} - {f.name for f in fields(Discretisation)} == {
+        "base", "method"}  # fmt: skip
+    made = [compose(midpoint, "suzuki"), compose(midpoint, "triple-jump"), compose(rule, "suzuki")]
+    assert len(set(map(reads, made))) == 3
+
+
+def test_every_field_of_a_conserved_quantity_counts():
+    assert {f.name for f in fields(Conserved)} == {*QUANTITIES}
+    keys = {name: reads(replace(J, **{name: e})) for name, e in QUANTITIES.items()}
+    assert len({*keys.values(), reads(J)}) == 1 + len(keys)
+
+
+HELD, LIST, ARRAY, NESTED = 1, [1], np.ones(2), {"a": [1]}
+
+
+def reading():
+    return HELD, LIST, ARRAY, NESTED, (lambda: HELD)()
+
+
+def test_what_a_function_reads_counts(monkeypatch):
+    before = reads(reading)
+    for name, value in (("HELD", 2), ("LIST", [2]), ("ARRAY", np.zeros(2)), ("NESTED", {"a": []})):
+        with monkeypatch.context() as patch:
+            patch.setitem(globals(), name, value)
+            assert reads(reading) != before, name
+    assert reads(reading) == before
+    LIST.append(2)
+    assert reads(reading) != before
+    LIST.pop()
+
+    def around(value, default=1):
+        return lambda x=default: x + value
+
+    assert len({reads(around(1)), reads(around(2)), reads(around(1, 2))}) == 3
+    with open(__file__) as file, pytest.raises(Opaque):
+        reads(file)
+
+
+def test_a_thing_that_was_used_reads_as_before():
+    scene = Scene("s", action(so(3)), lambda x, v, p: v.dot(v) / 2, x0=[0, 0, 1], v0=[1, 0, 0])
+    before = reads(scene, midpoint)
+    scheme_of(scene, midpoint).flow("1/10").trajectory(2)
+    assert reads(scene, midpoint) == before
+    assert reads(on_group(other)) == reads(on_group(other))
+
+
+def test_another_process_reads_the_same():
+    text = ("from discmech import *; from discmech.integrators.scene import reads; "
+            "from discmech.integrators.rules import gauss; "
+            "print(reads(scenes.get('wong'), scenes.get('heavy-top'), gauss(3)))")  # fmt: skip
+    said = {subprocess.run([sys.executable, "-c", text], env={"PYTHONHASHSEED": seed},
+                           capture_output=True, text=True, check=True).stdout
+            for seed in "12"}  # fmt: skip
+    assert len(said) == 1
+
+
+STRENGTH, WEIGHT = [1], 0.5
+
+
+def lagrangian(x, v, p):
+    return v[0] ** 2 / 2 - STRENGTH[0] * x[0] ** 2 / 2
+
+
+@discretisation(order=2)
+def weighted(L, G, x, u, h):
+    c = G.constant(lambda digits: mpmath.mpf(WEIGHT))
+    return h * (c * L(x, u) + (1 - c) * L(G.target(x, u, h), u))
+
+
+def test_a_global_that_changes_in_one_process_is_seen(monkeypatch):
+    scene = Scene("s", pair(1), lagrangian, x0=[1], v0=[0], duration=4)
+
+    def measured(rule):
+        (case,) = check("order", [scene], [rule], digits=[16], steps=16)["cases"]
+        key = fingerprint.of_case(get("order"), Case("order", scene, rule, 16), timed=False)
+        return case["verdict"], key
+
+    first, key = measured(weighted)
+    assert first == "pass"
+    monkeypatch.setitem(globals(), "WEIGHT", 1 / 3)
+    second, another = measured(weighted)
+    assert second == "fail" and another != key  # of order 1
+    monkeypatch.setitem(globals(), "WEIGHT", 0.5)
+    assert measured(weighted) == ("pass", key)
+    STRENGTH[0] = sympy.Integer(2)
+    found = scheme_of(scene, midpoint).flow("1/100").trajectory(100)
+    assert abs(float(found.x[-1][0]) - np.cos(np.sqrt(2))) < 1e-4
+    import discmech
+
+    assert abs(float(discmech.solution(scene, 1, digits=20).x[0]) - np.cos(np.sqrt(2))) < 1e-12
+    STRENGTH[0] = 1
+    assert abs(float(discmech.solution(scene, 1, digits=20).x[0]) - np.cos(1)) < 1e-12
+
+
+def test_the_processor_counts(monkeypatch):
+    def key():
+        return fingerprint.of_case(get("order"), Case("order", SCENE, midpoint, 16), timed=False)
+
+    before = key()
+    monkeypatch.setattr(fingerprint, "processor", lambda: "one that fuses")
+    assert key() != before
+
+
+def test_what_hides_what_it_holds_is_measured_each_time():
+    from discmech.studies.core.side_by_side import key_of
+
+    file = open(__file__)  # noqa: SIM115
+    scene = SCENE.with_values(lagrangian=lambda x, v, p: v[0] ** 2 / 2 + 0 * (file is None))
+    assert key_of(get("order"), Case("order", scene, midpoint, 16)) is None
+    file.close()
