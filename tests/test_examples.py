@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.util
+import json
 import math
 import re
 from pathlib import Path
@@ -184,8 +186,27 @@ def test_two_thirds():
     assert (FOLDER / "two_thirds.py").read_text(encoding="utf-8").endswith(block)
 
 
+@pytest.mark.slow
+def test_first_look(tmp_path, monkeypatch):
+    """The notebook's cells, one after another; what the last line shows is shown."""
+    monkeypatch.chdir(tmp_path)
+    cells = json.loads((FOLDER / "first_look.ipynb").read_text("utf-8"))["cells"]
+    names, shown = {"__name__": "__main__"}, []
+    for cell in (c for c in cells if c["cell_type"] == "code"):
+        body = ast.parse("".join(cell["source"])).body
+        last = body.pop() if isinstance(body[-1], ast.Expr) else None
+        exec(compile(ast.Module(body, []), "a cell", "exec"), names)
+        if last is not None:
+            shown.append(eval(compile(ast.Expression(last.value), "a cell", "eval"), names))
+    assert [type(e).__name__ for e in shown] == ["Scheme", "Result", *["Figure"] * 3]
+    assert names["order"]["verdict"] == "pass" and "<svg" in names["order"]._repr_html_()
+    bands = [max(abs(line.get_ydata())) for line in shown[-1].axes[0].lines]
+    assert bands[0] < 0.01 < bands[1]
+    assert names["page"].count("data:image/png") >= 40
+
+
 def test_every_example_has_a_test():
-    names = {path.stem for path in FOLDER.glob("*.py")}
+    names = {path.stem for path in FOLDER.glob("*.[pi]*y*")}
     assert names == {n.removeprefix("test_") for n in globals() if n.startswith("test_")} - {
         "every_example_has_a_test",
         "the_laws_of_a_retraction_of_one_s_own",
