@@ -34,13 +34,22 @@ def fit_line(
     from scipy.special import stdtrit
 
     xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+    size = _power_of_two(ys)  # squares of what grows without end are no doubles
+    ys = ys / size
     dx = xs - xs.mean()
     slope = float(dx @ (ys - ys.mean()) / (dx @ dx))
     residuals = ys - ys.mean() - slope * dx
     freedom = len(xs) - 2
     error = math.sqrt(float(residuals @ residuals) / freedom / float(dx @ dx))
     half = float(stdtrit(freedom, (1 + level) / 2)) * error
-    return Line(slope, (slope - half, slope + half), float(np.abs(residuals).max()))
+    most = float(np.abs(residuals).max()) * size
+    return Line(slope * size, ((slope - half) * size, (slope + half) * size), most)
+
+
+def _power_of_two(values: np.ndarray) -> float:
+    """The largest power of two that is no more than the largest value; 1 where there is none."""
+    most = np.abs(values).max(initial=0.0)
+    return float(2.0 ** np.floor(np.log2(most))) if 0 < most < np.inf else 1.0
 
 
 #: parts whose means stand for a series, the most first
@@ -71,10 +80,21 @@ def batch_line(
         found = np.array([of(values[a:b]) for a, b in parts])
         line = fit_line(middles, found, level)
         rest = found - found.mean() - line.slope * (middles - middles.mean())
+        rest = rest / _power_of_two(rest)
         size = float(rest @ rest)
         if not size or abs(float(rest[1:] @ rest[:-1])) <= 2 * size / math.sqrt(count):
             break
     return fit_line(times, values, level) if line is None else line
+
+
+def steadiness(values: np.ndarray) -> float:
+    """How far values go, over the way that they take: 1 if always the same way.
+
+    A drift goes one way, even where it slows down; what wanders goes to and fro.
+    """
+    way = np.diff(values)
+    taken = np.abs(way).sum()
+    return float(abs(way.sum()) / taken) if taken > 0 and np.isfinite(taken) else 1.0
 
 
 #: round-off of many steps (√N units) still bends errors that are this many floors large: 2¹² floors

@@ -27,6 +27,7 @@ from discmech.integrators.numbers import Arithmetic, Double, arithmetic, numeric
 from discmech.integrators.scene import remembered
 
 from .case import Case, Progress, judged_alone
+from .moving_energy import moving_energy
 
 if TYPE_CHECKING:
     from discmech.integrators import Scene
@@ -111,30 +112,48 @@ def _largest(rows: np.ndarray) -> np.ndarray:
 def _refuse_unbounded(case: Case, flow: Flow, run: Trajectory) -> None:
     """Raise `CannotMeasure` if the motion of a run that ended is unbounded, and not the method.
 
-    It grew to ESCAPED times its size, and where it was GROWN times, a run of half the step is there
-    too: growth of an unstable method is another at another step.
+    It grew to ESCAPED times its size, and a run of half the step is in the same place where this
+    one was GROWN times, or takes as long from GROWN to ESCAPED: out of an unstable equilibrium
+    when it leaves is round-off's, and how fast the motion's. Growth of an unstable method is
+    another at another step.
     """
     growth = _growth(run) if len(run.t) > 1 else np.zeros(1)
     if not np.nanmax(growth) >= ESCAPED:
         return
     row = int(np.argmax(growth >= GROWN))
-    steps = row * round(float(run.t[1] - run.t[0]) / float(flow.step))
+    apart = float(run.t[1] - run.t[0])
+    every = round(apart / float(flow.step))
     half = flow.scheme.flow(flow.step / 2, case.digits)
+    rows = min(len(run.t) - 1, 2 * int(np.argmax(growth >= ESCAPED)))
     try:
-        other = half.trajectory(2 * steps, 2 * steps)
-    except StepFailure:
-        return
-    for name in ("x", "mu"):
-        here, there = (np.asarray(getattr(r, name)[k], dtype=float)
-                       for r, k in ((run, row), (other, -1)))  # fmt: skip
-        size = np.abs(here).max(initial=0)
-        if not np.abs(here - there).max(initial=0) <= ALIKE * size:
+        other = half.trajectory(2 * every * rows, 2 * every)
+    except StepFailure as failure:
+        if failure.trajectory is None:
+            return
+        other = failure.trajectory
+    grown = _growth(other) if len(other.t) > 1 else np.zeros(1)
+    alike = row < len(other.t) and _same_place(run, other, row)
+    if not alike:
+        if not np.nanmax(grown) >= ESCAPED:
+            return
+        lengths = [int(np.argmax(g >= ESCAPED) - np.argmax(g >= GROWN)) for g in (growth, grown)]
+        if not abs(lengths[0] - lengths[1]) <= 1 + ALIKE * lengths[0]:
             return
     raise CannotMeasure(
         f"{case.scene.name}: the motion leaves every bound: at t = {float(run.t[row]):.4g} it is "
-        f"{growth[row]:.2g} times its size at the start, and so it is with half the step; the run "
-        f"of {case.label} ended at t = {float(run.t[-1]):.4g}. Take fewer --steps."
+        f"{growth[row]:.2g} times its size at the start, and it grows so with half the step; the "
+        f"run of {case.label} ended at t = {float(run.t[-1]):.4g}. Take fewer --steps."
     )
+
+
+def _same_place(run: Trajectory, other: Trajectory, row: int) -> bool:
+    """Whether two runs are in one place in that row, to a share of its size."""
+    for name in ("x", "mu"):
+        here, there = (np.asarray(getattr(r, name)[row], dtype=float) for r in (run, other))
+        size = np.abs(here).max(initial=0)
+        if not np.abs(here - there).max(initial=0) <= ALIKE * size:
+            return False
+    return True
 
 
 def refuse_ended(case: Case, time: float) -> None:
@@ -278,12 +297,16 @@ def relative_drifts(found: tuple[np.ndarray, np.ndarray], digits: int) -> np.nda
 
 
 def energy_errors(scheme: DiscretisedScene, run: Trajectory, digits: int = 16) -> np.ndarray:
-    """(H − H₀)/scale per row, signed; scale is the largest sum of absolute terms of H."""
+    """(H − H₀)/scale per row, signed; scale: the energy that moves (`moving_energy`).
+
+    Where nothing moves it is the sum of absolute terms of H at the start.
+    """
     values, terms = energy_with_terms(scheme, digits)(run)
+    scale = moving_energy(scheme.scene) or float(terms[0].max()) or 1.0
     with arithmetic(digits).working():
-        errors, most = values[:, 0], terms.max()
+        errors = values[:, 0]
         errors -= errors[0]
-        errors /= most or 1
+        errors /= arithmetic(digits).number(scale)
         return np.asarray(errors, dtype=float)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from discmech.integrators import Scheme
+from discmech.integrators import Scene, Scheme
 from discmech.integrators.equations import (
     SceneSymbols,
     energy,
@@ -24,10 +24,15 @@ from discmech.integrators.equations import (
     legendre_inverse,
     power,
 )
+from discmech.integrators.errors import DiscmechError
 from discmech.integrators.flows import Trajectory
-from discmech.integrators.numbers import Arithmetic, arithmetic
+from discmech.integrators.numbers import Arithmetic, arithmetic, numeric
+from discmech.integrators.scene import takes_fourth
+from discmech.reference import ReferenceFailure
 
+from ..causes.round_off import unit
 from ..core.case import Case, Progress
+from ..core.moving_energy import motion, moving_energy
 from ..core.runs import in_rows, of_states
 
 HALVINGS = 3
@@ -35,12 +40,42 @@ TOLERANCE = 0.05  # of an order, as the study of order has it in double precisio
 
 
 def applies(case: Case) -> bool:
-    """Whether the energy is changed by a force or by the time."""
+    """Whether the energy may be changed by a force or by the time, as the scene is written."""
     return case.scene.force is not None or case.scene.timed
 
 
+@lru_cache(maxsize=64)
+def acts(scene: Scene, duration: float) -> bool:
+    """Whether the force, or the time, does more to the energy in that time than round-off would.
+
+    Of a force each component counts, for one that does no work as a whole moves energy too.
+    """
+    s = SceneSymbols(scene)
+    try:
+        x, _, xi = motion(scene)
+    except (DiscmechError, ReferenceFailure):
+        return True
+    parts = [f * v for f, v in zip(s.force, s.u, strict=True)] if s.forced else []
+    parts += [s.lagrangian.diff(s.x[-1])] if s.clocked else []
+    numbers = arithmetic(16)
+    f = numeric({"x": s.x, "u": s.u, "p": s.parameter_list}, [parts], numbers, columns=True)
+    with np.errstate(all="ignore"):
+        found = f(x.T, xi.T, [numbers.number(p) for p in scene.parameter_values])
+        largest = max((float(np.abs(np.asarray(e, dtype=float)).max()) for e in found), default=0.0)
+    return not largest * duration < unit(16) * moving_energy(scene)
+
+
+@lru_cache(maxsize=64)
+def left_alone(scene: Scene) -> Scene:
+    """The scene without its force, its Lagrangian as it is at the time 0."""
+    lagrangian = scene.lagrangian
+    assert lagrangian is not None
+    held = (lambda x, v, p: lagrangian(x, v, p, 0)) if takes_fourth(lagrangian) else lagrangian
+    return scene.with_values(force=None, lagrangian=held)
+
+
 def balance(scheme: Scheme, run: Trajectory, digits: int) -> np.ndarray:
-    """(H − H₀ − work)/scale per row, signed, scale as of energy errors."""
+    """(H − H₀ − work)/scale per row, signed, scale the largest sum of H's absolute terms."""
     numbers = arithmetic(digits)
     f, inverse = _rates(scheme.s, numbers), legendre_inverse(scheme.s, numbers)
     values, terms = in_rows(scheme, f, run, numbers, inverse)
@@ -58,13 +93,17 @@ def _rates(s: SceneSymbols, numbers: Arithmetic) -> Any:
 
 
 def measure(case: Case, progress: Progress) -> dict[str, Any]:
-    """Rows {time, error} at the smallest step; measured: band, slope and the balance's order."""
+    """Rows {time, error} at the smallest step; measured: band, slope and the balance's order.
+
+    Over the scene's duration, or so many of its steps as were asked for; these are halved twice.
+    """
     first = case.steps or case.scene.steps_for(case.scene.step)
+    size = case.scene.step if case.steps else case.scene.duration / first
     ways = []  # how far the balance moves: of chaotic motion its ends are chance, this sum is not
     for k in range(HALVINGS):
         steps = first * 2**k
         progress(f"{case.scene.name} {case.label}: {steps} steps", k / HALVINGS)
-        run = case.scheme.flow(case.scene.duration / steps, case.digits).trajectory(steps)
+        run = case.scheme.flow(size / 2**k, case.digits).trajectory(steps)
         errors = balance(case.scheme, run, case.digits)
         ways.append(float(np.abs(np.diff(errors)).sum()))
     times = np.asarray(run.t, dtype=float)

@@ -4,26 +4,32 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.errors import CannotMeasure, StepFailure
 from discmech.integrators.flows import Trajectory
 
 from ..causes.round_off import lost_one_way, unit, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.claims import not_claimed
-from ..core.fitting import BATCHES, Line, batch_line, fit_line
+from ..core.fitting import BATCHES, Line, batch_line, fit_line, steadiness
 from ..core.runs import FAR, bins, energy_errors, long_run, refuse_ended, usual_steps
-from . import balance
+from . import balance, modified
 
 NAME = "energy"
 NEEDS = "it needs a Lagrangian."
 DIGITS = (16,)
 ROWS = 2000
-WIDE = 0.1  # of the energy's terms: a wider band is called unresolved where it is shown
+#: of the coordinate that turns most often: in a shorter run the motion has not come back. Two
+#: periods, each of which has two
+TURNS = 4
+ALONE = 20_000  # steps of a forced scene without its force
+WIDE = 0.1  # of the energy that moves: a wider band is called unresolved where it is shown
 SHARE = 0.1  # of the band that a slope may explain
 LONGER = (1, 8, 32)  # times the steps, until it is told
 PARTS, STEADY = 8, 0.8  # a drift takes the means of so many parts of the run one way
@@ -47,7 +53,7 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
-    """Rows {time, error}: (H − H₀) over the largest sum of H's absolute terms, signed.
+    """Rows {time, error}: (H − H₀) over the energy that moves (`moving_energy`), signed.
 
     Of each stretch of the run the rows keep the smallest and the largest error, in order, so the
     band of all steps is seen. band: largest minus smallest; slope: per unit of time through all
@@ -64,29 +70,43 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
 
     Where a force or the time changes the energy, it is measured against their work (`balance`).
     """
+    claimed = not not_claimed(case.rule, "energy")
+    steps = case.steps or (usual_steps(case, claimed) if case.digits == 16 else 1000)
     if balance.applies(case):
+        alone = replace(case, scene=balance.left_alone(case.scene))
+        if not balance.acts(case.scene, steps * float(case.scene.step)):
+            return measure(alone, progress)
         if case.rule.is_recorded:
             raise CannotMeasure(
                 f"{case.scene.name}: its energy is held against the work of each step, and "
                 "recorded runs have no further steps."
             )
-        return balance.measure(case, progress)
-    claimed = not not_claimed(case.rule, "energy")
-    steps = case.steps or (usual_steps(case, claimed) if case.digits == 16 else 1000)
+        found = balance.measure(case, progress)
+        with suppress(CannotMeasure, StepFailure):  # another motion, of which nothing may be known
+            found["alone"] = measure(replace(alone, steps=case.steps or ALONE), progress)
+        return found
 
-    still = False
+    also: dict[str, Any] = {"still": False, "modified": [], "beside": modified.beside(case)}
+    at_places = modified.drift_beside(also["beside"]) is not None
 
     def errors_of(more: int) -> tuple[np.ndarray, np.ndarray]:
-        nonlocal still
         run = long_run(case, case.scheme, more * steps, progress)
         times, errors = np.asarray(run.t, dtype=float), energy_errors(case.scheme, run, case.digits)
-        still = False
         if not np.ptp(errors) <= WIDE:  # so it is behind a collision too
             refuse_ended(case, float(times[-1]))
-            still = _comes_to_rest(run)
+        also["still"], also["turns"] = _comes_to_rest(run), _turns(run)
+        if more == LONGER[0]:
+            also["modified"] = modified.measured(case, run, more * steps)
         return times, errors
 
-    found = {**measured_errors(case, errors_of), "still": still}
+    def told(band: float, duration: float) -> bool:
+        rows = modified.resolved(also["modified"], band)
+        whole = modified.covers(rows, duration) and modified.stands(rows, band)
+        whole = whole and band <= modified.WHOLE
+        return at_places or whole or modified.certain_drift(rows) is not None
+
+    found = {**measured_errors(case, errors_of, told), **also}
+    _say_drift(found)
     if judge(case, found).verdict == "fail":
         found["lost"] = lost_one_way(case, steps)
     return found
@@ -107,8 +127,28 @@ def _comes_to_rest(run: Trajectory) -> bool:
     )
 
 
-def measured_errors(case: Case, errors_of: ErrorsOf) -> dict[str, Any]:
-    """`measure` of whatever gives (times, errors) of a run that is so many times as long."""
+def _turns(run: Trajectory) -> int:
+    """How often the coordinate that turns most often turns round in a run."""
+    z = np.hstack([np.asarray(part, dtype=float) for part in (run.x, run.mu)])
+    ways = np.sign(np.diff(z, axis=0))
+    return int(np.abs(np.diff(ways, axis=0)).astype(bool).sum(axis=0).max(initial=0))
+
+
+def _say_drift(found: dict[str, Any]) -> None:
+    """Add to `measured` the drift over the run: of the modified energy, else along the slope."""
+    measured = found["measured"]
+    rows = modified.resolved(found["modified"], measured["band"])
+    slope = measured["slope"] * found["duration"]
+    measured["drift"] = rows[-1]["modified"] if rows else slope
+
+
+def measured_errors(
+    case: Case, errors_of: ErrorsOf, told: Callable[[float, float], bool] | None = None
+) -> dict[str, Any]:
+    """`measure` of whatever gives (times, errors) of a run that is so many times as long.
+
+    told: whether a run of that band and duration needs no longer one.
+    """
     drifts: list[list[float]] = []
     for more in LONGER[:1] if case.rule.is_recorded else LONGER:
         times, errors = errors_of(more)
@@ -119,6 +159,8 @@ def measured_errors(case: Case, errors_of: ErrorsOf) -> dict[str, Any]:
         drift = certain_drift(case, times, errors)
         if drift is not None:
             drifts.append([float(times[-1]), drift.slope, *drift.interval])
+        if told is not None and told(float(np.ptp(errors)), float(times[-1])):
+            break
         if inside and drift is not None and len(drifts) == 1 and more < LONGER[-1]:
             continue
         if inside or _steadiness(errors) >= STEADY:
@@ -177,9 +219,9 @@ def _goes_on(drifts: list[list[float]]) -> bool:
     return max(low, lowest) <= min(high, highest)
 
 
-def _allowed(case: Case, band: float) -> float:
+def _allowed(case: Case, band: float, round_off: float = 0.0) -> float:
     """What a slope may add up to over the run: a share of the band, or round-off."""
-    return max(band * SHARE, 1e4 * case.rule.unit(case.digits))
+    return max(band * SHARE, 1e4 * case.rule.unit(case.digits), round_off)
 
 
 def _steadiness(errors: np.ndarray) -> float:
@@ -188,9 +230,7 @@ def _steadiness(errors: np.ndarray) -> float:
     A drift goes one way, even where it slows down; a band that wanders, as in chaotic motion, goes
     to and fro.
     """
-    way = np.diff([errors[a:b].mean() for a, b in bins(len(errors), PARTS)])
-    taken = np.abs(way).sum()
-    return float(abs(way.sum()) / taken) if taken > 0 and np.isfinite(taken) else 1.0
+    return steadiness(np.array([errors[a:b].mean() for a, b in bins(len(errors), PARTS)]))
 
 
 def _edge_slopes(times: np.ndarray, errors: np.ndarray) -> list[float] | None:
@@ -224,13 +264,16 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """
     if reason := not_claimed(case.rule, "energy"):
         return Verdict("pass", "", {"not_demanded": reason})
-    if balance.applies(case):
+    if "balance_order" in measurement["measured"]:
         return _judge_balance(case, measurement)
     kept = case.scene.nonholonomic is None  # else no modified energy stands behind its band
     told = judge_errors(case, measurement, kept)
+    if kept and np.isfinite(measurement["measured"]["band"]):
+        told = modified.judged(measurement, told)
     if case.rule.is_recorded:  # whoever recorded runs can ask for no steps
         told.reason = told.reason.replace("take more --steps", "record longer runs")
-    drift = abs(measurement["measured"]["slope"]) * measurement["duration"]
+    measured = measurement["measured"]
+    drift = abs(measured.get("drift", measured["slope"] * measurement["duration"]))
     if told.verdict == "fail" and 0 < drift <= (lost := measurement.get("lost", 0.0)):
         return Verdict("inconclusive", why_unknown("the energy", drift, lost), told.expected)
     return told
@@ -240,7 +283,8 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
     """`judge` of what `measured_errors` gave; kept: whether anything is demanded."""
     band, slope = measurement["measured"]["band"], measurement["measured"]["slope"]
     duration = measurement["duration"]
-    expected: dict[str, Any] = {"slope_limit": _allowed(case, band) / duration}
+    round_off = max((r["round_off"] for r in measurement.get("modified") or []), default=0.0)
+    expected: dict[str, Any] = {"slope_limit": _allowed(case, band, round_off) / duration}
     fail, unknown = (partial(Verdict, v, expected=expected) for v in ("fail", "inconclusive"))
     if not np.isfinite(band):
         return fail("the energy is no longer finite.")
@@ -270,6 +314,8 @@ def judge_errors(case: Case, measurement: dict[str, Any], kept: bool = True) -> 
         return settled or unknown(
             "the run is too short to tell a drift from a wandering band: take more --steps."
         )
+    if measurement.get("turns", TURNS) < TURNS:
+        return unknown(modified.NOT_BACK)
     return fail(
         f"the energy drifts by {slope * duration:.2g} over t = {duration:.4g}, "
         f"which is {abs(slope) * duration / band:.0%} of its band."
@@ -283,11 +329,13 @@ def _settled(measurement: dict[str, Any], expected: dict[str, Any]) -> Verdict |
     energy; where the motion goes on, it may be a flight away from where errors are made.
     """
     band, quarters = measurement["measured"]["band"], measurement.get("quarters") or []
-    if not (band > WIDE and len(quarters) == 4 and FAR * max(quarters[2:]) < band):
+    if not (len(quarters) == 4 and FAR * max(quarters[2:]) < band):
         return None
-    said = f"the energy's error, {band:.2g} of its terms, comes in half of the run and stays"
+    said = f"the energy's error, {band:.2g} of what moves, comes in half of the run and stays"
     if measurement.get("still"):
         return Verdict("fail", f"{said}, and the motion comes to rest.", expected)
+    if band <= WIDE:
+        return None
     said += ", so it is no band: take a smaller step, or fewer --steps."
     return Verdict("inconclusive", said, expected)
 
@@ -297,8 +345,21 @@ def _judge_balance(case: Case, measurement: dict[str, Any]) -> Verdict:
 
     Of two orders at steps halved twice the difference is about what the next term of the error
     still adds to the last one (Richardson): a shortfall of that size is inconclusive, a larger one
-    fails. What moves by a few roundings a step has no order, and passes.
+    fails. What moves by a few roundings a step has no order, and passes. And where nothing acts,
+    the energy has to stand: a weak force is no reason to look away from a method that loses it.
     """
+    told = _sinks(case, measurement)
+    if told.verdict == "fail" or "alone" not in measurement:
+        return told
+    alone = judge(replace(case, scene=balance.left_alone(case.scene)), measurement["alone"])
+    if alone.verdict != "fail":
+        return told
+    said = f"without its force, and with its time held, {alone.reason}"
+    return Verdict("fail", said, told.expected)
+
+
+def _sinks(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Whether the balance sinks as the order has it."""
     band, order = (measurement["measured"][k] for k in ("band", "balance_order"))
     expected = balance.wanted(case)
     least = expected["balance_order"]

@@ -22,8 +22,9 @@ from ..report.wording import (
 )
 
 ENERGY = (
-    "Relative energy error against time: one strip a rule, its smallest and largest error on "
-    "its left; dashed: zero. The widest band fills its strip; others are drawn on its scale, or "
+    "Energy error, relative to the energy that moves (the largest kinetic energy of the motion), "
+    "against time: one strip a rule, its smallest and largest error on its left; dashed: zero. "
+    "The widest band fills its strip; others are drawn on its scale, or "
     "magnified by the power of ten that their labels say. Of a long run the space between the "
     "smallest and the largest error of each short stretch is filled. A sound variational "
     "integrator fills a band that neither tilts nor widens; where the energy is kept exactly only "
@@ -37,7 +38,9 @@ def _wanted(expected: dict[str, Any]) -> str:
     if "balance_order" in expected:
         return f"energy less work: order ≥ {expected['balance_order']}"
     limit = number(expected.get("slope_limit"))
-    return pairs(expected) if limit is None else f"slope or both edges ≤ {scientific(limit)}"
+    if limit is None:
+        return pairs(expected)
+    return f"no drift: at most {scientific(limit)} per unit of time"
 
 
 def _edges(measured: dict[str, Any]) -> str:
@@ -48,18 +51,32 @@ def _band(measured: dict[str, Any]) -> str:
     """The band. A verdict is on drift alone: one that resolves nothing is called so beside it."""
     band = number(measured.get("band"))
     wide = band is not None and band > RESOLVED and "balance_order" not in measured
-    return scientific(band) + (", unresolved" if wide else "")
+    return scientific(band) + (" (too wide to be resolved)" if wide else "")
 
 
 def _slope(measured: dict[str, Any]) -> str:
     return plus_minus(measured.get("slope"), measured.get("slope_interval"))
 
 
+def _drift(measured: dict[str, Any]) -> str:
+    """What the energy went to one side by; of a force's balance there is none."""
+    return scientific(measured.get("drift")) if "drift" in measured else NONE
+
+
 def _got(measured: dict[str, Any]) -> str:
     if "balance_order" in measured:
-        band = scientific(measured.get("band"))
-        return f"energy less work: {band}, order {measured['balance_order']:.2f}"
-    return f"band {_band(measured)}, slope {_slope(measured)}, of the edges {_edges(measured)}"
+        band, order = scientific(measured.get("band")), number(measured["balance_order"])
+        said = "which does not sink with the step" if order is None else f"of order {order:.2f}"
+        return f"energy less work is off by {band}, {said}"
+    return f"a drift of {_drift(measured)} and an oscillation of {_band(measured)}"
+
+
+def _short(measured: dict[str, Any]) -> str:
+    """The oscillation; of an energy that drifts by more than a tenth of that, the drift."""
+    drift, band = number(measured.get("drift")), number(measured.get("band"))
+    if drift is not None and band is not None and not abs(drift) <= RESOLVED * band:
+        return f"drifts by {scientific(drift)}"
+    return f"oscillates by {_band(measured)}"
 
 
 def _line(case: Case) -> str:
@@ -78,11 +95,12 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 VIEW = View(
     columns=[
-        ("Band", lambda case: _band(mapping(case, "measured"))),
+        ("Drift over the run", lambda case: _drift(mapping(case, "measured"))),
+        ("Oscillation (band)", lambda case: _band(mapping(case, "measured"))),
         ("Slope", lambda case: _slope(mapping(case, "measured"))),
         ("Slopes of the edges", lambda case: _edges(mapping(case, "measured"))),
     ],
     got=_got, wanted=_wanted,
-    short=lambda measured: f"band {_band(measured)}", line=_line,
+    short=_short, line=_line,
     sketches=_sketches, compared=lambda case: {"band": case["measured"].get("band")},
 )  # fmt: skip

@@ -87,7 +87,7 @@ def test_a_large_error_of_the_first_half_alone_is_no_band(slope, steady):
     assert told(still=False)[0] == "inconclusive" and "no band" in told(still=False)[1]
     assert told(second=0.2 / ABOVE)[0] == "fail" and told(second=0.2) == else_told
     assert told(energy.WIDE * ABOVE)[0] == "fail"
-    assert told(energy.WIDE)[0] == else_told[0]
+    assert told(energy.WIDE)[0] == "fail" and told(energy.WIDE, still=False)[0] == else_told[0]
 
 
 def test_the_balance_of_energy_and_work(monkeypatch):

@@ -1,0 +1,345 @@
+"""The modified energy of a method, along a run: what stays when the energy's own error oscillates.
+
+A symplectic step Φ_h is the flow of a modified energy H̃ = H + O(h^p) but for terms that are
+exponentially small in 1/h (Hairer, Lubich, Wanner IX.3). Its vector field is f̃ = (1/h) log Φ_h,
+which central differences of 2K + 1 successive states give to the order 2K. Where f̃ = B dH̃, B the
+Poisson tensor, the change of H̃ along *any* path z(s) of a symplectic leaf, z′ = B α, is
+
+    H̃(z(1)) − H̃(z(0)) = −∫ α·f̃ ds = H(z(1)) − H(z(0)) − ∫ α·(f̃ − f) ds.
+
+So it is measured between the start of a run and any of its later states z_n along the short way
+between them, which the run did not take: 0 for a sound method, whatever part of the motion has come
+back, and the drift alone for one that loses energy, without the band that hides it. No formula of
+the rule is used: only its steps, and B, f and H of the scene.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from math import factorial, sqrt
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scene, Scheme, StepFailure
+from discmech.integrators.equations import (
+    SceneSymbols,
+    energy,
+    energy_terms,
+    legendre_inverse,
+    natural_structure,
+    rates,
+)
+from discmech.integrators.errors import DiscmechError
+from discmech.integrators.flows import Flow
+from discmech.integrators.numbers import arithmetic, jacobian, numeric, sympy
+
+NUMBERS = arithmetic(16)
+EPS = 2.0**-53
+K = 9  # f̃ from the states z₋₉ … z₉, of order 18
+NODES = 16, 32  # intervals of a path; the second where the first is not fine enough
+STATES = 16  # of a run that are compared with its start
+FASTEST = 12  # states of a run from which a single step is looked at, and as many spread evenly
+SHORT = 8  # intervals of the way from there to the next state
+SAME = 1e-9  # of what a coordinate moves, by which a run from its own state may be another
+#: standard deviations within which the farthest point of a walk stays, as of momenta
+FARTHEST = 5 / sqrt(3)
+
+
+class Dual:
+    """H, its round-off, f, dH and B of a scene on the dual algebroid, in rows of z = (x, μ)."""
+
+    def __init__(self, s: SceneSymbols, parameters: Sequence[Any], v0: Sequence[Any]) -> None:
+        self.n, self.m = len(s.x), len(s.mu)
+        self.canonical = s.groupoid.kind == "pair"
+        slope = [*(-jacobian([s.lagrangian], s.x)), *s.u] if self.n else [*s.u]
+        letters = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
+        values = [[energy(s)], [energy_terms(s)], list(rates(s)), slope]
+        if not self.canonical:
+            rho, structure = natural_structure(s, s.x)
+            bracket = sympy.zeros(self.m)
+            for nu, c in enumerate(structure):
+                bracket -= c * s.mu[nu]
+            tensor = sympy.zeros(self.n).row_join(rho).col_join((-rho.T).row_join(bracket))
+            values.append(list(tensor))
+        self._at = numeric(letters, values, NUMBERS, columns=True)
+        self._inverse = legendre_inverse(s, NUMBERS)
+        self._parameters = [NUMBERS.number(p) for p in parameters]
+        self._near = np.array([float(NUMBERS.number(v)) for v in v0])
+
+    def velocity(self, z: np.ndarray) -> np.ndarray:
+        """ξ(x, μ) of each row, (r, m)."""
+        x, mu = self.split(z)
+        start = np.broadcast_to(self._near, mu.shape)
+        return np.asarray(self._inverse(x, mu, self._parameters, start))
+
+    def split(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x (r, n) and μ (r, m) of rows of z."""
+        parts = z[:, : self.n], z[:, self.n :]
+        x, mu = (np.ascontiguousarray(part) for part in parts)
+        return x, mu
+
+    def __call__(self, z: np.ndarray) -> tuple[np.ndarray, ...]:
+        """H (r,), the sum of its absolute terms (r,), f and dH (r, n+m), and B but of pairs."""
+        x, mu = self.split(z)
+        found = self._at(x.T, self.velocity(z).T, mu.T, self._parameters)
+        H, terms, *others = (
+            np.broadcast_to(np.asarray(e, dtype=float).reshape(len(e), -1), (len(e), len(z))).T
+            for e in found
+        )
+        return H[:, 0], terms[:, 0], *others
+
+    def tensor(self, z: np.ndarray) -> np.ndarray:
+        """B of each row, (r, n+m, n+m); not of pairs, whose B is constant."""
+        size = self.n + self.m
+        return np.asarray(self(z)[4]).reshape(-1, size, size)
+
+    def covector(self, z: np.ndarray, v: np.ndarray, size: np.ndarray) -> np.ndarray:
+        """An α with B(z) α = v, of each row; size: of each coordinate, as a unit."""
+        if self.canonical:
+            return np.hstack([-v[:, self.n :], v[:, : self.n]])
+        tensor = self.tensor(z) / size[:, None] / size
+        inverse = np.linalg.pinv(tensor, rcond=1e-9)
+        return np.einsum("rij,rj->ri", inverse, v / size) / size
+
+    def moved(self, z: np.ndarray, v: np.ndarray, size: np.ndarray) -> np.ndarray:
+        """The part of v that is tangent to the symplectic leaf at z, of each row."""
+        return np.einsum("rij,rj->ri", self.tensor(z), self.covector(z, v, size))
+
+
+@lru_cache(maxsize=64)
+def dual_of(scene: Scene) -> Dual | None:
+    """`Dual` of a scene; None where z = (x, μ) is no free state, or the energy has to change.
+
+    Under constraints states are not free, and under a force or in time the energy has to change.
+    """
+    if scene.lagrangian is None or scene.constrained or scene.timed or scene.force is not None:
+        return None
+    return Dual(SceneSymbols(scene), scene.parameter_values, scene.v0)
+
+
+@dataclass(frozen=True)
+class Changes:
+    """The change of the modified energy from the start of a run to some of its states.
+
+    times, of_energy (H itself), of_modified (H̃), bounds (what quadrature, differences and round-off
+    may be off by), round_off (the part of that which round-off makes), walks (of what single steps
+    change H̃ by beyond its series), paths (∫ |α·(f̃ − f)| ds: no H̃ can make up more), each (k,), in
+    units of H.
+    """
+
+    times: np.ndarray
+    of_energy: np.ndarray
+    of_modified: np.ndarray
+    bounds: np.ndarray
+    round_off: np.ndarray
+    walks: np.ndarray
+    paths: np.ndarray
+
+    def rows(self, scale: float) -> list[dict[str, float]]:
+        """One a state, over a scale of the energy."""
+        values = (self.of_energy, self.of_modified, self.bounds, self.round_off, self.walks,
+                  self.paths)  # fmt: skip
+        names = ("time", "energy", "modified", "bound", "round_off", "walk", "path")
+        found = zip(self.times, *(e / scale for e in values), strict=True)
+        return [dict(zip(names, map(float, row), strict=True)) for row in found]
+
+
+def changes(scheme: Scheme, step: Any, run: Any, done: int, states: int = STATES) -> Changes | None:
+    """`Changes` of a run that took `done` steps of that size; None where there are none.
+
+    run: a `Trajectory` from the start on; states: how many are compared with the start. None for a
+    scene without free states (`dual_of`), and for a method that remembers more than its state.
+    States whose way from the start cannot be gone (a singularity, another leaf) are left out.
+    """
+    rule = scheme.rule
+    able = not rule.is_recorded and rule.unit(16) <= EPS  # of its own steps, in doubles
+    dual = dual_of(scheme.scene) if able else None
+    x, mu = (np.asarray(part, dtype=float) for part in (run.x, run.mu))
+    z, times = np.hstack([x, mu]), np.asarray(run.t, dtype=float)
+    if dual is None or len(z) < 2 or not np.isfinite(z).all():
+        return None
+    flow = scheme.flow(step, 16)
+    with np.errstate(all="ignore"):
+        size = np.abs(z).max(axis=0)
+        size = np.where(size > 0, size, size.max() or 1.0)
+        moved = np.ptp(z, axis=0)
+        away = (((z - z[0]) / np.where(moved > 0, moved, 1.0)) ** 2).sum(axis=1)
+        edges = np.unique(np.linspace(1, len(z), states + 1).astype(int))
+        chosen = [a + int(away[a:b].argmin()) for a, b in itertools.pairwise(edges)]
+        if not _forgets(flow, dual, z[0]):
+            return None
+        walk = _walk(flow, dual, z, moved, size)
+        if walk is None:
+            return None
+        found = _along(flow, dual, z[0], z[chosen], size, NODES[0])
+        coarse = ~(found[2] < 1e-3 * np.abs(found[0]))  # bounds beside changes of the energy
+        if coarse.any():
+            again = _along(flow, dual, z[0], z[chosen][coarse], size, NODES[1])
+            for first, second in zip(found, again, strict=True):
+                first[coarse] = second
+    made = np.maximum(1.0, np.array(chosen) * (done / (len(z) - 1)))
+    parts = max(1, len(scheme.substeps))
+    own, rounded, one_way, lost = walk
+    walked = FARTHEST * np.sqrt(made)  # the farthest point of so many steps
+    round_off = 4 * own + EPS * (walked * rounded * sqrt(parts) + made * one_way * parts)
+    bounds = found[2] + round_off
+    good = np.isfinite(bounds) & np.isfinite(found[1])
+    if not good.any():
+        return None
+    parts_of = (times[chosen], found[0], found[1], bounds, round_off, walked * lost, found[3])
+    return Changes(*(part[good] for part in parts_of))
+
+
+def _forgets(flow: Flow, dual: Dual, start: np.ndarray) -> bool:
+    """Whether a run goes on from its own state as it went: a method with memory does not."""
+    states = _states(flow, dual, start[None], 4)[0]
+    beside = states[2] * (1 + 4 * EPS * np.array([[0.0], [1.0], [-1.0]]))
+    again, *others = _states(flow, dual, beside, 2)
+    rounded = np.abs(np.array(others) - again).max(axis=(0, 1))
+    moved = np.ptp(states, axis=0)
+    off = np.abs(again - states[2:]).max(axis=0)
+    return bool((off <= 4 * rounded + 64 * EPS * np.abs(states).max(axis=0) + SAME * moved).all())
+
+
+def _states(flow: Flow, dual: Dual, starts: np.ndarray, steps: int) -> np.ndarray:
+    """The states of runs from some starts, (r, steps + 1, n + m); not a number where one fails."""
+    found = np.full((len(starts), steps + 1, dual.n + dual.m), np.nan)
+    for k, at in enumerate(starts):
+        if not np.isfinite(at).all():
+            continue
+        x0 = at[: dual.n] if dual.n else None
+        try:
+            run = flow.trajectory(steps, x0=x0, mu0=at[dual.n :])
+        except (StepFailure, DiscmechError):
+            continue
+        found[k] = np.hstack([np.asarray(run.x, dtype=float), np.asarray(run.mu, dtype=float)])
+    return found
+
+
+def _fields(states: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """f̃ at the states in the middle, of order 2K and of order 2K − 2, (r, n + m) each."""
+    found = []
+    for k in (K, K - 1):
+        total: Any = 0.0
+        for j in range(1, k + 1):
+            weight = (-1) ** (j + 1) * factorial(k) ** 2 / (j * factorial(k - j) * factorial(k + j))
+            total = total + weight * (states[:, K + j] - states[:, K - j])
+        found.append(total / step)
+    return found[0], found[1]
+
+
+def _walk(
+    flow: Flow, dual: Dual, z: np.ndarray, moved: np.ndarray, size: np.ndarray
+) -> tuple[float, float, float, float] | None:
+    """What a step of a run may do to H̃ as it is measured, the most at its fastest states.
+
+    (round-off of H itself, what one rounding of each coordinate does in units of ε in the mean
+    square, what a rounded coefficient does alike in each step in units of ε, and how much H̃ changes
+    in one step: beyond its series, of which a walk is left, no symplectic method changes it).
+    """
+    some = np.unique(np.linspace(0, len(z) - 1, 4096).astype(int))
+    speed = (np.abs(dual(z[some])[2]) / np.where(moved > 0, moved, np.inf)).max(axis=1)
+    fast = some[np.argsort(np.nan_to_num(speed, nan=-1.0))[-FASTEST:]]
+    even = np.linspace(0, len(z) - 1, FASTEST).astype(int)
+    at = z[np.union1d(fast, even)]
+    next_ones = _states(flow, dual, at, 1)[:, 1]
+    good = np.isfinite(next_ones).all(axis=1)
+    if not good.any():
+        return None
+    at, next_ones = at[good], next_ones[good]
+    _, terms, f, slope, *_ = dual(at)
+    rounded = np.sqrt(((slope * at) ** 2).sum(axis=1)).max()
+    one_way = abs(float(flow.step)) * np.abs(slope * f).sum(axis=1).max()
+    _, lost, _, _ = _along(flow, dual, at, next_ones, size, SHORT)
+    lost = np.abs(lost[np.isfinite(lost)]).max(initial=0.0)
+    return EPS * float(terms.max()), float(rounded), float(one_way), float(lost)
+
+
+def _along(
+    flow: Flow, dual: Dual, start: np.ndarray, ends: np.ndarray, size: np.ndarray, nodes: int
+) -> list[np.ndarray]:
+    """(of energy, of modified, bounds, paths) from a state, or one each, to others, (k,) each.
+
+    The path is carried along by K steps, which change no H̃, so that f̃ is a central difference.
+    """
+    at = (1 - np.cos(np.pi * np.arange(nodes + 1) / nodes)) / 2
+    paths = _paths(dual, start, ends, size, at)
+    shape = paths.shape
+    states = _states(flow, dual, paths.reshape(-1, shape[2]), 2 * K)
+    middle, h = states[:, K], float(flow.step)
+    H, terms, f, *_ = dual(middle)
+    slopes = np.einsum("ij,kjl->kil", _derivative(at), middle.reshape(shape))
+    alpha = dual.covector(middle, slopes.reshape(middle.shape), size)
+    field, before = _fields(states, h)
+    rate, last = (-(alpha * e).sum(axis=1).reshape(shape[:2]) for e in (field - f, field - before))
+    weights, halves = _weights(at), _weights(at[::2])
+    whole = rate @ weights
+    levels = H.reshape(shape[:2])
+    energy_change = levels[:, -1] - levels[:, 0]
+    noise = (np.abs(alpha) * np.abs(middle)).sum(axis=1).reshape(shape[:2]) @ weights / abs(h)
+    bounds = (
+        np.abs(last) @ weights
+        + np.abs(whole - rate[:, ::2] @ halves)
+        + 2 * EPS * (noise + terms.reshape(shape[:2]).max(axis=1))
+    )
+    arrived = (np.abs(paths[:, -1] - ends) / size).max(axis=1) < 1e-6
+    bounds[~arrived] = np.inf
+    return [energy_change, energy_change + whole, bounds, np.abs(rate) @ weights]
+
+
+def _paths(
+    dual: Dual, start: np.ndarray, ends: np.ndarray, size: np.ndarray, at: np.ndarray
+) -> np.ndarray:
+    """Paths of a leaf from start, (n + m,) or (k, n + m), to ends at the nodes, (k, nodes, n + m).
+
+    On pairs they are straight. Else the way that is left is gone as far as the leaf allows, by
+    Runge and Kutta's rule; where that does not arrive, the end is on another leaf or too far.
+    """
+    z = np.broadcast_to(start, ends.shape)
+    if dual.canonical:
+        return z[:, None, :] + at[None, :, None] * (ends - z)[:, None, :]
+    found = [z]
+
+    def rate(z: np.ndarray, t: float) -> np.ndarray:
+        return dual.moved(z, (ends - z) / (1 - t), size)
+
+    parts = 2
+    for first, last in itertools.pairwise(at):
+        d = (last - first) / parts
+        for k in range(parts):
+            t = first + k * d
+            if t + d > 1 - 1e-9:  # all that is left, within the last interval's half
+                z = z + dual.moved(z, ends - z, size)
+                continue
+            a = rate(z, t)
+            b = rate(z + d / 2 * a, t + d / 2)
+            c = rate(z + d / 2 * b, t + d / 2)
+            e = rate(z + d * c, t + d)
+            z = z + d / 6 * (a + 2 * b + 2 * c + e)
+        found.append(z)
+    close = (np.abs(found[-1] - ends) / size).max(axis=1) < 1e-3  # but for the quadrature of it
+    found[-1] = np.where(close[:, None], ends, found[-1])
+    return np.stack(found, axis=1)
+
+
+def _derivative(at: np.ndarray) -> np.ndarray:
+    """The matrix that takes values at nodes to the derivatives of their polynomial there."""
+    gaps = at[:, None] - at + np.eye(len(at))
+    size = np.prod(gaps, axis=1)
+    found = size[:, None] / size / gaps
+    np.fill_diagonal(found, 0)
+    np.fill_diagonal(found, -found.sum(axis=1))
+    return np.asarray(found)
+
+
+def _weights(at: np.ndarray) -> np.ndarray:
+    """Weights of the quadrature that is exact for polynomials through these nodes of [0, 1]."""
+    degrees = np.arange(len(at))
+    values = np.polynomial.chebyshev.chebvander(2 * at - 1, len(at) - 1)
+    even = degrees % 2 == 0
+    integrals = np.where(even, 1.0 / (1.0 - np.where(even, degrees, 0) ** 2), 0.0)
+    return np.asarray(np.linalg.solve(values.T, integrals))

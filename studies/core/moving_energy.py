@@ -1,0 +1,106 @@
+"""How much energy moves in a scene: the scale of errors of energy.
+
+A constant in the potential changes no motion, and the terms of H that do not move say nothing of
+what a method does; so the scale is the kinetic energy, at its largest along the motion itself. It
+is made without any run of a method that is judged.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from discmech import reference
+from discmech.integrators import Scene
+from discmech.integrators.equations import SceneSymbols, momentum
+from discmech.integrators.errors import DiscmechError
+from discmech.integrators.numbers import numeric
+
+from .modified_energy import NUMBERS, Dual, dual_of
+
+PRECISE = 1e-6  # of the motion that is looked at: a scale is no figure
+MOST = 300  # steps of it
+TIMES = 32  # at which a certified motion is looked at, where there is no plain field
+
+
+@lru_cache(maxsize=256)
+def moving_energy(scene: Scene) -> float:
+    """Half the largest Σ |(μ − μ⁰)_i ξ_i| along the motion over the scene's duration.
+
+    μ⁰ = ∂l/∂ξ(x, 0). It is the kinetic energy where that is a sum of squares. 0 where nothing
+    moves, or where no motion is known.
+    """
+    if scene.lagrangian is None:
+        return 0.0
+    s = SceneSymbols(scene)
+    found = [_start(scene)] if scene.mu0 is None else []
+    with suppress(DiscmechError, reference.ReferenceFailure):
+        found.append(motion(scene))
+    states = [np.vstack(part) for part in zip(*found, strict=True)] if found else []
+    if not states:
+        return 0.0
+    x, mu, xi = states
+    still = s.u.xreplace(dict.fromkeys(s.u, 0 * s.h))
+    rest = momentum(s).xreplace(dict(zip(s.u, still, strict=True)))
+    at = numeric({"x": s.x, "p": s.parameter_list}, [list(rest)], NUMBERS, columns=True)
+    with np.errstate(all="ignore"):
+        parameters = [NUMBERS.number(p) for p in scene.parameter_values]
+        given = np.asarray(at(x.T, parameters), dtype=float).reshape(len(rest), -1)
+        given = np.broadcast_to(given, mu.T.shape)
+        own = np.where(np.isfinite(given.T), given.T, 0.0)
+        sizes = np.abs((mu - own) * xi).sum(axis=1) / 2
+    sizes = sizes[np.isfinite(sizes)]
+    return float(sizes.max(initial=0.0))
+
+
+def _start(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(x, μ, ξ) at the start, one row each, x with its time where it has one."""
+    s = SceneSymbols(scene)
+    x, xi = ([float(NUMBERS.number(e)) for e in part]
+             for part in (s.with_time(scene.x0, 0), scene.v0))  # fmt: skip
+    at = numeric({"x": s.x, "u": s.u, "p": s.parameter_list}, [list(momentum(s))], NUMBERS)
+    with NUMBERS.working():
+        mu = at(x, xi, [NUMBERS.number(p) for p in scene.parameter_values])
+    rows = (np.array([part], dtype=float).reshape(1, -1) for part in (x, mu, xi))
+    x_row, mu_row, xi_row = rows
+    return x_row, mu_row, xi_row
+
+
+def motion(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(x, μ, ξ) along the motion, a row each."""
+    dual = dual_of(scene)
+    if dual is not None and scene.mu0 is None:
+        return _followed(scene, dual)
+    s = SceneSymbols(scene)
+    times = [scene.duration * k / TIMES for k in range(TIMES + 1)]
+    states = reference.solutions(scene, times, 15, proof=False)
+    rows = ([s.with_time(e.x, t) for e, t in zip(states, times, strict=True)],
+            [e.mu for e in states], [e.v for e in states])  # fmt: skip
+    x, mu, xi = (np.array([[float(v) for v in row] for row in part]).reshape(len(times), -1)
+                 for part in rows)  # fmt: skip
+    return x, mu, xi
+
+
+def _followed(scene: Scene, dual: Dual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The motion by a Runge–Kutta method of order 8, as far as it comes in `MOST` steps."""
+    from scipy.integrate import DOP853
+
+    x, mu, _ = _start(scene)
+    start = np.hstack([x, mu])[0]
+    size = np.abs(start).max() or 1.0
+
+    def field(_: float, z: Any) -> np.ndarray:
+        return np.asarray(dual(np.asarray(z)[None])[2][0])
+
+    rows = [start]
+    with np.errstate(all="ignore"):
+        run = DOP853(field, 0.0, start, float(scene.duration), rtol=PRECISE, atol=PRECISE**2 * size)
+        while run.status == "running" and len(rows) < MOST:
+            run.step()
+            rows.append(run.y.copy())
+    z = np.array(rows)
+    z = z[np.isfinite(z).all(axis=1)]
+    return (*dual.split(z), dual.velocity(z))

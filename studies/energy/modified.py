@@ -1,0 +1,190 @@
+"""What the modified energy says of a run, and of runs from places beside the motion."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import StepFailure
+from discmech.integrators.equations import initial_momentum
+from discmech.integrators.errors import DiscmechError
+from discmech.integrators.flows import Trajectory
+
+from ..core.case import Case, Verdict
+from ..core.fitting import steadiness
+from ..core.modified_energy import NUMBERS, changes, dual_of
+from ..core.moving_energy import moving_energy
+from ..core.runs import usual_steps
+
+SHARE, KNOWN = 0.1, 0.5  # of the band that the modified energy may change by, and be known to
+STEADY = 0.8  # as of the means of a run's parts
+#: times ∫ |α·(f̃ − f)| ds, by which a state that has not come back may change the energy
+BEYOND = 4
+QUICK = 10**5  # steps of the usual run of a rule whose steps cost little
+PLACES, STEPS, STATES = 2, 2000, 8  # places beside the motion, and the runs from there
+ASIDE = 0.02, 0.1  # of a coordinate's size, by which they lie beside it
+#: of the energy that moves: a larger error is that of no motion that is resolved
+WHOLE = 1.0
+NOT_BACK = (
+    "the energy goes one way, and so it may with a part of the motion that has not come back: take "
+    "more --steps."
+)
+STEP = 0.55, 0.95  # of the scene's step
+Row = dict[str, float]
+
+
+def measured(case: Case, run: Trajectory, steps: int) -> list[Row]:
+    """`Changes.rows` over the energy that moves, of a run of the scene's step; none if unknown.
+
+    A program that makes no long run soon is not asked for some hundred short ones either.
+    """
+    if usual_steps(case) < QUICK:
+        return []
+    found = changes(case.scheme, case.scene.step, run, steps)
+    return [] if found is None else found.rows(moving_energy(case.scene) or 1.0)
+
+
+def beside(case: Case) -> list[dict[str, Any]]:
+    """{"place", "step", "band", "rows"} of short runs from places that lie beside the motion.
+
+    Off it in every coordinate, so off its planes of symmetry, with steps that are no h·2⁻ᵏ: what
+    the scene's own run cannot show. They are drawn from a seed that scene and rule make.
+    """
+    dual, scene = dual_of(case.scene), case.scene
+    if dual is None or not case.rule.is_formula:
+        return []
+    names = (scene.name, case.rule.name, *map(str, scene.x0), *map(str, scene.v0), str(scene.step))
+    drawn = random.Random(" ".join(names))
+    start = np.array([float(e) for e in _start(case)])
+    scale, found = moving_energy(scene) or 1.0, []
+    for _ in range(PLACES):
+        size = np.abs(start)
+        parts = (size[: dual.n], size[dual.n :])
+        sizes = np.concatenate([np.where(e > 0, e, e.max(initial=0.0) or 1.0) for e in parts])
+        aside = [drawn.choice((-1, 1)) * drawn.uniform(*ASIDE) for _ in start]
+        place = start + sizes * aside
+        step = Fraction(scene.step) * Fraction(drawn.uniform(*STEP))
+        try:
+            flow = case.scheme.flow(step, 16)
+            run = flow.trajectory(STEPS, x0=place[: dual.n] if dual.n else None,
+                                  mu0=place[dual.n :])  # fmt: skip
+            told = changes(case.scheme, step, run, STEPS, STATES)
+        except (StepFailure, DiscmechError):
+            continue
+        if told is not None:
+            band = float(np.ptp(told.of_energy)) / scale
+            found.append({"place": place.tolist(), "step": float(step), "band": band,
+                          "rows": told.rows(scale)})  # fmt: skip
+    return found
+
+
+def _start(case: Case) -> list[Any]:
+    s = case.scheme.s
+    with NUMBERS.working():
+        x = [NUMBERS.number(e) for e in case.scene.x0]
+        return [*x, *initial_momentum(s, case.scene, NUMBERS)]
+
+
+def resolved(rows: list[Row], band: float) -> list[Row]:
+    """The rows whose change is known to a part of the band, or to round-off."""
+    return [r for r in rows if r["bound"] <= max(KNOWN * band, 2 * r["round_off"])]
+
+
+def certain_drift(rows: list[Row]) -> Row | None:
+    """The last of resolved rows if the modified energy goes one way, more than states can make up.
+
+    Of a symplectic method the changes vanish. Of another one they are as good as those of the
+    energy where the state has come back, and are off by no more than `path` where it has not.
+    """
+    if len(rows) < 3:
+        return None
+    last = rows[-1]
+    beyond = abs(last["modified"]) > last["bound"] + last["walk"] + BEYOND * last["path"]
+    later = np.sign([r["modified"] for r in rows[len(rows) // 2 :]])
+    one_way = _goes_one_way(rows) and abs(later.sum()) == len(later)
+    return last if beyond and one_way else None
+
+
+def drift_beside(places: list[dict[str, Any]]) -> tuple[dict[str, Any], Row] | None:
+    """The first place from which the energy drifts for certain, and the row that shows it."""
+    for place in places:
+        drift = certain_drift(resolved(place["rows"], place["band"]))
+        if drift is not None:
+            return place, drift
+    return None
+
+
+def stands(rows: list[Row], band: float) -> bool:
+    """Whether the modified energy stays within what it is known to, in every one of these rows."""
+    return bool(rows) and all(
+        abs(r["modified"]) <= min(r["bound"], max(SHARE * band, 2 * r["round_off"])) for r in rows
+    )
+
+
+def covers(rows: list[Row], duration: float) -> bool:
+    """Whether rows tell of the whole run, to its last quarter."""
+    return bool(rows) and rows[-1]["time"] >= 0.75 * duration
+
+
+def _goes_one_way(rows: list[Row]) -> bool:
+    return steadiness(np.array([0.0, *(r["modified"] for r in rows)])) >= STEADY
+
+
+def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
+    """The verdict with what the modified energy says; told: that of the energy's band alone.
+
+    It stands along the run: nothing drifts, whatever part of the motion the run was too short for.
+    It goes one way, farther than any state on the way makes up: a drift, however small beside the
+    band. In between, a drift of the energy may be a slow part of the motion, which is not failed,
+    and an energy that seems to stand is believed only if the modified one does not go one way.
+    """
+    band, duration = measurement["measured"]["band"], measurement["duration"]
+    given = measurement.get("modified") or []
+    rows = resolved(given, band)
+    drift = certain_drift(rows)
+    if drift is not None:
+        said = _drifts(drift["modified"], drift["time"])
+        return told if told.verdict == "fail" else Verdict("fail", said, told.expected)
+    if band <= WHOLE:  # a quadratic modified energy stands beyond the limit of stability too
+        told = _of_run(told, rows, bool(given), band, duration)
+    found = drift_beside(measurement.get("beside") or [])
+    if found is not None and told.verdict != "fail":
+        place, drift = found
+        where = ", ".join(f"{e:.4g}" for e in place["place"])
+        said = f"beside the motion, from (x, μ) = ({where}) with the step {place['step']:.4g}, "
+        return Verdict("fail", said + _drifts(drift["modified"], drift["time"]), told.expected)
+    return told
+
+
+def _of_run(told: Verdict, rows: list[Row], given: bool, band: float, duration: float) -> Verdict:
+    """The verdict on the scene's own run, where its modified energy has no certain drift."""
+    if not rows or not covers(rows, duration):
+        if told.verdict == "fail" and given:
+            return Verdict("inconclusive", NOT_BACK, told.expected)
+        return told
+    if stands(rows, band):
+        limit = max(r["bound"] for r in rows)
+        return Verdict("pass", "", told.expected | {"modified_limit": limit})
+    if told.verdict == "fail" and all(
+        abs(r["modified"]) <= r["bound"] + r["walk"] + BEYOND * r["path"] for r in rows
+    ):
+        return Verdict("inconclusive", NOT_BACK, told.expected)
+    last = rows[-1]
+    beyond = abs(last["modified"]) > last["bound"] + last["walk"]
+    if told.verdict == "pass" and beyond and _goes_one_way(rows) and band > last["round_off"]:
+        said = (
+            "the energy only seems to oscillate: the modified energy, which should not, changes by "
+            f"{last['modified']:.2g} of the energy that moves, always one way; take more --steps."
+        )
+        return Verdict("inconclusive", said, told.expected)
+    return told
+
+
+def _drifts(change: float, time: float) -> str:
+    return (
+        f"the energy drifts by {change:.2g} of the energy that moves over t = {time:.4g}, which no "
+        "oscillation of its error explains."
+    )
