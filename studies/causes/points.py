@@ -49,7 +49,8 @@ def _meant(number: Any) -> str:
     near = given.limit_denominator(MEANT)
     if abs(given - near) <= 2.0**-52:
         return str(near)
-    return f"{float(given):.4g}" if abs(given - near) > 1e-4 else f"{float(given):.12g}"
+    beside = abs(given - given.limit_denominator(12)) < 1e-4  # of a fraction that it is not
+    return f"{float(given):.12g}" if beside else f"{float(given):.4g}"
 
 
 def _fraction(s: Any, seen: Any, point: Sequence[Any]) -> Any:

@@ -86,8 +86,8 @@ def perturbed(monkeypatch, size):
         return reference_solution(scene.with_values(parameters={"gravity": gravity}),
                                   *arguments, **more)  # fmt: skip
 
-    reference_solution = reference.solutions
-    monkeypatch.setattr(reference, "solutions", other)
+    reference_solution = reference.solution
+    monkeypatch.setattr(reference, "solution", other)
     return measured("order", scenes.get("pendulum").with_values(), trapezoidal, 16)
 
 
@@ -127,16 +127,16 @@ def test_a_flipped_force_does_not_converge(name, monkeypatch):
         else (lambda x, v, p: [-e for e in scene.force(x, v, p)])
     )
     flipped = scene.with_values(force=force)
-    monkeypatch.setattr("discmech.reference.solutions", reference_of(scene))
+    monkeypatch.setattr("discmech.reference.solution", reference_of(scene))
     found = measured("order", flipped, "midpoint", steps=100)
     assert found["verdict"] == "fail"
 
 
 def reference_of(scene):
     """The reference of this scene, whichever is asked for."""
-    from discmech.reference import solutions
+    from discmech.reference import solution
 
-    return lambda other, times, digits=50: solutions(scene, times, digits)
+    return lambda other, t, digits=50: solution(scene, t, digits)
 
 
 @pytest.mark.sampled
