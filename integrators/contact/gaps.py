@@ -163,10 +163,14 @@ class Gaps:
 
         √(A M⁻¹Aᵀ · ξ·M ξ), which is |A ξ| at least (Cauchy and Schwarz).
         """
+        return self.weights(place, xi)[1]
+
+    def weights(self, place: Place, xi: Vector) -> tuple[Vector, Vector]:
+        """(A M⁻¹Aᵀ of each gap, what an impulse changes its velocity by, (K,); `fastest`)."""
         mass, _ = self._motion(place.x, xi, self.p)
         weight = abs((place.normal * self.numbers.solve(mass, place.normal.T).T).sum(axis=1))
         speeds: Vector = (weight * abs(xi @ mass @ xi)) ** 0.5
-        return speeds
+        return weight, speeds
 
     def inverse_mass(self, x: Vector, xi: Vector) -> np.ndarray:
         """∂ξ/∂μ, m×m."""

@@ -101,13 +101,13 @@ def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]
     F, unit, data = trial(P)
     r, before = scaling(W, cones), None
     for _ in range(MOST):
-        units = of_parts(numbers.eps * (abs(P) + r * unit), cones) + numbers.eps**4
-        left = (missed(P, F, r, cones) / units).max(initial=0)
+        units = of_parts(numbers.eps * (abs(P) + r * unit), cones)
+        left = _largest(missed(P, F, r, cones), units)
         if before is not None and left <= NEAR:  # redundant contacts might go on exchanging
             return P, data
         try:
             change = gaps.impulses(W, F - W @ P, cones, P) - P
-            size = (of_parts(change, cones) / units).max()
+            size = _largest(of_parts(change, cones), units)
         except NotFound as failure:  # frozen, redundant contacts may contradict each other
             change = failure.near - P
             size = left
@@ -121,6 +121,17 @@ def in_cones(gaps: Gaps, trial: Any, W: Any, cones: Cones) -> tuple[Vector, Any]
             W = W + np.outer(new - F - W @ change, change) / (change @ change)
         F, before = new, size
     raise NotFound(P)
+
+
+def _largest(parts: Vector, units: Vector) -> Number:
+    """The largest of parts in these units, none of which counts where a part is 0."""
+    some = parts != 0
+    if not some.any():
+        return 0
+    if not (units[some] > 0).all():
+        return np.inf
+    found: Number = (parts[some] / units[some]).max()
+    return found
 
 
 def velocity_law(
@@ -186,8 +197,9 @@ def given_back(
     xi = gaps.velocity(place.x, mu, near)
     curve = gaps.flexibility(place.x, xi, along[None], along[None])[0, 0]
     rate, excess = (along * xi).sum(), gaps.energy(place.x, xi, mu) - wanted
-    under = max(rate * rate - 2 * curve * excess, 0 * rate)
-    s = (rate + under**0.5) / curve
+    least = rate / curve  # of the two s, whose mean this is: no square of an energy is formed
+    under = max(least * least - 2 * excess / curve, 0 * rate)
+    s = least + under**0.5
     for _ in range(6 if under > 0 else 0):  # nothing is left where the energy is quadratic in μ
         at = mu - s * along
         xi = gaps.velocity(place.x, at, near)

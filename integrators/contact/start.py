@@ -13,6 +13,7 @@ from ..numbers.types import Vector
 from ..scene import Scene
 from .gaps import TOUCHING, Gaps, Place
 
+NEAR, SAME = 1e-9, 1e-6  # what is no part of a motion, and lengths that are the same
 DEEPEST = 100  # corrections of the search for a place outside the obstacle
 
 
@@ -60,6 +61,44 @@ def check_gaps(s: SceneSymbols, scene: Scene, x0: Any = None) -> None:
                 f"{scene.name}: the gaps {listed} contradict each other: closed at x0, they leave "
                 "no direction to move in that opens them all; a constraint is holonomic=."
             )
+
+
+def scaled_gaps(s: SceneSymbols, scene: Scene) -> list[str]:
+    """A sentence for each gap with friction whose φ is no distance beside its own coordinates.
+
+    Friction is κ times the normal impulse, which is a force only where φ is a distance. Of a point
+    with a mass, a coordinate of the scene that moves it along the normal alone, and another one
+    that moves it along the plane alone, move it by as much each, by lengths or by kinetic energy
+    (φ_j²/M_jj = t_k²/M_kk). A gap is told of where no two such coordinates do either.
+    """
+    numbers = arithmetic(16)
+    with numbers.working():
+        gaps = Gaps(s, scene, numbers)
+        x = np.array([float(e) for e in s.with_time(scene.x0)])
+        place = gaps.at_start(x)
+        xi = np.array([float(e) for e in scene.v0])
+        back = gaps.inverse_mass(x, xi).diagonal()
+    found = []
+    for i, own in enumerate(gaps.coordinates):
+        if own is None or not gaps.friction[i] > 0:
+            continue
+        across, along = abs(place.normal[i]), abs(place.slip[i]).max(axis=0)
+        least = NEAR * max(across.max(), along.max())
+        alone = (across > least) & (along <= least), (along > least) & (across <= least)
+        if not (alone[0].any() and alone[1].any()):
+            continue
+        ratios = [
+            np.divide.outer(a[alone[0]], b[alone[1]])
+            for a, b in ((across, along), (across**2 * back, along**2 * back))
+        ]
+        if not any((abs(r - 1) < SAME).any() for r in ratios):
+            ratio = min(ratios[0].ravel(), key=lambda r: abs(np.log(r)))
+            found.append(
+                f"gap {i} is no distance: it grows by {ratio:.3g} where its touching point moves "
+                f"by 1 along its plane, so friction is {1 / ratio:.3g} of what friction= says; "
+                "divide the gap by that, or give the coordinates of the plane in the same unit."
+            )
+    return found
 
 
 def _depth(gaps: Gaps, x: Vector, place: Place) -> str:

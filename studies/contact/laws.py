@@ -13,20 +13,27 @@ from discmech.integrators.contact import ZENO, Gaps, length
 from discmech.integrators.flows import ContactTrajectory
 from discmech.integrators.numbers import arithmetic
 
-#: of the largest coordinate of its plane, the way of a step below which a contact sticks, and of
-#: its fastest slip, the slip: round-off moves it too
+#: of what its round-off is a part of, the way of a step below which a contact sticks, and of the
+#: mean slip of the step, the slip at an end: round-off moves it too
 SLOW = 1e-10
 
 
 def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float]:
-    """Of a run: how far it is from each law, relative to the largest number of its kind.
+    """Of a run: how far it is from each law, relative to numbers of its kind in the same step.
 
-    penetration: −φ, of the largest sum of its terms and of the way of a step. pull: −P_n.
-    complementarity: P_n φ, at impacts, and of gaps that are open at both ends of a step. cone:
-    ‖P_t‖ − κ P_n. slip: the part of the full friction κ P_n that is against the way of a step, less
-    than it would be against the slips at both ends, over steps that slip from end to end (0; 1
-    without friction, 2 along the slip). impact_energy: what an impact adds. jump: μ⁺ − μ⁻ less the
-    impulses. restitution: P_n |U⁺ + e U⁻| of the normal velocities.
+    No scale comes from another step, such as the hardest impulse of the run: that hides what one
+    step does wrongly behind another. Impulses are held against those of the same step, and those
+    that would move a gap by its own size in a step, whose round-off they have.
+
+    penetration: −φ, of the sum of its terms and of the way of a step. pull: −P_n. complementarity:
+    P_n φ, at impacts, and of gaps that are open at both ends of a step. cone: ‖P_t‖ − κ P_n. slip:
+    the part of the full friction κ P_n that is against the way of a step, less than it would be
+    against the slips at both ends, over steps that slip from end to end (0; 1 without friction, 2
+    along the slip). friction: the same of planes of one direction, which no slip turns in: what is
+    missing of κ P_n. impact_energy: what an impact adds. jump: μ⁺ − μ⁻ less the impulses.
+    restitution: P_n |U⁺ + e U⁻| of the normal velocities. impact_friction: |P_t |Ū| + κ P_n Ū| with
+    the slip Ū = (U⁺ + e U⁻)/(1 + e) of Moreau's law: 0 of what sticks, and of friction of its full
+    size against Ū.
     """
     numbers = arithmetic(2 * digits)
     with numbers.working():
@@ -34,14 +41,14 @@ def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float
     return {name: float(value) for name, value in found.items()}
 
 
-def energies(scheme: Any, run: ContactTrajectory, digits: int) -> tuple[np.ndarray, float]:
-    """H of the rows, and the largest sum of its terms' sizes, |H| + |μ·ξ|."""
+def energies(scheme: Any, run: ContactTrajectory, digits: int) -> tuple[np.ndarray, np.ndarray]:
+    """H of the rows less the first, and the sizes of their terms, |H| + |μ·ξ|, each (r,)."""
     numbers = arithmetic(2 * digits)
     with numbers.working():
         made = _Run(scheme, run, numbers)
         H = [made.gaps.energy(*state) for state in made.states]
-        size = max(abs(e) + abs(mu @ xi) for e, (_, xi, mu) in zip(H, made.states, strict=True))
-        return np.array([float(e - H[0]) for e in H]), float(size)
+        sizes = [abs(e) + abs(mu @ xi) for e, (_, xi, mu) in zip(H, made.states, strict=True)]
+        return np.array([float(e - H[0]) for e in H]), np.array([float(e) for e in sizes])
 
 
 class _Run:
@@ -51,6 +58,7 @@ class _Run:
         self.gaps = Gaps(scheme.equations.s, scheme.scene, numbers)
         self.run, self.numbers = run, numbers
         self.e = numbers.number(scheme.scene.restitution)
+        self.h = numbers.number(float(run.step))
         clock = run.base.shape[1] - run.x.shape[1]
         self.states = [self._state(*row) for row in zip(run.base, run.mu, run.u, strict=True)]
         jumps = run.impacts
@@ -76,30 +84,34 @@ class _Run:
         places = [self.gaps.at(x) for x, _, _ in self.states]
         phi = np.array([place.phi for place in places])
         P = self._array(self.run.impulses)
-        h = self.numbers.number(float(self.run.step))
-        ways = [place.own + h * self.gaps.fastest(place, xi)
-                for place, (_, xi, _) in zip(places, self.states, strict=True)]  # fmt: skip
-        widest = [max(way[i] for way in ways) or 1 for i in range(self.gaps.count)]
-        hardest = abs(P).max(initial=0) or 1
-        self.breadth = [max((abs(e) for place in places for e in place.where[i]), default=0)
-                        for i in range(self.gaps.count)]  # fmt: skip
-        moving = [(place, xi) for place, (_, xi, _) in zip(places, self.states, strict=True)]
-        self.fastest = [max(length(place.slip[i] @ xi) if self.gaps.friction[i] > 0 else 0
-                            for place, xi in moving) for i in range(self.gaps.count)]  # fmt: skip
-        found = dict.fromkeys(("complementarity", "cone", "slip", "impact_energy", "jump",
-                               "restitution"), 0 * hardest)  # fmt: skip
-        found["penetration"] = max(0, *(-phi / widest).ravel())
-        found["pull"] = max(-P[:, :, 0].min(), 0) / hardest
+        h = self.h
+        weights = [self.gaps.weights(place, xi)
+                   for place, (_, xi, _) in zip(places, self.states, strict=True)]  # fmt: skip
+        ways = [place.own + h * fastest
+                for place, (_, fastest) in zip(places, weights, strict=True)]  # fmt: skip
+        past = np.maximum.accumulate(ways)  # what is closed keeps the round-off of its past
+        widest = [[e or 1 for e in way] for way in past]
+        hardest = [self._hardest(*row, h) for row in zip(places, past, weights, P, strict=True)]
+        found = dict.fromkeys(
+            ("complementarity", "cone", "slip", "friction", "impact_energy", "jump", "restitution",
+             "impact_friction"), 0 * h)  # fmt: skip
+        found["penetration"] = max(0, *(-phi / np.array(widest)).ravel())
+        found["pull"] = max(0, *(-P[:, :, 0] / np.array(hardest)).ravel())
         struck = {k for step in self.steps for k in (step - 1, step, step + 1)}
         for k in range(len(P) - 1):
             for i in range(self.gaps.count):
                 if k in struck:
                     continue
-                open_by = min(phi[k, i], phi[k + 1, i]) / widest[i]
-                self._most(found, "complementarity", P[k, i, 0] * open_by / hardest)
-                self._friction(found, k, i, places[k], places[k + 1], P[k, i], hardest)
-        self._at_impacts(found, widest, hardest)
+                open_by = min(phi[k, i] / widest[k][i], phi[k + 1, i] / widest[k + 1][i])
+                self._most(found, "complementarity", P[k, i, 0] * open_by / hardest[k][i])
+                self._friction(found, k, i, places[k], places[k + 1], P[k, i], hardest[k][i])
+        self._at_impacts(found, widest)
         return found
+
+    def _hardest(self, place: Any, way: Any, weights: Any, P: Any, h: Any) -> list[Any]:
+        """Of each gap, what its impulses in a step are held against."""
+        return [abs(P).max(initial=0) + ((way[i] + place.breadth[i]) / h / weight if weight else 0)
+                or 1 for i, weight in enumerate(weights[0])]  # fmt: skip
 
     @staticmethod
     def _most(found: dict[str, Any], name: str, value: Any) -> None:
@@ -117,13 +129,20 @@ class _Run:
         slips = [place.slip[i] @ self.states[j][1] for j, place in ((k, here), (k + 1, there))]
         moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])] @ here.bases[i]
         way, full = length(moved), kappa * P[0]
-        slow = SLOW * self.fastest[i] * way  # a slip that ended in the step has a last one of noise
-        slipping = way > SLOW * self.breadth[i] and all(slip @ moved > slow for slip in slips)
-        if slipping and full > 1e-9 * hardest:
-            turn = min(slip @ moved / length(slip) for slip in slips)  # friction is against these
-            self._most(found, "slip", (turn + push @ moved / full) / way)
+        slow = SLOW * way / self.h * way  # a slip that ended in the step has a last one of noise
+        breadth = max(here.breadth[i], there.breadth[i])
+        slipping = way > SLOW * breadth and all(slip @ moved > slow for slip in slips)
+        if not (slipping and full > 1e-9 * hardest):
+            return
+        if len(moved) == 1:  # friction of each end has the size of its own |φ′|
+            change = abs(here.scale[i] - there.scale[i]) / max(here.scale[i], there.scale[i])
+            missing = abs(full + push @ moved / way) - change * full
+            self._most(found, "friction", missing / hardest)
+            return
+        turn = min(slip @ moved / length(slip) for slip in slips)  # friction is against these
+        self._most(found, "slip", (turn + push @ moved / full) / way)
 
-    def _at_impacts(self, found: dict[str, Any], widest: Any, hardest: Any) -> None:
+    def _at_impacts(self, found: dict[str, Any], widest: Any) -> None:
         gaps = self.gaps
         pushed = [(step, i) for step, (_, _, P) in zip(self.steps, self.impacts, strict=True)
                   for i in range(gaps.count) if P[i, 0] > 0]  # fmt: skip
@@ -134,7 +153,7 @@ class _Run:
             place, strong = gaps.at(x), abs(P).max()
             made = P[:, 0] @ place.normal
             for i, (normal, *along) in enumerate(P):
-                open_by = abs(place.phi[i]) / widest[i]
+                open_by = abs(place.phi[i]) / widest[min(step, len(widest) - 1)][i]
                 self._most(found, "complementarity", normal * open_by / strong)
                 if gaps.friction[i] > 0:
                     push = np.array(along[: len(place.where[i])]) @ place.bases[i]
@@ -148,6 +167,7 @@ class _Run:
             self._most(found, "impact_energy", gained / energy)
             if step in many:
                 continue
+            self._impact_friction(found, place, before_xi, after_xi, P)
             rates = place.normal @ before_xi, place.normal @ after_xi
             fastest = max(abs(e).max() for e in rates) or 1
             for i in map(int, np.flatnonzero(P[:, 0] > 1e-9 * strong)):
@@ -155,3 +175,19 @@ class _Run:
                 if gap < 0 and not gaps.quadratic and gained > -SLOW * energy:
                     continue  # more of a rebound would have added energy (`impacts`)
                 self._most(found, "restitution", abs(gap) * P[i, 0] / strong)
+
+    def _impact_friction(
+        self, found: dict[str, Any], place: Any, before: Any, after: Any, P: Any
+    ) -> None:
+        gaps, strong = self.gaps, abs(P).max()
+        mean = (after + self.e * before) / (1 + self.e)
+        for i in range(gaps.count) if gaps.quadratic else ():
+            if not gaps.friction[i] > 0 or not P[i, 0] > 0:
+                continue
+            rows = np.vstack([place.normal[i][None], place.slip[i]])
+            fastest = max(abs(rows @ xi).max() for xi in (before, after)) or 1
+            slip = place.slip[i] @ mean
+            push = P[i, 1 : 1 + len(place.where[i])] @ place.bases[i]
+            bound = gaps.friction[i] * place.scale[i] * P[i, 0]
+            off = length(length(slip) * push + gaps.against * bound * slip)
+            self._most(found, "impact_friction", off / (strong * fastest))

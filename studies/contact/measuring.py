@@ -11,8 +11,10 @@ import numpy as np
 
 from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
+from discmech.integrators.contact import scaled_gaps
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
+from ..evidence import NEAR, evidence_of
 from ..symplecticity.measuring import limit
 from .faults import CONTROLS, flow_with
 from .laws import defects, energies
@@ -28,18 +30,26 @@ TURN = 0.125
 #: an order may be less than the rule's by so much: two steps of which the finer is not yet fine,
 #: against one that has (1/8)^p of the error itself
 SLACK = 0.4
-#: a step across an impact is differentiated by central differences: what they leave is DELTA²
+#: and more than the rule's by so much: errors that fall by 2⁸ more are of one step that went wrong
+EXCESS = 8
+#: a step across an impact is differentiated by central differences of DELTA of the size of x, and
+#: of μ: what they leave of a defect in these units is DELTA²
 FORM_DIGITS, DELTA = 40, "1e-12"
 FORM = 1e-20
 #: with half the step, what is of order 1 or more falls by this at least
 FALLS = 1.5
-AWAY = 1e-9  # of the largest coordinate: a gap is open, and stays so where DELTA moves it
+AWAY = 1e-9  # of its size and the way of a step: a gap is open, and stays so where DELTA moves it
+#: impacts of a gap that are less than so many steps apart accumulate: how many there are is the
+#: step's
+DENSE = 3
 WORDS = {
     "penetration": "a gap is negative", "pull": "a contact pulls",
     "complementarity": "an open gap pushes", "cone": "friction leaves its cone",
     "slip": "friction is not against the slip", "impact_energy": "an impact adds energy",
     "jump": "a momentum does not change by its impulses",
     "restitution": "a rebound is not e times the approach",
+    "friction": "friction that slips has not its full size",
+    "impact_friction": "friction of an impact is not that against its slip",
 }  # fmt: skip
 
 
@@ -89,11 +99,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     for part, mode in enumerate(MODES):
         progress(f"{case.scene.name} {case.label}: {mode}", part / 4)
         run: Any = _flow(case, 1, mode).trajectory(steps)
-        H, size = energies(case.scheme, run, case.digits)
-        rises = [rise(H) / size]
+        H, sizes = energies(case.scheme, run, case.digits)
+        rises = [rise(H, sizes)]
         if rises[0] > limit(case.digits):  # what is no number is told by `judge`
             finer: Any = _flow(case, 2, mode).trajectory(2 * steps)
-            rises.append(rise(energies(case.scheme, finer, case.digits)[0]) / size)
+            rises.append(rise(*energies(case.scheme, finer, case.digits)))
         runs[mode] = run
         measured[mode] = {**defects(case.scheme, run, case.digits), "rises": rises,
                           "impacts": len(run.impacts.t)}  # fmt: skip
@@ -103,9 +113,14 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     located = runs["located"]
     last = float(located.impacts.t[:2][-1]) if len(located.impacts.t) else None
     measured |= {"late": _lateness(runs["stepped"], located), "rests": _rests(located, last)}
+    measured["touched"] = any(abs(r.impulses).max(initial=0) > 0 or len(r.impacts.t) > 0
+                              for r in runs.values())  # fmt: skip
+    measured |= {"apart": _apart(case, *runs.values()),
+                 "scaled": scaled_gaps(case.scheme.s, case.scene)}  # fmt: skip
     measured |= _times(case, last, steps)
-    progress(f"{case.scene.name} {case.label}: Ω", 0.75)
-    measured["form"] = _form(case, steps)
+    progress(f"{case.scene.name} {case.label}: single steps between impacts", 0.7)
+    measured |= _between(case)
+    measured["form"] = {"across": _across(case, steps)}
     return {"measured": measured, "rows": rows}
 
 
@@ -114,24 +129,62 @@ def _flow(case: Case, part: int, mode: str) -> Any:
     return case.scheme.flow(case.scene.step / part, case.digits, impacts=mode)
 
 
-def rise(H: np.ndarray) -> float:
-    """The most that the energy of rows is above the least before."""
-    return float((H - np.minimum.accumulate(H)).max())
+def rise(H: np.ndarray, sizes: Any = 0) -> float:
+    """The most that the energy of a row is above the least before; relative to the sizes of its
+    own terms and those of the start, where they are given."""
+    own = sizes + np.atleast_1d(sizes)[0]
+    return float(((H - np.minimum.accumulate(H)) / np.where(own > 0, own, 1)).max())
 
 
 def _lateness(stepped: Any, located: Any) -> float | None:
-    """By how many steps the first impact is late, stepped; None where it is not the same one.
-
-    A gap that closes and opens again inside a step is not seen by steps that end on either side.
-    """
+    """By how many steps the first impact is late, stepped; None where it is not the same one."""
     if not len(stepped.impacts.t) or not len(located.impacts.t):
         return None
     i, j = (int(run.impacts.impulses[0, :, 0].argmax()) for run in (stepped, located))
-    size = float(located.step)
-    end = min(int((located.impacts.t[0] - located.t[0]) // size) + 1, len(stepped.t) - 1)
-    if i != j or stepped.gaps[end, i] > AWAY * abs(stepped.x).max():
+    if i != j:
         return None
-    return float(stepped.impacts.t[0] - located.impacts.t[0]) / size
+    return float(stepped.impacts.t[0] - located.impacts.t[0]) / float(located.step)
+
+
+def _apart(case: Case, stepped: Any, located: Any) -> str:
+    """Where one of two runs that have gone together has an impact, which the other has not.
+
+    Impacts are compared one by one, until those of a gap accumulate. Each may be late by a step.
+    What comes after the runs have gone apart, by more than such delays do, is of other motions.
+    """
+    h = float(located.step)
+    events = [[(float(t), int(P[:, 0].argmax()))
+               for t, P in zip(run.impacts.t, run.impacts.impulses, strict=True)]
+              for run in (stepped, located)]  # fmt: skip
+    seen: dict[int, float] = {}
+    for k in range(max(map(len, events))):
+        both = [e[k] for e in events if k < len(e)]
+        t, gap = first = min(both)
+        whose = 0 if k < len(events[0]) and events[0][k] == first else 1
+        if t - seen.get(gap, -np.inf) < DENSE * h:
+            return ""
+        late = (k + 1) * h * (1 + 1e-6)
+        if len(both) == 2 and both[0][1] == both[1][1] and max(both)[0] - t <= late:
+            seen[gap] = max(e[0] for e in both)
+            continue
+        if t + late >= float(located.t[-1]) or _gone_apart(case, stepped, located, t, k):
+            return ""
+        other = [e[0] for e in events[1 - whose][k:] if e[1] == gap]
+        if other and other[0] - t <= late:  # with one of another gap in between
+            return ""
+        return (
+            f"impact {k + 1} of the {MODES[whose]} run, of gap {gap} at t = {t:.4g}, is not one of "
+            f"the {MODES[1 - whose]} run, though both have gone together up to it"
+        )
+    return ""
+
+
+def _gone_apart(case: Case, stepped: Any, located: Any, t: float, before: int) -> bool:
+    """Whether two runs are further apart at t than so many impacts, late by a step, make them."""
+    h = float(located.step)
+    k = max(0, min(int((t - float(located.t[0])) / h), len(located.x) - 1))
+    way = np.abs(np.diff(np.array(located.x[: k + 1], dtype=float), axis=0)).max(initial=0)
+    return bool(np.abs(np.array(stepped.x[k] - located.x[k], dtype=float)).max() > 4 * before * way)
 
 
 def _rests(run: Any, last: float | None) -> bool:
@@ -163,47 +216,78 @@ def _times(case: Case, last: float | None, steps: int) -> dict[str, Any]:
     return {"order": log2(errors[0] / errors[-1]), "time_error": errors[-1]}
 
 
-def _form(case: Case, steps: int) -> dict[str, Any]:
-    """{"free": of a step between impacts, "across": of one with an elastic impact, at h and h/2}.
+def _between(case: Case) -> dict[str, Any]:
+    """{"local", "free"}: what single steps of the same scene without contact say of the rule.
 
-    None where it is not demanded: friction, a force, e < 1, or no impact from an open gap.
+    local: {"order", "component", "place", "step", "exact", "unknown", "floats", "seed"}, free: the
+    largest defect of the form {"defect", "limit", "place"}, or None where none is kept.
     """
+    evidence = evidence_of(case.scheme_on(case.scene.with_values(contact=None)))
+    order, form = evidence.order, evidence.form
+    least = case.scheme.order or 1
+    low = order.order is not None and order.order < least - NEAR
+    worst = form.worst
+    return {
+        "local": {
+            "order": order.order, "component": order.component, "place": str(order.place or ""),
+            "step": order.step, "exact": order.exact, "unknown": order.unknown,
+            "floats": low and evidence.floats(least).explain, "seed": evidence.seed,
+        },
+        "free": worst and {
+            "defect": worst.defect, "limit": form.limit, "place": str(worst.place),
+        },
+    }  # fmt: skip
+
+
+def _across(case: Case, steps: int) -> list[float | None] | None:
+    """The defects of Ω of a step with an elastic impact, at h and h/2; None where it is not
+    demanded: friction, a force, e < 1."""
     scene = case.scene
-    free = case.scheme_on(scene.with_values(contact=None))
-    start = free.flow(scene.step, case.digits).trajectory(0)
-    found: dict[str, Any] = {"free": None, "across": None}
-    if scene.force is None:
-        flow = free.flow(scene.step, case.digits)
-        found["free"] = float(flow.poisson_defect(start.base[0], start.mu[0]))
-    elastic = scene.restitution == 1 and not any(np.atleast_1d(np.array(scene.friction) > 0))
-    if elastic and scene.force is None:
-        found["across"] = [_across(case, steps * part, part) for part in (1, 2)]
-    return found
+    smooth = not any(np.atleast_1d(np.array(scene.friction) > 0))
+    if scene.restitution != 1 or scene.force is not None or not smooth:
+        return None
+    return [_across_one(case, steps * part, part) for part in (1, 2)]
 
 
-def _across(case: Case, steps: int, part: int) -> float | None:
-    """The defect of M Π Mᵀ = Π′ of the step with the first impact, by differences at 40 digits."""
+def _across_one(case: Case, steps: int, part: int) -> float | None:
+    """The defect of M Π Mᵀ = Π′ of the step with the first impact, by differences at 40 digits.
+
+    In units of the sizes of x and μ there, so that it is the same in any units. None where there is
+    no impact from an open gap.
+    """
     scheme, size = case.scheme, case.scene.step / part
     run = _flow(case, part, "located").trajectory(steps)
     if not len(run.impacts.t):
         return None
-    k = int(run.impacts.t[0] // float(size))
-    if not run.gaps[k].min() > AWAY * abs(run.x[k]).max(initial=1e-300):
-        return None  # a start on a gap cannot be moved to its other side
-    flow = scheme.flow(size, FORM_DIGITS, impacts="located")
+    k = int((run.impacts.t[0] - run.t[0]) // float(size))
+    flow: Any = scheme.flow(size, FORM_DIGITS, impacts="located")
     numbers = flow.numbers
     with numbers.working():
+        n = run.base.shape[1]
         z = numbers.array([numbers.number(float(e)) for row in (run.base[k], run.mu[k])
                            for e in row], -1)  # fmt: skip
-        n, delta = run.base.shape[1], numbers.number(DELTA)
+        place = flow.gaps.at(z[:n])
+        xi = flow.gaps.velocity(z[:n], z[n:], numbers.array(
+            [numbers.number(float(e)) for e in run.u[k]], -1))  # fmt: skip
+        way = flow.context.h * flow.gaps.fastest(place, xi)
+        if not all(place.phi > numbers.number(AWAY) * (place.own + way)):
+            return None  # a start on a gap cannot be moved to its other side
+        moved = abs(flow.context.h * (place.rho @ xi)).max()
+        sizes = numbers.array([max(abs(z[:n]).max(), moved)] * n
+                              + [abs(z[n:]).max()] * (len(z) - n), -1)  # fmt: skip
+        if not all(sizes > 0):
+            return None
+        delta, action = numbers.number(DELTA), sizes[0] * sizes[-1]
 
         def after(z: np.ndarray) -> np.ndarray:
             moved = np.concatenate(flow.dual_step(z[:n], z[n:]))
             return numbers.array([numbers.number(e) for e in moved], -1)
 
-        ways = delta * numbers.identity(len(z))
-        M = np.array([(after(z + way) - after(z - way)) / (2 * delta) for way in ways]).T
-        first, last = (flow.geometry.poisson_tensor(at[:n], at[n:]).value for at in (z, after(z)))
+        ways = delta * numbers.identity(len(z)) * sizes
+        M = np.array([(after(z + way) - after(z - way)) / (2 * delta) / sizes for way in ways]).T
+        unit = np.outer(sizes, sizes) / action
+        first, last = (flow.geometry.poisson_tensor(at[:n], at[n:]).value / unit
+                       for at in (z, after(z)))  # fmt: skip
         off = abs(M @ first @ M.T - last).max() / abs(M).max() ** 2
         return float(off)
 
@@ -225,14 +309,40 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         expected["order"] = (min(order, 2) if found["rests"] else order) - SLACK
     if reason := next(_broken(case, found, expected), ""):
         return Verdict("fail", reason, expected)
-    if found["time_error"] is None:
-        return Verdict(
-            "inconclusive",
-            "with half or an eighth of the step there are others among the first two impacts: "
-            "their times have no order to be judged; take a smaller step.",
-            expected,
-        )
+    if reason := next(_untold(found, expected), ""):
+        return Verdict("inconclusive", reason, expected)
     return Verdict("pass", "", expected)
+
+
+def _untold(found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
+    """A sentence for whatever leaves the verdict open."""
+    if not found["touched"]:
+        yield "no gap ever closes: nothing of contact was judged; take more steps or another start."
+    if found["scaled"]:
+        yield found["scaled"][0]
+    if found["apart"]:
+        yield found["apart"] + ": the step is too long for what is there; take a smaller one."
+    if found["time_error"] is None:
+        yield (
+            "with half or an eighth of the step there are others among the first two impacts: "
+            "their times have no order to be judged; take a smaller step."
+        )
+    order, most = found["order"], expected.get("order", 2.0) + EXCESS
+    if order is not None and order > most:
+        yield (
+            f"with half the step located impacts are off by 2^{order:.0f} times less, which is no "
+            "order: one step of the coarser run went wrong, or it is too long; take a smaller one."
+        )
+    for mode in MODES:
+        first, *finer = found[mode]["rises"]
+        if finer and first > 2**most * max(finer[0], expected["limit"]):
+            yield (
+                f"{mode}, the energy rises by {first:.2g} of its terms, with half the step by "
+                f"{finer[0]:.2g}: one step of the coarser run went wrong; take a smaller one."
+            )
+    if found["local"]["unknown"]:
+        unknown = found["local"]["unknown"].rstrip(".")
+        yield f"no single step between impacts could be judged: {unknown}."
 
 
 def _broken(case: Case, found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
@@ -260,10 +370,21 @@ def _broken(case: Case, found: dict[str, Any], expected: dict[str, Any]) -> Iter
     order, wanted = found["order"], expected.get("order")
     if None not in (order, wanted) and not order >= wanted:
         yield f"located impacts are of order {order:.2f}, where {wanted:g} is the least."
-    form = found["form"]
-    if form["free"] is not None and not form["free"] <= allowed:
-        yield f"between impacts the Poisson defect is {form['free']:.2g}."
-    across = form["across"]
+    local: dict[str, Any] = found["local"]
+    least = case.scheme.order or 1
+    if local["order"] is not None and local["order"] < least - NEAR and not local["floats"]:
+        kind = "the rule is not consistent" if local["order"] < 1 - NEAR else "the rule is of order"
+        kind += "" if local["order"] < 1 - NEAR else f" {local['order']:.2f}, not {least}"
+        yield (
+            f"between impacts {kind}: in {local['component']} a free step of {local['step']:.1g} "
+            f"from {local['place']} is off by O(h^{local['order'] + 1:.2f})."
+        )
+    free, across = found["free"], found["form"]["across"]
+    if free is not None and not free["defect"] <= free["limit"]:
+        yield (
+            f"between impacts a step does not keep the form: the defect is {free['defect']:.2g} at "
+            f"{free['place']}."
+        )
     if across and None not in across and across[0] > FORM and across[1] > across[0] / FALLS:
         yield (
             f"across an elastic impact the defect of Ω is {across[0]:.2g}, with half the step "
