@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from discmech.integrators import Scheme, StepFailure, scenes
-from discmech.integrators.numbers import LazyModule, sympy
+from discmech.integrators.numbers import LazyModule, mpmath, sympy
 from discmech.integrators.rules import Discretisation
 
 from ..core.case import scheme_of
@@ -19,7 +19,8 @@ from .trace import DIGITS, StableSet, stable_set
 
 FARTHEST = 1000.0  # as far as z = hω is looked at
 GRID = np.concatenate([np.arange(0.02, 8.0, 0.02), np.geomspace(8.0, FARTHEST, 120)])
-ON_CIRCLE = 1e-9  # eigenvalues this near to the unit circle are on it, off an interval's ends
+#: of det M, over its own terms, in double precision: some thousand roundings of entries and stages
+ROUND_OFF = 2.0**-40
 LAST_BITS = {"xtol": 1e-15, "rtol": 2.0**-50}
 Step = Callable[[float], np.ndarray]
 optimize: Any = LazyModule("scipy.optimize")
@@ -66,6 +67,7 @@ class Oscillator:
             scene = replace(scene, fast=lambda x, p: fast * p.stiffness * x[0] ** 2 / 2)
         self.scheme: Scheme = scheme_of(scene, rule)
         self._matrices: dict[float, np.ndarray] = {}
+        self.areas: list[float] = []
 
     def matrix(self, z: float) -> np.ndarray:
         """M(z) in (x, μ), 2×2; each made once, for all that is asked goes along one grid."""
@@ -75,10 +77,13 @@ class Oscillator:
         return self._matrices[z]
 
     def trace(self, z: Fraction) -> Any:
-        """tr M(z) to `DIGITS`."""
+        """tr M(z) to `DIGITS`; what det M − 1 is of its terms goes to `areas`."""
         flow = self.scheme.flow(z, DIGITS)
-        across = flow.trajectory(1, x0=[1], mu0=[0]).x[-1, 0]
-        return across + flow.trajectory(1, x0=[0], mu0=[1]).mu[-1, 0]
+        first, second = (flow.trajectory(1, x0=[x0], mu0=[1 - x0]) for x0 in (1, 0))
+        with mpmath.workdps(DIGITS):
+            one, other = first.x[-1, 0] * second.mu[-1, 0], first.mu[-1, 0] * second.x[-1, 0]
+            self.areas.append(float(abs(one - other - 1) / (abs(one) + abs(other) + 1)))
+        return first.x[-1, 0] + second.mu[-1, 0]
 
     def proved(self) -> StableSet | None:
         """Where the step is stable, at every z up to FARTHEST; None if only a grid can tell."""
@@ -87,12 +92,32 @@ class Oscillator:
         except StepFailure:
             return None
 
+    def off_circle(self, end: float, proved: bool) -> float | None:
+        """The first z below `end` at which det M is not 1, so that the step is not symplectic;
+        None if there is none.
+
+        proved: the trace is a rational function; then det M = 1 at all points that showed it, to
+        half of their digits, is the identity. Else 1 is met to what round-off of M leaves.
+        """
+        if proved and max(self.areas, default=0.0) <= 10.0 ** (-DIGITS // 2):
+            return None
+        off = (float(z) for z in GRID if z < end and self._changes_area(float(z)))
+        return next(off, float(GRID[0]) if proved else None)
+
+    def _changes_area(self, z: float) -> bool:
+        (a, b), (c, d) = self.matrix(z)
+        return bool(abs(a * d - b * c - 1) > ROUND_OFF * (abs(a * d) + abs(b * c) + 1))
+
     def grows(self, z: float, steps: int = 10**5) -> bool:
-        """Whether that many steps make more than 10³ of a start of size 1."""
+        """Whether that many steps make more than 10³ of a start of size 1, x and μ in units in
+        which the ellipse on which a stable step moves is about a circle."""
+        (_, b), (c, _) = self.matrix(z)
+        w = float(np.sqrt(abs(b / c))) if b and c else 1.0
         try:
-            return not max(map(abs, self._end(z, steps, 0.6, 0.8))) < 1e3
+            x, mu = self._end(z, steps, 0.6 * np.sqrt(w), 0.8 / np.sqrt(w))
         except StepFailure:
             return True
+        return not max(abs(x) / np.sqrt(w), abs(mu) * np.sqrt(w)) < 1e3
 
     def _end(self, z: float, steps: int, x0: float, mu0: float) -> list[float]:
         run = self.scheme.flow(z).trajectory(steps, every=steps, x0=[x0], mu0=[mu0])
@@ -102,12 +127,6 @@ class Oscillator:
 def spectra(step: Step) -> list[Spectrum]:
     """Along the grid."""
     return [Spectrum.of(float(z), step(float(z))) for z in GRID]
-
-
-def off_circle(found: list[Spectrum], end: float) -> float | None:
-    """The first z below `end` with an eigenvalue off the unit circle: no symplectic step."""
-    off = (s.z for s in found if s.z < end and abs(s.radius - 1) > ON_CIRCLE)
-    return next(off, None)
 
 
 def unstable_intervals(step: Step) -> list[tuple[float, float]]:

@@ -104,7 +104,7 @@ def measure_linear(case: Case, progress: Progress = silent) -> dict[str, Any]:
             "touched": proved.touched if proved else None,
             "gaps": gaps_of(case.rule) if not case.control else [],
             "resonances": linear_stability.resonances(problem.matrix),
-            "off_circle": linear_stability.off_circle(rows, first or FARTHEST),
+            "off_circle": problem.off_circle(first or FARTHEST, proved is not None),
             "runs": agree,
         },
     }

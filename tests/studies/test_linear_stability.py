@@ -8,13 +8,12 @@ import mpmath
 import numpy as np
 import pytest
 
-from discmech.integrators import discretisation, imex, midpoint, trapezoidal
+from discmech.integrators import discretisation, imex, midpoint, one_step, trapezoidal
 from discmech.integrators import rules as discretisations
 from discmech.studies.core import controls
 from discmech.studies.stability.linear_stability import (
     Oscillator,
     Spectrum,
-    off_circle,
     resonances,
     spectra,
     unstable_intervals,
@@ -82,7 +81,7 @@ def test_the_krein_signature_changes_with_the_sense_of_rotation():
 ])  # fmt: skip
 def test_what_is_not_symplectic_leaves_the_circle(name):
     problem = Oscillator(controls.RUNGE_KUTTA[name])
-    assert off_circle(spectra(problem.matrix), 1.0) is not None
+    assert problem.off_circle(1.0, proved=False) is not None
     found = measured("stability", "harmonic", control=name)
     assert found["verdict"] == "pass" and found["control"]
 
@@ -114,3 +113,29 @@ def test_a_step_that_is_no_rational_function_is_told_on_a_grid():
             return 2 * mpmath.cos(mpmath.mpf(z.numerator) / z.denominator)
 
     assert stable_set(cosine, 1000.0) is None
+
+
+def test_a_damping_far_below_round_off_of_a_grid_is_no_symplectic_step():
+    @one_step(groupoids="pair")
+    def damped(s, z, h):
+        x, mu = s.split(z)
+        mu = mu + h / 2 * s.split(s.f(z))[1]
+        x = x + h * s.split(s.f(s.join(x, mu)))[0]
+        mu = mu + h / 2 * s.split(s.f(s.join(x, mu)))[1]
+        return s.join(x, mu * (1 - h / 10**14))
+
+    problem = Oscillator(damped)
+    problem.proved()
+    assert problem.off_circle(2.0, proved=True) is not None
+    sound = Oscillator(midpoint)
+    sound.proved()
+    assert sound.off_circle(1000.0, proved=True) is None
+
+
+def test_a_long_ellipse_is_no_growth():
+    """x to and fro by 10⁴ where μ goes by 1."""
+    problem = Oscillator(midpoint)
+    wide = np.array([[0.0, 1e4], [-1e-4, 0.0]])
+    problem.matrix = lambda z: wide
+    problem._end = lambda z, steps, x0, mu0: list(np.linalg.matrix_power(wide, 101) @ [x0, mu0])
+    assert not problem.grows(1.0)
