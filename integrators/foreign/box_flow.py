@@ -24,6 +24,9 @@ class BoxFlow:
     float32); more needs a box of numbers="any". Raises `BadInput` for a step of 0.
     """
 
+    #: how the step was chosen: a program is told
+    choice: Any = None
+
     def __init__(self, scheme: Any, step: Any, digits: int = 16) -> None:
         self.scheme, self.digits = scheme, digits
         self.step = exact_rational(step, "step")

@@ -99,9 +99,12 @@ class BoxScheme(DiscretisedScene):
         return BoxScheme(self.scene.with_values(**values), self.rule, self.equations)
 
     @arguments_checked
-    def flow(self, step: Any = None, digits: int = 16, on_edge: str = "refuse") -> BoxFlow:
-        """The box at one step size. Raises `CannotMeasure` for digits that it has not."""
-        if step is None:
+    def flow(
+        self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
+    ) -> BoxFlow:
+        """The box at one step size. Raises `CannotMeasure` for digits that it has not, and
+        `BadInput` for a tolerance, for which only a scheme can choose a step."""
+        if step is None or tolerance is not None:
             raise BadInput(f"{self.scene.name}: give a step; a black box chooses none itself.")
         if not self.rule.runs_at(digits):
             raise CannotMeasure(

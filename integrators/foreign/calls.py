@@ -133,7 +133,7 @@ class Calls:
             raise self._raised(0, error) from error
         rows = steps // every + 1
         qs, ps = self._arrays(*self._pair(given), ((rows, *q.shape), (rows, *p.shape)))
-        if abs(qs[0] - q).max(initial=0) > 0 or abs(ps[0] - p).max(initial=0) > 0:
+        if _displaced(qs[0], q) or _displaced(ps[0], p):
             raise BadInput(
                 f"{self.what} begins its run elsewhere than at the start: its first row is the "
                 "start, then comes each every-th step."
@@ -202,6 +202,16 @@ class Calls:
 
     def _function(self) -> Any:
         return _asked(self.box)
+
+
+#: roundings of a start on its way into coordinates of a program's own and back (p/m·m, say)
+ROUNDINGS = 8
+
+
+def _displaced(row: Any, start: Any) -> bool:
+    """Whether a run's first row is not its start, roundings aside."""
+    unit = 2.0**-23 if start.dtype == np.float32 else 2.0**-52
+    return bool(abs(row - start).max(initial=0) > ROUNDINGS * unit * abs(start).max(initial=0))
 
 
 def _place(box: Any) -> str:

@@ -167,8 +167,12 @@ class RecordedScheme(BoxScheme):
             found.append(flow._rows(run.x, mus, run.steps, run.every, run.start))
         return tuple(found)
 
-    def flow(self, step: Any = None, digits: int = 16, on_edge: str = "refuse") -> Any:
+    def flow(
+        self, step: Any = None, digits: int = 16, on_edge: str = "refuse", *, tolerance: Any = None
+    ) -> Any:
         """The recorded run of that step; raises `CannotMeasure` where there is none."""
+        if step is None or tolerance is not None:
+            raise BadInput(f"{self.rule.name}: give the step of a run that was recorded.")
         if digits != 16:
             raise CannotMeasure(f"{self.rule.name} was recorded in machine numbers: digits=16.")
         size = exact_rational(step, "step")
@@ -183,6 +187,8 @@ class RecordedScheme(BoxScheme):
 
 class RecordedFlow:
     """A recorded run in the place of a flow: `trajectory` gives its rows."""
+
+    choice: Any = None
 
     def __init__(self, scheme: RecordedScheme, run: Trajectory) -> None:
         self.scheme, self.step, self.digits, self._run = scheme, run.step, 16, run

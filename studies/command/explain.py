@@ -7,7 +7,7 @@ import sys
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from discmech.integrators.errors import arguments_checked
+from discmech.integrators.errors import BadInput, arguments_checked
 
 from ..core import lookup
 from .options import RULE_HELP, scene_asked
@@ -60,7 +60,12 @@ def explain(scene: Scene | str, rule: Discretisation | str) -> str:
 
 
 def explanation(scheme: Scheme) -> str:
-    """The page of a scheme."""
+    """The page of a scheme; raises `BadInput` for a program, which has no equations to show."""
+    if not scheme.rule.is_formula:
+        raise BadInput(
+            f"{scheme.rule.name} is a program, so there are no equations to show: "
+            "`discmech verify` says what it is worth."
+        )
     return "".join(f"{line.rstrip()}\n" for line in _lines(scheme))
 
 

@@ -106,3 +106,34 @@ def test_claims_are_checked_as_of_a_black_box():
                         ({"colour": 1}, "colour"), ({"state": "vq"}, "state")):  # fmt: skip
         with pytest.raises(BadInput, match=words):
             external(["sh"], **more)
+
+
+def test_commands_for_formulas_say_what_a_program_is(in_python, tmp_path, capsys):
+    from discmech.studies.command import main
+
+    file = tmp_path / "mine.py"
+    command = [sys.executable, "-S", str(FOLDER / "verlet.py")]
+    file.write_text(f"from discmech import external\nverlet = external({command!r}, order=2)\n")
+    assert main(["run", "pendulum", "--rule", f"{file}:verlet", "--steps", "10"]) == 0
+    assert "10 steps" in capsys.readouterr().out
+    assert main(["explain", "pendulum", f"{file}:verlet"]) == 2
+    assert "is a program, so there are no equations" in capsys.readouterr().err
+
+
+def test_a_start_may_be_rounded_on_its_way():
+    from discmech import black_box
+
+    @black_box(order=1, runs=True)
+    def euler(q, p, h, steps, every, system):
+        mass = 0.1  # which doubles do not have: p/m·m is not p
+        rows = [(q, p)]
+        for _ in range(steps):
+            q, p = q + h * p, p - h * system.gradient(q, p)
+            rows.append((q, p))
+        qs, ps = (np.array(part[::every]) for part in zip(*rows, strict=True))
+        return qs, ps / mass * mass
+
+    flow = Scheme(scenes.get("pendulum"), euler).flow("1/50")
+    starts = np.random.default_rng().uniform(1, 2, 20)
+    for mu in starts:
+        assert flow.trajectory(4, mu0=[mu]).mu[0] == [mu]
