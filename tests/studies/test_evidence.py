@@ -1,0 +1,91 @@
+"""Places, and what single steps from them say."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+import sympy
+
+from discmech.integrators import Scene, Scheme, one_step, pair, scenes
+from discmech.integrators.rules import get as rule
+from discmech.integrators.rules import midpoint, trapezoidal
+from discmech.studies.evidence import evidence_of
+from discmech.studies.evidence.places import is_linear
+from tests.studies.negative_controls.order_trials import trials
+
+
+def test_places_lie_on_the_motion_and_beside_it_in_every_coordinate():
+    scene = Scene(
+        "in-space", pair(3), lambda x, v, p: v.dot(v) / 2 + 1 / sympy.sqrt(x.dot(x)),
+        x0=["0.4", 0, 0], v0=[0, 2, 0], duration=3, step="0.01",
+    )  # fmt: skip
+    places = evidence_of(Scheme(scene, midpoint)).places
+    assert [place.beside for place in places] == [False, True, True, True]
+    assert places[0].x[2] == 0 and all(abs(place.x[2]) > 0.01 for place in places[1:])
+    ratios = [Fraction(a.step, b.step) for a in places for b in places if a is not b]
+    assert all(r.numerator & (r.numerator - 1) or r.denominator & (r.denominator - 1)
+               for r in ratios)  # fmt: skip
+
+
+def test_places_follow_from_the_content_of_scene_and_rule():
+    scene = scenes.get("pendulum")
+    first, again = (evidence_of(Scheme(scene, midpoint)) for _ in range(2))
+    assert first is not again and first.seed == again.seed
+    assert [p.x for p in first.places] == [p.x for p in again.places]
+    assert evidence_of(Scheme(scene, trapezoidal)).seed != first.seed
+    heavier = scene.with_values(parameters={"gravity": 2})
+    assert evidence_of(Scheme(heavier, midpoint)).seed != first.seed
+
+
+@pytest.mark.parametrize("name", ["heavy-top", "spherical-pendulum", "cartesian-pendulum"])
+def test_places_are_states_of_the_scene(name):
+    """On the sphere, on the constraint, and with the values of quantities that have one."""
+    scene = scenes.get(name)
+    for place in evidence_of(Scheme(scene, midpoint)).places:
+        assert abs(sum(e**2 for e in place.x) - 1) < 1e-15
+        if name != "heavy-top":
+            across = sum(a * b for a, b in zip(place.x, place.u, strict=True))
+            assert abs(across) < 1e-12
+
+
+@pytest.mark.sampled
+@pytest.mark.parametrize("name", ["pendulum", "rigid-body", "duffing", "suslov", "rotor-body"])
+@pytest.mark.parametrize("method", ["rectangle", "midpoint", "runge-kutta-4"])
+def test_single_steps_have_the_order_of_the_rule(name, method):
+    if not rule(method).applies(scenes.get(name)):
+        pytest.skip("the rule has no meaning there")
+    scheme = Scheme(scenes.get(name), rule(method))
+    found = evidence_of(scheme).order
+    assert found.order == pytest.approx(scheme.order, abs=1e-3), found.unknown
+
+
+def test_the_exact_map_is_said_to_be_exact():
+    @one_step(order=2, groupoids="pair")
+    def turned(s, z, h):
+        c, d = sympy.cos(h), sympy.sin(h)
+        return sympy.Matrix([c * z[0] + d * z[1], c * z[1] - d * z[0]])
+
+    scene = Scene("unit", pair(1), lambda x, v, p: v[0] ** 2 / 2 - x[0] ** 2 / 2,
+                  x0=[1], v0=[0], duration=5, step="0.1")  # fmt: skip
+    evidence = evidence_of(Scheme(scene, turned))
+    assert evidence.order.exact and is_linear(evidence.scheme.s)
+    assert not is_linear(Scheme(scenes.get("pendulum"), midpoint).s)
+
+
+def test_the_form_beside_the_motion():
+    found = evidence_of(Scheme(scenes.get("henon-heiles"), rule("runge-kutta-4"))).form
+    assert found.broken is not None and found.broken.defect > 1e-9
+    assert evidence_of(Scheme(scenes.get("henon-heiles"), midpoint)).form.broken is None
+
+
+def test_unsound_methods_do_not_pass_and_sound_ones_do_not_fail():
+    counts, lines = trials(5, 1, 2)
+    assert counts[0] == {"fail": 1} and not counts[1]["fail"], lines
+
+
+@pytest.mark.slow
+def test_many_of_each():
+    counts, lines = trials(20261126, 20, 60)
+    assert counts[0] == {"fail": 20}, lines
+    assert not counts[1]["fail"] and counts[1]["inconclusive"] <= 3, lines
