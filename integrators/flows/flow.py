@@ -15,6 +15,7 @@ from ..equations import DiscretisedScene, blamed, step_system
 from ..errors import BadInput, arguments_checked
 from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
+from ..scene import Again, flow_of
 from .collocation import collocation
 from .ensemble import Ensemble, ensemble
 from .initial_state import Start, Starting
@@ -73,6 +74,11 @@ class Flow:
         self._prepared = PreparedRuns()
         #: contexts whose steps, one after another, are a step of this flow
         self.parts = self.context.parts
+
+    def __reduce__(self) -> Again:
+        """To pickle it: it is made again of its scheme, step and digits."""
+        own = {k: v for k, v in vars(self).items() if k in ("choice", "without")}
+        return flow_of, (self.scheme, self.step, self.digits, self.on_edge, own)
 
     @arguments_checked
     def trajectory(

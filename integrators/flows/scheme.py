@@ -11,6 +11,7 @@ from ..errors import BadInput, arguments_checked, check_names
 from ..geometry import is_self_adjoint, order_of_step
 from ..lattices import Lattice, LatticeScheme
 from ..rules import Composition, OneStepMap, Substep
+from ..scene import Again
 from .contact_flow import ContactFlow
 from .flow import Flow, Substeps
 from .latex import latex_of
@@ -44,6 +45,13 @@ class Scheme(DiscretisedScene):
     def _repr_latex_(self) -> str | None:
         """The equations, for a notebook."""
         return latex_of(self)
+
+    def __reduce__(self) -> Again:
+        """To pickle it: what is derived is derived again, from the cache where it can be."""
+        return Scheme, (self.scene, self.rule)
+
+    def __deepcopy__(self, memo: Any) -> Scheme:
+        return self  # nothing of it changes
 
     def at(self, **values: Any) -> Scheme:
         """This scheme with other values: parameters, x0, v0, step, duration, name.

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import BadInput, names_checked
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational
-from ..scene import arguments_of
+from ..scene import Again, again, arguments_of
 from .group_elements import strangers
 
 INTEGER = (int, np.integer)
@@ -121,6 +121,13 @@ class Lattice:
         if self.contact is not None and (self.constraint is not None or self.bonds_move):
             raise BadInput(f"{self.name}: contact is not taken together with a constraint, or a "
                            "bond with velocities; leave one out.")  # fmt: skip
+
+    def __reduce__(self) -> Again:
+        """To pickle it: functions of a lattice go by their place in a module."""
+        return again(self, (self.on_site, self.on_bond, self.constraint, self.contact))
+
+    def __deepcopy__(self, memo: Any) -> Lattice:
+        return self  # nothing of it changes
 
     def __repr__(self) -> str:
         return f"the lattice {self.name}"

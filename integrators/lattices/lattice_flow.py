@@ -24,6 +24,7 @@ from ..compiler import (
 from ..equations import SceneSymbols, momentum
 from ..errors import BadInput, StepFailure
 from ..numbers import Double, exact_rational, numeric, whole_number
+from ..scene import Again
 from .blocks import at_ends, of_all
 from .checkpoint import Checkpoint
 from .dual_step import poisson_defect
@@ -74,6 +75,10 @@ class LatticeFlow:
         self.step = exact_rational(step, "step")
         if self.step == 0:
             raise BadInput("step is 0: give a non-zero number.")
+
+    def __reduce__(self) -> Again:
+        """To pickle it: it is made again of its scheme and step."""
+        return type(self), (self.scheme, self.step)
 
     @cached_property
     def by_stages(self) -> bool:

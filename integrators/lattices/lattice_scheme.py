@@ -15,6 +15,7 @@ from ..errors import BadInput, CannotMeasure
 from ..geometry import order_of_step
 from ..numbers import Double, flatten, working_digits
 from ..rules import Composition, Discretisation, OneStepMap, adjoint, check_rule
+from ..scene import Again
 from .bond_constraints import check_constraints
 from .contact_lattice import ContactLatticeFlow
 from .lattice import Lattice
@@ -39,6 +40,13 @@ class LatticeScheme:
         self.equations = LatticeEquations(lattice, of_step)
         if self.constrained:
             self.check_start(*lattice.start)
+
+    def __reduce__(self) -> Again:
+        """To pickle it: what is derived is derived again, from the cache where it can be."""
+        return LatticeScheme, (self.lattice, self.rule)
+
+    def __deepcopy__(self, memo: Any) -> LatticeScheme:
+        return self  # nothing of it changes
 
     @property
     def constrained(self) -> bool:

@@ -14,6 +14,7 @@ from typing import Any
 
 from ..errors import BadInput, arguments_checked, brief_name, unknown
 from ..numbers.types import Column, Expression, Letter
+from ..scene import Again, again
 from .claims import Claims
 from .quadrature import Nodes
 
@@ -105,6 +106,13 @@ class Discretisation:
             f"{self.name} exists on {where} only, so it is no method for {scene.name} "
             f"({scene.groupoid.name})."
         )
+
+    def __reduce__(self) -> Again:
+        """To pickle it: functions of a rule go by their place in a module."""
+        return again(self, (self.formula, getattr(self, "base", None)))
+
+    def __deepcopy__(self, memo: Any) -> Discretisation:
+        return self  # nothing of it changes
 
     def __call__(
         self, L: Any, G: Any, x: Column, u: Column, h: Letter, *s: list[Column]

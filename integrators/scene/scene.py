@@ -13,6 +13,7 @@ from typing import Any
 from ..errors import BadInput, check_function, names_checked
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten
+from .pickled import Again, again
 from .quantities import Conserved, OnGroup, takes_fourth
 
 #: fields of a scene that are functions, and of what
@@ -281,6 +282,14 @@ class Scene:
         size = group.algebra.real.size
         identity = [Fraction(int(i == j)) for i in range(size) for j in range(size)]
         return replace(self, groupoid=RowAction(group.algebra, group.tau, rows=size), x0=identity)
+
+    def __reduce__(self) -> Again:
+        """To pickle it: functions of a scene go by their place in a module."""
+        functions = (*self.laws[:-1], *(q.formula for q in self.symmetries))
+        return again(self, functions)
+
+    def __deepcopy__(self, memo: Any) -> Scene:
+        return self  # nothing of it changes
 
     def steps_for(self, step: Any) -> int:
         """The number of steps of this size in the scene's duration, rounded."""
