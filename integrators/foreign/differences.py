@@ -29,6 +29,9 @@ FARTHEST = 6
 EPS = 2.0**-53
 LINE, ORDER = 24, 6  # points of a line on which noise is looked for, and the order of differences
 SPACINGS = (2.0**-9, 2.0**-14, 2.0**-22)  # of these points, in parts of the scale
+FINER = (8, 64)  # times finer lines, on which a jump is looked for again
+#: a sixth difference of independent errors of size 1 has this inverse size
+DEVIATION = (factorial(ORDER) ** 2 / factorial(2 * ORDER)) ** 0.5
 #: a sixth difference at spacing w of what varies over the scale is about (6w)⁶ of it, and no noise:
 #: 3e-12 of the map at the widest spacing
 SMOOTH = [(6 * w) ** 6 for w in SPACINGS]
@@ -76,24 +79,34 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
     value = f(z)
     level = unit * np.abs(value)
     jump = np.zeros_like(value)
-    weights = np.array([(-1) ** i * comb(ORDER, i) for i in range(ORDER + 1)])
-    deviation = (factorial(ORDER) ** 2 / factorial(2 * ORDER)) ** 0.5
     for width, smooth in zip(SPACINGS, SMOOTH, strict=True):
         line = np.array([f(z + (i - LINE // 2) * width * way) for i in range(LINE)])
+        rows = _sixth(line)
+        if not rows.any():
+            continue
+        usual, most = np.median(rows, axis=0), rows.max(axis=0)
         with np.errstate(all="ignore"):
-            rows = np.lib.stride_tricks.sliding_window_view(line, ORDER + 1, axis=0) @ weights
-            rows = np.abs(rows[np.isfinite(rows).all(axis=1)])
-            if not len(rows):
-                continue
-            usual, most = np.median(rows, axis=0), rows.max(axis=0)
             reach = np.nanmax(np.abs(line), axis=0) + np.abs(value)
-        found = 1.5 * usual * deviation
+        found = 1.5 * usual * DEVIATION
         level = np.where(found > smooth * reach, np.maximum(level, found), level)
         beyond = most > np.maximum(
-            smooth * reach, 2 * FARTHEST * np.maximum(usual, level / deviation)
+            smooth * reach, 2 * FARTHEST * np.maximum(usual, level / DEVIATION)
         )
+        if beyond.any():  # a jump stays as large on a finer line, and what is only steep does not
+            first = int(rows[:, int(np.argmax(beyond))].argmax()) - LINE // 2
+            for finer in FINER:
+                fine = [f(z + (first + i / finer) * width * way) for i in range(ORDER * finer + 1)]
+                beyond &= _sixth(np.array(fine)).max(axis=0) > most / 3
         jump = np.where(beyond, np.maximum(jump, most / comb(ORDER, ORDER // 2)), jump)
     return Noise(level, jump)
+
+
+def _sixth(line: Matrix) -> Matrix:
+    """|Sixth differences| along a line of points; 0 where one is not finite."""
+    weights = np.array([(-1) ** i * comb(ORDER, i) for i in range(ORDER + 1)])
+    with np.errstate(all="ignore"):
+        rows = np.abs(np.lib.stride_tricks.sliding_window_view(line, ORDER + 1, axis=0) @ weights)
+    return np.where(np.isfinite(rows).all(axis=1)[:, None], rows, 0.0)
 
 
 def derivative(

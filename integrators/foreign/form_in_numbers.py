@@ -11,6 +11,7 @@ from ..numbers import Matrix, Vector
 from .differences import EPS, FARTHEST, Derivative, Map, Noise
 
 LOOP = 64  # points of a closed curve
+UNRESOLVED = 1e-3  # of its amplitudes at the highest frequencies: its points do not resolve it
 
 
 @dataclass(frozen=True)
@@ -110,8 +111,10 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise) -> Defect:
     # each value's noise, by the other's derivative; those of 64 points are independent
     of_noise = float((rough[n:] * dq + rough[:n] * p * np.pi).sum()) * len(curve) ** 0.5
     tails = max(a[2] for a in found)
-    beyond = sum(abs(a[0] - b[0]) for a, b in zip(found, coarse, strict=True)) * tails
-    unsure = of_noise + beyond + size * tails**2
+    if tails > UNRESOLVED:
+        return Defect(0.0, 0.0, float("inf"))
+    beyond = sum(abs(a[0] - b[0]) for a, b in zip(found, coarse, strict=True))
+    unsure = of_noise + beyond + size * tails
     gap = abs(found[1][0] - found[0][0])
     size = size or 1.0
     return Defect(max(0.0, gap - unsure) / size, gap / size, unsure / size)

@@ -35,6 +35,7 @@ SMALL = (Fraction(1), Fraction(2, 3), Fraction(1, 3))
 FIRST_OF_PROGRAM, PART_OF_PROGRAM, COUNT_OF_PROGRAM = Fraction(1, 2), 0.6, 28
 #: its slopes have settled where two in succession differ by this; the next term of the error, which
 #: sinks as they do, is then taken off
+COUNT_REMEMBERING = 14  # numbers of steps over one time, of a program with memory
 SETTLED = 0.12
 GROWN = 30  # times an error over h^{p+1} grows as steps sink, where the order is not p
 CLEAR_OF_PROGRAM = 100  # round-offs, for a slope to a part in ten
@@ -140,14 +141,22 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
     found: list[ComponentOrder] = []
     drawn, expected = random.Random(seed), scheme.order or 1
     shown = 0.0
+    # what remembers begins in a way of its own, and is of its order over a time, not in a step
+    remembers = getattr(scheme.rule, "remembers", False) or getattr(scheme.rule, "runs", False)
+    power = 0 if remembers else 1  # of the step that an error has beyond the order
     for place in places:
         steps = [place.length * FIRST_OF_PROGRAM * random_fraction(drawn, 0.7, 1)]
-        while len(steps) < COUNT_OF_PROGRAM:
+        counts = [1] * COUNT_OF_PROGRAM
+        if remembers:
+            counts = [round(4 * 1.45**k) for k in range(COUNT_REMEMBERING)]
+            steps = [steps[0] / count for count in counts]
+        while len(steps) < COUNT_OF_PROGRAM and not remembers:
             steps.append(steps[-1] * random_fraction(drawn, PART_OF_PROGRAM - 0.1,
                                                      PART_OF_PROGRAM + 0.1))  # fmt: skip
-        ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, 16 + GUARD)
-        rows = [step_errors(scheme, place, scheme.flow(h, 16), end)
-                for h, end in zip(steps, ends, strict=True)]  # fmt: skip
+        times = [count * h for count, h in zip(counts, steps, strict=True)]
+        ends = surroundings(scheme.scene).after(place.x, place.u, place.t, times, 16 + GUARD)
+        rows = [step_errors(scheme, place, scheme.flow(h, 16), end, count)
+                for h, end, count in zip(steps, ends, counts, strict=True)]  # fmt: skip
         for component in zip(*rows, strict=True):
             name = component[0][0]
             clear = [(float(h), float(e)) for h, (_, e, left) in zip(steps, component, strict=True)
@@ -155,19 +164,20 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
             slopes = [math.log(a[1] / b[1]) / math.log(a[0] / b[0])
                       for a, b in itertools.pairwise(clear)]  # fmt: skip
             order = constant = None
-            rests = [e / h ** (expected + 1) for h, e in clear]
+            rests = [e / h ** (expected + power) for h, e in clear]
             gaps = [abs(a - b) for a, b in itertools.pairwise(slopes[-3:])]
             settled = len(gaps) == 2 and max(gaps) < SETTLED
             if settled:
                 ratio = clear[-1][0] / clear[-2][0]
-                order = slopes[-1] + (slopes[-1] - slopes[-2]) * ratio / (1 - ratio) - 1
-                constant = clear[-1][1] / clear[-1][0] ** (order + 1)
+                order = slopes[-1] + (slopes[-1] - slopes[-2]) * ratio / (1 - ratio) - power
+                constant = clear[-1][1] / clear[-1][0] ** (order + power)
                 shown = shown or clear[-1][0]
             elif len(rests) > 6 and min(rests[-3:]) > GROWN * max(rests[:3]):
                 # not of this order, of whatever it is: single precision inside, or noise
                 whole = clear[len(clear) // 2 :]
                 order = (
-                    math.log(whole[0][1] / whole[-1][1]) / math.log(whole[0][0] / whole[-1][0]) - 1
+                    math.log(whole[0][1] / whole[-1][1]) / math.log(whole[0][0] / whole[-1][0])
+                    - power
                 )
                 shown = shown or clear[-1][0]
             found.append(ComponentOrder(name, order, constant, place))
@@ -179,11 +189,11 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
 
 
 def step_errors(
-    scheme: Scheme, place: Place, flow: Flow, exact: ExactState
+    scheme: Scheme, place: Place, flow: Flow, exact: ExactState, count: int = 1
 ) -> list[tuple[str, Any, Any]]:
-    """(component, |error| of one step from a place, what round-off may do to it), in mpmath."""
+    """(component, |error| of `count` steps from a place, what round-off may do), in mpmath."""
     with mpmath.workdps(flow.digits + GUARD):
-        run = flow.trajectory(1, **place.start)
+        run = flow.trajectory(count, every=count, **place.start)
         got, wanted = [*run.x[-1], *run.mu[-1]], [*exact.x, *exact.mu]
         known = [*exact.error_x, *exact.error_mu]
         own = _round_off(flow, place)

@@ -192,8 +192,9 @@ def _early(case: Case, rows: list[dict[str, Any]], certain: int) -> bool:
         return False
     before = rows[-2]["error"] if len(rows) > 1 else None
     sinking = before is not None and last < before * 2.0 ** (-wanted / 4)
-    beside = order is None or abs(order - wanted) > TOLERANCE[True]
-    return beside and last > LARGE and sinking
+    if order is not None and TOLERANCE[True] < abs(order - wanted) < BESIDE_EARLY:
+        return sinking and last > 100 * floor(case, certain)
+    return (order is None or abs(order - wanted) > TOLERANCE[True]) and last > LARGE and sinking
 
 
 def _mean(errors: Any) -> float | None:

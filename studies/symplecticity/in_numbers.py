@@ -35,7 +35,8 @@ from .places import Look, looks
 #: of what is left by a method of that order: a defect below this is none
 RESOLVED = 1e-9
 LIMIT = 1e-13  # of a defect in double precision, as of a formula's
-LOOPS, REACH = 6, 0.08  # closed curves a place, and their size in parts of the motion
+LOOPS = 6  # closed curves a place
+REACHES = (0.08, 0.02, 0.005)  # their size in parts of the motion, the next where one is too large
 #: one closed curve sees one number of the form, by chance a small one; that all six see less than a
 #: tenth of it happens once in a million
 UNSEEN = 10
@@ -94,8 +95,7 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
     row["entry"] = _entry(defects[0].entry, n)
     if case.scene.groupoid.kind == "pair" and not case.scene.constrained:
         random = np.random.default_rng(seed + k)
-        curves = [random_curve(random, look.z, scale, REACH) for _ in range(LOOPS)]
-        loops = [loop_defect(g, curve, n, noise) for curve in curves]
+        loops = [_loop(g, look, scale, n, noise, random) for _ in range(LOOPS)]
         row["loop"] = max(loop.measured for loop in loops)
         unseen = UNSEEN * max(loop.resolution for loop in loops)
         defects.append(Defect(max(loop.certain for loop in loops), row["loop"], unseen))
@@ -103,6 +103,15 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
     row["poisson"] = max(row["certain"], min(d.measured for d in defects))
     row["resolution"] = min(d.resolution for d in defects)
     return row
+
+
+def _loop(g: Any, look: Look, scale: Vector, n: int, noise: Any, random: Any) -> Defect:
+    """The defect over a random closed curve, a smaller one where its image is not resolved."""
+    for reach in REACHES:
+        found = loop_defect(g, random_curve(random, look.z, scale, reach), n, noise)
+        if np.isfinite(found.resolution):
+            break
+    return found
 
 
 def _derivative(flow: Any, g: Any, look: Look, scale: Vector, noise: Any) -> Derivative:
