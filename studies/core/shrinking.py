@@ -20,8 +20,9 @@ from discmech.integrators.errors import DiscmechError
 from discmech.integrators.scene import Scene
 
 from .case import Case, Choice
-from .fingerprint import of_case, of_everything
+from .fingerprint import of_everything
 from .plan import Place, Plan
+from .side_by_side import key_of
 from .store import Store
 from .study import Study
 
@@ -37,6 +38,8 @@ def shrunk(
     groups: dict[tuple[Any, ...], list[Place]] = {}
     for place, case in plan.places():
         study = plan.studies[place[0]]
+        if case.rule.is_recorded:  # of which there are no smaller runs
+            continue
         if found[place]["verdict"] == "fail" and study.usual and not (case.control or study.alone):
             groups.setdefault((study.name, case.label, case.digits), []).append(place)
     changed: dict[Place, dict[str, Any]] = {}
@@ -44,9 +47,9 @@ def shrunk(
         place = min(places, key=lambda p: size(plan.case(p).scene))
         study, case = plan.studies[place[0]], plan.case(place)
         make = partial(_listed, study, case, found[place], run)
-        if store is not None:
-            key = of_everything("smallest", of_case(study, case, timed=False))
-            make = partial(store.remembered, key, make)
+        key = None if store is None else key_of(study, case)
+        if store is not None and key is not None:
+            make = partial(store.remembered, of_everything("smallest", key), make)
         (small,) = make()
         changed |= {each: {**found[each], "smallest": small} for each in places if small}
     return changed
