@@ -1,7 +1,8 @@
 """A result beside an earlier one that was saved under a name: worse, equal, better, or not to tell.
 
-Verdicts are compared, and figures that are measured with a spread: an order with the tolerance
-of its verdict, a time with its quartiles. Two figures differ where their spreads do not meet, times
+Verdicts are compared, and figures: an order with the tolerance of its verdict, a time with its
+quartiles, the energy's band to what chance makes of it, and errors at equal steps, which with many
+digits have no spread. Two figures differ where their spreads do not meet, times
 where they are a factor of `APART` from each other; these are compared only on one machine with
 equal versions.
 """
@@ -154,6 +155,10 @@ def _answer(then: Result | None, now: Result | None, elsewhere: bool) -> tuple[s
     found = [(_side(a, _spreads(now)[what]), what, a, _spreads(now)[what])
              for what, a in _spreads(then).items() if what in _spreads(now)]  # fmt: skip
     timed = [line for line in found if line[1].startswith("time")]
+    errors = [line for line in found if line[1].startswith("error") and line[0] != "equal"]
+    if len({side for side, *_ in errors}) > 1:
+        few = "; ".join(f"{what}: {_shown(a)}, now {_shown(b)}" for _, what, a, b in errors[:2])
+        return "cannot tell", f"some errors are larger and some are smaller: {few}"
     for side in ("worse", "better"):
         for one, what, a, b in found:
             is_time = what.startswith("time")
@@ -167,9 +172,20 @@ def _answer(then: Result | None, now: Result | None, elsewhere: bool) -> tuple[s
         if side != "equal":
             near = "equal things differ as much from run to run"
             return "cannot tell", f"{what}: {_shown(a)}, now {_shown(b)}, and {near}"
+    for _, what, a, b in found:
+        if what == BAND and _far(a[1], b[1]):
+            near = "a run of chaotic motion may have another by chance"
+            return "cannot tell", f"{what}: {_shown(a)}, now {_shown(b)}, and {near}"
     return "equal", ""
 
 
+BAND = "oscillation of the energy"
+#: what a band may be known to: extremes of chaotic runs of 10⁴ times the motion's period and more
+#: that begin beside each other were up to a third apart, those of regular ones not by a thousandth
+WIDER = 1.5
+NEARLY = 1.001  # a band of regular motion, and an error of a run at another place of round-off
+#: digits from which an error at a step is a figure without a spread, and what round-off adds to it
+EXACT, ROUNDED = 30, 1e6
 #: least and largest of a figure, as distances from what is best
 Spread = tuple[float, float]
 
@@ -181,11 +197,24 @@ def _spreads(case: Result) -> dict[str, Spread]:
     if order is not None and wanted is not None:
         gap, room = abs(order - wanted), case["expected"]["tolerance"]
         found["distance from the expected order"] = max(gap - room, 0.0), gap + room
+    band = case["measured"].get("band")
+    if band is not None and "balance_order" not in case["measured"]:
+        found[BAND] = band / WIDER, band * WIDER
+    digits = case.get("digits") or 0
     for row in case["rows"]:
+        error = row.get("error")
+        if digits >= EXACT and error is not None and row.get("steps") is not None:
+            off = ROUNDED * 10.0**-digits
+            found[f"error at {row['steps']} steps"] = error / NEARLY - off, error * NEARLY + off
         if row.get("seconds_low") is not None:
             what = row.get("setting", row.get("variant"))
             found[f"time at {what}"] = row["seconds_low"], row["seconds_high"]
     return found
+
+
+def _far(one: float, other: float) -> bool:
+    """Whether two bands are not those of one regular motion; what is round-off in both is."""
+    return max(one, other) > 1e-10 and not max(one, other) <= NEARLY * min(one, other)
 
 
 def _side(then: Spread, now: Spread) -> str:

@@ -89,8 +89,15 @@ def _start(case: Case) -> list[Any]:
 
 
 def resolved(rows: list[Row], band: float) -> list[Row]:
-    """The rows whose change is known to a part of the band, or to round-off."""
-    return [r for r in rows if r["bound"] <= max(KNOWN * band, 2 * r["round_off"])]
+    """The rows whose change is known to a part of the band, or to round-off.
+
+    On a way that changes H̃ − H by more than the band does, something else is met than on the run.
+    """
+    return [
+        r for r in rows
+        if r["bound"] <= max(KNOWN * band, 2 * r["round_off"])
+        and r["path"] <= max(band / KNOWN, 2 * r["round_off"])
+    ]  # fmt: skip
 
 
 def certain_drift(rows: list[Row]) -> Row | None:

@@ -25,6 +25,7 @@ from ..core.runs import (
 )
 from .cause import cause_of_drift
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
+from .sight import beside, seen
 from .work import less_work
 
 NAME = "momentum"
@@ -36,7 +37,10 @@ NEEDS = (
 DIGITS = (16, 50)
 ROWS = 400
 MOST_STRETCHES = 2000
+SHORT = 32  # steps of a run at which a fault is seeded where there is no long one
 WORKED = 200  # steps at each of which a quantity that a force changes is held against its work
+#: a limit above which a quantity is not known to be kept: round-off alone may change it so
+BLIND = 1e-3
 FARTHEST = 5  # standard deviations that the farthest point of a walk stays within
 
 
@@ -56,6 +60,8 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     Quantities of the attitude run on the scene with the attitude as base; the others do without it.
     units: {name: (of a step, of the value)}, what round-off does, relative to the same sum, in ε.
     lost, of what would fail: what it does if the rule's own formulas lose digits (`lost_one_way`).
+    fault: {name: (relative size of a seeded fault of one step, what it changes)} (`sight.seen`).
+    beside: the change of each in single steps from drawn places (`sight.beside`).
     Raises `BadInput` where nothing can be measured.
     """
     if not measured_in(case):
@@ -67,6 +73,12 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     kept, measured = kept_in(case), measured_in(case)
     series: dict[str, np.ndarray] = {}
     units: dict[str, tuple[float, float]] = {}
+    faults: dict[str, dict[str, float]] = {}
+
+    def look(q: Conserved, run: Any, rows_of: Any) -> None:
+        limit = limits_of(case, steps, units)[q.name]
+        faults[q.name] = seen(rows_of, run, limit, case.digits, f"{case.scene.name} {q.name}")
+
     for attitude in (True, False):  # the energy's run last: it is there when energy is measured
         whole = [q for q in kept if q.attitude is attitude and q.stretch is None]
         if whole:
@@ -75,9 +87,11 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             drifts = {}
             for q in whole:
                 formula = formula_of(scheme, q, size)
-                found = with_terms(scheme, formula, case.digits)(run)
+                rows_of = with_terms(scheme, formula, case.digits)
+                found = rows_of(run)
                 drifts[q.name] = relative_drifts(found, case.digits)
                 units[q.name] = round_offs(scheme, formula, run, found[1], case.digits)
+                look(q, run, rows_of)
             series = drifts | series  # those of the attitude are shown behind
     for q in kept:
         if q.stretch is not None:
@@ -85,6 +99,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     worked = [q for q in measured if q not in kept]
     for q in worked:
         series[q.name], units[q.name] = less_work(case, q, min(WORKED, steps))
+    for q in (q for q in measured if q.name not in faults):
+        scheme = scheme_for(case, q.attitude)
+        run = scheme.flow(size, case.digits).trajectory(min(SHORT, steps))
+        look(q, run, with_terms(scheme, formula_of(scheme, q, size), case.digits))
     rows = []
     each = {q.name: 1 if q.stretch is None else apart for q in kept}
     each |= {q.name: apart for q in worked}
@@ -96,7 +114,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         }
         rows.append({"step": step, "time": float(step * size), "drift": drift})
     worst = {name: float(drift.max()) for name, drift in series.items()}
-    result = {"rows": rows, "measured": {"drift": worst}, "steps": steps, "units": units}
+    told = {"drift": worst, "fault": {name: f["change"] for name, f in faults.items()}}
+    result = {"rows": rows, "measured": told, "steps": steps, "units": units, "faults": faults,
+              "beside": beside(case, kept)}  # fmt: skip
     if judge(case, result).verdict == "fail":
         result["lost"] = lost_one_way(case, steps)
     return result
@@ -144,6 +164,27 @@ def _over_stretches(
     return np.concatenate(drifts), (max(u[0] for u in units), max(u[1] for u in units))
 
 
+def _epsilon(case: Case) -> float:
+    return case.rule.unit(16) if case.digits == 16 else float(arithmetic(case.digits).eps)
+
+
+def _over(case: Case, steps: int) -> dict[str, int]:
+    """The steps over which each quantity was followed."""
+    over = {q.name: _steps_of(q, steps) for q in kept_in(case)}
+    return over | {q.name: 1 for q in measured_in(case) if q.name not in over}  # step by step
+
+
+def limits_of(case: Case, steps: int, units: dict[str, tuple[float, float]]) -> dict[str, float]:
+    """What round-off may do to each quantity in so many steps (`judge`)."""
+    over = _over(case, steps)
+    walked = {q.name: min(over[q.name], q.stretch or over[q.name]) for q in measured_in(case)}
+    units = {name: (1.0, 1.0) for name in over} | units
+    substeps = max(1, len(case.scheme.substeps))
+    return {name: _epsilon(case) * (
+                FARTHEST / math.sqrt(3) * math.sqrt(n * substeps) * units[name][0]
+                + 2 * units[name][1]) for name, n in walked.items()}  # fmt: skip
+
+
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Round-off: the walk of c·ε·√N that one rounding of x and μ a step makes, and J's own.
 
@@ -151,16 +192,15 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     whose farthest point is beyond FARTHEST standard deviations once in a million runs (Feller,
     XIV). ``limits`` and ``over`` say what each quantity was allowed, over how many steps; ``limit``
     is the largest. The bare walk ε√N stands beside it, N the most steps that one was followed.
+
+    A pass needs more: single steps beside the motion that keep it too, a limit below BLIND, and a
+    seeded fault of one step that would have failed (`sight`). Of a quantity that never changes, or
+    whose value is all round-off, nothing is known.
     """
-    eps = case.rule.unit(16) if case.digits == 16 else float(arithmetic(case.digits).eps)
-    over = {q.name: _steps_of(q, measurement["steps"]) for q in kept_in(case)}
-    over |= {q.name: 1 for q in measured_in(case) if q.name not in over}  # step by step
-    walked = {q.name: min(over[q.name], q.stretch or over[q.name]) for q in measured_in(case)}
-    units = {name: (1.0, 1.0) for name in over} | measurement.get("units", {})
-    substeps = max(1, len(case.scheme.substeps))
-    limits = {name: eps * (FARTHEST / math.sqrt(3) * math.sqrt(steps * substeps) * units[name][0]
-                           + 2 * units[name][1]) for name, steps in walked.items()}  # fmt: skip
-    walk = eps * math.sqrt(max(over.values()))
+    over = _over(case, measurement["steps"])
+    units = measurement.get("units", {})
+    limits = limits_of(case, measurement["steps"], units)
+    walk = _epsilon(case) * math.sqrt(max(over.values()))
     expected = {"limit": max(limits.values(), default=0.0), "limits": limits,
                 "random_walk": walk, "over": over}  # fmt: skip
     drift = measurement["measured"]["drift"]
@@ -170,7 +210,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     drifting = [k for k, v in drift.items()
                 if k in judged and not v <= limits.get(k, expected["limit"])]  # fmt: skip
     if not drifting:
-        return Verdict("pass", "", expected)
+        return _believed(measurement, judged, limits, expected)
     name = max(drifting, key=lambda k: drift[k])
     steps = f" in {over[name]} steps" if name in over else ""
     allowed = limits.get(name, expected["limit"])
@@ -179,6 +219,36 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         return Verdict("inconclusive", why_unknown(name, drift[name], lost[name]), expected)
     said = f"{name} drifts by {drift[name]:.2g}, more than {allowed:.1e}{steps}."
     return Verdict("fail", said, expected)
+
+
+def _believed(
+    measurement: dict[str, Any], judged: list[str], limits: dict[str, float], expected: Any
+) -> Verdict:
+    """The verdict where nothing drifts: whether a fault would have been seen."""
+    for name, one in (measurement.get("beside") or {}).items():
+        if name in judged and not one["change"] <= one["limit"]:
+            said = (
+                f"{name} stays along the run, and not beside it: one step of {one['step']:.3g} "
+                f"from {one['place']} changes it by {one['change']:.2g}, more than "
+                f"{one['limit']:.1e}."
+            )
+            return Verdict("fail", said, expected)
+    for name in judged:
+        limit, fault = limits.get(name, 0.0), (measurement.get("faults") or {}).get(name)
+        if not limit <= BLIND:
+            said = (
+                f"round-off alone may change {name} by {limit:.2g} of its terms: its formula "
+                "magnifies it; write it without large factors, or take more --digits."
+            )
+            return Verdict("inconclusive", said, expected)
+        if fault is not None and not fault["change"] > limit:
+            said = (
+                f"nothing could fail: a fault that moves x and μ by {fault['size']:.1e} of their "
+                f"size changes {name} by {fault['change']:.2g} only, and {limit:.1e} is allowed; "
+                "it is a constant, or its large terms hide what moves."
+            )
+            return Verdict("inconclusive", said, expected)
+    return Verdict("pass", "", expected)
 
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:

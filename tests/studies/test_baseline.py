@@ -28,6 +28,33 @@ def timed(low, high):
     return case(rows=[{"setting": "h = 0.1", "seconds_low": low, "seconds_high": high}])
 
 
+def with_errors(*errors, digits=50):
+    rows = [{"steps": 10 * 2**k, "error": e} for k, e in enumerate(errors)]
+    return case(rows=rows, digits=digits)
+
+
+def banded(band):
+    return case(measured={"band": band}, expected={})
+
+
+@pytest.mark.parametrize(("then", "now", "answer"), [
+    (with_errors(1e-3, 2.5e-4), with_errors(1e-1, 2.5e-2), "worse"),  # the same order
+    (with_errors(1e-3, 2.5e-4), with_errors(1e-3, 2.51e-4), "worse"),
+    (with_errors(1e-3, 2.5e-4), with_errors(9e-4, 2.2e-4), "better"),
+    (with_errors(1e-3, 2.5e-4), with_errors(1e-3, 2.5e-4), "equal"),
+    (with_errors(1e-3, 1e-46), with_errors(1e-3, 3e-46), "equal"),  # round-off
+    (with_errors(1e-3, 2.5e-4), with_errors(2e-3, 1e-4), "cannot tell"),
+    (with_errors(1e-3, digits=16), with_errors(2e-3, digits=16), "equal"),
+    (banded(1e-3), banded(46e-3), "worse"),
+    (banded(46e-3), banded(1e-3), "better"),
+    (banded(1e-3), banded(1.2e-3), "cannot tell"),
+    (banded(1e-3), banded(1e-3), "equal"),
+    (banded(1e-14), banded(1.5e-14), "equal"),
+])  # fmt: skip
+def test_errors_at_equal_steps_and_bands_are_compared(then, now, answer):
+    assert answers(result(then), result(now)) == [answer]
+
+
 def answers(then, now):
     return [line["answer"] for line in baseline.compared("b", now, then)["lines"]]
 

@@ -1,0 +1,101 @@
+"""What a verdict on a momentum could see: seeded faults, and single steps beside the motion."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from discmech.integrators import Scheme, StepFailure
+from discmech.integrators.errors import DiscmechError
+from discmech.integrators.numbers import arithmetic
+from discmech.integrators.scene import Conserved
+from discmech.reference import ReferenceFailure
+
+from ..core.case import Case
+from ..core.runs import Rows, with_terms
+from ..evidence import evidence_of
+from .quantities import formula_of, round_offs, scheme_for
+
+FAULT = 16  # times the limit: the relative size of the fault that a verdict has to see
+DRAWS, PLACES = 4, 16  # directions of a fault, and the rows of a run at which it is made
+DIGITS = 30  # of single steps
+#: round-offs that a step of `DIGITS` may be off by: 64 of a step's own bound, 16 for a quantity
+#: whose terms grow in it
+ALLOWED = 2**10
+
+
+def seen(rows_of: Rows, run: Any, limit: float, digits: int, seed: str) -> dict[str, float]:
+    """{"size", "change"}: what a fault of one step would do to a quantity, relative to its terms.
+
+    The fault moves each entry of x and μ by `FAULT` limits of its size, up or down as the seed has
+    it. change: the median over rows of the run of the most that one of `DRAWS` such faults makes.
+    A quantity that does not depend on the state, or whose terms hide what does, sees nothing.
+    """
+    drawn, numbers = random.Random(seed), arithmetic(digits)
+    size = FAULT * max(limit, float(numbers.eps))
+    chosen = np.unique(np.linspace(0, len(run.mu) - 1, PLACES).astype(int))
+    with numbers.working():
+        number = np.vectorize(numbers.number, otypes=[numbers.dtype])
+        x, mu = (number(part[chosen]) if part[chosen].size else part[chosen]
+                 for part in (run.base, run.mu))  # fmt: skip
+        u = run.u[chosen]
+        plain = replace(run, base=x, mu=mu, u=u)
+        values, terms = rows_of(plain)
+        most = np.zeros(len(chosen))
+        for _ in range(DRAWS):
+            moved = [_moved(part, size, drawn, numbers) for part in (x, mu)]
+            found, _ = rows_of(replace(run, base=moved[0], mu=moved[1], u=u))
+            gaps = abs(found - values).max(axis=1)
+            scales = [max(t.max(), terms[0].max()) for t in terms]
+            change = [float(g / s) if g else 0.0 for g, s in zip(gaps, scales, strict=True)]
+            most = np.maximum(most, np.nan_to_num(np.array(change)))
+    return {"size": size, "change": float(np.median(most))}
+
+
+def _moved(part: Any, size: float, drawn: random.Random, numbers: Any) -> Any:
+    if not part.size:
+        return part
+    sizes = abs(part).max(axis=0)
+    sizes = np.where(sizes > 0, sizes, sizes.max() or 1)
+    signs = np.array([drawn.choice((-1, 1)) for _ in sizes])
+    return part + numbers.number(size) * sizes * signs
+
+
+def beside(case: Case, quantities: Sequence[Conserved]) -> dict[str, dict[str, Any]]:
+    """{name: {"change", "limit", "step", "place"}} of single steps from drawn places, the worst.
+
+    On the motion and off it, with steps that no method can know (`evidence`), at 30 digits; of
+    quantities that no force changes and that need no attitude. Empty where there is no evidence.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    plain = [q for q in quantities if not q.attitude and q.stretch is None]
+    if not plain or not case.rule.is_formula:
+        return found
+    scheme: Scheme = scheme_for(case, False)
+    try:
+        places = evidence_of(scheme).places
+    except (ReferenceFailure, DiscmechError):
+        return found
+    numbers = arithmetic(DIGITS)
+    for place in places:
+        try:
+            run = scheme.flow(place.step, DIGITS).trajectory(1, **place.start)
+        except (StepFailure, DiscmechError):
+            continue
+        for q in plain:
+            formula = formula_of(scheme, q, place.step)
+            values, terms = with_terms(scheme, formula, DIGITS)(run)
+            units = round_offs(scheme, formula, run, terms, DIGITS)
+            with numbers.working():
+                gap, scale = abs(values[1] - values[0]).max(), max(terms.ravel())
+                change = float(gap / scale) if gap else 0.0
+            limit = ALLOWED * float(numbers.eps) * (1 + sum(units))
+            worst = found.get(q.name)
+            if worst is None or change * worst["limit"] > worst["change"] * limit:
+                found[q.name] = {"change": change, "limit": limit, "step": float(place.step),
+                                 "place": str(place)}  # fmt: skip
+    return found
