@@ -180,9 +180,9 @@ def _answer(then: Result | None, now: Result | None, elsewhere: bool) -> tuple[s
 
 
 BAND = "oscillation of the energy"
-#: what a band may be known to: extremes of chaotic runs of 10⁴ times the motion's period and more
-#: that begin beside each other were up to a third apart, those of regular ones not by a thousandth
-WIDER = 1.5
+#: what a band may be known to: those of eight runs of 2·10⁵ steps that begin within 10⁻⁹ of each
+#: other were 0.6 % apart at most in chaotic motion (double-pendulum), and 3·10⁻⁶ in regular motion
+WIDER = 1.1
 NEARLY = 1.001  # a band of regular motion, and an error of a run at another place of round-off
 #: digits from which an error at a step is a figure without a spread, and what round-off adds to it
 EXACT, ROUNDED = 30, 1e6

@@ -24,7 +24,9 @@ def _outcomes(measured: dict[str, Any]) -> str:
 
 
 def _short(measured: dict[str, Any]) -> str:
-    return ", then ".join(str(found.get("outcome")) for found in measured.values())
+    """Such as "short steps: right; long steps: wrong, noticed"."""
+    steps = {"fine": "short steps", "coarse": "long steps"}
+    return "; ".join(f"{steps.get(k, k)}: {found.get('outcome')}" for k, found in measured.items())
 
 
 VIEW = View(
@@ -33,6 +35,6 @@ VIEW = View(
         ("hω = 1/10", lambda case: outcome(mapping(mapping(case, "measured"), "fine"))),
         ("hω = 5", lambda case: outcome(mapping(mapping(case, "measured"), "coarse"))),
     ],
-    got=_outcomes, wanted=lambda expected: "nothing silent", short=_short,
+    got=_outcomes, wanted=lambda expected: "every wrong result is noticed", short=_short,
     line=lambda case: f"{case['extreme']}: {_short(mapping(case, 'measured'))}",
 )  # fmt: skip

@@ -47,7 +47,7 @@ def _sketches(cases: Sequence[Case], known: dict[str, Mark], titles: Titles) -> 
 
 VIEW = View(
     columns=[
-        ("Worst drift", _drifts),
+        ("Largest drift", _drifts),
         ("Random walk", lambda case: scientific(mapping(case, "expected").get("random_walk"))),
     ],
     got=lambda measured: pairs(measured.get("drift") or {}), wanted=limit,

@@ -220,7 +220,9 @@ def _judge_exchange(measured: dict[str, Any], expected: dict[str, Any]) -> Verdi
     expected = {**expected, "exchange": exchange.RIGHT}
     if error is not None and error <= exchange.RIGHT:
         return Verdict("pass", "", expected)
-    how = "was not followed to its end" if error is None else f"is wrong by {100 * error:.2g} %"
+    how = (
+        "was not followed to its end" if error is None else f"is wrong by {exchange.percent(error)}"
+    )
     reason = f"the exchange of energy at hω = {key} {how}, where the step resolves the springs."
     return Verdict("fail", reason, expected)
 

@@ -9,7 +9,7 @@ from typing import Any
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import NONE, Case, mapping, number
-from . import plot_linear, plot_maps
+from . import exchange, plot_linear, plot_maps
 
 FARTHEST = 1000.0  # hω up to which the linear part looks
 TOLD = 3  # gaps that are said
@@ -76,7 +76,7 @@ def _got(measured: dict[str, Any]) -> str:
 
 def _share(value: Any) -> str:
     found = number(value)
-    return "failed" if found is None else f"{100 * found:.2g} %"
+    return "failed" if found is None else exchange.percent(found)
 
 
 def _short(measured: dict[str, Any]) -> str:
@@ -85,7 +85,8 @@ def _short(measured: dict[str, Any]) -> str:
     if "stable_to" in measured and measured["stable_to"] is None:
         return "at every hω"
     if classes := mapping(measured, "classes"):  # no one cell decides
-        return f"{classes.get('bounded', 0) / (sum(classes.values()) or 1):.0%} bounded"
+        share = classes.get("bounded", 0) / (sum(classes.values()) or 1)
+        return f"the motion stays bounded in {share:.0%} of the cells"
     end = number(measured.get("stable_to"))
     return "at no hω" if end is None else f"to hω = {end:.3g}"
 

@@ -105,6 +105,10 @@ def _got(measured: dict[str, Any]) -> str:
     return f"best {scientific(measured.get('best'))}"
 
 
+def _wanted(expected: dict[str, Any]) -> str:
+    return f"an error that falls with the work, or is ≤ {scientific(expected.get('limit'))}"
+
+
 VIEW = View(
     columns=[
         ("Over", _span),
@@ -112,6 +116,6 @@ VIEW = View(
         ("Best", _best),
         ("Compiling", _setup),
     ],
-    got=_got, wanted=lambda expected: f"sinks, or ≤ {scientific(expected.get('limit'))}",
+    got=_got, wanted=_wanted,
     line=_line, sketches=_sketches, compared=_compared,
 )  # fmt: skip

@@ -71,7 +71,10 @@ def test_the_order_study_says_which_rules_it_leaves_out_at_16_digits():
 
 
 def test_a_band_that_resolves_nothing_is_called_so():
-    for band, words in ((1.38, "band 1.38, unresolved"), (1e-3, "band 10⁻³")):
+    for band, words in (
+        (1.38, "oscillates by 1.38 (too wide to be resolved)"),
+        (1e-3, "oscillates by 10⁻³"),
+    ):
         assert tables.short("energy", {"measured": {"band": band}}) == words
 
 

@@ -101,7 +101,7 @@ def test_a_quantity_in_stretches_says_over_how_many_steps_it_was_followed(monkey
     followed = [r["step"] for r in found["rows"] if r["drift"]["spatial momentum"] is not None]
     assert max(followed) == 60 and max(row["step"] for row in found["rows"]) == 100
     found["expected"]["over"]["spatial momentum"] = 60
-    shown = dict(VIEW.columns)["Worst drift"](found)
+    shown = dict(VIEW.columns)["Largest drift"](found)
     assert "(60 steps)" in shown and "(100 steps)" not in shown
 
 
