@@ -153,10 +153,10 @@ def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
     rows = resolved(given, band)
     drift = certain_drift(rows)
     if drift is not None:
-        said, line = drift["modified"], measurement["measured"]["slope"] * duration
-        if told.verdict == "fail" and 2 * abs(line) >= abs(said):
+        change, line = drift["modified"], measurement["measured"]["slope"] * duration
+        if told.verdict == "fail" and 2 * abs(line) >= abs(change):
             return told  # the line through all rows says as much
-        return Verdict("fail", _drifts(said, drift["time"]), told.expected)
+        return Verdict("fail", _drifts(change, drift["time"]), told.expected)
     if band <= WHOLE:  # a quadratic modified energy stands beyond the limit of stability too
         told = _of_run(told, rows, bool(given), band, duration)
     found = drift_beside(measurement.get("beside") or [])
