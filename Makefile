@@ -3,7 +3,7 @@
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup report docs test test-all test-peers bench mutants paper lint format lock clean distclean FORCE
+.PHONY: help setup report docs test test-all test-lowest test-peers bench mutants paper lint format lock clean distclean FORCE
 
 # What the caller's shell says about other Pythons must not leak into ours.
 unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE VIRTUAL_ENV
@@ -14,6 +14,7 @@ BIN := $(VENV)/bin
 LOCK := requirements-lock.txt
 DOCS := requirements-docs.txt
 READY := $(VENV)/.ready
+LOWEST := .venv-lowest
 PIP := -m pip --disable-pip-version-check --no-input
 CACHES := .pytest_cache .mypy_cache .ruff_cache .benchmarks build dist
 
@@ -27,7 +28,7 @@ FIND = python=; for p in $(TRY); do \
 		exit 2; fi
 
 help:  ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-11s %s\n", $$1, $$2 }' Makefile
 
 setup: $(READY)  ## only the environment, .venv
 	@:
@@ -90,6 +91,17 @@ $(VENV)/.peers: $(READY)
 	@$(BIN)/python $(PIP) install -q --no-build-isolation -e '.[gallery,cluster]' pyarrow
 	@touch $@
 
+# The oldest packages that pyproject.toml allows, in an environment of their own.
+test-lowest: $(LOWEST)/.ready  ## all tests but the slow ones, with the oldest packages allowed
+	@$(LOWEST)/bin/python -m pytest -q -n auto --dist worksteal --benchmark-disable -m 'not slow'
+
+$(LOWEST)/.ready: pyproject.toml .ci/lowest.py
+	@$(FIND); rm -rf $(LOWEST) && "$$python" -m venv $(LOWEST)
+	@$(LOWEST)/bin/python .ci/lowest.py > $(LOWEST)/constraints.txt
+	@$(LOWEST)/bin/python $(PIP) install -q -c $(LOWEST)/constraints.txt hatchling editables
+	@$(LOWEST)/bin/python $(PIP) install -q -c $(LOWEST)/constraints.txt --no-build-isolation -e '.[test]'
+	@touch $@
+
 bench: $(READY)  ## timings beside C and scipy, in one run (needs gcc)
 	@command -v gcc >/dev/null || { \
 		echo 'make bench compares with C and found no gcc; install one (on Debian: gcc).' >&2; exit 2; }
@@ -139,6 +151,6 @@ clean:  ## remove what was generated, keep .venv
 	@find . -path ./$(VENV) -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean  ## remove .venv as well
-	@rm -rf $(VENV)
+	@rm -rf $(VENV) $(LOWEST)
 
 FORCE:
