@@ -15,7 +15,7 @@ from discmech.integrators import Scheme
 from .floats import Floats, floats_of
 from .form import FormEvidence, form_of
 from .order import NEAR, LocalOrder, of_scheme, unknown
-from .places import Place, is_linear, places_of, seed_of
+from .places import Place, is_linear, places_along, places_of, seed_of
 
 __all__ = ["NEAR", "Evidence", "Floats", "FormEvidence", "LocalOrder", "Place", "evidence_of"]
 
@@ -40,7 +40,8 @@ class Evidence:
     def order(self) -> LocalOrder:
         """The lowest order that a small step shows; where there is none, it says why."""
         try:
-            return of_scheme(self.scheme, self.places, self.seed)
+            along = places_along(self.scheme, self.seed)
+            return of_scheme(self.scheme, self.places, self.seed, along)
         except reference.ReferenceFailure as failure:
             return unknown(" ".join(str(failure).split()))
 

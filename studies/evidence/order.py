@@ -45,6 +45,7 @@ PART = Fraction(1, 8)
 #: factor drawn from RATIO: over so long a way a factor sin²(log h) is no other order
 FALLEN, RATIO = 8, (0.7, 1.0)
 NEAR = 0.1  # of a local order that is the expected one
+UNLIKE = 100  # times the error at other places, of one that is looked into
 CLEAR = 1000  # round-offs above which an error is the method's, to a part in a thousand
 
 
@@ -52,13 +53,15 @@ CLEAR = 1000  # round-offs above which an error is the method's, to a part in a 
 class ComponentOrder:
     """What a step says of one component at one place: its local order, and C of C h^{order+1}.
 
-    name: such as x[0] or mu[2]. order: None where nothing but round-off is seen.
+    name: such as x[0] or mu[2]. order: None where nothing but round-off is seen. error: that of the
+    longer step, mpf.
     """
 
     name: str
     order: float | None
     constant: float | None
     place: Place
+    error: Any = 0
 
 
 @dataclass(frozen=True)
@@ -93,10 +96,13 @@ def digits_for(order: int) -> int:
     return 50 + 10 * max(0, order - 8)
 
 
-def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder:
+def local_order(
+    scheme: Scheme, places: Sequence[Place], seed: int, along: Sequence[Place] = ()
+) -> LocalOrder:
     """From two steps at each place, h^{p+1} ≈ 10^{-(D - 14) SMALL} of the motion for D digits.
 
-    Their ratio is drawn from the seed. Raises what runs and references raise.
+    Their ratio is drawn from the seed. along: places at which one step is made, and looked into
+    where its error is another than at the places. Raises what runs and references raise.
     """
     drawn = random.Random(seed)
     expected = scheme.order or 2
@@ -104,15 +110,14 @@ def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrde
         return of_program(scheme, places, seed)
     digits = digits_for(expected)
     found: list[ComponentOrder] = []
-    shown = Fraction(0)
     pending = list(places)
+    shown: Sequence[Flow] = ()
     for part in SMALL:
         length = PART * min(place.length for place in places)
         power = -float((digits - 14) * part) / (expected + 1)
         first = length * Fraction(10.0**power) * random_fraction(drawn, 0.5, 1)
         shorter = Fraction(10.0 ** (-FALLEN / (expected + 1))) * random_fraction(drawn, *RATIO)
-        steps = first, first * shorter
-        flows = [scheme.flow(h, digits) for h in steps]
+        flows = [scheme.flow(h, digits) for h in (first, first * shorter)]
         left = []
         for place in pending:
             here = at_place(scheme, place, flows, digits)
@@ -120,16 +125,38 @@ def local_order(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrde
                 left.append(place)
             else:
                 found += here
-                shown = shown or first
+                shown = shown or flows
         pending = left
         if not pending:
             break
+    for place in along:
+        if _unlike(scheme, place, shown[0], found, digits):
+            found += at_place(scheme, place, shown, digits)
     seen = [c for c in found if c.order is not None]
     if not seen:
-        return LocalOrder(None, "", float(steps[0]), components=tuple(found))
+        return LocalOrder(None, "", float(shown[0].step), components=tuple(found))
     lowest = min(seen, key=lambda c: c.order or 0.0)
     assert lowest.order is not None
-    return LocalOrder(lowest.order, lowest.name, float(shown), lowest.place, tuple(found))
+    return LocalOrder(lowest.order, lowest.name, float(shown[0].step), lowest.place, tuple(found))
+
+
+def _unlike(
+    scheme: Scheme, place: Place, flow: Flow, found: Sequence[ComponentOrder], digits: int
+) -> bool:
+    """Whether a step from a place has an error far above those found in that component."""
+    (end,) = surroundings(scheme.scene).after(
+        place.x, place.u, place.t, [flow.step], digits + GUARD
+    )
+    with mpmath.workdps(digits + GUARD):
+        run = flow.trajectory(1, **place.start)
+        rows = zip(names_of(end), [*run.x[-1], *run.mu[-1]], [*end.x, *end.mu],
+                   [*place.x, *place.mu], strict=True)  # fmt: skip
+        for name, got, wanted, start in rows:
+            known = max((c.error for c in found if c.name == name), default=0)
+            least = (abs(start) + abs(wanted - start)) * mpmath.mpf(10) ** (6 - digits)
+            if abs(mpmath.mpf(got) - wanted) > UNLIKE * max(known, least):
+                return True
+    return False
 
 
 def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder:
@@ -232,12 +259,12 @@ def at_place(
         for (name, large, _), (_, small, left), part in zip(*both, parts, strict=True):
             also = part * steps[1].numerator / steps[1].denominator
             if not small > CLEAR * max(left, also):
-                found.append(ComponentOrder(name, None, None, place))
+                found.append(ComponentOrder(name, None, None, place, large))
                 continue
             order = float(mpmath.log(large / small) / ratio) - 1
             size = float(mpmath.log10(large) - (order + 1) * mpmath.log10(flows[0].step))
             found.append(
-                ComponentOrder(name, order, 10.0**size if abs(size) < 300 else None, place)
+                ComponentOrder(name, order, 10.0**size if abs(size) < 300 else None, place, large)
             )
     return found
 
@@ -261,9 +288,11 @@ def unknown(why: str) -> LocalOrder:
     return LocalOrder(None, "", 0.0, unknown=why)
 
 
-def of_scheme(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder:
+def of_scheme(
+    scheme: Scheme, places: Sequence[Place], seed: int, along: Sequence[Place]
+) -> LocalOrder:
     """`local_order`, or why there is none."""
     try:
-        return local_order(scheme, places, seed)
+        return local_order(scheme, places, seed, along)
     except (BadInput, StepFailure, reference.ReferenceFailure) as failure:
         return unknown(" ".join(str(failure).split()))

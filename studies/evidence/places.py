@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 DIGITS = 170  # of a place: more than any study looks at it with
 ON, BESIDE = 1, 3  # how many places lie on the motion, and how many beside it
 SHARES = 0.1, 0.35  # of a coordinate's size by which a place lies beside the motion
+NEAR_TO = 0.005, 0.02  # the same of the places all along it
+LEAST_ALONG, MOST_ALONG = 4, 24  # how many of these there are
 NEARER = 8, 12  # how much nearer to the motion the next try is, and how many there are
 HASTE = 64  # a place where all goes so much faster than anywhere on the motion is not around it
 #: of the time in which the motion is a polynomial (`Surroundings.length`): an ordinary step
@@ -88,26 +90,43 @@ def places_of(scheme: Scheme, seed: int) -> list[Place]:
     Raises `ReferenceFailure` for a scene that has no continuous equations, and where no place
     around the motion can be found.
     """
-    drawn, scene = random.Random(seed), scheme.scene
-    around, motion = surroundings(scene), _motion(scene)
-    fastest = min((r for r in motion.lengths if r is not None), default=None)
-    found = []
-    for k in range(ON + BESIDE):
-        at = drawn.randrange(len(motion.states))
-        t, x, v = motion.states[at]
-        share = drawn.uniform(*SHARES) if k >= ON else 0.0
-        for _ in range(NEARER[1]):
-            place = _place(scheme, drawn, (t, x, v), share, motion, around)
-            if place is not None and (fastest is None or HASTE * place.length >= fastest):
-                found.append(place)
-                break
-            share /= NEARER[0]
+    drawn, motion = random.Random(seed), _motion(scheme.scene)
+    shares = [0.0 if k < ON else drawn.uniform(*SHARES) for k in range(ON + BESIDE)]
+    at = [drawn.randrange(len(motion.states)) for _ in shares]
+    found = list(_drawn(scheme, drawn, at, shares))
     if not found:
         raise reference.ReferenceFailure(
-            f"scene {scene.name}: no state around its motion has a series; its equations are "
-            "singular there"
+            f"scene {scheme.scene.name}: no state around its motion has a series; its equations "
+            "are singular there"
         )
     return found
+
+
+def places_along(scheme: Scheme, seed: int) -> list[Place]:
+    """Places all along the motion and near to it, fewer of a scheme whose steps are dear.
+
+    What a rule does wrong in a part of the motion alone is seen by those that lie there.
+    """
+    unknowns = (len(scheme.s.x) + len(scheme.s.u)) * (1 + len(scheme.s.stages))
+    count = max(LEAST_ALONG, MOST_ALONG // max(1, unknowns // 2))
+    drawn, states = random.Random(seed + 2), len(_motion(scheme.scene).states)
+    at = [int((k + drawn.random()) / count * states) for k in range(count)]
+    return list(_drawn(scheme, drawn, at, [drawn.uniform(*NEAR_TO) for _ in at]))
+
+
+def _drawn(
+    scheme: Scheme, drawn: random.Random, at: Sequence[int], shares: Sequence[float]
+) -> Iterator[Place]:
+    """Places beside those states of the motion, by those shares of its size or nearer."""
+    around, motion = surroundings(scheme.scene), _motion(scheme.scene)
+    fastest = min((r for r in motion.lengths if r is not None), default=None)
+    for k, share in zip(at, shares, strict=True):
+        for _ in range(NEARER[1]):
+            place = _place(scheme, drawn, motion.states[k], share, motion, around)
+            if place is not None and (fastest is None or HASTE * place.length >= fastest):
+                yield place
+                break
+            share /= NEARER[0]
 
 
 def random_fraction(drawn: random.Random, low: float, high: float) -> Fraction:
