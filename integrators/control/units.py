@@ -9,8 +9,8 @@ import numpy as np
 from .stages import ControlStages
 
 #: of the largest of its kind: where a groupoid mixes components, a number below may be the
-#: round-off of others, so it has no unit of its own
-NOISE = 2.0**-46
+#: round-off of others (of rates, times the number of steps), so it has no unit of its own
+NOISE = 2.0**-20
 
 
 def units_of(

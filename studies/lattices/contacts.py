@@ -11,6 +11,7 @@ from discmech.integrators.lattices import ContactLatticeTrajectory
 from ..contact import measuring as contact
 from ..core.case import Case, Progress, Verdict
 from ..symplecticity.measuring import limit
+from . import one_bond
 from .cost import costs, slopes
 from .known import known_of
 from .quantities import energies
@@ -38,11 +39,13 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
     if rises[0] > limit(16):
         finer = case.scheme.flow(lattice.step / 2).trajectory(2 * steps)
         rises.append(contact.rise(energies(case.scheme, finer)[0]) / size)
+    progress(f"{label}: single steps", 0.4)
     rows = [{"kind": "run", "time": float(t), "error": float(e - H[0]) / size}
             for t, e in zip(run.t, H, strict=True)]  # fmt: skip
     measured = {"contact": defects(flow, run), "rises": rises,
                 "impacts": len(run.impacts.t), "pushed": bool((run.impulses > 0).any()),
-                "free_steps": run.newton_mean, "grows": None}  # fmt: skip
+                "free_steps": run.newton_mean, "grows": None,
+                "local": one_bond.measured(case)}  # fmt: skip
     sized = known_of(lattice).sized
     if timed and sized is not None:
         progress(f"{label}: cost", 0.5)

@@ -15,9 +15,10 @@ from discmech.integrators.rules import OneStepMap
 
 from ..core.case import Case, Choice, Progress, Verdict, silent
 from ..energy.measuring import WIDE, judge_errors, measured_errors
+from ..evidence import verdicts
 from ..order.window import TOLERANCE
 from ..symplecticity.measuring import limit, limits
-from . import DAMPED, FLIPPED, RUNGE_KUTTA, contacts
+from . import DAMPED, FLIPPED, RUNGE_KUTTA, contacts, one_bond
 from .cost import costs, slopes
 from .faults import CONTROLS, DampedStep, RungeKuttaStep
 from .following import LongRun, followed
@@ -154,6 +155,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     rows, window = fitted("time", ladder, LEVELS, least)
     measured: dict[str, Any] = {"order": slope(window), "exact": of_lattice is not None,
                                 "known": least, **against}  # fmt: skip
+    measured["local"] = one_bond.measured(case)
     measured["space_order"] = None
     if known.refined is not None:
         progress(f"{label}: order in space", 0.2)
@@ -273,6 +275,15 @@ SEEN = {DAMPED: ("poisson", "patch", "drift"), FLIPPED: ("poisson",), RUNGE_KUTT
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """What the runs say, and single steps of one bond (`one_bond`): a pass needs both."""
+    told = _judge_runs(case, measurement)
+    if case.control is not None:
+        return told
+    local, what = measurement["measured"].get("local"), "two neighbours and their bond"
+    return verdicts.judge(local, told, case.scheme.order, what)
+
+
+def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Orders as in the study of order, energy and momenta as in theirs, forms to round-off.
 
     A control has to be seen a thousandfold by all that should see it. Times are not judged.

@@ -7,21 +7,26 @@ reference. Each kind of unknown is held against its own size on the finest solut
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from discmech.integrators import Scene, Scheme
 from discmech.integrators import rules as discretisations
 from discmech.integrators.compiler import text_key
-from discmech.integrators.control import Optimum
+from discmech.integrators.control import Control, Optimum
 from discmech.integrators.control import problems as built_in
+from discmech.integrators.numbers import sympy, to_sympy
 from discmech.integrators.rules import Composition, OneStepMap
-from discmech.integrators.scene import reads
+from discmech.integrators.scene import arguments_of, reads
 
 from ..core import lookup
 from ..core.case import Case, Choice, Progress, Verdict, silent
 from ..core.fitting import Window, asymptotic_window
+from ..evidence import verdicts
+from ..evidence.verdicts import of_evidence
 from ..order.window import TOLERANCE
 
 NAME = "optimality"
@@ -34,6 +39,7 @@ STEPS = 32
 LEVELS, MOST_LEVELS = 5, 8  # of halvings; more than five where four changes are on no line yet
 KINDS = ("states", "costates", "controls")
 STRAIGHT = 0.012  # as the study of order has it: in log₂ of a change, from the line
+GROWS = 1.2  # times the change before, where nothing converges: of order 0 it is once
 #: of the change of an unknown: round-off of a step's own operations, as in the study of order
 LEAST = 32 * 2.0**-53
 
@@ -94,6 +100,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     return {
         "rows": rows,
         "floor": floor,
+        "local": of_evidence(Scheme(_pushed(problem, found[-1]), case.rule)),
         "measured": {
             "order": None if lowest is None else orders[lowest],
             "interval": None if chosen is None else list(chosen.line.interval),
@@ -104,6 +111,30 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             "cost": found[-1].cost,
         },
     }
+
+
+def _pushed(problem: Control, best: Optimum) -> Scene:
+    """The scene under its inputs, of controls that are given functions of time.
+
+    Solutions with halved steps tend to something whatever the rule is: its steps are held against
+    the equations of motion. The controls are as large as those that were found.
+    """
+    scene, inputs = problem.scene, problem.inputs
+    T, given = problem.duration, inputs or (lambda x, v, f, p: f)
+    most = abs(best.controls).max(axis=(0, 1), initial=0)
+    sizes = [Fraction(2) ** round(math.log2(e)) if e > 0 else Fraction(1) for e in most]
+
+    def acting(x: Any, v: Any, p: Any, t: Any) -> list[Any]:
+        shares = [1 + (-1) ** j * (t / to_sympy(T) - (t / to_sympy(T)) ** 2 / (j + 2))
+                  for j in range(len(sizes))]  # fmt: skip
+        f = sympy.Matrix([to_sympy(size) * e for size, e in zip(sizes, shares, strict=True)])
+        parts = [list(given(x, v, f, p, *((t,) if arguments_of(given) == 5 else ())))]
+        if scene.force is not None:
+            timed = arguments_of(scene.force) == 4
+            parts.append(list(scene.force(x, v, p, *((t,) if timed else ()))))
+        return [sum(entries) for entries in zip(*parts, strict=True)]
+
+    return scene.with_values(name=f"{scene.name}-pushed", force=acting, duration=T, symmetries=())
 
 
 def _changes(found: list[Optimum]) -> list[dict[str, Any]]:
@@ -135,6 +166,12 @@ def _window(rows: list[dict[str, Any]], kind: str, floor: float) -> Window | Non
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """What the solutions say, and single steps of the pushed scene: a pass needs both."""
+    told, local = _judge_solutions(case, measurement), measurement.get("local")
+    return verdicts.judge(local, told, case.scheme.order, "the scene under its inputs")
+
+
+def _judge_solutions(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Each kind has the order of the rule, or does not change but by round-off."""
     measured, tolerance = measurement["measured"], TOLERANCE[True]
     wanted = case.scheme.order
@@ -142,6 +179,13 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     orders = {k: p for k, p in measured["orders"].items() if k not in measured["exact"]}
     if wanted is None:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
+    last = [row["controls"] for row in measurement["rows"]][-3:]
+    if len(last) == 3 and all(b > GROWS * a for a, b in pairwise(last)):
+        return Verdict(
+            "inconclusive", "the controls change by more and more as the steps are halved: they "
+            "grow without bound somewhere, so the problem has no bounded optimum to converge to; "
+            "let the cost grow faster with its controls.", expected,
+        )  # fmt: skip
     unclear = [kind for kind, order in orders.items() if order is None]
     for kind, order in orders.items():
         if order is not None and abs(order - wanted) > tolerance:

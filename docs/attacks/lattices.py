@@ -1,0 +1,47 @@
+"""Inputs of `discmech lattices` that once had a wrong verdict; docs/verdicts.md says which."""
+
+import numpy as np
+from sympy import Rational
+
+from discmech import Lattice, discretisation, pair
+
+START = (0.3 + 0.2 * np.sin(np.arange(12)))[:, None]
+
+
+def string(name, gap):
+    """Beads on a string; their obstacle lies at that height."""
+    return Lattice(
+        name=name, site=pair(1), sites=12, parameters={"stiffness": 4, "gravity": 1},
+        on_site=lambda x, v, p: v[0] ** 2 / 2 - p.gravity * x[0],
+        on_bond=lambda x, y, p: -p.stiffness * (y[0] - x[0]) ** 2 / 2,
+        contact=lambda x, p: [x[0] - gap], restitution="1/2", x0=START, v0=0 * START, step="1/50",
+    )  # fmt: skip
+
+
+table, far_table = string("table", 0), string("far-table", -100)
+
+
+@discretisation(order=4)
+def third(L, G, x, u, h):
+    """A rule of order 1 that is said to be of order 4."""
+    return h * L(G.target(x, u, h / 3), u)
+
+
+@discretisation(order=2)
+def beside_the_middle(L, G, x, u, h):
+    """The point of midpoint moved by 10⁻⁶ of the step: of order 1."""
+    return h * L(G.target(x, u, (Rational(1, 2) + Rational(1, 10**6)) * h), u)
+
+
+@discretisation(order=2)
+def heavy(L, G, x, u, h):
+    """Not consistent: V too large by 10⁻¹⁰."""
+    m = G.target(x, u, h / 2)
+    return h * L(m, u) + h * L(m, 0 * u) / 10**10
+
+
+@discretisation(order=2)
+def rounded_middle(L, G, x, u, h):
+    """Sound in double precision: weights that are floats."""
+    m = G.target(x, u, h / 2)
+    return h * (0.1 * L(m, u) + 0.2 * L(m, u) + 0.7 * L(m, u))
