@@ -25,9 +25,7 @@ cart = Scene(
     name="cart", groupoid=pair(1), lagrangian=lambda x, v, p: v[0] ** 2 / 2,
     x0=[0], v0=[0], duration=2,
 )  # fmt: skip
-fuel = Control(
-    cart, cost=lambda x, v, f, p: sympy.sqrt(f[0] ** 2 + Rational(1, 4)), end=([1], [0])
-)
+fuel = Control(cart, cost=lambda x, v, f, p: sympy.sqrt(f[0] ** 2 + Rational(1, 4)), end=([1], [0]))
 
 
 @discretisation(order=2)
