@@ -4,8 +4,9 @@ The curve from 0 to u in the chart is a polynomial, w(θ) = θu + Σ_j s_j Q_j(�
 stationary value in s of h Σ_i b_i L(b(x, w(c_i)), ξ(c_i)) with ξ = L(x, w)⁻¹ dw/dθ. Its order is
 the smaller of twice the degree and the order of the quadrature (Ober-Blöbaum, Saake 2015; on
 groups in any chart, Hall, Leok 2015): the chart changes the coordinates of all curves of a step
-alike. On pairs it is the symplectic (partitioned) Runge–Kutta method of that
-quadrature (Hairer, Lubich, Wanner, VI.6.2).
+alike. On pairs gauss is the symplectic Runge–Kutta method of its nodes (Hairer, Lubich, Wanner,
+VI.6.2). lobatto has one velocity less than nodes: with a constant mass matrix it is the partitioned
+method Lobatto IIIA–IIIB, with one that depends on x it is no Runge–Kutta method.
 
 In the basis of Legendre polynomials s_j is of size h^j and a constant mass matrix is diagonal.
 """

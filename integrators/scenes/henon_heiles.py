@@ -13,7 +13,7 @@ def lagrangian(x: Any, v: Any, p: Any) -> Any:
 
 scene = Scene(
     name="henon-heiles",
-    title="Hénon–Heiles, H = 1/8",
+    title="Hénon–Heiles, H ≈ 0.1247",
     groupoid=pair(2),
     parameters={"coupling": 1},
     lagrangian=lagrangian,
