@@ -80,3 +80,18 @@ def impulse(L, G, x, u, h, s):
     verlet = L(x, first) + L(middle, first) + L(middle, second) + L(end, second)
     slow = [L(at, 0 * u) + L.fast(at) for at in (x, middle, end)]
     return h * verlet / 4 + h * (slow[0] + slow[2] - 2 * slow[1]) / 4
+
+
+#: two pendulums, one of them with angles of 10⁻¹²
+two_sizes = Scene(
+    name="two-sizes",
+    groupoid=pair(2),
+    parameters={"a": "1e-12"},
+    lagrangian=lambda x, v, p: (
+        v[0] ** 2 / 2 + sympy.cos(x[0]) + v[1] ** 2 / 2 + p.a**2 * sympy.cos(x[1] / p.a)
+    ),
+    x0=[1, "1e-12"],
+    v0=["0.2", 0],
+    duration=10,
+    step="0.05",
+)

@@ -11,25 +11,28 @@ def newton(system, x, mu, k, memo, c):
     Where that makes one correction enough, by a margin since κ may have grown, this is the whole
     solution; every sixteenth step is corrected once more, to see κ again, for 1/16 more work. κ is
     that of all components: what a small one keeps of its error goes with the square of the relative
-    one of those it is coupled to, for which more digits have a wider margin. `scale` is the
+    one of those it is coupled to, for which more digits have a wider margin. Where a correction of
+    a small component is `hidden` in the sum, one more is made. `scale` is the
     size of w, forgotten slowly (DECAY, 0.999: in a thousand steps). The order of extrapolation is
     chosen until all five past solutions are there (age 6), then with κ. If Newton fails, the last
     solution is tried as start.
     """
     u1, u2, u3, u4, u5, order, age, kappa, scale = memo
     w = predict(order, u1, u2, u3, u4, u5)
-    before, count, total, tries = HUGE, 0, 0, 1
+    before, count, total, tries, ended = HUGE, 0, 0, 1, 1 < 0
     while True:
         dw, size = system.solver(x, w, mu, k, c)
         w = plus(w, dw)
-        if total == 0 and age % 16 != 0 and MARGIN * kappa * size * size <= EPS * scale:
-            here = norm(w)
+        here = norm(w)
+        fine = not hidden(dw, w, here)
+        if fine and total == 0 and age % 16 != 0 and MARGIN * kappa * size * size <= EPS * scale:
             scale = here if here > scale * DECAY else scale * DECAY
             return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), 1, size, OK
-        count, total, here = count + 1, total + 1, norm(w)
+        count, total = count + 1, total + 1
         status, kappa = judge(size, before, here, scale, kappa, count)
-        if status == OK:
+        if status == OK and (fine or ended):
             break
+        ended = status == OK
         before = size
         if status == SINGULAR or count >= 40:  # quadratic convergence takes no more than ten
             if tries == 2:
@@ -41,6 +44,19 @@ def newton(system, x, mu, k, memo, c):
     if age < 6 or age % 16 == 0:
         order = best_order(w, u1, u2, u3, u4, u5, age)
     return w, (w, u1, u2, u3, u4, order, age + 1, kappa, scale), total, size, OK
+
+
+def hidden(dw, w, here):
+    """Whether a component was corrected by more than √ε of itself, which no sum of all shows.
+
+    Of those between a thousandth of the sum and some round-offs of it: one more correction leaves
+    of it its own round-off, for Newton's method converges quadratically.
+    """
+    found = 1 < 0
+    for d, e in zip(dw, w):
+        small = 1024 * abs(e) < here and 64 * EPS * here < abs(e)
+        found = found or (small and ROOT_EPS * abs(e) < abs(d))
+    return found
 
 
 def judge(size, before, here, scale, kappa, count):

@@ -1,6 +1,7 @@
 """Form, adjoint, stability and chosen steps on inputs that were once judged wrongly."""
 
 import importlib.util
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -94,3 +95,19 @@ def test_a_slow_force_opens_gaps_in_an_impulse_method():
     ((low, high),) = gaps_of(attacks.impulse)
     assert (low, high) == (pytest.approx(2.82701, abs=1e-5), pytest.approx(2.82984, abs=1e-5))
     assert gaps_of(rules.get("imex")) == []
+
+
+def test_a_component_of_a_billionth_part_is_solved_to_its_own_round_off():
+    """Midpoint ended where the sum of all unknowns did: 5e-10 of the small one was left."""
+    scheme = Scheme(attacks.two_sizes, rules.get("midpoint"))
+    flow = scheme.flow("1.6")
+    run = flow.trajectory(60)
+    rows = list(zip(run.base, run.mu, run.u, strict=True))
+    for (x, mu, u), (y, after, _) in itertools.pairwise(rows):
+        assert flow.step_defect(x, mu, y, after, u0=u) < 64 * 2.0**-53
+
+
+@pytest.mark.slow
+def test_random_methods_have_the_verdicts_that_they_deserve(monkeypatch):
+    monkeypatch.chdir(HERE.parent)
+    assert not _loaded(HERE.with_name("random_forms.py")).main("a test", 5, 10)
