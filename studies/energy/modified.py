@@ -24,6 +24,7 @@ STEADY = 0.8  # as of the means of a run's parts
 #: times ∫ |α·(f̃ − f)| ds, by which a state that has not come back may change the energy
 BEYOND = 4
 QUICK = 10**5  # steps of the usual run of a rule whose steps cost little
+MANY = 8  # states
 PLACES, STEPS, STATES = 2, 2000, 8  # places beside the motion, and the runs from there
 ASIDE = 0.02, 0.1  # of a coordinate's size, by which they lie beside it
 #: of the energy that moves: a larger error is that of no motion that is resolved
@@ -104,15 +105,22 @@ def certain_drift(rows: list[Row]) -> Row | None:
     """The last of resolved rows if the modified energy goes one way, more than states can make up.
 
     Of a symplectic method the changes vanish. Of another one they are as good as those of the
-    energy where the state has come back, and are off by no more than `path` where it has not.
+    energy where the state has come back, and are off by no more than `path` where it has not. Or
+    each of MANY states has gone farther than the one before, and they do not come back less and
+    less: chance does so once in MANY! times, and a slow part of the motion goes away.
     """
     if len(rows) < 3:
         return None
-    last = rows[-1]
-    beyond = abs(last["modified"]) > last["bound"] + last["walk"] + BEYOND * last["path"]
-    later = np.sign([r["modified"] for r in rows[len(rows) // 2 :]])
+    last, values = rows[-1], np.array([0.0, *(r["modified"] for r in rows)])
+    beyond = abs(last["modified"]) - last["bound"] - last["walk"]
+    if beyond > 0 and len(rows) >= MANY and abs(np.sign(np.diff(values)).sum()) == len(rows):
+        paths = [r["path"] for r in rows]
+        half = len(rows) // 2
+        if 2 * max(paths[:half]) >= max(paths[half:]):
+            return last
+    later = np.sign(values[1 + len(rows) // 2 :])
     one_way = _goes_one_way(rows) and abs(later.sum()) == len(later)
-    return last if beyond and one_way else None
+    return last if beyond > BEYOND * last["path"] and one_way else None
 
 
 def drift_beside(places: list[dict[str, Any]]) -> tuple[dict[str, Any], Row] | None:
