@@ -15,7 +15,8 @@ STUDY = Study(
         "their work"
     ),
     judged=(
-        "the slope explains at most a tenth of the band; the balance sinks with the step; "
+        "the modified energy stands, else the slope explains at most a tenth of the band; "
+        "energy less work falls with the step; "
         "nonholonomic: measured only"
     ),
     about=(
