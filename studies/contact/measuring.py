@@ -18,6 +18,7 @@ from ..evidence import NEAR, evidence_of
 from ..symplecticity.measuring import limit
 from .faults import CONTROLS, flow_with
 from .laws import defects, energies
+from .pieces import off_course
 
 NAME = "contact"
 NEEDS = "it needs a scene with contact, such as bouncing-ball."
@@ -48,6 +49,7 @@ WORDS = {
     "slip": "friction is not against the slip", "impact_energy": "an impact adds energy",
     "jump": "a momentum does not change by its impulses",
     "restitution": "a rebound is not e times the approach",
+    "course": "the motion between impacts is not that of the rule's free steps",
     "friction": "friction that slips has not its full size",
     "impact_friction": "friction of an impact is not that against its slip",
 }  # fmt: skip
@@ -105,7 +107,9 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             finer: Any = _flow(case, 2, mode).trajectory(2 * steps)
             rises.append(rise(*energies(case.scheme, finer, case.digits)))
         runs[mode] = run
+        again = _flow(case, 1, mode)
         measured[mode] = {**defects(case.scheme, run, case.digits), "rises": rises,
+                          "course": off_course(again, run, mode == "located"),
                           "impacts": len(run.impacts.t)}  # fmt: skip
         rows += [{"mode": mode, "time": float(t), "energy": float(e)}
                  for t, e in zip(run.t, H, strict=True)]  # fmt: skip
@@ -115,7 +119,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     measured |= {"late": _lateness(runs["stepped"], located), "rests": _rests(located, last)}
     measured["touched"] = any(abs(r.impulses).max(initial=0) > 0 or len(r.impacts.t) > 0
                               for r in runs.values())  # fmt: skip
-    measured |= {"apart": _apart(case, *runs.values()),
+    measured |= {"apart": _apart(*runs.values()),
                  "scaled": scaled_gaps(case.scheme.s, case.scene)}  # fmt: skip
     measured |= _times(case, last, steps)
     progress(f"{case.scene.name} {case.label}: single steps between impacts", 0.7)
@@ -146,45 +150,47 @@ def _lateness(stepped: Any, located: Any) -> float | None:
     return float(stepped.impacts.t[0] - located.impacts.t[0]) / float(located.step)
 
 
-def _apart(case: Case, stepped: Any, located: Any) -> str:
+def _apart(stepped: Any, located: Any) -> str:
     """Where one of two runs that have gone together has an impact, which the other has not.
 
-    Impacts are compared one by one, until those of a gap accumulate. Each may be late by a step.
-    What comes after the runs have gone apart, by more than such delays do, is of other motions.
+    Impacts of a gap that accumulate count once. Each may be late by a step, and so may those after
+    it. What comes after the runs have gone apart, by more than such delays do, is of other motions.
     """
-    h = float(located.step)
-    events = [[(float(t), int(P[:, 0].argmax()))
-               for t, P in zip(run.impacts.t, run.impacts.impulses, strict=True)]
-              for run in (stepped, located)]  # fmt: skip
-    seen: dict[int, float] = {}
-    for k in range(max(map(len, events))):
-        both = [e[k] for e in events if k < len(e)]
-        t, gap = first = min(both)
-        whose = 0 if k < len(events[0]) and events[0][k] == first else 1
-        if t - seen.get(gap, -np.inf) < DENSE * h:
-            return ""
-        late = (k + 1) * h * (1 + 1e-6)
-        if len(both) == 2 and both[0][1] == both[1][1] and max(both)[0] - t <= late:
-            seen[gap] = max(e[0] for e in both)
+    h, both = float(located.step), [_clusters(run) for run in (stepped, located)]
+    found = sorted((t, i, whose) for whose in (0, 1) for i, times in both[whose].items()
+                   for t in times)  # fmt: skip
+    for k, (t, i, whose) in enumerate(found):
+        late = (k // 2 + 1) * h * (1 + 1e-6)
+        if any(abs(other - t) <= late for other in both[1 - whose].get(i, ())):
             continue
-        if t + late >= float(located.t[-1]) or _gone_apart(case, stepped, located, t, k):
-            return ""
-        other = [e[0] for e in events[1 - whose][k:] if e[1] == gap]
-        if other and other[0] - t <= late:  # with one of another gap in between
+        if t + late >= float(located.t[-1]) or _gone_apart(stepped, located, t, k):
             return ""
         return (
-            f"impact {k + 1} of the {MODES[whose]} run, of gap {gap} at t = {t:.4g}, is not one of "
-            f"the {MODES[1 - whose]} run, though both have gone together up to it"
+            f"the {MODES[whose]} run has an impact of gap {i} at t = {t:.4g}, the "
+            f"{MODES[1 - whose]} run has none, though both have gone together up to there"
         )
     return ""
 
 
-def _gone_apart(case: Case, stepped: Any, located: Any, t: float, before: int) -> bool:
+def _clusters(run: Any) -> dict[int, list[float]]:
+    """Of each gap, the times of its impacts, of those that accumulate the first."""
+    found: dict[int, list[float]] = {}
+    last: dict[int, float] = {}
+    for t, P in zip(run.impacts.t, run.impacts.impulses, strict=True):
+        strong = abs(P[:, 0]).max()
+        for i in map(int, np.flatnonzero(P[:, 0] > 1e-9 * strong)):
+            if float(t) - last.get(i, -np.inf) > DENSE * float(run.step):
+                found.setdefault(i, []).append(float(t))
+            last[i] = float(t)
+    return found
+
+
+def _gone_apart(stepped: Any, located: Any, t: float, before: int) -> bool:
     """Whether two runs are further apart at t than so many impacts, late by a step, make them."""
     h = float(located.step)
     k = max(0, min(int((t - float(located.t[0])) / h), len(located.x) - 1))
     way = np.abs(np.diff(np.array(located.x[: k + 1], dtype=float), axis=0)).max(initial=0)
-    return bool(np.abs(np.array(stepped.x[k] - located.x[k], dtype=float)).max() > 4 * before * way)
+    return bool(np.abs(np.array(stepped.x[k] - located.x[k], dtype=float)).max() > 2 * before * way)
 
 
 def _rests(run: Any, last: float | None) -> bool:
