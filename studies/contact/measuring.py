@@ -154,14 +154,18 @@ def _apart(stepped: Any, located: Any) -> str:
     """Where one of two runs that have gone together has an impact, which the other has not.
 
     Impacts of a gap that accumulate count once. Each may be late by a step, and so may those after
-    it. What comes after the runs have gone apart, by more than such delays do, is of other motions.
+    it; a gap that pushes in that time without an impact is touched too. What comes after the runs
+    have gone apart, by more than such delays do, is of other motions.
     """
-    h, both = float(located.step), [_clusters(run) for run in (stepped, located)]
+    h, runs = float(located.step), (stepped, located)
+    both = [_clusters(run) for run in runs]
     found = sorted((t, i, whose) for whose in (0, 1) for i, times in both[whose].items()
                    for t in times)  # fmt: skip
     for k, (t, i, whose) in enumerate(found):
         late = (k // 2 + 1) * h * (1 + 1e-6)
-        if any(abs(other - t) <= late for other in both[1 - whose].get(i, ())):
+        other = runs[1 - whose]
+        near = abs(np.array(other.t, dtype=float) + h / 2 - t) <= late + h / 2
+        if (other.impulses[near, i, 0] > 0).any():
             continue
         if t + late >= float(located.t[-1]) or _gone_apart(stepped, located, t, k):
             return ""
