@@ -169,7 +169,9 @@ class _Run:
                 continue
             self._impact_friction(found, place, before_xi, after_xi, P)
             rates = place.normal @ before_xi, place.normal @ after_xi
-            fastest = max(abs(e).max() for e in rates) or 1
+            # a rate has the round-off of its terms, which a grazing impact is far below
+            terms = (abs(place.normal) @ abs(xi) for xi in (before_xi, after_xi))
+            fastest = max(e.max() for e in terms) or 1
             for i in map(int, np.flatnonzero(P[:, 0] > 1e-9 * strong)):
                 gap = (rates[1][i] + self.e * rates[0][i]) / fastest
                 if gap < 0 and not gaps.quadratic and gained > -SLOW * energy:
