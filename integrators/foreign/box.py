@@ -172,7 +172,7 @@ def _checked(formula: Any, name: str | None, runs: bool) -> str:
             f"a black box is a function (q, p, h, system) or a class with start, step and read, "
             f"not {formula!r}."
         )
-    label = str(name or getattr(formula, "__name__", "black-box").replace("_", "-"))
+    label = name or str(getattr(formula, "__name__", "black-box")).replace("_", "-").strip("<>")
     if not re.fullmatch(r"[\w.-]{1,80}", label):
         raise BadInput(f"a black box's name is {label!r}: use letters, digits, dots and dashes.")
     if inspect.isclass(formula):

@@ -1,4 +1,4 @@
-"""`discmech new rule|scene|groupoid|study NAME`: a file that works, as a start."""
+"""`discmech new rule|black-box|scene|groupoid|study NAME`: a file that works, as a start."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..core.study import FOLDER
 from .output import write
 
 STARTERS = Path(__file__).resolve().parents[1] / "user" / "starters"
-KINDS = ("rule", "scene", "groupoid", "study")
+KINDS = ("rule", "black-box", "scene", "groupoid", "study")
 #: modules that files of the user's import
 OTHERS = ("discmech", "mpmath", "numpy", "pytest", "scipy", "sympy", "tests")
 
@@ -57,7 +57,7 @@ def _new(options: argparse.Namespace) -> int:
         again = f"discmech {name}"
     else:
         target = Path(options.folder) / f"{word}.py"
-        files = {STARTERS / f"{kind}.py": target}
+        files = {STARTERS / f"{kind.replace('-', '_')}.py": target}
         again = f"discmech verify {target}"
     if target.exists():
         raise BadInput(f"{target} is there already: take another name, or remove it.")

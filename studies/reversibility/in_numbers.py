@@ -12,7 +12,7 @@ from discmech.integrators.foreign.differences import FARTHEST
 
 from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
-from ..symplecticity.in_numbers import ENOUGH, RESOLVED, left_by
+from ..symplecticity.in_numbers import ENOUGH, RESOLVED, along, left_by
 from ..symplecticity.places import looks
 
 #: what a program does to its argument beside its result: the rounded state between both steps
@@ -66,12 +66,17 @@ def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
             return turned * again(turned * z)
 
     unit = case.rule.unit(16)
-    noises = [noise_of(guarded(f, size), z, scale, unit, seed)
-              for f, z in ((forth, look.z), (back, image))]  # fmt: skip
-    of = derivative(lambda y: back(image + y), size, scale, noises[1])
+    noises, system = [], scheme.flow(look.step).system
+    for f, z in ((forth, look.z), (back, image)):
+        embed, reach = along(system, z, scale, case.scene.constrained)
+        g = guarded(_after(f, embed), size)
+        noises.append(noise_of(g, 0 * reach, reach, unit, seed))
+    of = derivative(g, size, reach, noises[1])
+    start = derivative(embed, size, reach, noise_of(embed, 0 * reach, reach, 2.0**-53))
+    amplified = (np.abs(of.value) + of.error) @ np.abs(np.linalg.pinv(start.value))
     rough = [FARTHEST * n.level + n.jump for n in noises]
     rough[0] = rough[0] + ROUNDED * unit * np.abs(image)
-    error = (np.abs(of.value) + of.error) @ rough[0] + rough[1] + ROUNDED * unit * np.abs(look.z)
+    error = amplified @ rough[0] + rough[1] + ROUNDED * unit * np.abs(look.z)
     gap = np.abs(back(image) - look.z)
     return {
         "defect": float((gap / scale).max()),
@@ -79,6 +84,10 @@ def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
         "resolution": float((error / scale).max()),
         "left": left_by(case, look),
     }
+
+
+def _after(f: Any, embed: Any) -> Any:
+    return lambda y: f(embed(y))
 
 
 def _even(scheme: Any, look: Any) -> bool:

@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from discmech import reference
 from discmech.integrators.numbers import Matrix, Vector
 
 from ..evidence import evidence_of
 from ..evidence.places import random_fraction
 
+ENDS = 12  # times of a constrained motion
 ROWS = 400  # steps of the motion that are followed, at most
 #: the last of the steps from a place, in radians of the fastest motion there
 FAST = 0.5, 1.0
@@ -93,7 +95,12 @@ def scale_of(scheme: Any) -> Vector:
 
 
 def _motion(scheme: Any) -> Matrix:
-    """Rows of the scene's motion, by a Runge–Kutta method on its field."""
+    """Rows of the scene's motion, by a Runge–Kutta method on its field; under constraints those of
+    its reference."""
+    if scheme.scene.constrained:
+        times = [scheme.scene.duration * k / ENDS for k in range(ENDS + 1)]
+        found = [reference.solution(scheme.scene, t, digits=20, proof=False) for t in times]
+        return np.array([[float(e) for e in (*at.x, *at.mu)] for at in found])
     flow, scene = scheme.flow(scheme.scene.step), scheme.scene
     system, run = flow.system, flow.trajectory(0)
     n, h = system.n, float(scene.step)

@@ -1,0 +1,146 @@
+"""Mistakes that people make in integrators, each with the cause that has to be named."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from discmech import black_box
+
+from .methods import INNER, OUTER, composed, kick_drift_kick
+
+#: cause → functions (q, p, h, system) that have it
+MISTAKES: list[tuple[str, object]] = []
+
+
+def mistake(cause, order=2, **more):
+    def add(function):
+        MISTAKES.append((cause, black_box(order=order, **more)(function)))
+        return function
+
+    return add
+
+
+def split(kick=(0.5, 0.5), drift=1.0):
+    def step(q, p, h, s):
+        p = p - kick[0] * h * s.gradient(q, p)
+        q = q + drift * h * s.velocity(q, p)
+        return q, p - kick[1] * h * s.gradient(q, p)
+
+    return step
+
+
+for number, (cause, step) in enumerate((
+    ("missing gradient of the potential", split((0.5, -0.5))),
+    ("flipped sign", split((-0.5, -0.5))),
+    ("flipped sign", split(drift=-1.0)),
+    ("factor", split((1 / 3, 1 / 3))),
+    ("factor", split((1.0, 1.0))),
+    ("factor", split((0.5, 0.25))),
+    ("factor", split(drift=0.5)),
+    ("factor", split(drift=2.0)),
+    ("missing motion of x", split(drift=0.0)),
+    ("missing gradient of the potential", split((0.0, 0.0))),
+    ("factor of time", split((0.25, 0.25), 0.5)),
+    ("factor of time", split((1.0, 1.0), 2.0)),
+    ("few digits", split((0.49999, 0.5))),
+    ("few digits", split(drift=1.0001)),
+)):  # fmt: skip
+    MISTAKES.append((cause, black_box(order=2, name=f"split-{number}")(step)))
+
+for number, (cause, weights) in enumerate((
+    ("factor of time", (OUTER, -INNER, OUTER)),
+    ("factor of time", (OUTER, INNER)),
+    ("few digits", (1.35121, -1.70241, 1.35121)),
+    ("order conditions", (INNER, OUTER, OUTER)),
+)):  # fmt: skip
+    made = black_box(order=4, name=f"composed-{number}")(composed(weights))
+    MISTAKES.append((cause, made))
+
+
+@mistake("momentum for velocity")
+def momentum_for_velocity(q, p, h, s):
+    p = p - h / 2 * s.gradient(q, p)
+    q = q + h * p
+    return q, p - h / 2 * s.gradient(q, p)
+
+
+@mistake("velocities for momenta")
+def velocities_for_momenta(q, v, h, s):
+    q, p = kick_drift_kick(q, s.momentum(q, v), h, s)
+    return q, s.velocity(q, p)
+
+
+@mistake("stale force")
+def stale(q, p, h, s):
+    force = s.gradient(q, p)
+    q = q + h * s.velocity(q, p - h / 2 * force)
+    return q, p - h * force
+
+
+@mistake("first order")
+def euler(q, p, h, s):
+    a, b = s.f(q, p)
+    return q + h * a, p + h * b
+
+
+@mistake("stored half step")
+def late(q, p, h, s):
+    p = p - h * s.gradient(q, p)
+    return q + h * s.velocity(q, p), p
+
+
+@mistake("stored half step")
+class Unsynchronised:
+    def start(self, q, p, h, s):
+        return q, p - h / 2 * s.gradient(q, p)
+
+    def step(self, state, h, s):
+        q, p = state
+        q = q + h * s.velocity(q, p)
+        return q, p - h * s.gradient(q, p)
+
+    def read(self, state, s):
+        return state
+
+
+@mistake("single precision")
+def single(q, p, h, s):
+    p = p - h / 2 * s.gradient(q, p).astype(np.float32)
+    q = q + h * s.velocity(q, p)
+    return q, p - h / 2 * s.gradient(q, p).astype(np.float32)
+
+
+@mistake("single precision")
+def single_result(q, p, h, s):
+    q, p = kick_drift_kick(q, p, h, s)
+    return q.astype(np.float32).astype(float), p.astype(np.float32).astype(float)
+
+
+@mistake("drag")
+def dragged(q, p, h, s):
+    q, p = kick_drift_kick(q, p * (1 - h / 200), h, s)
+    return q, p * (1 - h / 200)
+
+
+@mistake("step of its own")
+def own_step(q, p, h, s):
+    return kick_drift_kick(q, p, h * (1 + 0.1 * np.cos(q[0])), s)
+
+
+@mistake("order conditions", order=4)
+def swapped_weights(q, p, h, s):
+    f = s.f
+    a, b = f(q, p)
+    c, d = f(q + h / 2 * a, p + h / 2 * b)
+    e, g = f(q + h / 2 * c, p + h / 2 * d)
+    k, m = f(q + h * e, p + h * g)
+    return q + h / 6 * (a + 2 * c + e + 2 * k), p + h / 6 * (b + 2 * d + g + 2 * m)
+
+
+GENERATOR = np.random.default_rng(0)
+
+
+@mistake("no map")
+def noisy(q, p, h, s):
+    q, p = kick_drift_kick(q, p, h, s)
+    return q + 1e-6 * GENERATOR.standard_normal(len(q)), p

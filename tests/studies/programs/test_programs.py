@@ -1,0 +1,288 @@
+"""Programs are judged as they are: right ones pass, and every mistake is caught with its cause."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from discmech import BadInput, Scene, Scheme, StepFailure, black_box, one_step, pair, scenes
+from discmech.integrators import rules
+from discmech.studies.core.case import Case
+from discmech.studies.core.claims import claiming
+from discmech.studies.core.one_case import run_case
+from discmech.studies.core.study import every_study
+
+from . import methods
+from .methods import kick_drift_kick
+from .mistakes import MISTAKES
+
+
+def judged(study, scene, box, steps=None, causes=True):
+    scene = scenes.get(scene) if isinstance(scene, str) else scene
+    case = Case(study, scene, box, 16, steps)
+    return run_case(every_study()[study], case, causes=causes)
+
+
+def verdicts(scene, box, *studies):
+    steps = {"energy": 5000}
+    return [
+        judged(s, scene, claiming(box, s), steps.get(s), causes=False)["verdict"] for s in studies
+    ]
+
+
+STUDIES = ("order", "symplecticity", "energy", "reversibility")
+#: what each method is worth: order, form, energy, reversibility
+WORTH = {
+    "verlet": "pppp", "symplectic-euler": "pppf", "rk4": "pfff", "LateLeapfrog": "fppf",
+    "dragged": "ffff", "ruth": "pppf", "yoshida": "pppp", "Beeman": "pfpf", "newmark": "pfpp",
+    "GeneralisedAlpha": "pfff",
+}  # fmt: skip
+EVERY = {box.name: box for box in vars(methods).values() if hasattr(box, "claims")}
+SEPARABLE = ("pendulum", "harmonic", "kepler", "henon-heiles", "spring-pendulum")
+
+
+def test_what_a_method_is_worth():
+    found = verdicts("pendulum", methods.verlet, "order", "symplecticity", "reversibility")
+    assert found == ["pass"] * 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", SEPARABLE)
+@pytest.mark.parametrize("name", WORTH)
+def test_what_every_method_is_worth(name, scene):
+    """A linear motion has no form that Newmark's and other linear methods of order 2 could lose."""
+    found = verdicts(scene, EVERY[name], *STUDIES)
+    for verdict, wanted, study in zip(found, WORTH[name], STUDIES, strict=True):
+        if scene != "harmonic" or study == "order":
+            assert verdict[0] == wanted, study
+
+
+@pytest.mark.slow
+def test_constraints_and_quaternions_of_ones_own():
+    assert verdicts("cartesian-pendulum", methods.rattle, *STUDIES) == ["pass"] * 4
+    found = verdicts("rigid-body", methods.QuaternionMidpoint, *STUDIES)
+    assert found == ["pass", "fail", "pass", "pass"]
+
+
+FAST = ("split-1", "Unsynchronised", "own-step")
+
+
+@pytest.mark.parametrize(("cause", "box"), [
+    pytest.param(cause, box, id=box.name, marks=[] if box.name in FAST else [pytest.mark.slow])
+    for cause, box in MISTAKES
+])  # fmt: skip
+def test_a_mistake_is_caught_with_its_cause(cause, box):
+    scene = "double-pendulum" if "moment" in box.name else "pendulum"
+    found = judged("order", scene, box)
+    assert found["verdict"] != "pass"
+    assert found["diagnosis"]["cause"] == cause
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scene", "box"), [
+    ("pendulum", methods.verlet), ("kepler", methods.verlet), ("henon-heiles", methods.verlet),
+    ("rigid-body", methods.rk4), ("heavy-top", methods.rk4),
+])  # fmt: skip
+def test_the_resolution_of_the_form(scene, box):
+    assert judged("symplecticity", scene, box, causes=False)["measured"]["resolution"] < 1e-11
+
+
+def test_the_same_verlet_as_program_as_map_and_as_rule():
+    @one_step(order=2, stages=1, groupoids="pair", name="stages")
+    def map_of_formulas(s, z, h, K):
+        return rules.MAPS["stoermer-verlet"].formula(s, z, h, K)
+
+    runs = [Scheme(scenes.get("kepler"), rule).flow("0.01").trajectory(500)
+            for rule in (methods.verlet, map_of_formulas, rules.trapezoidal)]  # fmt: skip
+    for run in runs[1:]:
+        assert np.abs(run.x - runs[0].x).max() < 1e-12
+        assert np.abs(run.mu - runs[0].mu).max() < 1e-12
+
+
+@pytest.mark.slow
+def test_bodies_of_very_different_mass_do_not_drown():
+    import sympy
+
+    light = Scene(
+        name="light-body", groupoid=pair(4), parameters={"m": "0.000001"},
+        lagrangian=lambda x, v, p: (v[0] ** 2 + v[1] ** 2 + p.m * (v[2] ** 2 + v[3] ** 2)) / 2
+        + p.m / sympy.sqrt((x[0] - x[2]) ** 2 + (x[1] - x[3]) ** 2),
+        x0=[0, 0, 1, 0], v0=[0, 0, 0, 1], duration=6, step="0.05",
+    )  # fmt: skip
+
+    @black_box(order=2, symplectic=True)
+    def without_reaction(q, p, h, s):
+        """The light body does not move the heavy one: no third law."""
+
+        def gradient(q, p):
+            return s.gradient(q, p) * [0, 0, 1, 1]
+
+        p = p - h / 2 * gradient(q, p)
+        q = q + h * s.velocity(q, p)
+        return q, p - h / 2 * gradient(q, p)
+
+    assert judged("symplecticity", light, methods.verlet)["verdict"] == "pass"
+    assert judged("symplecticity", light, without_reaction)["verdict"] == "fail"
+
+
+# -- attacks ---------------------------------------------------------------------------------------
+
+
+def test_a_step_that_keeps_something_between_calls_is_no_map():
+    calls = []
+
+    @black_box(order=2, symplectic=True)
+    def forgetful(q, p, h, s):
+        calls.append(0)
+        return kick_drift_kick(q, p, h * (1 + 1e-9 * (len(calls) % 7)), s)
+
+    found = judged("symplecticity", "pendulum", forgetful)
+    assert found["verdict"] == "fail" and "between calls" in found["reason"]
+
+
+def test_a_step_that_looks_at_h_is_seen_at_others():
+    @black_box(order=2)
+    def looking(q, p, h, s):
+        ladder = [10 / 4 / round(2.5 / h) - h == 0, abs(np.log2(h / 0.1) * 2 % 1) < 0.2]
+        return kick_drift_kick(q, p, h if any(ladder) else h * (1 + 1e-3), s)
+
+    found = judged("order", "pendulum", looking)
+    assert found["verdict"] == "fail"
+
+
+def test_an_iteration_with_a_loose_stop_is_told():
+    @black_box(order=2, symplectic=True, groupoids="pair")
+    def loose(q, p, h, s):
+        Q, P = q, p
+        for _ in range(100):
+            a, b = s.f((q + Q) / 2, (p + P) / 2)
+            change = abs(q + h * a - Q).max() + abs(p + h * b - P).max()
+            Q, P = q + h * a, p + h * b
+            if change < 1e-5:
+                break
+        return Q, P
+
+    found = judged("symplecticity", "pendulum", loose)
+    assert found["verdict"] != "pass" and "not smooth" in found["reason"]
+
+
+def test_a_small_defect_is_not_passed_for_none():
+    """Of RK4 at steps so small that differences hardly see its defect."""
+    tiny = scenes.get("pendulum").with_values(step="0.0005", duration="0.1")
+    found = judged("symplecticity", tiny, claiming(methods.rk4, "symplecticity"), causes=False)
+    assert found["verdict"] != "pass" and "hidden" in found["reason"]
+
+
+def test_views_and_buffers_are_copied():
+    kept = np.zeros(1), np.zeros(1)
+
+    @black_box(order=2)
+    def buffered(q, p, h, s):
+        kept[0][:], kept[1][:] = kick_drift_kick(q, p, h, s)
+        return kept[0][:], kept[1][:]
+
+    run = Scheme(scenes.get("pendulum"), buffered).flow("0.1").trajectory(5)
+    same = Scheme(scenes.get("pendulum"), methods.verlet).flow("0.1").trajectory(5)
+    assert np.array_equal(run.x, same.x)
+
+
+def test_a_step_that_raises_is_a_failure_with_the_rows_so_far():
+    @black_box(order=2)
+    def raising(q, p, h, s):
+        if q[0] < 0.5:
+            raise RuntimeError("no table there")
+        return kick_drift_kick(q, p, h, s)
+
+    flow = Scheme(scenes.get("pendulum"), raising).flow("0.1")
+    with pytest.raises(StepFailure, match="RuntimeError: no table there") as caught:
+        flow.trajectory(200)
+    assert len(caught.value.trajectory.t) == caught.value.step_index + 1 > 3
+
+
+@pytest.mark.parametrize(("step", "said"), [
+    (lambda q, p, h, s: [q[0], p[0], 1], "3 things"),
+    (lambda q, p, h, s: None, "nothing"),
+    (lambda q, p, h, s: ([0.0], p), "a list"),
+    (lambda q, p, h, s: (np.zeros(2), p), r"shape \(2,\)"),
+    (lambda q, p, h, s: (q + 0j, p), "complex"),
+])  # fmt: skip
+def test_an_answer_of_another_kind_is_one_sentence(step, said):
+    box = black_box(name="odd")(step)
+    with pytest.raises(BadInput, match=said):
+        Scheme(scenes.get("pendulum"), box).flow("0.1").trajectory(1)
+
+
+def test_other_bad_input_is_one_sentence():
+    @black_box()
+    def in_place(q, p, h, s):
+        q += h * p
+        return q, p
+
+    @black_box()
+    def not_a_number(q, p, h, s):
+        return q * np.nan, p
+
+    with pytest.raises(BadInput, match="changes its argument in place"):
+        Scheme(scenes.get("pendulum"), in_place).flow("0.1").trajectory(1)
+    with pytest.raises(StepFailure, match="not finite"):
+        Scheme(scenes.get("pendulum"), not_a_number).flow("0.1").trajectory(1)
+    with pytest.raises(BadInput, match="takes 2 arguments"):
+        black_box(name="short")(lambda q, p: (q, p))
+    with pytest.raises(BadInput, match="no step"):
+        black_box()(type("Method", (), {"start": lambda self, q, p, h: 0}))
+    with pytest.raises(BadInput, match="with brackets"):
+        black_box(kick_drift_kick)
+    with pytest.raises(BadInput, match="compose its steps in it"):
+        rules.compose(methods.verlet, "triple-jump")
+    with pytest.raises(BadInput, match="machine numbers"):
+        Scheme(scenes.get("pendulum"), methods.verlet).flow("0.1", digits=50)
+
+
+# -- kinds of programs -----------------------------------------------------------------------------
+
+
+def test_velocities_digits_and_whole_runs():
+    @black_box(order=2, state="qv")
+    def moving(q, v, h, s):
+        q, p = kick_drift_kick(q, s.momentum(q, v), h, s)
+        return q, s.velocity(q, p)
+
+    @black_box(order=2, runs=True)
+    def whole(q, p, h, steps, every, s):
+        rows = [(q, p)]
+        for k in range(1, steps + 1):
+            q, p = kick_drift_kick(q, p, h, s)
+            if k % every == 0:
+                rows.append((q, p))
+        return tuple(np.array(part) for part in zip(*rows, strict=True))
+
+    wanted = Scheme(scenes.get("kepler"), methods.verlet).flow("0.01").trajectory(100, 10)
+    for box in (moving, whole, dataclasses.replace(methods.verlet, numbers="any")):
+        run = Scheme(scenes.get("kepler"), box).flow("0.01").trajectory(100, 10)
+        assert np.abs(run.x - wanted.x).max() < 1e-13
+    many = Scheme(scenes.get("kepler"), box).flow("0.01", digits=50).trajectory(10)
+    rule = Scheme(scenes.get("kepler"), rules.trapezoidal).flow("0.01", digits=50).trajectory(10)
+    assert max(abs(many.mu[-1] - rule.mu[-1])) < 1e-48
+
+
+def test_claims_alone_are_judged():
+    claimed = dataclasses.replace(methods.rk4, claims=rules.Claims(keeps=("energy",)))
+    assert judged("energy", "pendulum", claimed, 5000)["verdict"] == "fail"
+    found = judged("energy", "pendulum", methods.rk4, 500)
+    assert found["verdict"] == "pass" and "does not claim" in found["expected"]["not_demanded"]
+
+
+def test_a_hamiltonian_in_numbers():
+    given = {"name": "table", "groupoid": pair(1), "x0": ["1"], "mu0": ["0.3"], "step": "0.1"}
+    energy = {"numeric_hamiltonian": lambda q, p: p[0] ** 2 / 2 - np.cos(q[0])}
+    scene = Scene(**given, **energy, gradient=lambda q, p: (np.sin(q), p))
+    found = judged("order", scene, methods.verlet)
+    assert found["verdict"] == "pass" and found["expected"]["agreed"] >= 11
+    assert judged("symplecticity", scene, methods.verlet)["verdict"] == "pass"
+    wrong = Scene(**given, **energy, gradient=lambda q, p: (np.cos(q), p))
+    with pytest.raises(BadInput, match=r"by q\[0\] it gives"):
+        Scheme(wrong, methods.verlet)
+    with pytest.raises(BadInput, match="only black boxes run on it"):
+        Scheme(scene, rules.midpoint)
