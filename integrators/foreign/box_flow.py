@@ -27,6 +27,9 @@ class BoxFlow:
     #: how the step was chosen: a program is told
     choice: Any = None
 
+    #: no fixed point of stages: a program solves what it has to by itself
+    stages = None
+
     def __init__(self, scheme: Any, step: Any, digits: int = 16) -> None:
         self.scheme, self.digits = scheme, digits
         self.step = exact_rational(step, "step")

@@ -61,7 +61,7 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
     for k, look in enumerate(found):
         progress(f"{case.scene.name} {case.label}: differences", k / len(found))
         rows.append(_row(case, k, look, scale, seed))
-    return {"rows": rows, "measured": {**_measured(rows), "seed": seed}}
+    return {"rows": rows, "measured": _measured(rows), "local": {"seed": seed}}
 
 
 def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, Any]:

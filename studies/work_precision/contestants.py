@@ -188,6 +188,8 @@ class RuleContestant(Contestant):
     @cached_property
     def equations(self) -> str:
         """What tells its step from any other's: two rules with equal ones are one method here."""
+        if not self.rule.is_formula:  # of a program nothing tells but that it is itself
+            return f"{self.rule.name} {id(self.rule)}"
         system = self.scheme.flow(self.problem.duration / self.first).system
         constants = [str(value(60)) for value in system.constants.values()]
         shares = [f"{part.coefficient(60)} {part.adjoint}" for part in self.scheme.substeps]
