@@ -130,6 +130,24 @@ def check_function(function: Any, what: str, *wanted: str) -> None:
     )
 
 
+def shown(value: Any) -> str:
+    """What a message shows of a value: as Python writes it, cut where it is long.
+
+    Python writes no whole number of more than 4300 digits.
+    """
+    try:
+        text = repr(value)
+    except Exception:  # of a number of many digits, or of what a class of the user's says
+        return f"of type {type(value).__name__} and too long to be written"
+    return text if len(text) <= LISTED else f"{text[:LISTED]}…"
+
+
+def check_progress(progress: Any) -> None:
+    """Raise `BadInput` unless it can be called with the steps done so far, or is None."""
+    if progress is not None:
+        check_function(progress, "progress=", "(done)")
+
+
 def brief_name(thing: Any) -> str:
     """What a message calls a thing that is not what was asked for: its name, or what it is."""
     return getattr(thing, "__name__", None) or getattr(thing, "name", None) or repr(thing)

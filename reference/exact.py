@@ -112,8 +112,7 @@ def number_to_mpf(number: sympy.Expr) -> mpmath.mpf:
     """An exact sympy number as an mpf at mpmath's working precision."""
     if number.is_Rational:
         return mpmath.mpf(int(number.p)) / int(number.q)
-    digits = mpmath.mp.dps + 10
-    return mpmath.mpf(str(number.evalf(digits)))
+    return mpmath.mpf(_decimals(number, mpmath.mp.dps + 10))
 
 
 def is_short(number: sympy.Expr) -> bool:
@@ -127,4 +126,12 @@ def number_to_mpfr(number: sympy.Expr, digits: int) -> Any:
         return int(number)
     if number.is_Rational:
         return gmpy2.mpfr(gmpy2.mpq(int(number.p), int(number.q)))
-    return gmpy2.mpfr(str(number.evalf(digits + 10)))
+    return gmpy2.mpfr(_decimals(number, digits + 10))
+
+
+def _decimals(number: sympy.Expr, digits: int) -> str:
+    """The decimals of a real number; raises `ReferenceFailure` for any other."""
+    value = number.evalf(digits)
+    if not value.is_Float and not value.is_Rational:
+        raise ReferenceFailure(f"{number} is no real number: write the scene without it")
+    return str(value)

@@ -51,6 +51,9 @@ def solutions(
 
     if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
         raise ReferenceFailure(f"digits={digits!r} is no positive whole number; ask for e.g. 50")
+    for name, given in (("attitude", attitude), ("proof", proof)):
+        if not isinstance(given, bool):
+            raise ReferenceFailure(f"{name} is {given!r}: say True or False")
     exact_times = [exact_time(t) for t in times]
     if getattr(scene, "in_numbers", False):
         from .in_numbers import solutions_in_numbers

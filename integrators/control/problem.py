@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-from ..errors import BadInput, CannotMeasure, names_checked
-from ..numbers import exact_rational, exact_vector
+from ..errors import BadInput, CannotMeasure, names_checked, shown
+from ..numbers import exact_vector, measure
 from ..rules import Composition, Discretisation, OneStepMap, check_rule, midpoint
 from ..scene import Scene, arguments_of
 from .boundary_problem import Optimum, solve
@@ -53,8 +53,8 @@ class Control:
         count = m if self.controls is None else self.controls
         if type(count) is not int or count < 1 or (self.inputs is None and count != m):
             raise BadInput(
-                f"{name}: controls={self.controls!r}; give their number, a whole number from 1, "
-                f"and inputs=, which makes {m} components of force of them."
+                f"{name}: controls is {shown(self.controls)}; give their number, a whole number "
+                f"from 1, and inputs=, which makes {m} components of force of them."
             )
         if arguments_of(self.cost) not in (4, 5):
             raise BadInput(f"{name}: cost= is a function of (x, v, f, p) or (x, v, f, p, t).")
@@ -65,7 +65,7 @@ class Control:
         sizes = zip(("x1", "v1"), self.end, (scene.groupoid.dim_x, m), strict=True)
         end = tuple(e if e is None else exact_vector(e, k, f"{name}: {w}") for w, e, k in sizes)
         duration = scene.duration if self.duration is None else self.duration
-        duration = exact_rational(duration, f"{name}: duration")
+        duration = measure(duration, f"{name}: duration")
         if duration <= 0:
             raise BadInput(f"{name}: the duration is {duration}; give a positive time.")
         for key, value in (("controls", count), ("end", end), ("duration", duration)):
@@ -94,7 +94,7 @@ class Control:
         has no minimum there.
         """
         if type(steps) is not int or not 1 <= steps <= 10**6:
-            raise BadInput(f"steps is {steps!r}: give a whole number from 1 to 10**6.")
+            raise BadInput(f"steps is {shown(steps)}: give a whole number from 1 to 10**6.")
         return solve(self.stages(rule), self.end, self.duration, steps, self.path)
 
     def with_values(self, **changes: Any) -> Control:

@@ -46,7 +46,8 @@ class OneStepEquations:
         self._place = line_of(rule.formula)
         if with_stages:
             given = self._asked(self.z, self.h, main)
-            if not isinstance(given, tuple) or len(given) != 2 or len(given[1]) != rule.stages:
+            pair = isinstance(given, tuple) and len(given) == 2
+            if not pair or not hasattr(given[1], "__len__") or len(given[1]) != rule.stages:
                 raise self._bad(f"has stages: return Z, [{rule.stages} residuals]")
             rows = column([e for part in given[1] for e in self._state(part, "a residual")])
             new = self._state(given[0], "Z")

@@ -12,7 +12,7 @@ import numpy as np
 from ..bisections import POLICIES, Bisect, EdgePolicy, Solution, StepContext
 from ..compiler import Kernels, KernelsAtStep, StagesAtStep, System, compile
 from ..equations import DiscretisedScene, blamed, step_system
-from ..errors import BadInput, arguments_checked
+from ..errors import BadInput, arguments_checked, check_progress, shown
 from ..geometry import Arrow, LocalGeometry, Maps
 from ..numbers import Matrix, Number, Numbers, Vector, arithmetic, exact_rational, whole_number
 from ..scene import Again, flow_of
@@ -26,6 +26,7 @@ from .step_choice import StepChoice
 
 __all__ = ["Flow", "Trajectory"]
 
+INTEGER = (int, np.integer)
 TINIEST = Fraction(1, 10**100)  # steps whose squares and inverses are far from over- and underflow
 
 #: the scheme of a substep, and its share of the step to so many digits
@@ -108,6 +109,7 @@ class Flow:
             if ready and (run := self._prepared.run(steps, every, ready)) is not None:
                 return run
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        check_progress(progress)
         with self.numbers.working():
             t0 = t0 if type(t0) is int else exact_rational(t0, "t0")
             start = self.starting.at(x0, mu0, u0, element0, t0)
@@ -150,9 +152,13 @@ class Flow:
     def arrow(self, run: Trajectory, row: int) -> Arrow:
         """The arrow of a run's row, for `geometry.transitions`; raises as `elements`."""
         self._check_own(run)
+        if not isinstance(row, INTEGER) or not -len(run.u) <= row < len(run.u):
+            raise BadInput(f"row is {shown(row)}: the run has the rows 0 to {len(run.u) - 1}.")
         return self.context.arrow(run.x[row], run.mu[row], run.u[row], int(run.translates[row]))
 
     def _check_own(self, run: Trajectory) -> None:
+        if not isinstance(run, Trajectory):
+            raise BadInput(f"{shown(run)} is no run: give what a flow's trajectory() returned.")
         if run.step != self.step or run.u.shape[1:] != (len(self.scheme.u),):
             raise BadInput(
                 f"{self.scheme.scene.name}: that run is of another flow; ask the flow that made it."

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..equations import SceneSymbols, field_parts, mass_matrix
 from ..errors import BadInput, StepFailure
-from ..numbers import Matrix, arithmetic, exact_rational, numeric
+from ..numbers import Matrix, arithmetic, measure, numeric
 from .run import Trajectory
 
 ROWS = 8  # times at which runs are compared: errors pass through zero, but not everywhere at once
@@ -75,7 +75,7 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
     scene, stated = scheme.scene, scheme.order or 0
     if scene.contact is not None:
         stated = min(stated, 2)  # of what stays closed, whatever the rule
-    wanted = float(exact_rational(tolerance, "tolerance"))
+    wanted = float(measure(tolerance, "tolerance"))
     if not 0 < wanted < 1:
         raise BadInput(f"tolerance is {tolerance!r}: give a number between 0 and 1.")
     whole = flow(scene.duration)

@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput, names_checked
+from ..errors import BadInput, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
-from ..numbers import exact_nested, exact_rational
+from ..numbers import exact_nested, exact_rational, measure
 from ..scene import Again, again, arguments_of
 from .group_elements import strangers
 
 INTEGER = (int, np.integer)
+MOST_SITES = 10**9  # a coordinate of these takes eight gigabytes
 
 
 @names_checked
@@ -84,7 +85,12 @@ class Lattice:
             raise BadInput(f"{self.name}: site is {given}; give a groupoid, as pair(1) or lie_group"
                            "(so(3)).")  # fmt: skip
         if not isinstance(self.sites, INTEGER) or isinstance(self.sites, bool) or self.sites < 2:
-            raise BadInput(f"{self.name}: sites is {self.sites!r}; give a whole number from 2.")
+            raise BadInput(
+                f"{self.name}: sites is {shown(self.sites)}; give a whole number from 2."
+            )
+        if self.sites > MOST_SITES:
+            raise BadInput(f"{self.name}: {shown(self.sites)} sites are more than memory holds; "
+                           f"give up to {MOST_SITES:,}.")  # fmt: skip
         if self.constraint is not None and self.on_bond is None:
             object.__setattr__(self, "on_bond", no_term)
         if self.bonds_move and self.on_site is None:
@@ -103,10 +109,10 @@ class Lattice:
         if not isinstance(named, Mapping) or not all(map(callable, named.values())):
             raise BadInput(f"{self.name}: symmetries is {named!r}; give a dictionary of functions "
                            "ξ(x, p) by name.")  # fmt: skip
-        duration = exact_rational(self.duration, f"{self.name}: duration")
+        duration = measure(self.duration, f"{self.name}: duration")
         step = duration / 1000 if self.step is None else self.step
         object.__setattr__(self, "duration", duration)
-        object.__setattr__(self, "step", exact_rational(step, f"{self.name}: step"))
+        object.__setattr__(self, "step", measure(step, f"{self.name}: step"))
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
         self.pairs, self.free, self.split_parameters, self.start  # noqa: B018 - checked now

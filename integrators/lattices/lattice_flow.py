@@ -22,7 +22,7 @@ from ..compiler import (
     text_key,
 )
 from ..equations import SceneSymbols, momentum
-from ..errors import BadInput, StepFailure
+from ..errors import BadInput, StepFailure, check_progress
 from ..numbers import Double, exact_rational, numeric, whole_number
 from ..scene import Again
 from .blocks import at_ends, of_all
@@ -121,6 +121,7 @@ class LatticeFlow:
         run, `StepFailure` (with the rows so far) if a step cannot be solved.
         """
         steps, every = whole_number("steps", steps, 0), whole_number("every", every, 1)
+        check_progress(progress)
         return self._run(*self._start(x0, mu0), steps, every, checkpoint, progress)
 
     def _run(

@@ -13,7 +13,7 @@ from fractions import Fraction
 from numbers import Complex, Integral, Real
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from .lazy import sympy
 from .types import Exact, Expression
 
@@ -25,6 +25,7 @@ LARGEST = 14_000
 DEEPEST = 100
 SHALLOW, FRAMES = 20, 100  # from which depth on Python needs more calls than its 1000, and how many
 LARGEST_COUNT = 2**53  # the last whole number that double precision counts to
+SMALLEST = Fraction(1, 10**300)  # whose inverse and half are doubles, too
 
 
 def exact(value: Any, what: str) -> Exact:
@@ -126,12 +127,23 @@ def exact_rational(value: Any, what: str) -> Fraction:
     return number
 
 
+def measure(value: Any, what: str) -> Fraction:
+    """`exact_rational` for what is also a double: a time, a tolerance, a length.
+
+    Raises `BadInput` beyond 1e-300 or 1e300, too.
+    """
+    number = exact_rational(value, what)
+    if number and not SMALLEST <= abs(number) <= 1 / SMALLEST:
+        raise BadInput(f"{what} is beyond 1e-300 or 1e300: choose units that fit the motion.")
+    return number
+
+
 def whole_number(name: str, value: object, least: int) -> int:
     """A count that a user gave; raises `BadInput` for what is none."""
     whole = isinstance(value, Integral) and not isinstance(value, bool)
     if not whole or not least <= value <= LARGEST_COUNT:  # type: ignore[operator]
         raise BadInput(
-            f"{name} is {value!r}: give a whole number from {least}, "
+            f"{name} is {shown(value)}: give a whole number from {least}, "
             "up to 2**53, the last that double precision counts to."
         )
     return int(value)  # type: ignore[call-overload]

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import BadInput, arguments_checked, brief_name, unknown
+from ..errors import BadInput, arguments_checked, brief_name, shown, unknown
 from ..numbers.types import Column, Expression, Letter
 from ..scene import Again, again
 from .claims import Claims
@@ -164,10 +164,10 @@ def checked(
     if callable(order):
         raise BadInput(f"write @{decorator}() with brackets, or @{decorator}(order=2).")
     if order is not None and (type(order) is not int or order < 1):
-        raise BadInput(f"the order of a {what} is a whole number from 1, not {order!r}.")
+        raise BadInput(f"the order of a {what} is a whole number from 1, not {shown(order)}.")
     if type(stages) is not int or stages < 0:
         raise BadInput(
-            f"the internal stages of a {what} are a whole number from 0, not {stages!r}."
+            f"the internal stages of a {what} are a whole number from 0, not {shown(stages)}."
         )
     where = (groupoids,) if isinstance(groupoids, str) else groupoids
     if not isinstance(where, list | tuple) or not all(isinstance(e, str) for e in where):

@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, Letter
 from .discretisation import Discretisation
@@ -55,7 +55,7 @@ def _galerkin(family: str, nodes: int, degree: int, order: int) -> Discretisatio
     least = FAMILIES[family][1]
     if type(nodes) is not int or not least <= nodes <= MOST_NODES:
         raise BadInput(
-            f"{family} with {nodes!r} nodes: give a whole number from {least} to {MOST_NODES}."
+            f"{family} with {shown(nodes)} nodes: give a whole number from {least} to {MOST_NODES}."
         )
 
     def formula(

@@ -10,8 +10,8 @@ from fractions import Fraction
 from functools import cache, lru_cache
 from typing import Any
 
-from ..errors import BadInput
-from ..numbers import exact_rational, sympy
+from ..errors import BadInput, shown
+from ..numbers import measure, sympy
 from ..numbers.types import Column, Letter
 from .galerkin import MOST_NODES, node_value
 from .one_step import OneStepMap, one_step
@@ -59,7 +59,7 @@ def dual_gauss(nodes: int) -> OneStepMap:
     canonical. Raises `BadInput` for other than 1 to 20 nodes.
     """
     if type(nodes) is not int or not 1 <= nodes <= MOST_NODES:
-        raise BadInput(f"dual-gauss with {nodes!r} nodes: give a whole number from 1 to 20.")
+        raise BadInput(f"dual-gauss with {shown(nodes)} nodes: give a whole number from 1 to 20.")
 
     @one_step(order=2 * nodes, stages=nodes, name=f"dual-gauss-{nodes}", source=f"{_HLW}, II.1.3")
     def collocation(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
@@ -97,7 +97,7 @@ def newmark(gamma: Any = "1/2", beta: Any = "1/4") -> OneStepMap:
     μ + h((1/2 − β)f + βf′), at the mean over both ends: for a constant mass matrix this is
     Newmark's own x′ = x + hv + h²((1/2 − β)a + βa′).
     """
-    return _newmark(exact_rational(gamma, "newmark: γ"), exact_rational(beta, "newmark: β"))
+    return _newmark(measure(gamma, "newmark: γ"), measure(beta, "newmark: β"))
 
 
 @cache

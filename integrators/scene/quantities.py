@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from functools import partial
 from typing import Any, Literal, get_args
 
-from ..errors import BadInput, check_function, names_checked
+from ..errors import BadInput, check_function, names_checked, shown
 
 Kind = Literal["momentum map", "Casimir", "first integral", "nonholonomic momentum"]
 
@@ -36,10 +36,11 @@ class Conserved:
 
     def __post_init__(self) -> None:
         check_function(self.formula, self.name, "(x, mu, p)", "(x, mu, p, h)")
-        if self.kind not in (kinds := get_args(Kind)):
+        kinds = get_args(Kind)
+        if not isinstance(self.kind, str) or self.kind not in kinds:
             near = get_close_matches(str(self.kind), kinds, 1, 0.5)
             say = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(kinds)}."
-            raise BadInput(f"{self.name}: there is no kind={self.kind!r}: {say}")
+            raise BadInput(f"{self.name}: there is no kind={shown(self.kind)}: {say}")
 
     @property
     def of_step(self) -> bool:

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..errors import BadInput, check_function, names_checked
 from ..groupoids import Groupoid, LieGroup, RowAction
-from ..numbers import exact_nested, exact_rational, exact_vector, flatten
+from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
 from .pickled import Again, again
 from .quantities import Conserved, OnGroup, takes_fourth
 
@@ -143,9 +143,9 @@ class Scene:
             "parameters",
             {k: exact_nested(v, f"{self.name}: parameter {k}") for k, v in self.parameters.items()},
         )
-        put("duration", exact_rational(self.duration, f"{self.name}: duration"))
+        put("duration", measure(self.duration, f"{self.name}: duration"))
         step = self.duration / 1000 if self.step is None else self.step
-        put("step", exact_rational(step, f"{self.name}: step"))
+        put("step", measure(step, f"{self.name}: step"))
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
         try:
