@@ -1,12 +1,14 @@
 """Charts: steps of every size on the group, beside the method that is bound to one chart.
 
-An ensemble of first steps g, rotations from 0.01 to 0.99 of a turn about axes spread over a plane:
+An ensemble of first steps g, rotations from 0.01 to 0.99 of a turn about axes spread over a plane,
+and some about axes that are drawn:
 the run goes on through the translates of a cover (paper, section 4.3).
 """
 
 from __future__ import annotations
 
 import math
+import random
 from collections import Counter
 from functools import lru_cache
 from typing import Any
@@ -23,6 +25,7 @@ from discmech.integrators.scene import OnGroup, Scene, remembered
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, scheme_of, silent
 from ..core.runs import Rows, relative_drifts, with_terms
+from ..evidence.places import seed_of
 from ..momentum.measuring import FARTHEST
 from ..symplecticity.measuring import ROUND_OFFS
 
@@ -33,6 +36,7 @@ DIGITS = (16,)
 TURNS = (0.01, *(k / 20 for k in range(1, 10)), 0.49, 0.5, 0.51,
          *(k / 20 for k in range(11, 20)), 0.99)  # fmt: skip
 AXES = 6
+DRAWN = 6  # starts whose turn and axis are drawn from the whole sphere, off PLANE
 #: an orthonormal pair, in general position to the body's axes
 PLANE = ((0.8, 0.36, 0.48), (-0.6, 0.48, 0.64))
 STEP = 1  # of time: rotations are given a step
@@ -66,6 +70,16 @@ def axis_of(number: int) -> np.ndarray:
     return np.asarray(math.cos(angle) * p + math.sin(angle) * q)
 
 
+def drawn_starts(seed: int) -> list[tuple[float, np.ndarray]]:
+    """`DRAWN` turns from 0.01 to 0.99 about unit vectors of the whole sphere, from a seed."""
+    drawn = random.Random(seed)
+    found = []
+    for _ in range(DRAWN):
+        axis = np.array([drawn.gauss(0, 1) for _ in range(3)])
+        found.append((drawn.uniform(0.01, 0.99), axis / np.linalg.norm(axis)))
+    return found
+
+
 def rotation(vector: Any, digits: int = 16) -> np.ndarray:
     """exp of the rotation vector, 3×3; beyond 16 digits in mpmath's numbers."""
     if digits == 16:
@@ -83,7 +97,8 @@ def rules_beside(case: Case) -> list[Discretisation]:
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """One row a start: {turn, axis, steps, outcome, margin, newton_mean, newton_max, changes,
     translates, residual, pullback, poisson, momentum, factorisation, operator, regularity,
-    chart_turn, chart_margin, cause}; measured: the worst of each, how many stopped.
+    chart_turn, chart_margin, cause}; axis is None where it was drawn. measured: the worst of each,
+    how many stopped, the seed.
 
     pullback, poisson: the worst at every change of chart and at arrows spread over the run;
     factorisation: ‖g′ − ĝ′‖ against `reference.moser_veselov`, times the regularity, for round-off
@@ -93,15 +108,18 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     cover finds at that μ;
     chart_turn: the rotation that the chart-bound method makes of the same spin.
     """
-    starts = [(turn, k) for k in range(AXES) for turn in TURNS]
+    starts: list[tuple[float, int | None, np.ndarray]]
+    starts = [(turn, k, axis_of(k)) for k in range(AXES) for turn in TURNS]
+    seed = seed_of(_scheme(case.scene))
+    starts += [(turn, None, axis) for turn, axis in drawn_starts(seed)]
     steps = case.steps or (-(-MILLION // len(starts)) if case.thorough else STEPS)
     rows = []
-    for i, (turn, k) in enumerate(starts):
-        progress(f"{case.scene.name}: {turn} of a turn a step", i / len(starts))
-        vector = 2 * math.pi * turn * axis_of(k)
+    for i, (turn, k, axis) in enumerate(starts):
+        progress(f"{case.scene.name}: {turn:.2g} of a turn a step", i / len(starts))
+        vector = 2 * math.pi * turn * axis
         row = {"turn": turn, "axis": k, **_run(case, rotation(vector, case.digits), steps)}
         rows.append({**row, **_chart_bound(case, vector)})
-    return {"rows": rows, "measured": _worst(rows), "slice": _slice(case)}
+    return {"rows": rows, "measured": {**_worst(rows), "seed": seed}, "slice": _slice(case)}
 
 
 @remembered(maxsize=8)
@@ -271,7 +289,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     limits = {name: limit * unit for name, limit in LIMITS.items()}
     expected: dict[str, Any] = {"limits": limits, "singular": SINGULAR}
     for row in measurement["rows"]:
-        where = f"at {row['turn']:g} of a turn about axis {row['axis']}"
+        axis = "a drawn axis" if row["axis"] is None else f"axis {row['axis']}"
+        where = f"at {row['turn']:g} of a turn about {axis}"
         walk = FARTHEST / math.sqrt(3) * ROUND_OFFS * 2.0**-53 * math.sqrt(row["steps"])
         allowed = {**limits, "momentum": walk * unit}
         for name, limit in allowed.items():

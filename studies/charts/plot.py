@@ -78,7 +78,7 @@ def _ball(case: Case) -> Panel:
         circle = [2 * math.pi * k / 200 for k in range(201)]
         axes.plot([math.cos(a) / 2 for a in circle], [math.sin(a) / 2 for a in circle],
                   color=MUTED, lw=0.8, ls=(0, (1, 1.6)))  # fmt: skip
-        starts = [_place(case, row) for row in rows(case)]
+        starts = [_place(case, row) for row in rows(case) if row.get("axis") is not None]
         if starts:
             axes.scatter(*_columns(starts), s=4, color=INK, lw=0)
         for k in range(len(TINTS)):
