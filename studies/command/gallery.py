@@ -58,7 +58,7 @@ def _answer(options: argparse.Namespace) -> int:
             show(entry.name, k / len(present))
             found.append(measured(entry))
             if not quiet:
-                said = "agrees" if not found[-1]["differs"] else " ".join(found[-1]["differs"])
+                said = " ".join(found[-1]["differs"] + found[-1]["untold"]) or "agrees"
                 words = ("order", "form", "energy", "momentum", "there and back", "a step")
                 told = ", ".join(f"{word} {figure}" for word, figure in
                                  zip(words, figures(found[-1]), strict=True))  # fmt: skip

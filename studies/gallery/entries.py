@@ -167,13 +167,13 @@ _TABLE = (
     Entry(
         "drake-discrete", "drake", "pydrake", "drakes", "", "pendulum",
         "MultibodyPlant as a discrete system with steps of constant length",
-        "https://drake.mit.edu/doxygen_cxx/group__multibody__simulation.html",
+        "https://drake.mit.edu/doxygen_cxx/classdrake_1_1multibody_1_1_multibody_plant.html",
         {"order": 1, "state": "qv"},
     ),
     Entry(
         "pinocchio-semi-implicit-Euler", "pin", "pinocchio", "pinocchios", "", "double-pendulum",
         "dynamics (aba) and integrate(model, q, v), which examples step with",
-        "https://docs.ros.org/en/rolling/p/pinocchio/", {"order": 1, "state": "qv"},
+        "https://github.com/stack-of-tasks/pinocchio", {"order": 1, "state": "qv"},
         "the library has dynamics and no integrator in time: v ← v + h a, then q ⊕ h v",
     ),
     Entry(
@@ -200,6 +200,7 @@ _TABLE = (
         "standard velocity Verlet; the energy is held constant",
         "https://jax-md.readthedocs.io/en/main/jax_md.simulate.html",
         {"order": 2, "symplectic": True, "reversible": True},
+        "it rounds the step to single precision (dt = f32(dt)), so that errors end at some 1e-8",
     ),
     Entry(
         "heyoka-Taylor", "heyoka", "heyoka", "heyokas", "", "henon-heiles",

@@ -29,10 +29,10 @@ EXACT = 4 * 2.0**-52 * LONG
 def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
     """{"name", "scene", "package", "version", "claim", "place", "note", "studies", "seconds",
     "differs"}: of each study its verdict, reason and measured numbers; seconds of a step; differs:
-    a sentence for each claim that is denied."""
+    a sentence for each claim that is denied, untold: for each that could not be told."""
     box, scene = entry.box, scenes.get(entry.scene)
     found: dict[str, Any] = {}
-    differs = []
+    differs, untold = [], []
     for name, claim in ASKED.items():
         study = every_study()[name]
         steps = LONG if name in ("energy", "momentum") else None
@@ -48,6 +48,8 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
             failed = abs(result["measured"]["order"] - entry.claims["order"]) > TOLERANCE
         if entry.claims.get(claim) and failed:
             differs.append(result["reason"])
+        elif entry.claims.get(claim) and result["verdict"] == "inconclusive":
+            untold.append(result["reason"])
     band = found["energy"]["measured"].get("band")
     if entry.exact and not (band is not None and band <= EXACT):
         differs.append(f"the energy is not kept exactly: its error has a band of {band:.1e}.")
@@ -56,6 +58,7 @@ def measured(entry: Entry, progress: Progress = silent) -> dict[str, Any]:
         "version": entry.version, "claim": entry.claim, "place": entry.place, "note": entry.note,
         "claims": {key: value for key, value in entry.claims.items() if key != "state"},
         "studies": found, "seconds": _seconds(entry, box, scene), "differs": differs,
+        "untold": untold,
     }  # fmt: skip
 
 

@@ -19,8 +19,8 @@ on the machine and with the versions that it names; a job that runs each week me
 "Form" is the largest defect of the Poisson form that is certain, beyond every error of the
 differences, or the size from which on a defect would have been seen. "Energy" is the band of its
 relative error over {long} steps of the scene, "there and back" how far a step of −h misses the
-start. What is claimed is what the documentation says at the place that is linked; "agrees" is said
-where no claim is denied.
+start. What is claimed is what the documentation says at the place that is linked, or the docstring
+of the version that is named; "agrees" is said where no claim is denied.
 
 | method | claimed | scene | order | form | energy | momentum | there and back | a step | result |
 |---|---|---|---|---|---|---|---|---|---|
@@ -42,14 +42,17 @@ def page(entries: Sequence[dict[str, Any]], absent: Sequence[str], long: int) ->
     if differing := [e for e in entries if e["differs"]]:
         lines = [f"- {e['name']} ({e['claim']}): {' '.join(e['differs'])}" for e in differing]
         parts.append("What differs:\n\n" + "\n".join(lines))
+    if unknown := [e for e in entries if e["untold"]]:
+        lines = [f"- {e['name']} ({e['claim']}): {' '.join(e['untold'])}" for e in unknown]
+        parts.append("What could not be told:\n\n" + "\n".join(lines))
     if absent:
         parts.append("\n".join(absent))
     return "\n\n".join(parts) + "\n"
 
 
 def _row(e: dict[str, Any]) -> str:
-    cells = [e["name"], f"[{e['claim']}]({e['place']})", e["scene"], *figures(e),
-             "agrees" if not e["differs"] else "**differs**"]  # fmt: skip
+    said = "**differs**" if e["differs"] else "not told" if e["untold"] else "agrees"
+    cells = [e["name"], f"[{e['claim']}]({e['place']})", e["scene"], *figures(e), said]
     return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"
 
 
