@@ -20,7 +20,8 @@ on the machine and with the versions that it names; a job that runs each week me
 differences, or the size from which on a defect would have been seen. "Energy" is the band of its
 relative error over {long} steps of the scene, "there and back" how far a step of −h misses the
 start. What is claimed is what the documentation says at the place that is linked, or the docstring
-of the version that is named; "agrees" is said where no claim is denied.
+of the version that is named; "agrees" is said where no claim is denied. The time of a step is that
+of one machine on one day, with all that Python adds to it.
 
 | method | claimed | scene | order | form | energy | momentum | there and back | a step | result |
 |---|---|---|---|---|---|---|---|---|---|
@@ -40,14 +41,18 @@ def page(entries: Sequence[dict[str, Any]], absent: Sequence[str], long: int) ->
     if notes:
         parts.append("How they are run:\n\n" + "\n".join(notes))
     if differing := [e for e in entries if e["differs"]]:
-        lines = [f"- {e['name']} ({e['claim']}): {' '.join(e['differs'])}" for e in differing]
+        lines = [f"- {_named(e)}: {' '.join(e['differs'])}" for e in differing]
         parts.append("What differs:\n\n" + "\n".join(lines))
     if unknown := [e for e in entries if e["untold"]]:
-        lines = [f"- {e['name']} ({e['claim']}): {' '.join(e['untold'])}" for e in unknown]
+        lines = [f"- {_named(e)}: {' '.join(e['untold'])}" for e in unknown]
         parts.append("What could not be told:\n\n" + "\n".join(lines))
     if absent:
         parts.append("\n".join(absent))
     return "\n\n".join(parts) + "\n"
+
+
+def _named(e: dict[str, Any]) -> str:
+    return f"{e['name']} ({e['claim']}{'; ' if e['note'] else ''}{e['note']})"
 
 
 def _row(e: dict[str, Any]) -> str:
