@@ -104,6 +104,12 @@ def test_runs_take_the_place_of_flows(tmp_path):
             ask()
 
 
+def test_a_study_that_makes_steps_says_so(tmp_path):
+    save(tmp_path, levels=1)
+    with pytest.raises(BadInput, match="symplecticity makes steps of its own"):
+        check("symplecticity", ["pendulum"], [recorded(str(tmp_path / "*.npz"), 2)])
+
+
 def test_runs_that_do_not_belong_together_are_a_sentence(tmp_path):
     save(tmp_path, levels=2)
     rule = recorded(str(tmp_path / "*.npz"), 2)
