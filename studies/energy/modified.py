@@ -21,10 +21,11 @@ from ..core.runs import usual_steps
 
 SHARE, KNOWN = 0.1, 0.5  # of the band that the modified energy may change by, and be known to
 STEADY = 0.8  # as of the means of a run's parts
+ELSEWHERE = 3  # times the band, that H̃ − H may change by on a way
 #: times ∫ |α·(f̃ − f)| ds, by which a state that has not come back may change the energy
 BEYOND = 4
 QUICK = 10**5  # steps of the usual run of a rule whose steps cost little
-MANY = 8  # states
+MANY, STRAIGHT = 8, 0.1  # states, and how far they are off a line, of the last
 PLACES, STEPS, STATES = 2, 2000, 8  # places beside the motion, and the runs from there
 ASIDE = 0.02, 0.1  # of a coordinate's size, by which they lie beside it
 #: of the energy that moves: a larger error is that of no motion that is resolved
@@ -97,7 +98,7 @@ def resolved(rows: list[Row], band: float) -> list[Row]:
     return [
         r for r in rows
         if r["bound"] <= max(KNOWN * band, 2 * r["round_off"])
-        and r["path"] <= max(band / KNOWN, 2 * r["round_off"])
+        and r["path"] <= max(ELSEWHERE * band, 2 * r["round_off"])
     ]  # fmt: skip
 
 
@@ -106,18 +107,20 @@ def certain_drift(rows: list[Row]) -> Row | None:
 
     Of a symplectic method the changes vanish. Of another one they are as good as those of the
     energy where the state has come back, and are off by no more than `path` where it has not. Or
-    each of MANY states has gone farther than the one before, and they do not come back less and
-    less: chance does so once in MANY! times, and a slow part of the motion goes away.
+    each of MANY states has gone farther than the one before, along a line, and they come back as
+    near as before: no walk is so straight, and a slow part of the motion goes away.
     """
     if len(rows) < 3:
         return None
     last, values = rows[-1], np.array([0.0, *(r["modified"] for r in rows)])
-    beyond = abs(last["modified"]) - last["bound"] - last["walk"]
+    beyond = abs(last["modified"]) - last["bound"]
     if beyond > 0 and len(rows) >= MANY and abs(np.sign(np.diff(values)).sum()) == len(rows):
-        paths = [r["path"] for r in rows]
+        times, paths = np.array([r["time"] for r in rows]), [r["path"] for r in rows]
+        off = np.abs(values[1:] - times / times[-1] * values[-1]).max()
         half = len(rows) // 2
-        if 2 * max(paths[:half]) >= max(paths[half:]):
+        if off <= STRAIGHT * abs(values[-1]) and 2 * max(paths[:half]) >= max(paths[half:]):
             return last
+    beyond -= last["walk"]
     later = np.sign(values[1 + len(rows) // 2 :])
     one_way = _goes_one_way(rows) and abs(later.sum()) == len(later)
     return last if beyond > BEYOND * last["path"] and one_way else None
