@@ -9,7 +9,7 @@ from typing import Any
 from ..report.palette import Mark
 from ..report.view import Sketch, Titles, View
 from ..report.wording import NONE, Case, mapping, number
-from . import exchange, plot_linear, plot_maps
+from . import plot_linear, plot_maps
 
 FARTHEST = 1000.0  # hω up to which the linear part looks
 TOLD = 3  # gaps that are said
@@ -75,8 +75,11 @@ def _got(measured: dict[str, Any]) -> str:
 
 
 def _share(value: Any) -> str:
+    """As `exchange.percent`, of what may have failed."""
     found = number(value)
-    return "failed" if found is None else exchange.percent(found)
+    if found is None:
+        return "failed"
+    return f"{100 * found:.2g} %" if found < 0.1 else f"{100 * found:.0f} %"
 
 
 def _short(measured: dict[str, Any]) -> str:
