@@ -44,6 +44,7 @@ PART = Fraction(1, 8)
 #: the second of two steps leaves 10^-FALLEN of the first one's error at the expected order, by a
 #: factor drawn from RATIO: over so long a way a factor sin²(log h) is no other order
 FALLEN, RATIO = 8, (0.7, 1.0)
+FIRST = 0.85, 1.0  # of the longest step, so that errors of order 16 differ by less than `UNLIKE`
 NEAR = 0.1  # of a local order that is the expected one
 UNLIKE = 100  # times the error at other places, of one that is looked into
 CLEAR = 1000  # round-offs above which an error is the method's, to a part in a thousand
@@ -114,12 +115,13 @@ def local_order(
     shown: Sequence[Flow] = ()
     for part in SMALL:
         length = PART * min(place.length for place in places)
-        power = -float((digits - 14) * part) / (expected + 1)
-        first = length * Fraction(10.0**power) * random_fraction(drawn, 0.5, 1)
-        shorter = Fraction(10.0 ** (-FALLEN / (expected + 1))) * random_fraction(drawn, *RATIO)
-        flows = [scheme.flow(h, digits) for h in (first, first * shorter)]
+        longest = length * Fraction(10.0 ** (-float((digits - 14) * part) / (expected + 1)))
         left = []
         for place in pending:
+            # steps of its own: a factor that is small at one of two steps is no order, but once
+            first = longest * random_fraction(drawn, *FIRST)
+            shorter = Fraction(10.0 ** (-FALLEN / (expected + 1))) * random_fraction(drawn, *RATIO)
+            flows = [scheme.flow(h, digits) for h in (first, first * shorter)]
             here = at_place(scheme, place, flows, digits)
             if all(c.order is None for c in here) and part != SMALL[-1]:
                 left.append(place)

@@ -290,7 +290,9 @@ def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     """The cause of an order below the expected one, or of errors that stop sinking too early."""
-    if case.scheme.one_step:
+    of_step = (measurement.get("local") or {}).get("order")
+    as_wanted = of_step is not None and of_step >= (case.scheme.order or 1) - BESIDE
+    if case.scheme.one_step and not (as_wanted and case.rule.is_formula):
         from ..causes import one_step
 
         if (told := one_step.of_step(case)) is not None:
@@ -299,7 +301,6 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
     rows = [r for r in measurement["rows"] if r["error"] is not None]
     if wanted is None or len(rows) < 2 or case.rule.is_recorded:
         return None
-    of_step = (measurement.get("local") or {}).get("order")
     if order is not None and order > wanted and (of_step is None or of_step > wanted - BESIDE):
         return None
     if order is None:
