@@ -233,7 +233,7 @@ def _judge_order(result: dict[str, Any], order: int | None, at_least: int | None
     if found is None:
         return  # the study says why
     tolerance = result["expected"]["tolerance"]
-    result["expected"] = {**result["expected"], "order": order or at_least}
+    result["expected"] = {"order": order or at_least, "tolerance": tolerance}
     right = abs(found - order) <= tolerance if order else _at_least(result, at_least or 0)
     of_step = (result.get("local") or {}).get("order")
     if right:
