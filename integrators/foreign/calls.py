@@ -197,6 +197,11 @@ class Calls:
                 "argument in place; work on a copy: q = q + ..., not q += ...."
             )
         where = f" ({place})" if place else ""
+        if isinstance(error, ValueError) and self.system.n != self.system.m:
+            where += (
+                f"; here q has {self.system.n} and p {self.system.m} entries: say groupoids="
+                '"pair" of a box that takes them to be as many'
+            )
         said = " ".join(str(error).split())[:200]
         return BoxRaised(k, f"the black box raises {type(error).__name__}: {said}{where}")
 

@@ -12,7 +12,7 @@ from discmech.integrators.foreign.differences import FARTHEST
 
 from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
-from ..symplecticity.in_numbers import ENOUGH, RESOLVED, along, left_by
+from ..symplecticity.in_numbers import ENOUGH, along, left_by, resolved
 from ..symplecticity.places import looks
 
 #: what a program does to its argument beside its result: the rounded state between both steps
@@ -101,7 +101,7 @@ def _even(scheme: Any, look: Any) -> bool:
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Fail what is certain, pass what is resolved."""
-    measured, expected = measurement["measured"], dict[str, Any](resolved=RESOLVED)
+    measured, expected = measurement["measured"], dict[str, Any](resolved=resolved(case))
     if reason := not_claimed(case.rule, "reversible"):
         return Verdict("pass", "", {**expected, "not_demanded": reason})
     if measured["defect"] is None:
@@ -116,7 +116,7 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         said += "inverse of Φₕ."
         return Verdict("fail", said, expected)
     left = expected["left"] = measurement["left"]
-    if measured["resolution"] <= RESOLVED * left:
+    if measured["resolution"] <= resolved(case) * left:
         return Verdict("pass", "", expected)
     said = (
         f"a step back misses the start by nothing that is seen, but {measured['resolution']:.1e} "

@@ -190,7 +190,7 @@ def _measured(rows: list[dict[str, Any]]) -> dict[str, Any]:
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Fail what is certain, pass what is resolved, and say of the rest what is missing."""
     measured, rows = measurement["measured"], measurement["rows"]
-    expected: dict[str, Any] = {"resolved": RESOLVED}
+    expected: dict[str, Any] = {"resolved": resolved(case)}
     reason = not_claimed(case.rule, "symplectic")
     if case.scene.force is not None and not reason:
         reason = "forced: the form need not be kept; measured only"
@@ -222,11 +222,16 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     if missing := [r for r in rows if r["certain"] is None]:
         said = f"{len(missing)} of {len(rows)} steps around the motion failed"
         return Verdict("inconclusive", f"{said}: {missing[0]['why_not']}.", expected)
-    if measured["resolution"] <= RESOLVED * left:
+    if measured["resolution"] <= resolved(case) * left:
         return Verdict("pass", "", expected)
     said = f"no defect is seen, but one of {measured['resolution']:.1e} could be hidden, where a "
     said += f"method of this order that is not symplectic would leave {left:.1e}"
     return Verdict("inconclusive", f"{said}{rough}.", expected)
+
+
+def resolved(case: Case) -> float:
+    """`RESOLVED`, in units of the program's round-off; of single precision a hundredth."""
+    return min(0.01, RESOLVED * case.rule.unit(16) / 2.0**-53)
 
 
 def rounded(case: Case) -> float:

@@ -30,6 +30,8 @@ SCENES = ("kepler", "kirchhoff", "heavy-top", "wong", "rigid-body", "rotor-body"
 #: mass that depends on x, magnetic, with explicit time, stiff, of several bodies
 ON_PAIRS = ("kepler", "double-pendulum", "charged-particle", "kapitza-pendulum", "spring-pendulum",
             "outer-solar-system")  # fmt: skip
+#: of programs that say nothing of groupoids: as many p as q, and H is a sum of two parts
+PLAIN = ("kepler", "pendulum", "henon-heiles", "spring-pendulum")
 #: what a file with scenes and no rule is run with
 RULES = ("midpoint", "trapezoidal")
 
@@ -117,6 +119,8 @@ def usual_scenes(rules: Sequence[Discretisation], together: bool = False) -> tup
     `ON_PAIRS` too. together: those to which all rules apply, for methods that are compared.
     """
     wanted = all if together else any
+    if all(not rule.is_formula and not rule.groupoids for rule in rules):
+        return tuple(s for s in map(scenes.get, PLAIN) if wanted(r.applies(s) for r in rules))
 
     def of(names: Sequence[str]) -> list[Scene]:
         found = map(scenes.get, names)
