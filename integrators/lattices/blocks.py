@@ -21,6 +21,7 @@ def of_all(function: Callable[..., Any], count: int, *given: Any) -> list[np.nda
     """The matrices (rows, columns, count) of a function of columns; what all share is repeated."""
     found = function(*given)
     parts = found if isinstance(found, tuple) else [found]
+    parts = [np.asarray(e, dtype=np.float64) for e in parts]  # integers beyond 2⁶³ are Python's
     return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], count)) for e in parts]
 
 

@@ -78,8 +78,9 @@ def _field(scheme: Any, shape: tuple[int, int], near: np.ndarray) -> Any:
         if next(asked) >= MOST or not np.isfinite(state).all():
             raise CannotMeasure(f"{lattice.name}: its equations of motion are not followed.")
         x, mu = state[: N * n].reshape(N, n), state[N * n :].reshape(N, m)
-        xi = velocities(flow, x[None], mu[None], near[None])[0]
-        rate = np.broadcast_to(own(list(x.T), list(xi.T), list(mu.T), of_sites), (n + m, N)).T
+        xi = velocities(flow, x[None], mu[None], near[None])[0].astype(float)
+        found = own(list(x.T), list(xi.T), list(mu.T), of_sites).astype(float)
+        rate = np.broadcast_to(found, (n + m, N)).T
         of_mu = rate[:, n:].copy()
         (forces,) = of_all(tie, len(pairs), *at_ends(pairs, x, xi), of_bonds)
         np.add.at(of_mu, pairs, forces[:, 0].T.reshape(len(pairs), 2, m))
