@@ -180,7 +180,8 @@ def _judge_solutions(case: Case, measurement: dict[str, Any]) -> Verdict:
     if wanted is None:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
     last = [row["controls"] for row in measurement["rows"]][-3:]
-    if len(last) == 3 and all(b > GROWS * a for a, b in pairwise(last)):
+    grows = len(last) == 3 and all(b > GROWS * a for a, b in pairwise(last))
+    if grows and "controls" in orders:  # not where they are exact, and changes round-off
         return Verdict(
             "inconclusive", "the controls change by more and more as the steps are halved: they "
             "grow without bound somewhere, so the problem has no bounded optimum to converge to; "
