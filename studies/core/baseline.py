@@ -183,6 +183,7 @@ BAND = "oscillation of the energy"
 #: what a band may be known to: those of eight runs of 2·10⁵ steps that begin within 10⁻⁹ of each
 #: other were 0.6 % apart at most in chaotic motion (double-pendulum), and 3·10⁻⁶ in regular motion
 WIDER = 1.1
+KEPT = 1e-10  # a band below is round-off, if of a long walk
 NEARLY = 1.001  # a band of regular motion, and an error of a run at another place of round-off
 #: digits from which an error at a step is a figure without a spread, and what round-off adds to it
 EXACT, ROUNDED = 30, 1e6
@@ -199,7 +200,7 @@ def _spreads(case: Result) -> dict[str, Spread]:
         found["distance from the expected order"] = max(gap - room, 0.0), gap + room
     band = case["measured"].get("band")
     if band is not None and "balance_order" not in case["measured"]:
-        found[BAND] = band / WIDER, band * WIDER
+        found[BAND] = band / WIDER - KEPT, band * WIDER + KEPT
     digits = case.get("digits") or 0
     for row in case["rows"]:
         error = row.get("error")
@@ -214,7 +215,7 @@ def _spreads(case: Result) -> dict[str, Spread]:
 
 def _far(one: float, other: float) -> bool:
     """Whether two bands are not those of one regular motion; what is round-off in both is."""
-    return max(one, other) > 1e-10 and not max(one, other) <= NEARLY * min(one, other)
+    return max(one, other) > KEPT and not max(one, other) <= NEARLY * min(one, other)
 
 
 def _side(then: Spread, now: Spread) -> str:
