@@ -114,7 +114,7 @@ def check_function(function: Any, what: str, *wanted: str) -> None:
     """Raise `BadInput` unless it can be called with the arguments of one of the `wanted`."""
     words = " or ".join(wanted)
     if not callable(function):
-        raise BadInput(f"{what} is {function!r}; give a function of {words}.")
+        raise BadInput(f"{what} is {shown(function)}; give a function of {words}.")
     try:
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # of a callable that tells nothing
@@ -150,7 +150,7 @@ def check_progress(progress: Any) -> None:
 
 def brief_name(thing: Any) -> str:
     """What a message calls a thing that is not what was asked for: its name, or what it is."""
-    return getattr(thing, "__name__", None) or getattr(thing, "name", None) or repr(thing)
+    return getattr(thing, "__name__", None) or getattr(thing, "name", None) or shown(thing)
 
 
 _STEPS = "steps=, how many: the time over the flow's step"

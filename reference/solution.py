@@ -53,7 +53,7 @@ def solutions(
         raise ReferenceFailure(f"digits={digits!r} is no positive whole number; ask for e.g. 50")
     for name, given in (("attitude", attitude), ("proof", proof)):
         if not isinstance(given, bool):
-            raise ReferenceFailure(f"{name} is {given!r}: say True or False")
+            raise ReferenceFailure(f"{name} is no True or False: say one of them")
     exact_times = [exact_time(t) for t in times]
     if getattr(scene, "in_numbers", False):
         from .in_numbers import solutions_in_numbers

@@ -42,7 +42,7 @@ class Control:
     def __post_init__(self) -> None:
         scene = self.scene
         if not isinstance(scene, Scene):
-            raise BadInput(f"{scene!r} is no scene: give a Scene, or scenes.get(name).")
+            raise BadInput(f"{shown(scene)} is no scene: give a Scene, or scenes.get(name).")
         name, m = scene.name, scene.groupoid.dim_u
         bound = scene.constrained or scene.contact is not None
         if scene.lagrangian is None or scene.discrete_lagrangian is not None or bound:
@@ -61,7 +61,9 @@ class Control:
         if self.inputs is not None and arguments_of(self.inputs) not in (4, 5):
             raise BadInput(f"{name}: inputs= is a function of (x, v, f, p) or (x, v, f, p, t).")
         if not isinstance(self.end, (tuple, list)) or len(self.end) != 2:
-            raise BadInput(f"{name}: end is {self.end!r}; give (x1, v1), None for what is free.")
+            raise BadInput(
+                f"{name}: end is {shown(self.end)}; give (x1, v1), None for what is free."
+            )
         sizes = zip(("x1", "v1"), self.end, (scene.groupoid.dim_x, m), strict=True)
         end = tuple(e if e is None else exact_vector(e, k, f"{name}: {w}") for w, e, k in sizes)
         duration = scene.duration if self.duration is None else self.duration

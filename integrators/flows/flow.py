@@ -152,7 +152,11 @@ class Flow:
     def arrow(self, run: Trajectory, row: int) -> Arrow:
         """The arrow of a run's row, for `geometry.transitions`; raises as `elements`."""
         self._check_own(run)
-        if not isinstance(row, INTEGER) or not -len(run.u) <= row < len(run.u):
+        if (
+            not isinstance(row, INTEGER)
+            or isinstance(row, bool)
+            or not -len(run.u) <= row < len(run.u)
+        ):
             raise BadInput(f"row is {shown(row)}: the run has the rows 0 to {len(run.u) - 1}.")
         return self.context.arrow(run.x[row], run.mu[row], run.u[row], int(run.translates[row]))
 

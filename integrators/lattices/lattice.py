@@ -78,7 +78,8 @@ class Lattice:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
             raise BadInput(
-                f"a lattice's name is {self.name!r}: use letters, digits, dots and dashes only."
+                f"a lattice's name is {shown(self.name)}: use letters, digits, dots and "
+                f"dashes only."
             )
         if not isinstance(self.site, Groupoid):
             given = getattr(self.site, "name", repr(self.site))
@@ -102,12 +103,14 @@ class Lattice:
             optional = word in ("constraint", "contact") and getattr(self, word) is None
             if not optional and not callable(getattr(self, word)):
                 given = {"on_site": "(x, v, p)", "contact": "(x, p)"}.get(word, "(x, y, p)")
-                raise BadInput(f"{self.name}: {word} is {getattr(self, word)!r}; give a function "
+                raise BadInput(f"{self.name}: {word} is {shown(getattr(self, word))}; give "
+                               f"a function "
                                f"of {given}.")  # fmt: skip
         self._check_contact()
         named: Any = self.symmetries
         if not isinstance(named, Mapping) or not all(map(callable, named.values())):
-            raise BadInput(f"{self.name}: symmetries is {named!r}; give a dictionary of functions "
+            raise BadInput(f"{self.name}: symmetries is {shown(named)}; give a dictionary "
+                           f"of functions "
                            "ξ(x, p) by name.")  # fmt: skip
         duration = measure(self.duration, f"{self.name}: duration")
         step = duration / 1000 if self.step is None else self.step
@@ -207,6 +210,9 @@ class Lattice:
     def free(self) -> np.ndarray:
         """Whether a site moves, (N,)."""
         free = np.ones(self.sites, dtype=bool)
+        if not isinstance(self.fixed_ends, (bool, np.bool_)):
+            raise BadInput(f"{self.name}: fixed_ends is {shown(self.fixed_ends)}; say True or "
+                           "False.")  # fmt: skip
         if self.fixed_ends:
             if not isinstance(self.bonds, str) or self.bonds != "chain":
                 raise BadInput(f"{self.name}: only a chain has ends to fix; name sites by fixed=.")
@@ -221,7 +227,8 @@ class Lattice:
             fixed = np.flatnonzero(fixed)
         for i in fixed:
             if not isinstance(i, INTEGER) or not 0 <= i < self.sites:
-                raise BadInput(f"{self.name}: fixed names the site {i!r}, but the sites are 0 to "
+                raise BadInput(f"{self.name}: fixed names the site {shown(i)}, but the "
+                               f"sites are 0 to "
                                f"{self.sites - 1}.")  # fmt: skip
             free[i] = False
         if not free.any():
@@ -232,14 +239,19 @@ class Lattice:
     def split_parameters(self) -> dict[str, dict[str, Any]]:
         """{"shared": exact values, "site": arrays (N, ...), "bond": arrays (B, ...)} by name."""
         if not isinstance(self.parameters, Mapping):
-            raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")
+            raise BadInput(
+                f"{self.name}: parameters is {shown(self.parameters)}; give a dictionary."
+            )
         found: dict[str, dict[str, Any]] = {"shared": {}, "site": {}, "bond": {}}
         lengths = {"site": int(self.sites), "bond": len(self.pairs)}
         for key, value in self.parameters.items():
             if not str(key).isidentifier():
-                raise BadInput(f"{self.name}: parameter {key!r} is no name; use letters and _.")
+                raise BadInput(
+                    f"{self.name}: parameter {shown(key)} is no name; use letters and _."
+                )
             if iskeyword(key):
-                raise BadInput(f"{self.name}: parameter {key!r} is a word of Python's, so p.{key} "
+                raise BadInput(f"{self.name}: parameter {shown(key)} is a word of Python's, "
+                               f"so p.{key} "
                                f"cannot be written; call it {key}_.")  # fmt: skip
             what = f"{self.name}: parameter {key}"
             if not isinstance(value, np.ndarray) or value.ndim == 0:
@@ -304,7 +316,7 @@ def floats(value: Any, what: str) -> np.ndarray:
     try:
         given = np.array(value)
         array = given.real.astype(np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise BadInput(f"{what} is no array of numbers.") from None
     if given.dtype.kind == "c":
         raise BadInput(f"{what} holds complex numbers; give real ones.")

@@ -5,7 +5,7 @@ As data: one kind a file.
 
 from __future__ import annotations
 
-from ..errors import unknown
+from ..errors import shown, unknown
 from .claims import Claims
 from .composition import METHODS, Composition, Method, Substep, adjoint, compose
 from .discretisation import Discretisation, check_rule, discretisation, own
@@ -43,6 +43,8 @@ def get(name: str) -> Discretisation:
     A composition is named as in kahan-li-8:midpoint. Raises `BadInput` for an unknown name and
     suggests the closest match.
     """
+    if not isinstance(name, str):
+        raise unknown("rule", shown(name), (*names(), *MAPS))
     if name in BUILT_IN or name == own.name:
         return BUILT_IN.get(name, own)
     if ":" in name:

@@ -171,7 +171,7 @@ def checked(
         )
     where = (groupoids,) if isinstance(groupoids, str) else groupoids
     if not isinstance(where, list | tuple) or not all(isinstance(e, str) for e in where):
-        raise BadInput(f"the groupoids of a {what} are {groupoids!r}: give a list of names.")
+        raise BadInput(f"the groupoids of a {what} are {shown(groupoids)}: give a list of names.")
     where = tuple(where)
     for groupoid in where:
         if groupoid not in GROUPOIDS:
@@ -184,9 +184,9 @@ def described(
 ) -> tuple[str, str]:
     """(name, source) of a function of the `wanted` arguments; raises `BadInput` for another."""
     if not callable(formula):
-        raise BadInput(f"a {what} is a function {wanted}, not {formula!r}.")
+        raise BadInput(f"a {what} is a function {wanted}, not {shown(formula)}.")
     if not isinstance(name, str | None):
-        raise BadInput(f"the name {name!r} of a {what} is no text.")
+        raise BadInput(f"the name {shown(name)} of a {what} is no text.")
     count, needed = len(inspect.signature(formula).parameters), wanted.count(",") + 1
     label = str(name or getattr(formula, "__name__", what).replace("_", "-"))
     if count != needed:
@@ -197,7 +197,7 @@ def described(
             f"{stages}takes {words}: {wanted}."
         )
     if not re.fullmatch(r"[\w.-]{1,80}", label):
-        raise BadInput(f"a {what}'s name is {label!r}: use letters, digits, dots and dashes.")
+        raise BadInput(f"a {what}'s name is {shown(label)}: use letters, digits, dots and dashes.")
     return label, source or inspect.getdoc(formula) or ""
 
 

@@ -14,7 +14,7 @@ In the basis of Legendre polynomials s_j is of size h^j and a constant mass matr
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 from ..errors import BadInput, shown
@@ -26,22 +26,20 @@ from .quadrature import Nodes, NodeValue
 MOST_NODES = 20
 
 
-@lru_cache(maxsize=None, typed=True)  # gauss(2.0) is refused, whatever was asked before
 def gauss(nodes: int) -> Discretisation:
     """Gauss quadrature with that many nodes and a polynomial of that degree: order 2·nodes.
 
     One node is the midpoint rule, with the velocity of the curve at the middle of the chart.
     """
-    return _galerkin("gauss", nodes, degree=nodes, order=2 * nodes)
+    return _galerkin("gauss", _checked("gauss", nodes))
 
 
-@lru_cache(maxsize=None, typed=True)  # gauss(2.0) is refused, whatever was asked before
 def lobatto(nodes: int) -> Discretisation:
     """Lobatto quadrature and a polynomial of one degree less than nodes: order 2·nodes − 2.
 
     Two nodes are the trapezoidal rule, with the velocities of the curve at its ends.
     """
-    return _galerkin("lobatto", nodes, degree=nodes - 1, order=2 * nodes - 2)
+    return _galerkin("lobatto", _checked("lobatto", nodes))
 
 
 #: family name → (rule of so many nodes, least number of nodes)
@@ -51,12 +49,19 @@ FAMILIES: dict[str, tuple[Callable[[int], Discretisation], int]] = {
 }
 
 
-def _galerkin(family: str, nodes: int, degree: int, order: int) -> Discretisation:
+def _checked(family: str, nodes: Any) -> int:
     least = FAMILIES[family][1]
     if type(nodes) is not int or not least <= nodes <= MOST_NODES:
         raise BadInput(
             f"{family} with {shown(nodes)} nodes: give a whole number from {least} to {MOST_NODES}."
         )
+    return nodes
+
+
+@cache
+def _galerkin(family: str, nodes: int) -> Discretisation:
+    degree = nodes if family == "gauss" else nodes - 1
+    order = 2 * degree
 
     def formula(
         L: Any, G: Any, x: Column, u: Column, h: Letter, s: Sequence[Column] = ()

@@ -7,7 +7,7 @@ it says on which it exists.
 from __future__ import annotations
 
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import cache
 from typing import Any
 
 from ..errors import BadInput, shown
@@ -51,7 +51,6 @@ def implicit_midpoint(s: Any, z: Column, Z: Column, h: Letter) -> Column:
     return Z - z - h * s.f((z + Z) / 2)
 
 
-@lru_cache(maxsize=None, typed=True)
 def dual_gauss(nodes: int) -> OneStepMap:
     """Gauss collocation of z on the dual, of order 2·nodes; one node is the implicit midpoint.
 
@@ -60,7 +59,11 @@ def dual_gauss(nodes: int) -> OneStepMap:
     """
     if type(nodes) is not int or not 1 <= nodes <= MOST_NODES:
         raise BadInput(f"dual-gauss with {shown(nodes)} nodes: give a whole number from 1 to 20.")
+    return _dual_gauss(nodes)
 
+
+@cache
+def _dual_gauss(nodes: int) -> OneStepMap:
     @one_step(order=2 * nodes, stages=nodes, name=f"dual-gauss-{nodes}", source=f"{_HLW}, II.1.3")
     def collocation(s: Any, z: Column, h: Letter, K: list[Column]) -> Any:
         def value(i: int, what: str, degree: int = 0) -> Any:

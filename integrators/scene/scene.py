@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from ..errors import BadInput, check_function, names_checked
+from ..errors import BadInput, check_function, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, exact_vector, flatten, measure
 from .pickled import Again, again
@@ -86,11 +86,11 @@ class Scene:
 
         if not isinstance(self.name, str) or not re.fullmatch(r"[A-Za-z0-9][\w.-]*", self.name):
             raise BadInput(
-                f"a scene's name is {self.name!r}: use letters, digits, dots and dashes only."
+                f"a scene's name is {shown(self.name)}: use letters, digits, dots and dashes only."
             )
         if not isinstance(self.groupoid, Groupoid):
             raise BadInput(
-                f"{self.name}: groupoid is {self.groupoid!r}; give pair(n), lie_group(...), "
+                f"{self.name}: groupoid is {shown(self.groupoid)}; give pair(n), lie_group(...), "
                 "action(...), product(...) or a LocalGroupoid."
             )
         if self.numeric_hamiltonian is not None or self.gradient is not None:
@@ -125,10 +125,14 @@ class Scene:
                 put(key, exact_nested(getattr(self, key), f"{self.name}: {key}"))
         self._check_contact()
         if not isinstance(self.parameters, Mapping):
-            raise BadInput(f"{self.name}: parameters is {self.parameters!r}; give a dictionary.")
+            raise BadInput(
+                f"{self.name}: parameters is {shown(self.parameters)}; give a dictionary."
+            )
         for key in self.parameters:
             if not str(key).isidentifier():
-                raise BadInput(f"{self.name}: parameter {key!r} is no name; use letters and _.")
+                raise BadInput(
+                    f"{self.name}: parameter {shown(key)} is no name; use letters and _."
+                )
         put("x0", exact_vector(self.x0, self.groupoid.dim_x, f"{self.name}: x0"))
         if self.mu0 is not None:
             if self.lagrangian is not None:
@@ -152,11 +156,13 @@ class Scene:
             put("symmetries", tuple(self.symmetries))
         except TypeError:  # an array without axes has an __iter__, too
             raise BadInput(
-                f"{self.name}: symmetries is {self.symmetries!r}; give a list."
+                f"{self.name}: symmetries is {shown(self.symmetries)}; give a list."
             ) from None
         for quantity in self.symmetries:
             if not isinstance(quantity, Conserved):
-                raise BadInput(f"{self.name}: {quantity!r} is no symmetry: give Conserved(...).")
+                raise BadInput(
+                    f"{self.name}: {shown(quantity)} is no symmetry: give Conserved(...)."
+                )
 
     def _check_numeric(self) -> None:
         """Raise `BadInput` unless a Hamiltonian of numbers stands alone, with its gradient."""
@@ -183,7 +189,7 @@ class Scene:
             for key, default in (("friction", 0), ("restitution", 0), ("impacts", "stepped")):
                 if getattr(self, key) != default:
                     raise BadInput(
-                        f"{self.name}: {key}={getattr(self, key)!r} needs contact=, the gaps."
+                        f"{self.name}: {key}={shown(getattr(self, key))} needs contact=, the gaps."
                     )
             return
         if not self.groupoid.dim_x:
@@ -197,8 +203,10 @@ class Scene:
             raise BadInput(f"{self.name}: the friction is negative; give a number from 0.")
         if isinstance(self.restitution, tuple) or not 0 <= self.restitution <= 1:
             raise BadInput(f"{self.name}: give a restitution from 0 to 1, one for all contacts.")
-        if self.impacts not in ("stepped", "located"):
-            raise BadInput(f'{self.name}: impacts={self.impacts!r}; say "stepped" or "located".')
+        if not isinstance(self.impacts, str) or self.impacts not in ("stepped", "located"):
+            raise BadInput(
+                f'{self.name}: impacts={shown(self.impacts)}; say "stepped" or "located".'
+            )
 
     @property
     def constrained(self) -> bool:
@@ -295,5 +303,5 @@ class Scene:
         """The number of steps of this size in the scene's duration, rounded."""
         size = exact_rational(step, "step")
         if size <= 0:
-            raise BadInput(f"step is {step!r}: give a positive number.")
+            raise BadInput(f"step is {shown(step)}: give a positive number.")
         return max(1, math.floor(self.duration / size + Fraction(1, 2)))
