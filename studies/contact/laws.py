@@ -91,6 +91,7 @@ class _Run:
                 for place, (_, fastest) in zip(places, weights, strict=True)]  # fmt: skip
         past = np.maximum.accumulate(ways)  # what is closed keeps the round-off of its past
         widest = [[e or 1 for e in way] for way in past]
+        self.breadths = np.maximum.accumulate([place.breadth for place in places])
         hardest = [self._hardest(*row, h) for row in zip(places, past, weights, P, strict=True)]
         found = dict.fromkeys(
             ("complementarity", "cone", "slip", "friction", "impact_energy", "jump", "restitution",
@@ -130,8 +131,9 @@ class _Run:
         moved, push = here.moved(i, there), P[1 : 1 + len(here.where[i])] @ here.bases[i]
         way, full = length(moved), kappa * P[0]
         slow = SLOW * way / self.h * way  # a slip that ended in the step has a last one of noise
-        breadth = max(here.breadth[i], there.breadth[i])
-        slipping = way > SLOW * breadth and all(slip @ moved > slow for slip in slips)
+        slipping = way > SLOW * self.breadths[k + 1][i] and all(
+            slip @ moved > slow for slip in slips
+        )
         if not (slipping and full > 1e-9 * hardest):
             return
         if len(moved) == 1:  # friction of each end has the size of its own |φ′|
