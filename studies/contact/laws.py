@@ -189,7 +189,7 @@ class _Run:
             if not gaps.friction[i] > 0 or not P[i, 0] > 0:
                 continue
             rows = np.vstack([place.normal[i][None], place.slip[i]])
-            fastest = max(abs(rows @ xi).max() for xi in (before, after)) or 1
+            fastest = max((abs(rows) @ abs(xi)).max() for xi in (before, after)) or 1
             slip = place.slip[i] @ mean
             push = P[i, 1 : 1 + len(place.where[i])] @ place.bases[i]
             bound = gaps.friction[i] * place.scale[i] * P[i, 0]

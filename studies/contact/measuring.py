@@ -46,6 +46,7 @@ AWAY = 1e-9  # of its size and the way of a step: a gap is open, and stays so wh
 #: impacts of a gap that are less than so many steps apart accumulate: how many there are is the
 #: step's
 DENSE = 3
+LATER = 1.1  # times of first impacts, as a part of those with another step
 WORDS = {
     "penetration": "a gap is negative", "pull": "a contact pulls",
     "complementarity": "an open gap pushes", "cone": "friction leaves its cone",
@@ -124,7 +125,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
                               for r in runs.values())  # fmt: skip
     measured |= {"apart": _apart(*runs.values()),
                  "scaled": scaled_gaps(case.scheme.s, case.scene)}  # fmt: skip
-    measured |= _times(case, last, steps)
+    measured |= _times(case, last, min(2, len(located.impacts.t)), steps)
     progress(f"{case.scene.name} {case.label}: single steps between impacts", 0.7)
     measured |= _between(case)
     measured["form"] = {"across": _across(case, located)}
@@ -170,6 +171,9 @@ def _apart(stepped: Any, located: Any) -> str:
         late = (k // 2 + 1) ** 2 * h * (1 + 1e-6)
         other = runs[1 - whose]
         near = abs(np.array(other.t, dtype=float) + h / 2 - t) <= late + h / 2
+        at_once = any(w == whose and j != i and abs(s - t) <= h for s, j, w in found)
+        if at_once:  # which of two gaps is first, in one step, is the step's
+            return ""
         if (other.impulses[near, i, 0] > 0).any():
             continue
         if t + late >= float(located.t[-1]) or _gone_apart(stepped, located, t, k):
@@ -210,14 +214,15 @@ def _rests(run: Any, last: float | None) -> bool:
                for k, p in enumerate(pushed))  # fmt: skip
 
 
-def _times(case: Case, last: float | None, steps: int) -> dict[str, Any]:
-    """{"order", "time_error"}: of the times of the first impacts, or of the last place."""
+def _times(case: Case, last: float | None, count: int, steps: int) -> dict[str, Any]:
+    """{"order", "time_error"}: of the times of the first `count` impacts, or of the last place."""
     size = float(case.scene.step)
-    steps = steps if last is None else min(steps, int(last / size) + 2)
+    if last is not None:  # with other steps they may be a little later
+        steps = int(LATER * last / size) + 4
 
     def asked(part: int) -> np.ndarray:
         run = _flow(case, part, "located").trajectory(part * steps, part * steps)
-        first = run.x[-1] if last is None else run.impacts.t[:2]
+        first = run.x[-1] if last is None else run.impacts.t[:count]
         return np.array([float(e) for e in first])
 
     best, errors = asked(8), list[float]()

@@ -18,7 +18,6 @@ from discmech.studies.core.fingerprint import of_case
 from discmech.studies.core.one_case import run_case
 from discmech.studies.user.assertions import NotApplicable, assert_order
 from tests.integrators.contact import motions
-from tests.integrators.contact.test_contact_attacks import attacks
 
 STUDY = get("contact")
 SPRING = motions.SPRING.with_values(impacts="stepped", step="0.1", duration=4)
@@ -95,22 +94,6 @@ def test_what_cannot_be_told_is_inconclusive(change, words):
     case = Case("contact", SPRING, rules.get("midpoint"), 16, 40)
     verdict = measuring.judge(case, {"measured": GOOD | change})
     assert verdict.verdict == "inconclusive" and words in verdict.reason
-
-
-@pytest.mark.parametrize(("name", "wanted"), [
-    ("post", "pass"), ("pegs", "pass"), ("scaled", "inconclusive"), ("nothing", "inconclusive"),
-    ("hang_ball", "pass"),
-])  # fmt: skip
-def test_scenes_that_were_once_judged_wrongly(name, wanted):
-    found = run_case(STUDY, Case("contact", getattr(attacks, name), rules.get("midpoint"), 16))
-    assert found["verdict"] == wanted, found["reason"]
-
-
-@pytest.mark.parametrize("name", ["fast_clock", "fast_clock_unsaid"])
-def test_a_clock_that_runs_fast_is_inconsistent(name):
-    case = Case("contact", scenes.get("bouncing-ball"), getattr(attacks, name), 16)
-    found = run_case(STUDY, case)
-    assert found["verdict"] == "fail" and "not consistent" in found["reason"]
 
 
 def test_other_studies_and_references_leave_contact_alone(ask):
