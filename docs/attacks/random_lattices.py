@@ -16,7 +16,17 @@ import numpy as np
 import sympy
 from sympy import Rational
 
-from discmech import Control, Lattice, Scene, check, discretisation, midpoint, pair, trapezoidal
+from discmech import (
+    BadInput,
+    Control,
+    Lattice,
+    Scene,
+    check,
+    discretisation,
+    midpoint,
+    pair,
+    trapezoidal,
+)
 from discmech.integrators.rules import gauss
 from discmech.integrators.rules import get as rule_of
 
@@ -146,7 +156,10 @@ def main(seed: str, unsound: int = 20, sound: int = 40) -> int:
     ):
         counts = Counter[str]()
         for number in range(count):
-            what, verdict, reason = trial(f"{seed} {word}", number, rule)
+            try:
+                what, verdict, reason = trial(f"{seed} {word}", number, rule)
+            except BadInput as refusal:
+                what, verdict, reason = f"number {number}", "refused", str(refusal)
             counts[verdict] += 1
             wrong += verdict == bad
             print(f"{word:8} {verdict:13} {what}: {reason}", flush=True)
