@@ -42,7 +42,7 @@ JUDGES = (
     _study("charts"),
     _study("extremes", "WRONG", "TRUSTED"),
     _study("optimality"),
-    _study("contact", "_broken", "SLACK", "FORM", "FALLS"),
+    _study("contact", "_broken", "_untold", "SLACK", "FORM", "FALLS"),
     _study("savings", "SAME"),
     _study("work_precision"),
     Target("studies/core/fitting.py", ("tests/studies/test_fitting.py", *JUDGED)),

@@ -33,7 +33,10 @@ def test_optimal_motions_have_the_order_of_the_rule():
 def bounce(**more):
     mode = dict.fromkeys(contact.WORDS, 0.0) | {"rises": [0.0]}
     found = {"late": 0.5, "order": 2.0, "time_error": 1e-9, "rests": False,
-             "form": {"free": 0.0, "across": None}}  # fmt: skip
+             "form": {"across": None}, "free": {"defect": 0.0, "limit": 1e-13, "place": "x = (1)"},
+             "touched": True, "apart": "", "scaled": [],
+             "local": {"order": 2.0, "component": "x[0]", "place": "x = (1)", "step": 1e-15,
+                       "exact": False, "unknown": "", "floats": False}}  # fmt: skip
     found |= {mode_name: dict(mode) for mode_name in contact.MODES}
     for name, value in more.items():
         if name in found["stepped"]:
@@ -95,14 +98,15 @@ def test_located_impacts_have_an_order_and_keep_the_form():
     assert contact_of(order=1.6)[0] == "pass" and contact_of(order=None)[0] == "pass"
     told = contact_of(order=1.59)
     assert told[0] == "fail" and "order 1.59, where 1.6 is the least" in told[1]
-    limit = contact.limit(16)
-    assert contact_of(free=limit)[0] == "pass" and contact_of(free=None)[0] == "pass"
-    assert "Poisson defect is 1" in contact_of(free=1.0)[1] and contact_of(free=ABOVE * limit)[1]
-    across = contact_of(across=[3e-3, 2.01e-3])
-    assert across[0] == "fail" and "is 0.003, with half the step 0.002:" in across[1]
-    for kept in ([3e-3, 2e-3], [1e-20, 1.0], [3e-3, None], [None, 1.0], []):
+    form = {"defect": 1e-13, "limit": 1e-13, "place": "x = (1)"}
+    assert contact_of(free=form)[0] == "pass" and contact_of(free=None)[0] == "pass"
+    told = contact_of(free={**form, "defect": ABOVE * 1e-13})
+    assert told[0] == "fail" and "does not keep the form" in told[1]
+    across = contact_of(across=[1e-3, 3e-3, 2.01e-3])
+    assert across[0] == "fail" and "is 0.003, with an eighth of the step 0.002:" in across[1]
+    for kept in ([3e-3, 1e-3, 2e-3], [1e-20, 1e-21, 1e-20], [3e-3, None, 1.0], []):
         assert contact_of(across=kept)[0] == "pass"
-    assert contact_of(across=[1.1e-20, 1.0])[0] == "fail"
+    assert contact_of(across=[1e-20, 1e-20, 1.1e-20])[0] == "fail"
 
 
 def test_a_control_of_contact_breaks_a_law_a_thousandfold():
