@@ -190,7 +190,7 @@ CASES = {
     "order 2.0": (lambda: discretisation(order=2.0), r"whole number from 1, not 2\.0"),
     "rule a vector": (lambda: with_rule(lambda L, G, x, u, h: u), r"mine is a matrix \(2, 1\)"),
     "rule raises": (lambda: with_rule(lambda L, G, x, u, h: 1 / 0), "rule mine could not be eval"),
-    "rule asks": (lambda: with_rule(lambda L, G, x, u, h: L.mass), "mine asks for what is not"),
+    "rule asks": (lambda: with_rule(lambda L, G, x, u, h: L.weight), "mine asks for what is not"),
     "rule's element": (lambda: with_rule(lambda L, G, x, u, h: G.element(u, h)[0, 0]),
                        r"pair\(2\) has no group elements"),
     # scenes, groupoids
