@@ -109,12 +109,20 @@ def check_minimum(name: str, problem: Any) -> None:
     finite = all(np.isfinite(part).all() for part in parts)
     if not finite or sum(np.sum(np.linalg.eigvalsh(e) < 0) for e in parts) != equations:
         for reduced, _ in _curvatures(problem):
-            least = abs(np.linalg.eigvalsh(reduced)).min(axis=1)
+            values = np.linalg.eigvalsh(reduced)
+            least = abs(values).min(axis=1)
             if (least <= SINGULAR * abs(reduced).max()).any():
                 raise BadInput(
                     f"{name}: the second derivative of the cost by its controls vanishes in step "
                     f"{int(least.argmin())} of the motion that was found, so a minimum cannot be "
                     "told; take one step more or fewer, or add a small multiple of f.dot(f)."
+                )
+            if values.min() < 0:
+                raise BadInput(
+                    f"{name}: the cost has no minimum at the motion that was found: its second "
+                    f"derivative by the controls of step {int(values.min(axis=1).argmin())} is "
+                    "negative; take a rule without negative weights, which turn the sign of the "
+                    "cost at a point, and a cost that grows with its controls."
                 )
         raise BadInput(
             f"{name}: the cost has no minimum at the motion that was found: it falls along others "

@@ -19,6 +19,7 @@ from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.claims import not_claimed
 from ..core.fitting import BATCHES, Line, batch_line, fit_line, steadiness
 from ..core.runs import FAR, bins, energy_errors, long_run, refuse_ended, usual_steps
+from ..evidence.verdicts import CONSISTENCY, consistency_of, demand_consistency
 from . import balance, modified
 
 NAME = "energy"
@@ -53,6 +54,11 @@ def cases(choice: Choice) -> list[Case]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """What the run shows (`_measure`), and whether single steps are consistent."""
+    return {**_measure(case, progress), CONSISTENCY: consistency_of(case)}
+
+
+def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     """Rows {time, error}: (H − H₀) over the energy that moves (`moving_energy`), signed.
 
     Of each stretch of the run the rows keep the smallest and the largest error, in order, so the
@@ -75,7 +81,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     if balance.applies(case):
         alone = replace(case, scene=balance.left_alone(case.scene))
         if not balance.acts(case.scene, steps * float(case.scene.step)):
-            return measure(alone, progress)
+            return _measure(alone, progress)
         if case.rule.is_recorded:
             raise CannotMeasure(
                 f"{case.scene.name}: its energy is held against the work of each step, and "
@@ -83,7 +89,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
             )
         found = balance.measure(case, progress)
         with suppress(CannotMeasure, StepFailure):  # another motion, of which nothing may be known
-            found["alone"] = measure(replace(alone, steps=case.steps or ALONE), progress)
+            found["alone"] = _measure(replace(alone, steps=case.steps or ALONE), progress)
         return found
 
     also: dict[str, Any] = {"still": False, "modified": [], "beside": modified.beside(case)}
@@ -261,7 +267,15 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     An error that is large beside the energy's terms, and is not there in the first half of the run,
     has no band: a line through all rows does not see what grows exponentially. Nor does it see what
     is lost at the start and never comes back (`_settled`).
+
+    And the steps have to be consistent: a method of another motion may keep an energy near this
+    one's for ever.
     """
+    return demand_consistency(measurement, _judge(case, measurement))
+
+
+def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """Of the run alone."""
     if reason := not_claimed(case.rule, "energy"):
         return Verdict("pass", "", {"not_demanded": reason})
     if "balance_order" in measurement["measured"]:

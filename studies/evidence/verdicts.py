@@ -6,31 +6,73 @@ motion: such as runs that are held against runs of the same rule.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from discmech.integrators import Scheme
+from discmech.integrators.errors import DiscmechError
+from discmech.reference import ReferenceFailure
 
-from ..core.case import Verdict
-from . import NEAR, evidence_of
+from ..core.case import Case, Verdict
+from . import NEAR, LocalOrder, evidence_of
+
+#: the key of a measurement at which `consistency_of` stands
+CONSISTENCY = "consistency"
 
 
-def of_evidence(scheme: Scheme) -> dict[str, Any]:
+def consistency_of(case: Case) -> dict[str, Any] | None:
+    """The order of the single steps of a case, kept for `demand_consistency`; None if not asked.
+
+    Controls are judged by being caught, and a recorded run makes no single steps. Of a program only
+    components whose orders have settled count.
+    """
+    if case.control is not None or case.rule.is_recorded:
+        return None
+    try:
+        return of_evidence(case.scheme, 1, settled=not case.rule.is_formula)
+    except (ReferenceFailure, DiscmechError) as failure:
+        return {"order": None, "unknown": " ".join(str(failure).split())}
+
+
+def demand_consistency(measurement: dict[str, Any], told: Verdict) -> Verdict:
+    """The verdict of the runs, or a fail where a single step is not consistent.
+
+    For studies that a rule of any order passes. Where the single steps are not known, the verdict
+    of the runs stands.
+    """
+    local = measurement.get(CONSISTENCY)
+    if local is None or local["order"] is None or local["order"] >= 1 - NEAR:
+        return told
+    return judge(local, told, None, "the scene")
+
+
+def of_evidence(scheme: Scheme, least: int | None = None, settled: bool = False) -> dict[str, Any]:
     """The order of the single steps of a scheme, as it is kept in a measurement.
 
-    floats: whether the last bits of a rule's floats explain an order that is too low, which doubles
-    do not see.
+    least: the order below which it is too low; the declared one if None. settled: whether only
+    components count whose errors sink as one power of the step. floats: whether the last bits of a
+    rule's floats explain an order that is too low, which doubles do not see.
     """
     evidence = evidence_of(scheme)
-    found = evidence.order
+    found = _settled(evidence.order) if settled else evidence.order
     if found.unknown:
         return {"order": None, "unknown": found.unknown, "seed": evidence.seed}
-    least = scheme.order or 1
+    least = least or scheme.order or 1
     low = found.order is not None and found.order < least - NEAR
     return {
         "floats": low and evidence.floats(least).explain,
         "order": found.order, "component": found.component, "step": found.step,
         "place": str(found.place or ""), "exact": found.exact, "seed": evidence.seed,
     }  # fmt: skip
+
+
+def _settled(found: LocalOrder) -> LocalOrder:
+    """The lowest of the component orders that have a constant: the others are noise."""
+    known = [c for c in found.components if c.order is not None and c.constant is not None]
+    lowest = min(known, key=lambda c: c.order or 0.0, default=None)
+    if lowest is None:
+        return replace(found, order=None, unknown=found.unknown or "no error of a step settles")
+    return replace(found, order=lowest.order, component=lowest.name, place=lowest.place)
 
 
 def judge(local: dict[str, Any] | None, told: Verdict, wanted: int | None, what: str) -> Verdict:
@@ -50,7 +92,8 @@ def judge(local: dict[str, Any] | None, told: Verdict, wanted: int | None, what:
     if order >= least - NEAR or told.verdict == "fail":
         return told
     said = f"one step of {what} is of order {order:.2f} in {local['component']}, below "
-    said += f"{'the declared ' if wanted else ''}{least}: from an exact state ({local['place']}) "
+    where = local["place"] + (f", seed {local['seed']}" if "seed" in local else "")
+    said += f"{'the declared ' if wanted else ''}{least}: from an exact state ({where}) "
     said += f"a step of {local['step']:.1g} is off by O(h^{order + 1:.2f})"
     if order < 1 - NEAR:
         said += ", so the rule is not consistent: as h goes to 0 it follows another motion"

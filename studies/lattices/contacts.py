@@ -58,24 +58,34 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
 def defects(flow: Any, run: ContactLatticeTrajectory) -> dict[str, float]:
     """Of a run with every row: how far it is from each law, over the largest number of its kind.
 
-    penetration: −φ. pull: −P. complementarity: P of gaps that are open at both ends of a step,
-    times the smaller one. restitution: |U⁺ + e U⁻| where an impact pushes. missed: −U of gaps that
+    penetration: −φ, over what round-off is a part of there: the terms of φ, its changes with the
+    largest coordinate, to which a step's solution is known, and with the way of a step, the most
+    that it has been up to the row (what is closed keeps the round-off of its past). pull: −P.
+    complementarity: P of gaps that are open at both ends of a step, times the smaller one over the
+    same. restitution: |U⁺ + e U⁻| where an impact pushes. missed: −U of gaps that
     are closed in a row.
     """
     e, gaps = float(flow.lattice.restitution), flow.gaps
-    wide, hard = abs(run.x).max(), abs(run.impulses).max() or 1.0
+    hard = abs(run.impulses).max() or 1.0
     open_by = np.minimum(run.gaps[:-1], run.gaps[1:])
     found = run.impacts
-    fast, missed = abs(found.approach).max(initial=0.0), 0.0
-    for x, mu in zip(run.x[1:], run.mu[1:], strict=True):
-        place = gaps.at_start(x)
-        opening = place.normal @ gaps.velocity(x, mu)
+    fast, missed, ways = abs(found.approach).max(initial=0.0), 0.0, list[Any]()
+    for k, (x, mu) in enumerate(zip(run.x, run.mu, strict=True)):
+        place, xi = gaps.at_start(x), gaps.velocity(x, mu)
+        ways.append(place.own + float(flow.step) * gaps.fastest(place, xi))
+        if k == 0:
+            continue
+        opening = place.normal @ xi
         fast = max(fast, abs(opening).max())
         missed = max(missed, -opening[place.closed].min(initial=0.0))
+    wide = np.maximum.accumulate(ways).reshape(len(ways), len(gaps.sites), gaps.K)
+    wide[wide == 0] = 1.0
+    inside = (-run.gaps[:, gaps.sites] / wide).max(initial=0.0)
+    held = (run.impulses[:-1] * open_by)[:, gaps.sites] / (hard * wide[:-1])
     return {
-        "penetration": float(max(0.0, -run.gaps.min()) / wide),
+        "penetration": float(inside),
         "pull": float(max(0.0, -run.impulses.min()) / hard),
-        "complementarity": float((run.impulses[:-1] * open_by).max(initial=0.0) / (hard * wide)),
+        "complementarity": float(held.max(initial=0.0)),
         "restitution": float(abs(found.rebound + e * found.approach).max(initial=0.0) / fast),
         "missed": float(missed / fast),
     }

@@ -23,6 +23,7 @@ from ..core.runs import (
     usual_steps,
     with_terms,
 )
+from ..evidence.verdicts import CONSISTENCY, consistency_of, demand_consistency
 from .cause import cause_of_drift
 from .quantities import formula_of, kept_in, measured_in, round_offs, scheme_for
 from .sight import beside, seen
@@ -119,7 +120,7 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
               "beside": beside(case, kept)}  # fmt: skip
     if judge(case, result).verdict == "fail":
         result["lost"] = lost_one_way(case, steps)
-    return result
+    return {**result, CONSISTENCY: consistency_of(case)}
 
 
 def _claimed(case: Case) -> list[str]:
@@ -196,7 +197,13 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     A pass needs more: single steps beside the motion that keep it too, a limit below BLIND, and a
     seeded fault of one step that would have failed (`sight`). Of a quantity that never changes, or
     whose value is all round-off, nothing is known.
+
+    And the steps have to be consistent: a method of another motion may keep all of them.
     """
+    return demand_consistency(measurement, _judge(case, measurement))
+
+
+def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     over = _over(case, measurement["steps"])
     units = measurement.get("units", {})
     limits = limits_of(case, measurement["steps"], units)

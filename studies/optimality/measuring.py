@@ -179,7 +179,7 @@ def _judge_solutions(case: Case, measurement: dict[str, Any]) -> Verdict:
     orders = {k: p for k, p in measured["orders"].items() if k not in measured["exact"]}
     if wanted is None:
         return Verdict("pass", "the rule declares no order: measured only.", expected)
-    last = [row["controls"] for row in measurement["rows"]][-3:]
+    last = [row["controls"] for row in measurement.get("rows", [])][-3:]
     grows = len(last) == 3 and all(b > GROWS * a for a, b in pairwise(last))
     if grows and "controls" in orders:  # not where they are exact, and changes round-off
         return Verdict(

@@ -25,6 +25,7 @@ from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.claims import not_claimed
 from ..core.runs import follow, largest_stable_step
 from ..evidence import evidence_of
+from ..evidence.verdicts import CONSISTENCY, consistency_of, demand_consistency
 from . import in_numbers
 from .constraints import constraint_defect
 
@@ -120,6 +121,11 @@ def _broken(case: Case, measurement: dict[str, Any]) -> dict[str, float]:
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
+    """What the maps and the run show (`_measure`), and whether single steps are consistent."""
+    return {**_measure(case, progress), CONSISTENCY: consistency_of(case)}
+
+
+def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     """Rows {step, index, time, pullback, poisson, residual}; measured: the worst of each.
 
     On constrained scenes also constraint (`constraint_defect`); under a force also change and
@@ -268,6 +274,11 @@ def _badness(value: float) -> float:
 
 
 def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
+    """The form and the steps: what keeps the form of another motion fails too."""
+    return demand_consistency(measurement, _judge(case, measurement))
+
+
+def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     """Schemes: every defect within round-off. Controls: caught a thousandfold (10²⁰-fold at 50)."""
     if not case.rule.is_formula and not case.control:
         return in_numbers.judge(case, measurement)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy
 
-from discmech import BadInput, Control, midpoint, one_step, scenes
+from discmech import BadInput, Control, discretisation, midpoint, one_step, scenes
 from discmech.integrators.rules import compose, gauss
 from tests.integrators.control.test_control import effort, mass, plane, problem
 
@@ -14,6 +14,18 @@ def test_one_step_has_too_few_controls():
     with pytest.raises(BadInput, match=r"2 conditions, but .* 1 values .* take more steps"):
         Control(mass(), effort, ([1], [0])).solve(1)
     assert abs(Control(mass(), effort, ([1], [0])).solve(1, gauss(2)).cost - 6) < 1e-12
+
+
+def negative_middle(L, G, x, u, h):
+    """Consistent and symmetric, with the weight −1/4 at the middle."""
+    ends = L(x, u) + L(G.target(x, u, h), u)
+    return h * (5 * ends / 8 - L(G.target(x, u, h / 2), u) / 4)
+
+
+def test_a_negative_weight_has_no_minimum():
+    """The cost falls without a bound where the middle's control grows and the ends' balance it."""
+    with pytest.raises(BadInput, match=r"no minimum .* without negative weights"):
+        Control(mass(), effort, ([1], [0])).solve(10, discretisation(order=2)(negative_middle))
 
 
 REST = scenes.get("rigid-body").with_values(v0=[0, 0, 0], symmetries=())

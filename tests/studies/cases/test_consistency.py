@@ -1,0 +1,63 @@
+"""Steps that are not consistent pass no study, also none that a rule of any order passes."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from discmech import check, midpoint, scenes
+from discmech.studies import get
+from discmech.studies.core.case import Case, Choice, Verdict
+from discmech.studies.evidence.verdicts import consistency_of, demand_consistency
+
+ATTACKS = Path(__file__).parents[3] / "docs" / "attacks"
+
+
+def _loaded(name):
+    spec = importlib.util.spec_from_file_location(name, ATTACKS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+of_form, of_order = _loaded("form"), _loaded("order")
+CASES = [
+    ("symplecticity", "pendulum", of_order.heavy, 24), ("energy", "pendulum", of_form.nothing, 500),
+    ("momentum", "spherical-pendulum", of_order.heavy, 200),
+    pytest.param("symplecticity", "pendulum", of_order.fast_clock, 24, marks=pytest.mark.slow),
+    pytest.param("energy", "pendulum", of_order.fast_clock, 2000, marks=pytest.mark.slow),
+    pytest.param("energy", "pendulum", of_order.heavy, 2000, marks=pytest.mark.slow),
+    pytest.param("momentum", "kepler", of_order.fast_clock, 200, marks=pytest.mark.slow),
+    pytest.param("momentum", "kepler", of_form.nothing, 200, marks=pytest.mark.slow),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("study", "scene", "rule", "steps"), CASES)
+def test_what_is_not_consistent_passes_nowhere(study, scene, rule, steps):
+    (case,) = check(study, [scene], [rule], digits=[16], steps=steps)["cases"]
+
+    assert case["verdict"] == "fail" and "not consistent" in case["reason"]
+    assert "from an exact state (" in case["reason"] and ", seed " in case["reason"]
+
+
+def test_a_sound_step_leaves_the_verdict():
+    told = Verdict("pass", "", {})
+    case = Case("energy", scenes.get("pendulum"), midpoint, 16)
+
+    assert consistency_of(case)["order"] == pytest.approx(2, abs=0.01)
+    assert demand_consistency({"consistency": consistency_of(case)}, told) is told
+
+
+@pytest.mark.parametrize("found", [
+    {}, {"consistency": None}, {"consistency": {"order": None, "unknown": "no places"}},
+])  # fmt: skip
+def test_where_nothing_is_known_the_run_is_judged(found):
+    told = Verdict("pass", "", {})
+
+    assert demand_consistency(found, told) is told
+
+
+def test_controls_are_asked_for_no_consistency():
+    found = get("symplecticity").measuring.cases(Choice(own=(("control", ("damped",)),)))
+
+    assert found and all(consistency_of(case) is None for case in found)
