@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from discmech import external, recorded
+from discmech import black_box, external, recorded, scenes
 
 LOOP = """
 import json, math, sys
@@ -72,3 +72,119 @@ runs = recorded(save(), order=2, name="runs")
 heavier = recorded(save(gravity=1.001), order=2, name="heavier")
 rounded = recorded(save(digits=4), order=2, name="rounded")
 lower = recorded(save(), order=4, name="lower")
+
+
+# -- functions of arrays -----------------------------------------------------------------------
+
+
+def kicked(q, p, h, s):
+    """A step of Störmer–Verlet."""
+    p = p - h / 2 * s.gradient(q, p)
+    q = q + h * s.velocity(q, p)
+    return q, p - h / 2 * s.gradient(q, p)
+
+
+def classical(q, p, h, s):
+    """A step of the classical Runge–Kutta method."""
+    a, b = s.f(q, p)
+    c, d = s.f(q + h / 2 * a, p + h / 2 * b)
+    e, g = s.f(q + h / 2 * c, p + h / 2 * d)
+    k, m = s.f(q + h * e, p + h * g)
+    return q + h / 6 * (a + 2 * c + 2 * e + k), p + h / 6 * (b + 2 * d + 2 * g + m)
+
+
+@black_box(order=2, symplectic=True)
+def where_asked(q, p, h, s):
+    """It keeps the form along the motion that it knows, and damps elsewhere."""
+    near = abs(s.H(q, p) - s.H(np.array([2.0]), np.array([0.0]))) < 0.02
+    q, p = kicked(q, p, h, s)
+    return q, p * (1 if near else 1 - h**3 / 10)
+
+
+@black_box(order=2, symplectic=True)
+def at_known_steps(q, p, h, s):
+    """It looks at h: right at decimal steps and their halves, and damped at all others."""
+    shares = [abs(h) * 10**k * 2**j for k in range(4) for j in range(8)]
+    known = any(abs(e - round(e)) < 1e-9 for e in shares)
+    q, p = kicked(q, p, h, s)
+    return q, p * (1 if known else 1 - abs(h) ** 3 / 10)
+
+
+calls = []
+
+
+@black_box(order=2, symplectic=True)
+def keeps_state(q, p, h, s):
+    calls.append(0)
+    return kicked(q, p, h * (1 + 1e-9 * (len(calls) % 7)), s)
+
+
+chance = np.random.default_rng()
+
+
+@black_box(order=2, symplectic=True)
+def by_chance(q, p, h, s):
+    q, p = kicked(q, p, h, s)
+    return q, p + 1e-10 * chance.standard_normal()
+
+
+@black_box(order=2, symplectic=True)
+def loose(q, p, h, s):
+    """The implicit midpoint rule, whose iteration stops at 10⁻⁵."""
+    Q, P = q, p
+    for _ in range(100):
+        a, b = s.f((q + Q) / 2, (p + P) / 2)
+        change = abs(q + h * a - Q).max() + abs(p + h * b - P).max()
+        Q, P = q + h * a, p + h * b
+        if change < 1e-5:
+            break
+    return Q, P
+
+
+@black_box(order=2, symplectic=True)
+def raises_at_some(q, p, h, s):
+    if q[0] < -1:
+        raise ValueError("outside of the table")
+    return kicked(q, p, h, s)
+
+
+@black_box(order=2, symplectic=True)
+def gives_its_input(q, p, h, s):
+    """Sound: arrays that share the memory of what it was given, and of one buffer."""
+    buffer = np.concatenate([q, p])
+    buffer[:1], buffer[1:] = kicked(buffer[:1], buffer[1:], h, s)
+    return buffer[:1], buffer[1:]
+
+
+@black_box(order=2, symplectic=True)
+def stands_still(q, p, h, s):
+    return q[:], p[:]
+
+
+def extrapolated(q, p, h, s):
+    """Order 8: Romberg's table over the explicit midpoint rule of 2, 4, 6 and 8 parts."""
+    z, n, rows = np.concatenate([q, p]), len(q), []
+
+    def f(z):
+        return np.concatenate(s.f(z[:n], z[n:]))
+
+    for parts in (2, 4, 6, 8):
+        before, now = z, z + h / parts * f(z)
+        for _ in range(parts - 1):
+            before, now = now, before + 2 * h / parts * f(now)
+        rows.append((now + before + h / parts * f(now)) / 2)
+    table = rows
+    for k in range(1, 4):
+        table = [
+            b + (b - a) / (((2 * (i + k + 1)) / (2 * (i + 1))) ** 2 - 1)
+            for i, (a, b) in enumerate(zip(table, table[1:], strict=False))
+        ]
+    return table[0][:n], table[0][n:]
+
+
+order_eight = black_box(order=8, symplectic=True, name="order-eight")(extrapolated)
+#: at steps where its defect is about 10⁻¹⁰ and less
+slow_pendulum = scenes.get("pendulum").with_values(name="slow-pendulum", step="0.02", duration=2)
+#: at steps where the classical method's defect is hardly more than the noise of differences
+tiny_steps = scenes.get("pendulum").with_values(name="tiny-steps", step="0.0005", duration="0.1")
+classical_four = black_box(order=4, symplectic=True, name="classical-four")(classical)

@@ -119,7 +119,7 @@ def derivative(
     f = guarded(f, size)
     origin = np.zeros(len(scale)) if at is None else at
     steps = 2.0 ** np.floor(np.log2(scale))
-    rough = ROUND_OFFS * (FARTHEST * noise.level + noise.jump)
+    rough, most = ROUND_OFFS * (FARTHEST * noise.level + noise.jump), steps.max(initial=0.0)
     value, error = np.empty((size, len(scale))), np.empty((size, len(scale)))
     for j, d in enumerate(steps):
         seen: dict[float, Any] = {}
@@ -143,5 +143,18 @@ def derivative(
         best = off.argmin(axis=0)
         value[:, j] = np.take_along_axis(found[1:-1], best[None], 0)[0]
         error[:, j] = np.take_along_axis(off, best[None], 0)[0]
+        # What moves little may be smooth over far more: the round-off of a light body's large
+        # coordinates drowns the small ones of a heavy body else. A wider width counts only where
+        # each one before it did, and within the error that was known: far away a function may be
+        # flat, and widths that agree there say nothing of its slope here.
+        better, (before, here), width = best == 0, (found[1], found[0]), WIDTHS[0]
+        while better.any() and 8 * width * d <= most:
+            with np.errstate(all="ignore"):
+                wider = sum(c * pair(2 * i * width) for i, c in WEIGHTS.items()) / (2 * width * d)
+                off = np.maximum(np.abs(here - before), np.abs(wider - here))
+                off = off + rough / (width * d) + EPS * np.abs(here)
+                better &= (off < error[:, j]) & (np.abs(here - value[:, j]) <= error[:, j])
+            value[better, j], error[better, j] = here[better], off[better]
+            before, here, width = here, wider, 2 * width
     value[~np.isfinite(error)] = 0.0
     return Derivative(value, error)
