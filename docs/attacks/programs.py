@@ -1,6 +1,7 @@
 """Programs that answer wrongly, and runs that are none of the scene's."""
 
 import atexit
+import itertools
 import shutil
 import sys
 import tempfile
@@ -177,7 +178,7 @@ def extrapolated(q, p, h, s):
     for k in range(1, 4):
         table = [
             b + (b - a) / (((2 * (i + k + 1)) / (2 * (i + 1))) ** 2 - 1)
-            for i, (a, b) in enumerate(zip(table, table[1:], strict=False))
+            for i, (a, b) in enumerate(itertools.pairwise(table))
         ]
     return table[0][:n], table[0][n:]
 

@@ -29,6 +29,9 @@ FARTHEST = 6
 EPS = 2.0**-53
 LINE, ORDER = 24, 6  # points of a line on which noise is looked for, and the order of differences
 SPACINGS = (2.0**-9, 2.0**-14, 2.0**-22)  # of these points, in parts of the scale
+#: roundings of the argument in a sixth difference: its weights add up to 64, and the argument, of
+#: a size of a few scales, is rounded a few times in a step
+ARGUMENT = 64 * 8
 FINER = (8, 64)  # times finer lines, on which a jump is looked for again
 #: a sixth difference of independent errors of size 1 has this inverse size
 DEVIATION = (factorial(ORDER) ** 2 / factorial(2 * ORDER)) ** 0.5
@@ -87,10 +90,16 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
         usual, most = np.median(rows, axis=0), rows.max(axis=0)
         with np.errstate(all="ignore"):
             reach = np.nanmax(np.abs(line), axis=0) + np.abs(value)
+        # what the rounding of the argument does is no jump: near a pole that is far more than the
+        # round-off of the value, and more at some points of the line than at most
+        with np.errstate(all="ignore"):
+            slope = np.nanmax(np.abs(np.diff(line, axis=0)), axis=0) / width
+        rounding = ARGUMENT * unit * (np.nan_to_num(slope, posinf=0.0) + reach)
         found = 1.5 * usual * DEVIATION
         level = np.where(found > smooth * reach, np.maximum(level, found), level)
         beyond = most > np.maximum(
-            smooth * reach, 2 * FARTHEST * np.maximum(usual, level / DEVIATION)
+            np.maximum(smooth * reach, rounding),
+            2 * FARTHEST * np.maximum(usual, level / DEVIATION),
         )
         if beyond.any():  # a jump stays as large on a finer line, and what is only steep does not
             first = int(rows[:, int(np.argmax(beyond))].argmax()) - LINE // 2

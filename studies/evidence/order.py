@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from discmech import reference
 from discmech.integrators import BadInput, Scheme, StepFailure
 from discmech.integrators.flows import Flow, round_off_from
@@ -190,7 +192,8 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
                                                      PART_OF_PROGRAM + 0.1))  # fmt: skip
         times = [count * h for count, h in zip(counts, steps, strict=True)]
         ends = surroundings(scheme.scene).after(place.x, place.u, place.t, times, 16 + GUARD)
-        rows = [step_errors(scheme, place, scheme.flow(h, 16), end, count)
+        rates = _round_off_rates(scheme, place)
+        rows = [step_errors(scheme, place, scheme.flow(h, 16), end, count, rates)
                 for h, end, count in zip(steps, ends, counts, strict=True)]  # fmt: skip
         for component in zip(*rows, strict=True):
             name = component[0][0]
@@ -224,14 +227,22 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
 
 
 def step_errors(
-    scheme: Scheme, place: Place, flow: Flow, exact: ExactState, count: int = 1
-) -> list[tuple[str, Any, Any]]:
-    """(component, |error| of `count` steps from a place, what round-off may do), in mpmath."""
+    scheme: Scheme, place: Place, flow: Flow, exact: ExactState, count: int = 1,
+    rates: Sequence[float] = (),
+) -> list[tuple[str, Any, Any]]:  # fmt: skip
+    """(component, |error| of `count` steps from a place, what round-off may do), in mpmath.
+
+    rates: what `_round_off_rates` says of a program; none of a formula.
+    """
     with mpmath.workdps(flow.digits + GUARD):
         run = flow.trajectory(count, every=count, **place.start)
         got, wanted = [*run.x[-1], *run.mu[-1]], [*exact.x, *exact.mu]
         known = [*exact.error_x, *exact.error_mu]
         own = _round_off(flow, place)
+        if rates:
+            unit, time = 2 * scheme.rule.unit(flow.digits), abs(float(flow.step)) * count
+            own = [a + unit * (abs(b) + time * rate)
+                   for a, b, rate in zip(own, got, rates, strict=True)]  # fmt: skip
         names = names_of(exact)
         return [
             (name, abs(mpmath.mpf(a) - b), bound + error)
@@ -289,6 +300,26 @@ def _round_off(flow: Flow, place: Place) -> list[Any]:
         *_, bound = round_off_from(flow.context, x, mu, near)
         found = list(flow.numbers.public(bound * flow.numbers.eps))
     return found[: len(place.x)] + found[len(x) :]  # without the time, where it is a component
+
+
+def _round_off_rates(scheme: Scheme, place: Place) -> list[float]:
+    """Σ |zᵢ ∂fⱼ/∂zᵢ| of each component j: how fast the round-off of a state grows in a program.
+
+    A component that is 0 has none of its own, but what it becomes is rounded, and so is the state
+    that its rate is computed from.
+    """
+    z = np.array([float(e) for e in (*place.x, *place.mu)])
+    if scheme.scene.constrained or scheme.scene.in_numbers:
+        return [0.0] * len(z)
+    system: Any = scheme.flow(scheme.scene.step).system
+    n, t = len(place.x), float(place.t)
+    found = np.zeros(len(z))
+    for i in np.flatnonzero(z):
+        way = np.zeros(len(z))
+        way[i] = 2.0**-20 * abs(z[i])
+        ends = [np.concatenate(system.f(at[:n], at[n:], t)) for at in (z - way, z + way)]
+        found += abs(ends[1] - ends[0]).astype(float) * 2.0**19
+    return [float(e) for e in np.nan_to_num(found, posinf=0.0)]
 
 
 def unknown(why: str) -> LocalOrder:

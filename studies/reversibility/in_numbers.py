@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,8 @@ from discmech.integrators.foreign.differences import FARTHEST
 
 from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
-from ..symplecticity.in_numbers import ENOUGH, along, left_by, resolved
-from ..symplecticity.places import looks
+from ..symplecticity.in_numbers import ENOUGH, along, left_by, resolved, undecided
+from ..symplecticity.places import looks, more_looks
 
 #: what a program does to its argument beside its result: the rounded state between both steps
 ROUNDED = 4
@@ -27,12 +28,14 @@ def measure(case: Case) -> dict[str, Any]:
     forth with momenta that are turned round.
     """
     found, scale, seed = looks(case.scheme)
-    rows = []
-    for k, look in enumerate(found):
-        if look.count > 1:
-            continue
+    rows: list[dict[str, Any]] = []
+    first = [(k, look) for k, look in enumerate(found) if look.count == 1]
+    further = enumerate(more_looks(case.scheme, scale, seed), len(found))
+    for k, look in itertools.chain(first, further):
+        if k >= len(found) and not undecided(case, rows):
+            break
         row: dict[str, Any] = {"step": float(look.step), "index": k, "time": float(look.time),
-                               "defect": None, "why_not": ""}  # fmt: skip
+                               "defect": None, "certain": None, "why_not": ""}  # fmt: skip
         rows.append(row)
         try:
             row |= _row(case, look, scale, seed + k)

@@ -30,7 +30,7 @@ from discmech.integrators.numbers import Vector
 
 from ..core.case import Case, Progress, Verdict
 from ..core.claims import not_claimed
-from .places import Look, looks
+from .places import Look, looks, more_looks
 
 #: of what is left by a method of that order: a defect below this is none
 RESOLVED = 1e-9
@@ -61,7 +61,20 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
     for k, look in enumerate(found):
         progress(f"{case.scene.name} {case.label}: differences", k / len(found))
         rows.append(_row(case, k, look, scale, seed))
+    for look in more_looks(scheme, scale, seed):
+        if not undecided(case, rows):
+            break
+        rows.append(_row(case, len(rows), look, scale, seed))
     return {"rows": rows, "measured": _measured(rows), "local": {"seed": seed}}
+
+
+def undecided(case: Case, rows: list[dict[str, Any]]) -> bool:
+    """Whether no defect is certain, and too few places resolve what would be left there."""
+    seen = [r for r in rows if r["certain"] is not None]
+    if not seen or max(r["certain"] for r in seen) > rounded(case):
+        return False
+    told = [r for r in seen if r["resolution"] <= resolved(case) * r["left"]]
+    return len(told) < ENOUGH
 
 
 def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import random
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -58,6 +59,26 @@ def looks(scheme: Any) -> tuple[list[Look], Vector, int]:
         found += [Look(z, place.t, step, count, fast)
                   for step, count in zip(steps, (MORE, 1), strict=True)]  # fmt: skip
     return found, scale, evidence.seed
+
+
+def more_looks(scheme: Any, scale: Vector, seed: int) -> Iterator[Look]:
+    """Further places, one long step from each: beside rows of the motion, as `SHARES` has them.
+
+    For where the first ones tell too little, as near to a pole, where all steps are short.
+    """
+    if scheme.scene.constrained:
+        return
+    drawn, rows = random.Random(seed + 3), _motion(scheme)
+    system, own = scheme.flow(scheme.scene.step).system, Fraction(scheme.scene.step)
+    for share in SHARES * 2:
+        at = drawn.randrange(len(rows))
+        time = at * own
+        z = rows[at] + share * scale * np.array(
+            [drawn.choice((-1, 1)) * drawn.uniform(0.5, 1) for _ in scale]
+        )
+        fast = rate(system, z, scale, float(time))
+        if 0 < fast < math.inf:
+            yield Look(z, time, Fraction(1 / fast) * random_fraction(drawn, *FAST), 1, fast)
 
 
 def _looks_in_numbers(scheme: Any) -> tuple[list[Look], Vector, int]:
