@@ -13,9 +13,10 @@ from .core.study import Study, every_study
 if TYPE_CHECKING:
     from .command.explain import explain
     from .core.checking import check
+    from .order.own_runs import own_order
     from .user.drawing import plot
 
-__all__ = ["NAMES", "check", "explain", "get", "plot", "show"]
+__all__ = ["NAMES", "check", "explain", "get", "own_order", "plot", "show"]
 
 #: the studies of scenes and rules, in the order of the report
 NAMES = tuple(study.name for study in every_study().values() if study.usual)
@@ -40,6 +41,10 @@ def __getattr__(name: str) -> Any:
         from .command.explain import explain
 
         return explain
+    if name == "own_order":
+        from .order.own_runs import own_order
+
+        return own_order
     if name == "plot":
         from .user.drawing import plot
 

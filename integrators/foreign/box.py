@@ -34,7 +34,6 @@ class BlackBox(Discretisation):
     runs: bool = False
     numbers: str = "double"
     jacobian: Callable[..., Any] | None = None
-    vectorised: bool = False
     read: Callable[..., Any] | None = None
     write: Callable[..., Any] | None = None
 
@@ -123,9 +122,9 @@ def black_box(
     (q, p, h, steps, every, system) → arrays (rows, n) and (rows, m), the first row the start, then
     each every-th step. numbers="any": the box works on mpmath numbers in object arrays too, and is
     judged at 50 digits as well; "float32": in single precision. jacobian(q, p, h, system): the
-    derivative of the step, (n+m, n+m), in place of differences. vectorised: the function also takes
-    q (n, k) and p (m, k), many states at once. write(x, mu) → (q, p) and read(q, p) → (x, mu) lead
-    to and from coordinates of one's own.
+    derivative of the step, (n+m, n+m), in place of differences. vectorised: a function that takes
+    many states at once may say so, but is asked for one at a time, since `system` knows one alone.
+    write(x, mu) → (q, p) and read(q, p) → (x, mu) lead to and from coordinates of one's own.
 
     A class has start(q, p, h, system) → state, step(state, h, system) → state and
     read(state, system) → (q, p). Raises `BadInput` for claims and functions of another kind.
@@ -153,7 +152,7 @@ def black_box(
         about = source or (inspect.getdoc(formula) or "")
         return BlackBox(
             label, formula, order, about, groupoids=where, claims=claims, state=state, runs=runs,
-            numbers=numbers, jacobian=jacobian, vectorised=vectorised, read=read, write=write,
+            numbers=numbers, jacobian=jacobian, read=read, write=write,
         )  # fmt: skip
 
     return make

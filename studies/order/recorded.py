@@ -7,7 +7,7 @@ from typing import Any
 
 from discmech import reference
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.foreign import RecordedScheme
+from discmech.integrators.foreign import Recorded, RecordedScheme
 from discmech.integrators.numbers import mpmath
 
 from ..causes.round_off import gap
@@ -30,7 +30,7 @@ def measure(case: Case) -> dict[str, Any]:
             f"{case.scene.name} depends on time, and its reference begins at t = 0: "
             f"{case.label} begin at {float(scheme.rule.recordings[0].start):.6g}."
         )
-    duration, at = common_time(scheme)
+    duration, at = common_time(scheme.rule)
     exact = reference.solution(scheme.scene, duration, digits=30)
     rows = []
     for run, index in zip(scheme.runs, at, strict=True):
@@ -47,9 +47,9 @@ def measure(case: Case) -> dict[str, Any]:
     return {"rows": rows, **found, "local": None, "duration": float(duration)}
 
 
-def common_time(scheme: RecordedScheme) -> tuple[Fraction, list[int]]:
+def common_time(rule: Recorded) -> tuple[Fraction, list[int]]:
     """(the last time after the start that all runs have, its row in each)."""
-    recordings = scheme.rule.recordings
+    recordings = rule.recordings
     coarse = max(recordings, key=lambda run: run.interval)
     for row in range(len(coarse.t) - 1, 0, -1):
         time, found = row * coarse.interval, []
@@ -61,7 +61,7 @@ def common_time(scheme: RecordedScheme) -> tuple[Fraction, list[int]]:
         else:
             return time, found
     raise CannotMeasure(
-        f"{scheme.rule.name}: the runs have no time in common at which all have a row, so their "
+        f"{rule.name}: the runs have no time in common at which all have a row, so their "
         "errors cannot be compared: let all end at the same time."
     )
 

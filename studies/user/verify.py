@@ -84,7 +84,8 @@ class Request:
         if not chosen:
             raise BadInput(
                 f"{rules[0].name}: the runs begin like no scene that is known; name theirs by "
-                '--scene, or recorded(..., scene="pendulum").'
+                '--scene, or recorded(..., scene="pendulum"); without any, '
+                "discmech.studies.own_order tells their order by themselves."
             )
         return Choice(
             scenes=chosen,
