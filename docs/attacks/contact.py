@@ -31,6 +31,11 @@ def table(name, gap, **more):
 
 
 post = thin("post", 2, lambda x: sympy.sqrt((x[0] - 1) ** 2 + x[1] ** 2) - Q(1, 10000))
+#: round-off of x turns its normal by 1e-11
+needle = thin(
+    "needle", 2, step="0.037",
+    gap=lambda x: sympy.sqrt((x[0] - Q(7, 5)) ** 2 + (x[1] - Q(1, 10**6)) ** 2) - Q(1, 10**5),
+)  # fmt: skip
 wall = thin("wall", 1, lambda x: (x[0] - 1) ** 2 - Q(1, 10**6))
 spike = thin("spike", 1, lambda x: 1 - 2 / (1 + (1000 * (x[0] - 1)) ** 2))
 
@@ -57,6 +62,9 @@ never_down = Scene(
 #: comes to rest at the end of a step; once it ran for minutes and was refused
 hang_ball = table("hang-ball", lambda x: [x[1]], friction=0, restitution="1/2",
                   x0=["-0.08", "0.6"], v0=["0.75", "0.1"], duration=4)  # fmt: skip
+#: its first impact is on a row of the run, whose gap is open by round-off
+on_a_row = table("on-a-row", lambda x: [x[1]], friction="0.1", restitution="1/3",
+                 x0=[0, "0.5"], v0=[1, 0], duration=4)  # fmt: skip
 
 
 def rolling(inertia, friction="1/2", **more):

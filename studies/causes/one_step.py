@@ -23,12 +23,13 @@ from discmech.integrators.numbers import Vector, arithmetic, mpmath
 from discmech.reference import surroundings
 
 from ..core.case import Case
-from ..evidence import Place, evidence_of
+from ..evidence import NEAR, Place, evidence_of
 
 #: steps of a place, in parts of the time in which the motion is that of a short polynomial
 PARTS = [Fraction(1, 2**k) for k in range(4, 10)]
 SEEN = 1e-6  # of the rate of the motion: by so much an extrapolated entry is off, at most
 SAME = 1e-4  # relative difference of factors at all places that are one factor
+NOISE = SEEN / 10  # of what an extrapolated entry is usually off
 SINGLE = 2.0**-24
 #: factors that have a reason
 FACTORS = {
@@ -64,7 +65,7 @@ def of_step(case: Case, order: bool = True) -> dict[str, Any] | None:
     if case.rule.unit(16) > 2.0**-50:  # single precision hides the beginning of an error
         return None
     try:
-        found = list(_beginnings(case))
+        found = list(_beginnings(case, order))
     except (BadInput, StepFailure, reference.ReferenceFailure):
         return None
     if not found:
@@ -82,10 +83,13 @@ def of_step(case: Case, order: bool = True) -> dict[str, Any] | None:
 # -- the error's beginning -------------------------------------------------------------------------
 
 
-def _beginnings(case: Case) -> Iterator[Beginning]:
+def _beginnings(case: Case, order: bool) -> Iterator[Beginning]:
     scheme: Any = case.scheme
     system = SceneInNumbers(scheme.s, scheme.scene, arithmetic(16))
-    for place in evidence_of(scheme).places:
+    evidence = evidence_of(scheme)
+    decided = evidence.order.place if order else None  # a fault may be nowhere else
+    more = [] if decided is None or decided in evidence.places else [decided]
+    for place in [*evidence.places, *more]:
         yield _beginning(scheme, system, place)
 
 
@@ -189,7 +193,7 @@ def _factor(found: list[Beginning], got: Any, of: Any) -> float | None:
         return None
     c = float(a @ e / (e @ e))
     off = np.abs(a - c * e)
-    return c if bool((off <= SAME * max(1.0, abs(c)) * np.abs(e).max()).all()) else None
+    return c if bool((off <= max(SAME * np.abs(a).max(), NOISE)).all()) else None
 
 
 def _late(found: list[Beginning], n: int) -> Told | None:
@@ -234,11 +238,12 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
         known = all(word in b.others for b in found)
         if known and _explains(found, lambda b, w=word: b.others[w]):
             return word, sentence
-    whole = _factor(found, lambda b: b.f + b.first_error, lambda b: b.f)
+    whole = _factor(found, lambda b: b.first_error, lambda b: b.f)
     if whole is not None:
-        return _all_by(whole)
-    own = [float((b.f + b.first_error) @ b.f / (b.f @ b.f)) for b in found]
-    if all(bool((np.abs(b.f + b.first_error - c * b.f) <= 1e3 * SEEN * b.span).all())
+        return _all_by(1 + whole)
+    own = [1 + float(b.first_error @ b.f / (b.f @ b.f)) for b in found]
+    off = max(float(np.abs(b.first_error / b.span).max()) for b in found)
+    if all(bool((np.abs(b.first_error - (c - 1) * b.f) <= 1e-3 * min(off, 1) * b.span).all())
            for b, c in zip(found, own, strict=True)):  # fmt: skip
         return "step of its own", (
             "it moves along the motion, but by a time of its own that depends on the state, "
@@ -306,9 +311,10 @@ def _of_entries(case: Case, found: list[Beginning], n: int) -> Told | None:
     told = []
     for i in wrong:
         one = slice(i, i + 1)
-        c = _factor(found, lambda b, s=one: _at(b.f + b.first_error, s),
-                    lambda b, s=one: _at(b.f, s))  # fmt: skip
-        if c is not None:
+        more = _factor(found, lambda b, s=one: _at(b.first_error, s),
+                       lambda b, s=one: _at(b.f, s))  # fmt: skip
+        if more is not None:
+            c = 1 + more
             word = FACTORS.get(next((k for k in FACTORS if abs(k - c) < 1e-3), math.nan), "")
             told.append((names[i], c, word))
     if told:
@@ -401,6 +407,9 @@ def _of_second(case: Case, found: list[Beginning], n: int) -> Told | None:
             )
     if a is not None and b is not None and abs(a + 0.5) < 1e-2 and abs(b + 0.5) < 1e-2:
         return "first order", "it is a step along the field at its start (explicit Euler)."
+    order = evidence_of(case.scheme).order.order
+    if order is not None and order < 1 - NEAR:
+        return None  # the limit is another field, by less than is seen here
     return "order conditions", (
         "the limit is the vector field, but the error of a step begins with h²: the conditions of "
         "order 2 are not met; look at the shares of the step and the order of substeps."

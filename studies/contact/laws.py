@@ -37,7 +37,7 @@ def defects(scheme: Any, run: ContactTrajectory, digits: int) -> dict[str, float
     """
     numbers = arithmetic(2 * digits)
     with numbers.working():
-        found = _Run(scheme, run, numbers).defects()
+        found = _Run(scheme, run, numbers, float(arithmetic(digits).eps)).defects()
     return {name: float(value) for name, value in found.items()}
 
 
@@ -45,16 +45,17 @@ def energies(scheme: Any, run: ContactTrajectory, digits: int) -> tuple[np.ndarr
     """H of the rows less the first, and the sizes of their terms, |H| + |μ·ξ|, each (r,)."""
     numbers = arithmetic(2 * digits)
     with numbers.working():
-        made = _Run(scheme, run, numbers)
+        made = _Run(scheme, run, numbers, float(arithmetic(digits).eps))
         H = [made.gaps.energy(*state) for state in made.states]
         sizes = [abs(e) + abs(mu @ xi) for e, (_, xi, mu) in zip(H, made.states, strict=True)]
         return np.array([float(e - H[0]) for e in H]), np.array([float(e) for e in sizes])
 
 
 class _Run:
-    """A run in numbers of more digits."""
+    """A run in numbers of more digits; unit: ε of the numbers that it was made in."""
 
-    def __init__(self, scheme: Any, run: ContactTrajectory, numbers: Any) -> None:
+    def __init__(self, scheme: Any, run: ContactTrajectory, numbers: Any, unit: float) -> None:
+        self.unit = unit
         self.gaps = Gaps(scheme.equations.s, scheme.scene, numbers)
         self.run, self.numbers = run, numbers
         self.e = numbers.number(scheme.scene.restitution)
@@ -163,7 +164,11 @@ class _Run:
                     bound = gaps.friction[i] * place.scale[i] * normal
                     self._most(found, "cone", (length(push) - bound) / strong)
             size = max(abs(before).max(), abs(after).max())
-            self._most(found, "jump", abs(after - before - made).max() / size)
+            off = abs(after - before - made).max() / size
+            if off > self.unit:
+                turned = self._turned(x, place)
+                off = max(0, off - (abs(P[:, 0]) @ turned).max() / size)
+            self._most(found, "jump", off)
             gained = gaps.energy(x, after_xi, after) - gaps.energy(x, before_xi, before)
             energy = abs(gaps.energy(x, before_xi, before)) + abs(before @ before_xi)
             self._most(found, "impact_energy", gained / energy)
@@ -176,9 +181,22 @@ class _Run:
             fastest = max(e.max() for e in terms) or 1
             for i in map(int, np.flatnonzero(P[:, 0] > 1e-9 * strong)):
                 gap = (rates[1][i] + self.e * rates[0][i]) / fastest
+                if abs(gap) > self.unit:
+                    unsure = self._turned(x, place)[i] @ (abs(after_xi) + self.e * abs(before_xi))
+                    gap = gap * max(0, 1 - unsure / fastest / abs(gap))
                 if gap < 0 and not gaps.quadratic and gained > -SLOW * energy:
                     continue  # more of a rebound would have added energy (`impacts`)
                 self._most(found, "restitution", abs(gap) * P[i, 0] / strong)
+
+    def _turned(self, x: Any, place: Any) -> Any:
+        """How far normals, (K, m), may turn by round-off: x and what it is compared with, as the
+        centre of a post is, are each rounded, which turns the normals of a thin one by ε|x|/r."""
+        turned = 0 * abs(place.normal)
+        for j, size in enumerate(abs(x)):
+            moved = x.copy()
+            moved[j] += 2 * self.unit * size
+            turned = turned + abs(self.gaps.at(moved).normal - place.normal)
+        return turned
 
     def _impact_friction(
         self, found: dict[str, Any], place: Any, before: Any, after: Any, P: Any

@@ -22,13 +22,14 @@ def off_course(flow: Any, run: ContactTrajectory, located: bool) -> float:
     next row; of some steps without contact, from row to row. The share of a step is the time of its
     impact, which is known to the round-off of t: so states are held against what they change in t.
     Of a stepped run the impulse at the start bends its way to an impact: there an impact at the end
-    of a step has to leave the momentum of the next row.
+    of a step has to leave the momentum of the next row, and one at its start a free step.
     """
     h, t0 = float(run.step), float(run.t[0])
     struck: dict[int, list[int]] = {}
     for j, t in enumerate(run.impacts.t):
         k = int((float(t) - t0) / h * (1 + 1e-12))
-        at_end = k > 0 and abs(float(t) - t0 - k * h) <= 1e-9 * h
+        on_row = k > 0 and abs(float(t) - t0 - k * h) <= 1e-9 * h
+        at_end = on_row and not _still_to_come(run, k, j)
         struck.setdefault(k - 1 if at_end else k, []).append(j)
     still = np.logical_not(abs(run.impulses).any(axis=(1, 2)))
     free = [
@@ -43,6 +44,12 @@ def off_course(flow: Any, run: ContactTrajectory, located: bool) -> float:
         for k in some:
             worst = _larger(worst, _piece(flow, _row(run, k), _row(run, k + 1), run.u[k], 1, h))
     return worst
+
+
+def _still_to_come(run: ContactTrajectory, k: int, j: int) -> bool:
+    """Whether row k, at the time of impact j, is before it: its gap was open by round-off."""
+    row, each = run.mu[k], run.impacts
+    return bool(abs(row - each.before[j]).max() < abs(row - each.after[j]).max())
 
 
 def _larger(a: float, b: float) -> float:
@@ -63,7 +70,7 @@ def _of_step(flow: Any, run: ContactTrajectory, k: int, impacts: list[int], loca
         worst = float(abs(after - row).max() / (abs(row).max() + abs(after).max() or 1))
         if not located:
             return worst
-    elif not located:
+    elif not located and abs(float(each.t[impacts[-1]] - run.t[k])) > 1e-9 * h:
         return 0.0
     else:
         worst = 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
+import numpy as np
 import pytest
 import sympy
 
@@ -24,6 +25,7 @@ from discmech.integrators import (
 )
 from discmech.integrators.rules import midpoint, trapezoidal
 from discmech.studies import get
+from discmech.studies.causes import one_step
 from discmech.studies.causes.diagnosis import _start_gap as start_gap
 from discmech.studies.causes.exact_path import truncation
 from discmech.studies.causes.points import mean_of_points
@@ -363,3 +365,21 @@ def test_a_part_that_holds_no_velocity_is_told_by_the_equations(scene, excess, o
     assert ("not consistent" in found["sentence"]) is (order_found == 0)
     assert found["evidence"]["order_of_points"] == pytest.approx(order_found, abs=0.1)
     assert found["evidence"]["order_of_legendre"] == pytest.approx(order_found + 1, abs=0.1)
+
+
+def test_a_small_fault_is_not_taken_for_a_factor_of_one():
+    """A field that is off by 2e-6 was called one of too few digits, or a step of its own."""
+    fields = [(1.0, 0.0), (0.5, 1.0), (-0.7, 2.0)]
+
+    def beginning(f, off):
+        z, zero = np.array([0.3, f[1]]), np.zeros(2)
+        field = np.array(f)
+        return one_step.Beginning(
+            z, 0.0, field, zero, zero, off, zero, zero, {}, {}, np.abs(field).max() * np.ones(2)
+        )
+
+    odd = [beginning(f, 2e-6 * np.array([0.0, f[1] ** 2])) for f in fields]
+    assert one_step._factor(odd, lambda b: b.first_error, lambda b: b.f) is None
+    longer = [beginning(f, 2e-6 * np.array(f)) for f in fields]
+    found = one_step._factor(longer, lambda b: b.first_error, lambda b: b.f)
+    assert found == pytest.approx(2e-6)
