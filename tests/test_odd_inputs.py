@@ -282,6 +282,13 @@ SMALLEST = {
     "tolerance": lambda: discmech.Scheme(scene(), discmech.midpoint).flow(tolerance=10**400),
     "sites": lambda: lattice(sites=10**30),
     "controls": lambda: control(controls=10**5000),
+    "a gap of many digits": lambda: run(touching(contact=lambda x, p: 10**5000)),
+    "a cost of many digits": lambda: control(cost=lambda x, u, f, p: [10**5000]).solve(3),
+    "a cost beyond doubles": lambda: control(cost=lambda x, u, f, p: 10**400).solve(3),
+    "inputs beyond doubles": lambda: control(
+        inputs=lambda x, u, f, p: [10**400], controls=1).solve(3),
+    "a bond beyond doubles": lambda: run_lattice(lattice(constraint=lambda *given: [10**400])),
+    "a step in a list": lambda: run_lattice(step=[10**5000]),
     "not a run": lambda: FLOW.arrow([1], 0),
     "progress": lambda: FLOW.trajectory(2, progress=3),
     "residuals": lambda: mapped((sympy.Matrix([1, 1]), X), stages=1),

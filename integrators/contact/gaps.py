@@ -20,7 +20,7 @@ from ..equations import (
     momentum,
     natural_structure,
 )
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..numbers import Arithmetic, flatten, jacobian, numeric, sympy
 from ..numbers.types import Column, Number, Vector
 from ..scene import Scene
@@ -207,14 +207,14 @@ def gap_expressions(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
     given = s.evaluated(contact, what, s.position, s.parameters)
     if not _listed(given):
         raise BadInput(
-            f"{s.name}: contact= gives {given!r}, but must give a list of gaps φ(x), or of (φ, "
-            "[t, …]) with the coordinates along which the touching point slips."
+            f"{s.name}: contact= gives {shown(given)}, but must give a list of gaps φ(x), or of "
+            "(φ, [t, …]) with the coordinates along which the touching point slips."
         )
     gaps, coordinates = [], []
     for i, e in enumerate(list(given)):
         split = isinstance(e, (tuple, list))
         if split and (len(e) != 2 or not _listed(e[1])):
-            raise BadInput(f"{s.name}: gap {i} is {e!r}; give φ, or (φ, [t, …]).")
+            raise BadInput(f"{s.name}: gap {i} is {shown(e)}; give φ, or (φ, [t, …]).")
         gaps.append(e[0] if split else e)
         coordinates.append(s.scalars(list(e[1]), what, contact) if split else None)
     phi = s.scalars(gaps, what, contact)
@@ -222,7 +222,9 @@ def gap_expressions(s: SceneSymbols, contact: Any) -> tuple[Column, list[Any]]:
         s.refuse_unknown(column, {*s.position}, what, contact, "x and p")
     for i, e in enumerate(phi):
         if not e.free_symbols & {*s.position}:
-            raise BadInput(f"{s.name}: gap {i} is {e}, which no motion changes; leave it out.")
+            raise BadInput(
+                f"{s.name}: gap {i} is {shown(e)}, which no motion changes; leave it out."
+            )
     return phi, coordinates
 
 

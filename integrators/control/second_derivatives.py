@@ -16,7 +16,17 @@ from typing import Any
 import numpy as np
 
 from ..equations import vector
-from ..numbers import Definition, arithmetic, inlined, needed, numeric, opaque, symbols_of, sympy
+from ..numbers import (
+    Definition,
+    arithmetic,
+    inlined,
+    needed,
+    numeric,
+    opaque,
+    symbols_of,
+    sympy,
+    within_doubles,
+)
 from ..numbers.types import Expression, Letter
 
 #: entries of an array that is worked on at a time
@@ -67,10 +77,11 @@ class SecondDerivatives:
         q: the data, each a number or N numbers.
         """
         rows = max(1, CHUNK // ((self.size + self.count) * self.size))
-        parts = [
-            self._at(a[i : i + rows], [e[i : i + rows] if np.ndim(e) else e for e in q])
-            for i in range(0, len(a), rows)
-        ]
+        with within_doubles("the control problem"):
+            parts = [
+                self._at(a[i : i + rows], [e[i : i + rows] if np.ndim(e) else e for e in q])
+                for i in range(0, len(a), rows)
+            ]
         return tuple(map(np.concatenate, zip(*parts, strict=True)))
 
     def _at(self, a: np.ndarray, q: list[Any]) -> tuple[np.ndarray, ...]:

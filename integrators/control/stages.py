@@ -28,7 +28,7 @@ from ..equations import (
     step_system,
     vector,
 )
-from ..errors import BadInput, CannotMeasure
+from ..errors import BadInput, CannotMeasure, shown
 from ..numbers import arithmetic, jacobian, numeric, symbols_of, sympy
 from ..numbers.types import Expression, Letter
 from ..rules import Discretisation
@@ -187,8 +187,8 @@ class ControlStages:
         entries = list(given) if hasattr(given, "__iter__") or hasattr(given, "shape") else []
         if len(entries) != len(s.u):
             raise BadInput(
-                f"{s.name}: inputs= gives {given!r}, but must give a list of {len(s.u)} components "
-                "of force, one for each of the velocity."
+                f"{s.name}: inputs= gives {shown(given)}, but must give a list of {len(s.u)} "
+                "components of force, one for each of the velocity."
             )
         force = [s.scalar(e, "its inputs", inputs) for e in entries]
         known = {*s.position, *s.u, *f, *s.parameter_list, t}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..numbers import jacobian, sympy
 from ..numbers.types import Column, SymbolicMatrix
 from .covectors import times
@@ -33,7 +33,7 @@ def constraint_matrix(s: SceneSymbols, x: Column) -> SymbolicMatrix:
     rows = [entries_of(row) for row in given]
     if not rows or any(len(row) != m for row in rows):
         raise BadInput(
-            f"{s.name}: nonholonomic= gives {given!r}, but must give a list of rows of {m} "
+            f"{s.name}: nonholonomic= gives {shown(given)}, but must give a list of rows of {m} "
             "entries, each a constraint of the velocity."
         )
     return _column(s, x, [e for row in rows for e in row]).reshape(len(rows), m)

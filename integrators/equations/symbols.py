@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy
+from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy, shown
 from ..groupoids import Clocked
 from ..numbers import Arithmetic, floats_exact, refuse_large, sympy, to_sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
@@ -220,7 +220,7 @@ class SceneSymbols:
         except (sympy.SympifyError, TypeError, ValueError, AttributeError):
             forgot = "; does it return what it computes?" if value is None else "."
             raise BadInput(
-                f"{place} is {value!r}, not an expression in its arguments{forgot}"
+                f"{place} is {shown(value)}, not an expression in its arguments{forgot}"
             ) from None
         refuse_large(expression, place)
         return floats_exact(expression)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..numbers import LazyModule
+from ..numbers import LazyModule, within_doubles
 
 sparse: Any = LazyModule("scipy.sparse")
 
@@ -19,9 +19,10 @@ def at_ends(ends: np.ndarray, *rows: np.ndarray) -> list[list[np.ndarray]]:
 
 def of_all(function: Callable[..., Any], count: int, *given: Any) -> list[np.ndarray]:
     """The matrices (rows, columns, count) of a function of columns; what all share is repeated."""
-    found = function(*given)
-    parts = found if isinstance(found, tuple) else [found]
-    parts = [np.asarray(e, dtype=np.float64) for e in parts]  # integers beyond 2⁶³ are Python's
+    with within_doubles("a term of the lattice"):
+        found = function(*given)
+        parts = found if isinstance(found, tuple) else [found]
+        parts = [np.asarray(e, dtype=np.float64) for e in parts]  # integers beyond 2⁶³ are Python's
     return [np.broadcast_to(e.reshape(*e.shape[:2], -1), (*e.shape[:2], count)) for e in parts]
 
 

@@ -126,7 +126,7 @@ class Lattice:
         if not 0 <= e <= 1:
             raise BadInput(f"{self.name}: give a restitution from 0 to 1.")
         if self.contact is None and e:
-            raise BadInput(f"{self.name}: restitution={e} needs contact=, the gaps.")
+            raise BadInput(f"{self.name}: restitution={shown(e)} needs contact=, the gaps.")
         if self.contact is not None and (self.constraint is not None or self.bonds_move):
             raise BadInput(f"{self.name}: contact is not taken together with a constraint, or a "
                            "bond with velocities; leave one out.")  # fmt: skip

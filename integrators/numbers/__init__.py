@@ -41,6 +41,7 @@ from .exact import (
     refuse_large,
     to_sympy,
     whole_number,
+    within_doubles,
 )
 from .identities import (
     first_violation,
@@ -86,5 +87,5 @@ __all__ = [
     "random_columns", "mpmath", "random_point", "refuse_large", "register", "registered_function",
     "replaced", "rounded", "run_text", "shown", "sizes", "slopes", "solve", "symbols_of", "sympy",
     "to_sympy", "tracked", "tracked_later", "values_of", "vanishes", "vanishes_as", "whole_number",
-    "with_running_errors", "with_tables", "working_digits", "written_out",
+    "with_running_errors", "within_doubles", "with_tables", "working_digits", "written_out",
 ]  # fmt: skip

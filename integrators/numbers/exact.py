@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from numbers import Complex, Integral, Real
 from typing import Any
@@ -50,6 +51,17 @@ def refuse_long(integers: Iterable[int], what: str) -> None:
         )
 
 
+@contextmanager
+def within_doubles(what: str) -> Iterator[None]:
+    """Raise `BadInput` where the block meets a whole number that no double can hold."""
+    try:
+        yield
+    except OverflowError:
+        raise BadInput(
+            f"{what} has a number that is larger than any double: choose units that fit the motion."
+        ) from None
+
+
 def refuse_large(expression: Expression, what: str) -> None:
     """Raise `BadInput` for a long number, and where too many parts stand inside one another.
 
@@ -85,7 +97,7 @@ def _inside(level: set[Expression]) -> set[Expression]:
 
 def _read(value: Any, what: str) -> Exact:
     if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
-        raise BadInput(f"{what} is {value!r}: give a number, not a truth value.")
+        raise BadInput(f"{what} is {shown(value)}: give a number, not a truth value.")
     if isinstance(value, str):
         if re.search(r"[eE][+-]?0*[1-9]\d{4}", value):  # its integer alone would fill the memory
             raise BadInput(f"{what} is {value}: choose units that fit the motion.")
@@ -115,7 +127,7 @@ def _read(value: Any, what: str) -> Exact:
         raise BadInput(f"{what} is {value}: give a finite number.") from None
     except (AttributeError, TypeError):
         raise BadInput(
-            f"{what} is {value!r} of type {type(value).__name__}: give a number."
+            f"{what} is {shown(value)} of type {type(value).__name__}: give a number."
         ) from None
 
 
@@ -123,7 +135,9 @@ def exact_rational(value: Any, what: str) -> Fraction:
     """A Fraction, for steps and durations; raises `BadInput` as `exact` does, or if irrational."""
     number = exact(value, what)
     if not isinstance(number, Fraction):
-        raise BadInput(f"{what} is {value}: give a fraction or a decimal, nothing irrational.")
+        raise BadInput(
+            f"{what} is {shown(value)}: give a fraction or a decimal, nothing irrational."
+        )
     return number
 
 
@@ -159,7 +173,7 @@ def listed(values: Any, length: int, what: str) -> list[Any]:
     """The `length` entries as they are; raises `BadInput` (naming `what`) for another shape."""
     many = isinstance(values, Iterable) or hasattr(values, "shape")  # a sympy column too
     if isinstance(values, str) or not many or getattr(values, "shape", None) == ():
-        raise BadInput(f"{what} is {values!r}: give a list of {length} numbers.")
+        raise BadInput(f"{what} is {shown(values)}: give a list of {length} numbers.")
     entries = list(values)
     if len(entries) != length:
         raise BadInput(f"{what} has {len(entries)} entries, but {length} are needed: {entries}.")
@@ -192,7 +206,7 @@ def _list(values: Any, what: str) -> list[Any]:
     values = values.tolist() if hasattr(values, "tolist") else values
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise BadInput(
-            f"{what} holds {values!r} where rows are needed: give a list of matrices, each a list "
+            f"{what} holds {shown(values)} where rows are needed: give a list of matrices, each a list "
             "of rows, such as [[0, -1], [1, 0]]."
         )
     return list(values)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Claims:
         """The claims that a decorator was given; raises `BadInput` for those of another kind."""
         for word, given in (("symplectic", symplectic), ("reversible", reversible)):
             if given not in (None, True, False):
-                raise BadInput(f"{who}({word}=...): {word} is True or False, not {given!r}.")
+                raise BadInput(f"{who}({word}=...): {word} is True or False, not {shown(given)}.")
         names: Sequence[Any] = (keeps,) if isinstance(keeps, str) else keeps
         if not isinstance(names, list | tuple) or not all(isinstance(e, str) for e in names):
             raise BadInput(

@@ -7,7 +7,9 @@ digest too, so that a value that was changed is seen.
 
 from __future__ import annotations
 
+import dis
 import hashlib
+import importlib
 import inspect
 import pickle
 import sys
@@ -15,7 +17,15 @@ from collections.abc import Callable, Mapping, Set
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial, wraps
-from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from types import (
+    BuiltinFunctionType,
+    CodeType,
+    FunctionType,
+    GetSetDescriptorType,
+    MemberDescriptorType,
+    MethodType,
+    ModuleType,
+)
 from typing import Any, TypeVar
 
 import numpy as np
@@ -29,6 +39,9 @@ _LIBRARIES = sys.stdlib_module_names - {"__main__"} | {
     "discmech", "flint", "gmpy2", "jax", "jaxlib", "llvmlite", "matplotlib", "mpmath", "numba",
     "numpy", "scipy", "sympy", "torch",
 }  # fmt: skip
+#: by these a function reads what its text does not name
+_ANYTHING = frozenset(("globals", "eval", "exec", "__import__", "import_module"))
+_SLOTS = (GetSetDescriptorType, MemberDescriptorType)
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, Fraction, type(...))
 MOST = 20_000  # parts; what has more is not remembered
 
@@ -72,6 +85,7 @@ class _Reader:
 
     def __init__(self) -> None:
         self.whole, self.seen, self.kept = hashlib.sha256(), dict[int, int](), list[Any]()
+        self.modules = set[tuple[int, frozenset[str]]]()
 
     def digest(self, thing: Any) -> str:
         self.add(thing)
@@ -103,14 +117,18 @@ class _Reader:
             self.of_class(thing)
         elif isinstance(thing, np.ndarray | np.generic) and thing.dtype.kind != "O":
             self.say("array", thing.dtype.str, thing.shape, np.ascontiguousarray(thing).tobytes())
+            self.own_of(thing)
         elif isinstance(thing, Mapping):
+            self.own_of(thing)
             self.say("mapping", len(thing))
             for key, value in thing.items():
                 self.add(key)
                 self.add(value)
         elif isinstance(thing, Set):
+            self.own_of(thing)
             self.say("set", *sorted(reads(e) for e in thing))
         elif isinstance(thing, (list, tuple, np.ndarray)):
+            self.own_of(thing)
             self.say(type(thing).__name__, len(thing))
             for entry in thing:
                 self.add(entry)
@@ -144,6 +162,10 @@ class _Reader:
         if not _is_library(thing.__module__):
             self.code(thing.__code__)
             names = _names(thing.__code__)
+            if hidden := names & _ANYTHING:
+                raise Opaque(f"{thing.__qualname__}, which may read anything by {min(hidden)}")
+            for module in sorted(_imported(thing.__code__)):
+                self.global_(_module(module, thing), names)
             for name in sorted(names & thing.__globals__.keys()):
                 self.say(name)
                 self.global_(thing.__globals__[name], names)
@@ -151,10 +173,14 @@ class _Reader:
     def global_(self, thing: Any, names: frozenset[str]) -> None:
         """What a name stands for; of a module of the user's what may be read of it."""
         self.add(thing)
+        asked = (id(thing), names)
         if isinstance(thing, ModuleType) and not _is_library(thing.__name__):
+            if asked in self.modules:
+                return
+            self.modules.add(asked)
             for name in sorted(names & vars(thing).keys()):
                 self.say(name)
-                self.add(vars(thing)[name])
+                self.global_(vars(thing)[name], names)
 
     def code(self, code: CodeType) -> None:
         """Its instructions and constants: comments and lines are no part of them."""
@@ -163,15 +189,26 @@ class _Reader:
             self.add(constant)
 
     def of_class(self, thing: type) -> None:
+        """All that it holds, and that those hold from which it is made."""
         known = thing.__module__ if _is_library(thing.__module__) else ""
         self.say("class", known, thing.__qualname__)
-        if not known:
-            for name, held in vars(thing).items():
-                if not (name.startswith("__") and name.endswith("__")) or callable(held):
-                    held = getattr(held, "__func__", getattr(held, "fget", held))
-                    if isinstance(held, (FunctionType, *_PLAIN, list, tuple, dict)):
-                        self.say(name)
-                        self.add(held)
+        if known:
+            return
+        self.add([type(thing), *thing.__bases__])
+        for name, held in vars(thing).items():
+            special = name.startswith("__") and name.endswith("__") and not callable(held)
+            if not (special or isinstance(held, _SLOTS) or name == "_abc_impl"):
+                self.say(name)
+                for word in ("__func__", "fget", "func"):  # of methods and properties
+                    held = getattr(held, word, held)
+                self.add(held)
+
+    def own_of(self, thing: Any) -> None:
+        """Of a collection of a class of the user's: that class, and what else it holds."""
+        kind = type(thing)
+        if not _is_library(kind.__module__):
+            self.add(kind)
+            self.add(getattr(thing, "__dict__", None))
 
     def instance(self, thing: Any) -> None:
         """Of what class it is, and all that it holds."""
@@ -210,3 +247,27 @@ def _names(code: CodeType) -> frozenset[str]:
     """All names that it and the functions within it look up."""
     inner = (_names(c) for c in code.co_consts if isinstance(c, CodeType))
     return frozenset(code.co_names).union(*inner)
+
+
+@lru_cache(maxsize=4096)
+def _imported(code: CodeType) -> frozenset[tuple[int, str]]:
+    """The modules that it and the functions within it import: level and name."""
+    found = {name for c in code.co_consts if isinstance(c, CodeType) for name in _imported(c)}
+    if dis.opmap["IMPORT_NAME"] in code.co_code[::2]:
+        steps = list(dis.get_instructions(code))
+        for level, _, step in zip(steps, steps[1:], steps[2:], strict=False):
+            if step.opname == "IMPORT_NAME":
+                found.add((level.argval, step.argval))
+    return frozenset(found)
+
+
+def _module(asked: tuple[int, str], function: FunctionType) -> Any:
+    """The module that a function imports when it is called; Opaque if that cannot be done."""
+    level, name = asked
+    if not level and _is_library(name):
+        return name
+    try:
+        package = function.__globals__.get("__package__")
+        return importlib.import_module("." * level + name, package)
+    except Exception:  # whatever the text of a module raises
+        raise Opaque(f"{function.__qualname__}, whose import of {name} fails") from None

@@ -6,7 +6,6 @@ Only what the asked command needs is loaded: `discmech list` imports neither sym
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import sys
 from collections.abc import Sequence
@@ -28,7 +27,7 @@ from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .interrupts import GOES_ON, GOES_ON_FRESH, Farewell, ended_soon
 from .last_words import told
 from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of
-from .output import console, exit_code, progress_shown, writable, writable_folder, write
+from .output import console, exit_code, progress_shown, writable, writable_folder, write_json
 
 PASS, FAIL, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
 GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
@@ -151,7 +150,7 @@ def _list(options: argparse.Namespace) -> int:
              "one_step_maps": list(discretisations.MAPS),
              "lattices": list(systems.NAMES)}  # fmt: skip
     if options.json:
-        write(options.json, json.dumps(found, indent=1))
+        write_json(options.json, found, indent=1)
         return PASS
     width = max(map(len, found["scenes"]))
     for kind, names in found.items():
@@ -165,7 +164,7 @@ def _list(options: argparse.Namespace) -> int:
 def _study(options: argparse.Namespace) -> int:
     from .. import get
     from ..core.running import run_study
-    from ..report.tables import plain, print_result
+    from ..report.tables import print_result
 
     study = get(options.study)
     with progress_shown(f"{study.name}: loading") as show:
@@ -183,7 +182,7 @@ def _study(options: argparse.Namespace) -> int:
             show("figures", None)
             page = write_study(result, choice, Path(options.folder), look)
     if options.json:
-        write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
+        write_json(options.json, result)
     if options.json != "-":
         print_result(console(), result)
         for note in (*result["notes"], *notes):

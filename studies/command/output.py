@@ -45,6 +45,14 @@ def strict_json(found: Mapping[str, Any]) -> str:
         return json.dumps(plain(found), allow_nan=False)
 
 
+def write_json(name: str, found: Any, indent: int | None = None) -> None:
+    """`write` as strict JSON: what is not finite is null."""
+    from ..report.tables import plain
+
+    text = json.dumps(plain(found), indent=indent, ensure_ascii=False, allow_nan=False)
+    write(name, text)
+
+
 def write(file: str, text: str) -> None:
     """To standard output (-), or beside the file and then renamed."""
     if file == "-":

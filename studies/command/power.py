@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 from typing import Any
 
@@ -13,7 +12,7 @@ from ..core.store import Store
 from ..core.study import every_study
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .options import add_fresh, add_jobs, add_own, jobs, own_of, own_words
-from .output import EXIT, console, progress_shown, writable, write
+from .output import EXIT, console, progress_shown, writable, write_json
 
 
 def add_to(commands: Any) -> None:
@@ -47,7 +46,7 @@ def _power(options: argparse.Namespace) -> int:
     found["command"] = shlex.join(["discmech", "power", *own_words(options)])
     notes = beside_baseline(options, found, before)
     if options.json:
-        write(options.json, json.dumps(found, indent=1, ensure_ascii=False))
+        write_json(options.json, found, indent=1)
     if options.json != "-":
         _print(found)
         for note in notes:

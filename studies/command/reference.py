@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from discmech.integrators.numbers import MOST_DIGITS
 from ..core import lookup
 from ..core.store import Store
 from .options import add_fresh
-from .output import EXIT, console, progress_shown, writable, write
+from .output import EXIT, console, progress_shown, writable, write_json
 
 PASS, FAIL, INCONCLUSIVE = 0, 1, 3
 
@@ -99,7 +98,7 @@ def _one(options: argparse.Namespace) -> int:
     seconds = time.perf_counter() - begun
     result = _as_data(scene.name, found, digits, seconds)
     if options.json:
-        write(options.json, json.dumps(result, indent=1, ensure_ascii=False))
+        write_json(options.json, result, indent=1)
     if options.json != "-":
         _print(result)
     return PASS if found.certain_digits >= digits else INCONCLUSIVE
@@ -170,7 +169,7 @@ def _published(options: argparse.Namespace) -> int:
     with progress_shown() as show:
         found = published.measure(show)
     if options.json:
-        write(options.json, json.dumps(found, indent=1, ensure_ascii=False))
+        write_json(options.json, found, indent=1)
     if options.json != "-":
         lines = [
             (row["problem"], str(len(row["values"])), f"{row['printed']} digits",
@@ -197,7 +196,7 @@ def _costs(options: argparse.Namespace) -> int:
         study, choice = every_study()["references"], Choice(own=(("thorough", True),))
         found = run_study(study, choice, show, store=Store(options.fresh))
     if options.json:
-        write(options.json, json.dumps(found, indent=1))
+        write_json(options.json, found, indent=1)
     if options.json != "-":
         print_result(console(), found)
         console().print("\n".join(found["notes"]), highlight=False)

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import abc
+import enum
 import subprocess
 import sys
-from dataclasses import fields, replace
+import typing
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -47,6 +52,14 @@ SCENE = Scene("s", pair(1), kinetic, {"a": 1}, [1], [0], duration=2)
 TOUCHING = SCENE.with_values(contact=lambda x, p: [x[0] + 9], friction="1/10")
 GIVEN = Scene("s", pair(1), x0=[1], v0=[0], mu0=[1],
               discrete_lagrangian=lambda x, u, h, p: h * u[0] ** 2)  # fmt: skip
+
+
+def energy(q, p):
+    return (p @ p + q @ q) / 2
+
+
+NUMERIC = Scene("s", pair(1), x0=[1], mu0=[0], numeric_hamiltonian=energy,
+                gradient=lambda q, p: (q, p))  # fmt: skip
 #: by field: a scene without and with the change
 SCENES = {
     "name": (SCENE, SCENE.with_values(name="t")),
@@ -70,6 +83,8 @@ SCENES = {
     "friction": (TOUCHING, TOUCHING.with_values(friction="1/5")),
     "restitution": (TOUCHING, TOUCHING.with_values(restitution="1/2")),
     "impacts": (TOUCHING, TOUCHING.with_values(impacts="located")),
+    "numeric_hamiltonian": (NUMERIC, replace(NUMERIC, numeric_hamiltonian=lambda q, p: p @ p)),
+    "gradient": (NUMERIC, replace(NUMERIC, gradient=lambda q, p: (2 * q, p))),
 }  # fmt: skip
 CHAIN = Lattice(
     "l", pair(1), 4, {"a": 1}, kinetic, lambda x, y, p: x[0] * y[0], x0=np.ones((4, 1)),
@@ -256,3 +271,93 @@ def test_what_hides_what_it_holds_is_measured_each_time():
     scene = SCENE.with_values(lagrangian=lambda x, v, p: v[0] ** 2 / 2 + 0 * (file is None))
     assert key_of(get("order"), Case("order", scene, midpoint, 16)) is None
     file.close()
+
+
+# -- what a function reads that is not named in it ------------------------------------------------
+
+
+class Base:
+    strength = 1
+
+
+class Inner:
+    strength = 1
+
+
+class Model(Base):
+    matrix = np.eye(2)
+    inner = Inner
+
+
+class Table(dict):
+    strength = 1
+
+
+TABLE = Table()
+PACKAGE, PART = ModuleType("a_package"), ModuleType("a_package.part")
+PACKAGE.part = PART
+
+
+def of_a_local_import():
+    import a_package.part
+
+    return a_package.part.strength
+
+
+def of_anything():
+    return eval("Base.strength")
+
+
+READERS = {
+    "base class": (lambda: Model.strength, Base),
+    "class within a class": (lambda: Model.inner.strength, Inner),
+    "array of a class": (lambda: Model.matrix, Model),
+    "class of a dictionary": (lambda: TABLE.strength, Table),
+    "module of a package": (lambda: PACKAGE.part.strength, PART),
+    "import in a function": (of_a_local_import, PART),
+}
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_what_a_function_reads_counts_wherever_it_stands(name, monkeypatch):
+    function, holder = READERS[name]
+    monkeypatch.setitem(sys.modules, "a_package", PACKAGE)
+    monkeypatch.setitem(sys.modules, "a_package.part", PART)
+    word = "matrix" if holder is Model else "strength"
+    keys = set()
+    for value in (1, 2, 1):
+        monkeypatch.setattr(holder, word, value * np.eye(2) if word == "matrix" else value,
+                            raising=False)  # fmt: skip
+        keys.add(reads(function))
+    assert len(keys) == 2
+
+
+def test_a_function_that_may_read_anything_is_not_remembered():
+    with pytest.raises(Opaque):
+        reads(of_anything)
+
+
+def test_usual_classes_can_be_read():
+    class Colour(enum.Enum):
+        RED = 1
+
+    class Law(abc.ABC):
+        @abc.abstractmethod
+        def of(self, x): ...
+
+    class Point(typing.NamedTuple):
+        x: float = 1.0
+
+    class Slotted:
+        __slots__ = ("x",)
+
+    @dataclass(frozen=True)
+    class Held:
+        x: float = 1.0
+
+        @cached_property
+        def twice(self):
+            return 2 * self.x
+
+    for thing in (Colour, Colour.RED, Law, Point, Point(), Slotted, Held, Held()):
+        assert reads(thing) == reads(thing)

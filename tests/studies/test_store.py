@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
+import sys
 from functools import partial
 
 import pytest
@@ -16,7 +18,8 @@ from discmech.studies.command.entry import main
 from discmech.studies.core import fingerprint, side_by_side
 from discmech.studies.core.case import Case, Choice
 from discmech.studies.core.running import run_study
-from discmech.studies.core.store import Store
+from discmech.studies.core.store import Store, unsealed_json
+from tests.kill_points import json_of
 
 CHOICE = Choice(scenes=tuple(map(scenes.get, ("kepler", "rigid-body", "heavy-top"))),
                 rules=(midpoint,), digits=(16,), steps=10)  # fmt: skip
@@ -204,3 +207,31 @@ def test_a_case_that_cannot_be_used_is_not_kept(entries, monkeypatch):
     monkeypatch.setattr(side_by_side, "run_case", lambda *_: {"unusable": True})
     assert side_by_side.measured(get("order"), case, store=Store()) == {"unusable": True}
     assert not entries()
+
+
+@pytest.mark.slow
+def test_ten_processes_share_one_store(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cases = [("harmonic", "rectangle"), ("harmonic", "midpoint"), ("pendulum", "rectangle")]
+    asked = [cases[k % 3] for k in range(10)]
+
+    def begun(k, cache):
+        scene, rule = asked[k]
+        words = ["order", scene, "--rule", rule, "--digits", "16", "--steps", "16"]
+        python = [sys.executable, "-m", "discmech.studies.command"]
+        return subprocess.Popen([*python, *words, "--json", f"{cache}-{k}.json"],
+                                env=os.environ | {"DISCMECH_CACHE": str(tmp_path / cache)},
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)  # fmt: skip
+
+    def found(name):
+        return json_of(name)(tmp_path)["cases"]
+
+    for k in range(3):  # undisturbed
+        begun(k, "alone").communicate()
+    together = [begun(k, "shared") for k in range(10)]
+    said = [(p.communicate()[1], p.returncode) for p in together]
+    assert {code for _, code in said} <= {0, 3} and not any(text for text, _ in said), said
+    for k in range(10):
+        assert found(f"shared-{k}.json") == found(f"alone-{k % 3}.json")
+    files = [p for p in (tmp_path / "shared" / "results").rglob("*") if p.is_file()]
+    assert files and all(unsealed_json(p) and p.suffix != ".new" for p in files)
