@@ -206,8 +206,8 @@ def _list(values: Any, what: str) -> list[Any]:
     values = values.tolist() if hasattr(values, "tolist") else values
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise BadInput(
-            f"{what} holds {shown(values)} where rows are needed: give a list of matrices, each a list "
-            "of rows, such as [[0, -1], [1, 0]]."
+            f"{what} holds {shown(values)} where rows are needed: give a list of matrices, each a "
+            "list of rows, such as [[0, -1], [1, 0]]."
         )
     return list(values)
 
