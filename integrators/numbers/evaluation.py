@@ -63,6 +63,8 @@ def _values(
         if not all(isinstance(a, sympy.Expr) for a in e.args):  # a condition, say
             raise refused(e)
         if not e.args:  # never ask a sum whether it is real: sympy would evaluate its tables
+            if e is sympy.zoo:  # a division by 0 that sympy carried out
+                raise ZeroDivisionError("the expression divides by 0.")
             return numbers.imaginary_unit if e.is_real is False else numbers.number(e)
         parts = [value_of(a) for a in e.args]
         if e.is_Add or e.is_Mul:

@@ -113,7 +113,8 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
 
     found = {**measured_errors(case, errors_of, told), **also}
     _say_drift(found)
-    if judge(case, found).verdict == "fail":
+    told = judge(case, found)
+    if told.verdict == "fail" or told.reason == modified.NOT_BACK:
         found["lost"] = lost_one_way(case, steps)
     return found
 
@@ -288,7 +289,8 @@ def _judge(case: Case, measurement: dict[str, Any]) -> Verdict:
         told.reason = told.reason.replace("take more --steps", "record longer runs")
     measured = measurement["measured"]
     drift = abs(measured.get("drift", measured["slope"] * measurement["duration"]))
-    if told.verdict == "fail" and 0 < drift <= (lost := measurement.get("lost", 0.0)):
+    unsettled = told.verdict == "fail" or told.reason == modified.NOT_BACK
+    if unsettled and 0 < drift <= (lost := measurement.get("lost", 0.0)):
         return Verdict("inconclusive", why_unknown("the energy", drift, lost), told.expected)
     return told
 

@@ -165,8 +165,9 @@ def judged(measurement: dict[str, Any], told: Verdict) -> Verdict:
     drift = certain_drift(rows)
     if drift is not None:
         change, line = drift["modified"], measurement["measured"]["slope"] * duration
-        if told.verdict == "fail" and 2 * abs(line) >= abs(change):
-            return told  # the line through all rows says as much
+        said = 2 * abs(line) >= abs(change) or measurement.get("still")
+        if told.verdict == "fail" and said:
+            return told  # the line through all rows says as much, and a rest says why
         return Verdict("fail", _drifts(change, drift["time"]), told.expected)
     if band <= WHOLE:  # a quadratic modified energy stands beyond the limit of stability too
         told = _of_run(told, rows, bool(given), band, duration)

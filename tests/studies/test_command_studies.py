@@ -23,7 +23,7 @@ def test_a_scene_that_takes_no_rule_says_so(ask):
     assert "two-thirds has no part in it" in ask(*words, "--steps", "100")[1]
 
 
-#: what the table of each study is made of
+#: what the table of each study is made of, and names in JSON that stay; a study may say more
 MEASURED = {
     "order": {"order", "interval", "points"},
     "symplecticity": {"pullback", "poisson", "residual"},
@@ -61,7 +61,7 @@ def test_each_study_as_a_table_and_as_json(ask, tmp_path, study):
     (case,) = found["cases"]
     parts = {"scene", "rule", "retraction", "digits", "verdict", "expected", "measured", "rows"}
     assert parts <= set(case) and case["rows"] and case["expected"]
-    assert set(case["measured"]) == MEASURED[study]
+    assert set(case["measured"]) >= MEASURED[study]
     assert (code, err) == (0, "") and scene in out and "pass" in out
     assert strict(file.read_text())["cases"][0]["measured"] == case["measured"]
 
