@@ -113,8 +113,8 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
 
     found = {**measured_errors(case, errors_of, told), **also}
     _say_drift(found)
-    told = judge(case, found)
-    if told.verdict == "fail" or told.reason == modified.NOT_BACK:
+    verdict = judge(case, found)
+    if verdict.verdict == "fail" or verdict.reason == modified.NOT_BACK:
         found["lost"] = lost_one_way(case, steps)
     return found
 
