@@ -405,6 +405,9 @@ def _of_second(case: Case, found: list[Beginning], n: int) -> Told | None:
             return "stale " + what.removeprefix("the "), (
                 f"{what} of the step's start is used for all of the step: ask for it again."
             )
+    for own, other, what in ((a, b, "x"), (b, a, "mu")):
+        if own is not None and abs(own + 1) < 1e-2 and (other is None or abs(other) < 1e-2):
+            return "flipped sign", f"the term with h² of {what} has its sign flipped."
     if a is not None and b is not None and abs(a + 0.5) < 1e-2 and abs(b + 0.5) < 1e-2:
         return "first order", "it is a step along the field at its start (explicit Euler)."
     order = evidence_of(case.scheme).order.order
@@ -412,7 +415,7 @@ def _of_second(case: Case, found: list[Beginning], n: int) -> Told | None:
         return None  # the limit is another field, by less than is seen here
     return "order conditions", (
         "the limit is the vector field, but the error of a step begins with h²: the conditions of "
-        "order 2 are not met; look at the shares of the step and the order of substeps."
+        "order 2 are not met; look at the signs and shares of its terms, and the order of substeps."
     )
 
 

@@ -41,6 +41,7 @@ REACHES = (0.08, 0.02, 0.005)  # their size in parts of the motion, the next whe
 #: tenth of it happens once in a million
 UNSEEN = 10
 ENOUGH = 3  # places at which the resolution has to be reached
+CLEARLY = 10  # times finer than a pass needs, what is looked for at further places
 UNKNOWN_ORDER = 4  # of a method that claims none: what few would leave less than
 SMOOTH = 64 * 2.0**-53  # noise beside the values, above which it is said to be one
 AGAIN = 1024  # units of round-off by which a step that is made again may differ
@@ -69,11 +70,11 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
 
 
 def undecided(case: Case, rows: list[dict[str, Any]]) -> bool:
-    """Whether no defect is certain, and too few places resolve what would be left there."""
+    """Whether no defect is certain, and too few places clearly resolve what would be left there."""
     seen = [r for r in rows if r["certain"] is not None]
     if not seen or max(r["certain"] for r in seen) > rounded(case):
         return False
-    told = [r for r in seen if r["resolution"] <= resolved(case) * r["left"]]
+    told = [r for r in seen if r["resolution"] <= resolved(case) / CLEARLY * r["left"]]
     return len(told) < ENOUGH
 
 

@@ -55,7 +55,8 @@ def forms(tmp_path_factory):
     return of
 
 
-@pytest.mark.parametrize("name", ["pendulum", pytest.param("kepler", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["pendulum", "kepler"])
 def test_all_forms_are_one_method(forms, name):
     scene = scenes.get(name)
     rules = forms(scene)

@@ -290,6 +290,7 @@ def test_velocities_digits_and_whole_runs():
     assert max(abs(many.mu[-1] - rule.mu[-1])) < 1e-48
 
 
+@pytest.mark.slow
 def test_claims_alone_are_judged():
     claimed = dataclasses.replace(methods.rk4, claims=rules.Claims(keeps=("energy",)))
     assert judged("energy", "pendulum", claimed, 5000)["verdict"] == "fail"
@@ -387,6 +388,17 @@ def test_coordinates_of_ones_own_lead_there_and_back():
     one = dataclasses.replace(scaled, read=lambda q, p: q)
     with pytest.raises(BadInput, match="read= must give a pair of arrays"):
         Scheme(scenes.get("pendulum"), one).flow("0.1").trajectory(1)
+
+
+def test_a_flipped_term_of_second_order_is_named():
+    @black_box(order=2)
+    def velocity_verlet(q, p, h, s):
+        g = s.gradient(q, p)
+        Q = q + h * s.velocity(q, p) + h**2 / 2 * g
+        return Q, p - h / 2 * (g + s.gradient(Q, p))
+
+    found = judged("order", "pendulum", velocity_verlet)["diagnosis"]
+    assert found["cause"] == "flipped sign" and "h² of x" in found["sentence"]
 
 
 # -- without a scene -------------------------------------------------------------------------------
