@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from typing import Any
 
@@ -107,11 +108,26 @@ def singular(
     w: Column,
     scene: Scene,
     known: Sequence[Definition] = (),
+    alike: Sequence[Sequence[Letter]] = (),
 ) -> dict[Any, Any]:
-    """{which: a direction that it takes to 0}, of matrices that are singular at two points."""
+    """{which: a direction that it takes to 0}, of matrices that are singular at three points.
+
+    Two are random, in no unit. In the unit of a scene they may be so far from its motion that the
+    matrix has lost all its digits there, so the third is of the sizes of the start (`start_sizes`).
+    alike: columns of w that are rates of (x, μ).
+    """
     found = dict.fromkeys(asked)
-    for seed in range(2):
-        point = random_point([*state, *w, *s.q], (*w, s.h), seed) | s.exact_parameters(scene)
+    for seed in range(3):
+        point = random_point([*state, *w, *s.q], (*w, s.h), seed)
+        if seed == 2:
+            if not found:
+                break
+            sizes = start_sizes(s, scene)
+            time = to_sympy(scene.duration)
+            for rates in alike:
+                sizes |= {e: sizes[z] / time for e, z in zip(rates, [*s.x, *s.mu], strict=True)}
+            point = {e: value * sizes.get(e, 1) for e, value in point.items()}
+        point |= s.exact_parameters(scene)
         if known or any(m.free_symbols & s.constants.keys() for m in asked.values()):
             point |= s.constant_values(40)
         try:
@@ -121,6 +137,34 @@ def singular(
         found = {a: null_direction(matrix) for a, matrix in values.items()}
         found = {a: direction for a, direction in found.items() if direction is not None}
     return found
+
+
+def start_sizes(s: SceneSymbols, scene: Scene) -> dict[Letter, Any]:
+    """The sizes of x, ξ, μ and h at the start of a scene, in its own units, exact or of 30 digits.
+
+    An entry that is 0 is as large as the others are; a velocity 0 as it goes through x in the
+    duration; a momentum as the Lagrangian has it of these velocities.
+    """
+    time = to_sympy(scene.duration)
+
+    def filled(values: Sequence[Any], otherwise: Any) -> list[Any]:
+        sizes = [abs(e) for e in values]
+        largest = max(sizes, default=0) or otherwise
+        return [e or largest for e in sizes]
+
+    x = filled(list(map(to_sympy, scene.x0)), sympy.Integer(1))
+    v = filled(list(map(to_sympy, scene.v0)), max(x, default=sympy.Integer(1)) / time)
+    found = dict(zip([*s.position, *s.u, s.h], [*x, *v, to_sympy(scene.step)], strict=True))
+    found |= {e: time for e in [*s.x] if e not in found}
+    mu: Sequence[Any] = [] if scene.mu0 is None else list(map(to_sympy, scene.mu0))
+    if scene.lagrangian is not None:
+        given = zip([*s.x], map(to_sympy, s.with_time(scene.x0)), strict=True)
+        at = dict(given) | {e: found[e] for e in s.u} | s.exact_parameters(scene)
+        with suppress(NotComputed):
+            mu = [e for e in evaluate_matrix(momentum(s), 30, at) if e.is_finite and e.is_real]
+    if len(mu) != len(s.mu):
+        mu = [sympy.Integer(1)] * len(s.mu)
+    return found | dict(zip(s.mu, filled(mu, sympy.Integer(1)), strict=True))
 
 
 def check_start(s: SceneSymbols, scene: Scene) -> None:

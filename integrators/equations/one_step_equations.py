@@ -117,7 +117,7 @@ class OneStepEquations:
     def check_regular(self, scene: Any) -> None:
         """Raise `BadInput` if the rows do not determine w: ∂rows/∂w singular at two points."""
         known = self.definitions(self.slope)
-        found = singular({"": self.slope}, self.s, self.z, self.w, scene, known)
+        found = singular({"": self.slope}, self.s, self.z, self.w, scene, known, self.slopes)
         if not found:
             return
         unknowns = "its stages" if self.rule.stages else "the new Z"

@@ -17,6 +17,7 @@ from .known import known_of
 from .quantities import energies
 
 STEPS = 400
+FINER = 2, 8  # parts of the step with which a rise of the energy is looked at again
 SIZES = (10_000, 30_000, 100_000)  # sites; with fewer, what does not grow is most of a step
 SHARED = ("penetration", "pull", "complementarity", "restitution")
 WORDS = {name: contact.WORDS[name] for name in SHARED}
@@ -27,7 +28,9 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
     """Rows {run: time, energy; cost}; measured: "contact" {law: defect}, rises, impacts, grows.
 
     rises: H − the least H before, over the largest sum of its terms, with h and, where that is no
-    round-off, with h/2. free_steps: of the whole lattice, a step.
+    round-off, with h/2, and where it does not fall, with h/8: how large it is depends on where in
+    their steps impacts fall, so one step may have little by chance. free_steps: of the whole
+    lattice, a step.
     """
     lattice: Any = case.scene
     steps = case.steps or STEPS
@@ -36,9 +39,11 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
     run = flow.trajectory(steps)
     H, size = energies(case.scheme, run)
     rises = [contact.rise(H) / size]
-    if rises[0] > limit(16):
-        finer = case.scheme.flow(lattice.step / 2).trajectory(2 * steps)
-        rises.append(contact.rise(energies(case.scheme, finer)[0]) / size)
+    for finer in FINER if rises[0] > limit(16) else ():
+        if len(rises) > 1 and rises[-1] <= rises[0] / contact.FALLS:
+            break
+        made = case.scheme.flow(lattice.step / finer).trajectory(finer * steps)
+        rises.append(contact.rise(energies(case.scheme, made)[0]) / size)
     progress(f"{label}: single steps", 0.4)
     rows = [{"kind": "run", "time": float(t), "error": float(e - H[0]) / size}
             for t, e in zip(run.t, H, strict=True)]  # fmt: skip
@@ -102,10 +107,12 @@ def judge(measured: dict[str, Any]) -> Verdict:
     first, *finer = measured["rises"]
     if not (finer or first <= allowed):
         return Verdict("fail", "the energy is no number.", expected)
-    if finer and not finer[0] <= first / contact.FALLS:
+    worst = max(measured["rises"][:-1], default=first)
+    if finer and not finer[-1] <= worst / contact.FALLS:
+        part = "half" if len(finer) == 1 else "an eighth of"
         return Verdict(
-            "fail", f"the energy rises by {first:.2g} of its terms, with half the step by "
-            f"{finer[0]:.2g}: that does not vanish with the step.", expected,
+            "fail", f"the energy rises by {worst:.2g} of its terms, with {part} "
+            f"the step by {finer[-1]:.2g}: that does not vanish with the step.", expected,
         )  # fmt: skip
     if not measured["impacts"] and not measured["pushed"]:
         return Verdict("inconclusive", "no gap has closed; take more --steps.", expected)

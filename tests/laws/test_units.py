@@ -10,6 +10,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import sympy
 from sympy import Integer, Matrix
 
 from discmech.integrators import (
@@ -17,6 +18,7 @@ from discmech.integrators import (
     Scheme,
     StepFailure,
     lie_group,
+    one_step,
     pair,
     product,
     rules,
@@ -245,3 +247,38 @@ def test_the_velocities_of_a_map_are_solved_for_with_masses_of_any_size(power):
                    x0=[1], v0=["1/2"], step="0.1")  # fmt: skip
     run = Scheme(spring, rules.get("explicit-euler")).flow(spring.step).trajectory(2)
     assert np.allclose(run.u[:, 0], run.mu[:, 0] / 10.0**power / 2)
+
+
+def test_stages_are_determined_in_every_unit():
+    """At points in no unit the residual's derivative had lost all its digits."""
+
+    @one_step(groupoids="pair", stages=2)
+    def two_parts(s, z, h, K):
+        first, second = K
+        rows = [first - s.f(z + h * first / 6)]
+        rows.append(second - s.f(z + h * (first / 3 + second / 3)))
+        return z + h * (first + 2 * second) / 3, rows
+
+    scene = scenes.get("double-pendulum")
+    length, time, action = Fraction(10) ** 9, Fraction(1, 100), Fraction(1, 100)
+
+    def lagrangian(x, v, p):
+        return action / time * scene.lagrangian(x / length, v * time / length, p)
+
+    told = Scene("double-pendulum-told", scene.groupoid, lagrangian, scene.parameters,
+                 [e * length for e in scene.x0], [0, 0], scene.duration * time,
+                 scene.step * time)  # fmt: skip
+    assert Scheme(told, two_parts).scene is told
+
+
+def test_a_small_potential_is_a_part_of_the_adjoint():
+    """In units near 10⁻¹⁷ the rectangle rule was taken for its own adjoint, so of order 2."""
+    unit = Fraction(1, 10**17)
+
+    def lagrangian(x, v, p):
+        return (v[0] / unit) ** 2 / 2 + unit**3 * sympy.cos(x[0] / unit)
+
+    told = Scene("pendulum-told", scenes.get("pendulum").groupoid, lagrangian, {}, [unit], [0],
+                 1, "1/20")  # fmt: skip
+    assert Scheme(told, rules.rectangle).order == 1
+    assert Scheme(told, rules.midpoint).order == 2
