@@ -91,6 +91,8 @@ def follow(case: Case, flow: Flow, steps: int, *how: Any, **also: Any) -> Trajec
 GROWN, ESCAPED = 1e3, 1e6  # times its size at the start: the motion grows, it ends out of bounds
 BEYOND = 1e100  # a run that ends there is near to overflow
 ALIKE = 0.1  # relative difference of runs of two step sizes that grow alike
+#: rows from GROWN to ESCAPED of which one is a part of about ALIKE; in fewer any two runs agree
+RESOLVED = 5
 
 
 def _growth(run: Trajectory, rows: slice = slice(None)) -> np.ndarray:
@@ -137,7 +139,7 @@ def _refuse_unbounded(case: Case, flow: Flow, run: Trajectory) -> None:
         if not np.nanmax(grown) >= ESCAPED:
             return
         lengths = [int(np.argmax(g >= ESCAPED) - np.argmax(g >= GROWN)) for g in (growth, grown)]
-        if not abs(lengths[0] - lengths[1]) <= 1 + ALIKE * lengths[0]:
+        if min(lengths) < RESOLVED or not abs(lengths[0] - lengths[1]) <= 1 + ALIKE * lengths[0]:
             return
     raise CannotMeasure(
         f"{case.scene.name}: the motion leaves every bound: at t = {float(run.t[row]):.4g} it is "

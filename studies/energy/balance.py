@@ -35,7 +35,7 @@ from ..core.case import Case, Progress
 from ..core.moving_energy import motion, moving_energy
 from ..core.runs import in_rows, of_states
 
-HALVINGS = 3
+HALVINGS, MOST_HALVINGS = 3, 5  # runs, and as many where their orders do not agree yet
 TOLERANCE = 0.05  # of an order, as the study of order has it in double precision
 
 
@@ -95,19 +95,23 @@ def _rates(s: SceneSymbols, numbers: Arithmetic) -> Any:
 def measure(case: Case, progress: Progress) -> dict[str, Any]:
     """Rows {time, error} at the smallest step; measured: band, slope and the balance's order.
 
-    Over the scene's duration, or so many of its steps as were asked for; these are halved twice.
+    Over the scene's duration, or so many of its steps as were asked for; these are halved twice,
+    and on while the order is neither reached nor missed, as where chaotic runs part.
     """
     first = case.steps or case.scene.steps_for(case.scene.step)
     size = case.scene.step if case.steps else case.scene.duration / first
     ways = []  # how far the balance moves: of chaotic motion its ends are chance, this sum is not
-    for k in range(HALVINGS):
+    orders: list[float] = []
+    for k in range(MOST_HALVINGS):
+        if k >= HALVINGS and not unsettled(orders, wanted(case)["balance_order"]):
+            break
         steps = first * 2**k
-        progress(f"{case.scene.name} {case.label}: {steps} steps", k / HALVINGS)
+        progress(f"{case.scene.name} {case.label}: {steps} steps", k / MOST_HALVINGS)
         run = case.scheme.flow(size / 2**k, case.digits).trajectory(steps)
         errors = balance(case.scheme, run, case.digits)
         ways.append(float(np.abs(np.diff(errors)).sum()))
+        orders = [math.log2(a / b) for a, b in pairwise(ways) if a > 0 and b > 0]
     times = np.asarray(run.t, dtype=float)
-    orders = [math.log2(a / b) for a, b in pairwise(ways) if a > 0 and b > 0]
     slope = float(errors[-1] / times[-1])
     spread = max(1, len(times) // 1000)
     return {
@@ -121,6 +125,15 @@ def measure(case: Case, progress: Progress) -> dict[str, Any]:
         "steps": run.steps,
         "duration": float(times[-1]),
     }  # fmt: skip
+
+
+def unsettled(orders: list[float], least: float) -> bool:
+    """Whether the last order is short by no more than it differs from the one before (Richardson).
+
+    That difference is about what the next term of the error still adds to it.
+    """
+    before, last = ([math.nan, math.nan] + orders)[-2:]
+    return last < least and not last < least - abs(last - before)
 
 
 def wanted(case: Case) -> dict[str, Any]:

@@ -386,7 +386,8 @@ def _sinks(case: Case, measurement: dict[str, Any]) -> Verdict:
         return Verdict("pass", "", expected)
     said = "does not sink" if order is None else f"sinks with the step's power {order:.2f} only"
     said = f"the balance of energy and work {said}"
-    before, last = (measurement["balance_orders"] + [np.nan, np.nan])[:2]
+    orders = measurement["balance_orders"]
+    before, last = ([np.nan, np.nan] + orders)[-2:]
     if not last < least - abs(last - before):
         said += f", after {before:.2f} at twice the step: take more --steps."
         return Verdict("inconclusive", said, expected)

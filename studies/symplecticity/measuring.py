@@ -14,7 +14,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, StepFailure, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.errors import CannotMeasure
+from discmech.integrators.errors import CannotMeasure, DiscmechError
 from discmech.integrators.flows import form_change_defects, restricted_form_defect
 from discmech.integrators.numbers import arithmetic
 from discmech.integrators.rules import OneStepMap
@@ -161,10 +161,10 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
 
 def _at_places(case: Case) -> dict[str, Any]:
     """The worst step of the evidence: {kind, defect, limit, step, place, seed}, or {unknown}."""
-    evidence = evidence_of(case.scheme)
     try:
+        evidence = evidence_of(case.scheme)
         found = evidence.form
-    except ReferenceFailure as failure:  # there are no places around the motion
+    except (ReferenceFailure, DiscmechError) as failure:  # no places around a motion
         return {"unknown": " ".join(str(failure).split())}
     worst = found.worst
     if worst is None:
