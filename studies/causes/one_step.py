@@ -253,7 +253,7 @@ def _of_limit(case: Case, found: list[Beginning], n: int) -> Told | None:
         if max(float(np.abs(b.parts[name] / b.span).max()) for b in found) <= SEEN:
             continue
         c = _factor(found, lambda b: b.first_error, lambda b, k=name: b.parts[k])
-        if c is not None and abs(c) > 1e-3:
+        if c is not None and abs(c) > SEEN:
             return _said_of(name, 1 + c)
     drag = _factor(found, lambda b: b.first_error, lambda b: np.concatenate([0 * b.z[:n], b.z[n:]]))
     if drag is not None:
