@@ -9,7 +9,7 @@ from itertools import accumulate, combinations, combinations_with_replacement, p
 from math import prod
 from typing import Any
 
-from .errors import BadInput
+from .errors import BadInput, shown
 from .numbers import exact_matrices, floats_exact, sympy
 from .numbers.types import Column, Exact, Expressions, SymbolicMatrix
 
@@ -210,7 +210,9 @@ LARGEST = 12  # of matrices: so(n) has 2ⁿ⁻¹ translates of its chart
 
 def _sized(name: str, n: Any, least: int) -> None:
     if type(n) is not int or not least <= n <= LARGEST:
-        raise BadInput(f"{name}({n!r}): the size is a whole number from {least}, to {LARGEST}.")
+        raise BadInput(
+            f"{name}({shown(n)}): the size is a whole number from {least}, to {LARGEST}."
+        )
 
 
 def so(n: int) -> MatrixAlgebra:

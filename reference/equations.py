@@ -194,6 +194,8 @@ def balance_of(scene: Any) -> Balance:
     x_rates = structure.rho * v if n else sympy.zeros(0, 1)
     force = sympy.Matrix([_force(structure, lagrangian, momentum, x, v, g) for g in range(m)])
     for g, component in enumerate(mechanics.acting):
+        if not isinstance(component, sympy.Expr):
+            raise ReferenceFailure(f"component {g} of the force is {component}: give a number")
         force[g] += component
     for g in range(m):
         force[g] -= momentum[g].diff(T)

@@ -17,7 +17,7 @@ import mpmath
 import sympy
 from mpmath.libmp import from_man_exp
 
-from .failures import ReferenceFailure
+from .failures import ReferenceFailure, shown
 
 FARTHEST = 1000  # decimal exponent: powers of ten beyond would be written out
 
@@ -38,7 +38,7 @@ def exact_time(t: Any) -> Fraction:
         return Fraction(int(found.numerator), int(found.denominator))
     except (ArithmeticError, AttributeError, TypeError, ValueError):
         raise ReferenceFailure(
-            f"the time t={t!r} is not an exact finite number; "
+            f"the time t={shown(t)} is not an exact finite number; "
             'give an int, a Fraction, a float or a decimal string such as "0.1"'
         ) from None
 

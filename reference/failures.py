@@ -33,3 +33,11 @@ class Uncertain(ReferenceFailure):
 
 class Unproven(ArithmeticError):
     """No rigorous bound is found for these equations, or for steps of this size."""
+
+
+def shown(value: object) -> str:
+    """What a message shows of a value; Python writes no whole number of more than 4300 digits."""
+    try:
+        return repr(value)
+    except ValueError:
+        return f"a {type(value).__name__} of too many digits"

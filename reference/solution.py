@@ -15,7 +15,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from . import cache, frozen
-from .failures import ReferenceFailure
+from .failures import ReferenceFailure, shown
 from .problem import Problem, scene_of
 from .result import Solution
 
@@ -50,7 +50,9 @@ def solutions(
     from .exact import exact_time
 
     if isinstance(digits, bool) or not isinstance(digits, int) or digits < 1:
-        raise ReferenceFailure(f"digits={digits!r} is no positive whole number; ask for e.g. 50")
+        raise ReferenceFailure(
+            f"digits={shown(digits)} is no positive whole number; ask for e.g. 50"
+        )
     for name, given in (("attitude", attitude), ("proof", proof)):
         if not isinstance(given, bool):
             raise ReferenceFailure(f"{name} is no True or False: say one of them")

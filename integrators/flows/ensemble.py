@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..compiler import cores
-from ..errors import BadInput, StepFailure
+from ..errors import BadInput, StepFailure, shown
 from ..numbers import Double
 from ..numbers.types import Matrix, Vector
 from .run import Trajectory
@@ -82,7 +82,9 @@ def _of_one_length(x0s: Any, mu0s: Any, what: str) -> tuple[Sequence[Any], Seque
     for starts in (x0s, mu0s):
         many = isinstance(starts, Sequence | np.ndarray) and getattr(starts, "shape", 1) != ()
         if starts is not None and not many:
-            raise BadInput(f"{what}: an ensemble's starts are {starts!r}; give a list of them.")
+            raise BadInput(
+                f"{what}: an ensemble's starts are {shown(starts)}; give a list of them."
+            )
     given = [list(starts) for starts in (x0s, mu0s) if starts is not None]
     if not given or len({len(starts) for starts in given}) > 1 or not given[0]:
         counts = " and ".join(str(len(starts)) for starts in given) or "no"

@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from ..algebras import MatrixAlgebra
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
 from ..retractions import Retraction, cayley
@@ -24,7 +24,9 @@ class RetractionGroupoid(Groupoid):
 
     def __init__(self, algebra: MatrixAlgebra, retraction: Retraction) -> None:
         if not isinstance(algebra, MatrixAlgebra):
-            raise BadInput(f"the algebra is {algebra!r}: give so(3), se(3) or a MatrixAlgebra.")
+            raise BadInput(
+                f"the algebra is {shown(algebra)}: give so(3), se(3) or a MatrixAlgebra."
+            )
         self.algebra, self.tau = algebra, _known(retraction)
         self.dim_u = algebra.dim
         self.retraction, self.by_user = retraction.name, not retraction.proven
@@ -107,7 +109,7 @@ class RetractionGroupoid(Groupoid):
 
 def _known(retraction: Any) -> Retraction:
     if not isinstance(retraction, Retraction):
-        raise BadInput(f"the retraction is {retraction!r}: give cayley itself, not its name.")
+        raise BadInput(f"the retraction is {shown(retraction)}: give cayley itself, not its name.")
     return retraction
 
 

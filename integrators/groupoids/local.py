@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from ..errors import RAISED, BadInput, line_of, remedy
+from ..errors import RAISED, BadInput, line_of, remedy, shown
 from ..numbers import floats_exact, refuse_large, sympy
 from ..numbers.types import Column, Expression
 from .groupoid import Groupoid
@@ -33,7 +33,8 @@ class LocalGroupoid(Groupoid):
         name: str = "local groupoid",
     ) -> None:
         if not type(dim_x) is type(dim_u) is int or dim_x < 0 or dim_u < 1:
-            raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {dim_x!r} and {dim_u!r}.")
+            given = f"{shown(dim_x)} and {shown(dim_u)}"
+            raise BadInput(f"{name}: needs dim_x ≥ 0 and dim_u ≥ 1, not {given}.")
         self.dim_x, self.dim_u, self._name = dim_x, dim_u, name
         self._target, self._product, self._inverse = target, product, inverse
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-from ..errors import BadInput
+from ..errors import BadInput, shown
 from ..numbers import sympy
 from ..numbers.types import Column, Expression, FieldPair, SymbolicMatrix
 from .axioms import check_axioms
@@ -27,7 +27,7 @@ class ProductGroupoid(Groupoid):
     def __init__(self, first: Groupoid, second: Groupoid) -> None:
         for part in (first, second):
             if not isinstance(part, Groupoid):
-                raise BadInput(f"a product of {part!r}: give two groupoids, such as pair(1).")
+                raise BadInput(f"a product of {shown(part)}: give two groupoids, such as pair(1).")
         self.parts = (first, second)
         self.dim_x = first.dim_x + second.dim_x
         self.dim_u = first.dim_u + second.dim_u

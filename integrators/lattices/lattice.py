@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadInput, names_checked, shown
+from ..errors import BadInput, brief_name, names_checked, shown
 from ..groupoids import Groupoid, LieGroup, RowAction
 from ..numbers import exact_nested, exact_rational, measure
 from ..scene import Again, again, arguments_of
@@ -82,7 +82,7 @@ class Lattice:
                 f"dashes only."
             )
         if not isinstance(self.site, Groupoid):
-            given = getattr(self.site, "name", repr(self.site))
+            given = brief_name(self.site)
             raise BadInput(f"{self.name}: site is {given}; give a groupoid, as pair(1) or lie_group"
                            "(so(3)).")  # fmt: skip
         if not isinstance(self.sites, INTEGER) or isinstance(self.sites, bool) or self.sites < 2:
