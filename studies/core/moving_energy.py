@@ -19,7 +19,7 @@ from discmech.integrators.equations import SceneSymbols, momentum
 from discmech.integrators.errors import DiscmechError
 from discmech.integrators.numbers import numeric
 
-from .modified_energy import NUMBERS, Dual, dual_of
+from .modified_energy import NUMBERS, dual_of
 
 PRECISE = 1e-6  # of the motion that is looked at: a scale is no figure
 MOST = 300  # steps of it
@@ -73,7 +73,8 @@ def motion(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(x, μ, ξ) along the motion, a row each."""
     dual = dual_of(scene)
     if dual is not None and scene.mu0 is None:
-        return _followed(scene, dual)
+        z, _ = _followed(scene)
+        return (*dual.split(z), dual.velocity(z))
     s = SceneSymbols(scene)
     times = [scene.duration * k / TIMES for k in range(TIMES + 1)]
     states = reference.solutions(scene, times, 15, proof=False)
@@ -84,8 +85,24 @@ def motion(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return x, mu, xi
 
 
-def _followed(scene: Scene, dual: Dual) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The motion by a Runge–Kutta method of order 8, as far as it comes in `MOST` steps."""
+def may_end(scene: Scene) -> bool:
+    """Whether the rough motion stops before the scene's duration, perhaps in a singularity.
+
+    There more energy moves than a scale should be: errors after it look small.
+    """
+    if dual_of(scene) is None or scene.mu0 is not None:
+        return False
+    return _followed(scene)[1] < float(scene.duration)
+
+
+@lru_cache(maxsize=64)
+def _followed(scene: Scene) -> tuple[np.ndarray, float]:
+    """The motion's (x, μ), a row each, and the time to which it came.
+
+    By a Runge–Kutta method of order 8, as far as it comes in `MOST` steps.
+    """
+    dual = dual_of(scene)
+    assert dual is not None
     from scipy.integrate import DOP853
 
     x, mu, _ = _start(scene)
@@ -102,5 +119,4 @@ def _followed(scene: Scene, dual: Dual) -> tuple[np.ndarray, np.ndarray, np.ndar
             run.step()
             rows.append(run.y.copy())
     z = np.array(rows)
-    z = z[np.isfinite(z).all(axis=1)]
-    return (*dual.split(z), dual.velocity(z))
+    return z[np.isfinite(z).all(axis=1)], float(run.t)

@@ -18,6 +18,7 @@ from ..causes.round_off import lost_one_way, unit, why_unknown
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..core.claims import not_claimed
 from ..core.fitting import BATCHES, Line, batch_line, fit_line, steadiness
+from ..core.moving_energy import may_end
 from ..core.runs import FAR, bins, energy_errors, long_run, refuse_ended, usual_steps
 from ..evidence.verdicts import CONSISTENCY, consistency_of, demand_consistency
 from . import balance, modified
@@ -98,7 +99,8 @@ def _measure(case: Case, progress: Progress) -> dict[str, Any]:
     def errors_of(more: int) -> tuple[np.ndarray, np.ndarray]:
         run = long_run(case, case.scheme, more * steps, progress)
         times, errors = np.asarray(run.t, dtype=float), energy_errors(case.scheme, run, case.digits)
-        if not np.ptp(errors) <= WIDE:  # so it is behind a collision too
+        # behind a collision it is wide, or the scale is that of the collision
+        if not np.ptp(errors) <= WIDE or may_end(case.scene):
             refuse_ended(case, float(times[-1]))
         also["still"], also["turns"] = _comes_to_rest(run), _turns(run)
         if more == LONGER[0]:
