@@ -92,7 +92,10 @@ def may_end(scene: Scene) -> bool:
     """
     if dual_of(scene) is None or scene.mu0 is not None:
         return False
-    return _followed(scene)[1] < float(scene.duration)
+    try:
+        return _followed(scene)[1] < float(scene.duration)
+    except DiscmechError:  # no motion is known, so no scale comes from one
+        return False
 
 
 @lru_cache(maxsize=64)
