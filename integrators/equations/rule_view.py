@@ -201,6 +201,8 @@ def value_of_rule(rule: Discretisation, L: LagrangianForRule, G: GroupoidForRule
         same = first_violation([written(value) - wanted], [*s.u, *s.stages, s.h]) is None
     except BadInput:  # it asked for what an answer does not have, and an expression has
         G.gave_velocities = plain.gave_velocities
+    except ZeroDivisionError:  # it is finite nowhere, which the next line says
+        pass
     s.scalars([value], f"rule {rule.name}", rule.formula)  # what is the rule's own, not L's or G's
     return value if same else wanted
 
