@@ -38,7 +38,8 @@ class Scheme(DiscretisedScene):
         if isinstance(scene, Lattice):
             return LatticeScheme(scene, *given, **named)
         rule: Any = given[0] if given else named.get("rule")
-        if hasattr(rule, "discretise"):  # a rule that is no formula says itself what it makes
+        # a rule that is no formula says itself what it makes; what a subclass takes is no rule
+        if cls is Scheme and hasattr(rule, "discretise"):
             return rule.discretise(scene)
         return super().__new__(cls)
 

@@ -114,7 +114,7 @@ def test_a_failed_write_leaves_the_old_file(ask, tmp_path, monkeypatch):
 
 
 def test_a_full_disk_is_told_in_a_sentence(ask, tmp_path, monkeypatch):
-    def full(*arguments):
+    def full(*arguments, **named):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("discmech.studies.report.page.write_report", full)

@@ -93,7 +93,7 @@ class TestProcess:
 
     def test_no_home(self, tmp_path):
         none = dict.fromkeys(("HOME", "DISCMECH_CACHE", "XDG_CACHE_HOME"))
-        code, _, err = begun(SHORT, tmp_path, **{**none, "HOME": "/nowhere/at/all"})
+        code, _, err = begun(SHORT, tmp_path, **{**none, "HOME": "/dev/null/at/all"})
         assert code == 0 and "Traceback" not in err
         assert not [p for p in tmp_path.iterdir() if p.name.startswith("discmech")]
 

@@ -57,7 +57,7 @@ def test_the_time_is_the_duration_and_the_attitude_is_there(capsys):
         (["kepler", "--digits", "many"], "--digits is 'many'"),
         (["kepler", "--digits", "0"], "--digits is '0'"),
         (["kepler", "--attitude"], "pair groupoid, which has no attitude"),
-        (["kepler", "--json", "/nowhere/at/all.json"], "cannot be written"),
+        (["kepler", "--json", "/dev/null/all.json"], "cannot be written"),
         (["kepler", "--check", "kepler"], "name one SCENE, or ask for"),
         (["--rebuild", "keppler"], 'no scene "keppler"'),
     ],

@@ -40,7 +40,7 @@ def loose(flow):
     edited(
         flow, "w = plus(w, dw)", "w = tuple([(a + d) * (1 + R(1) / 10**7) for a, d in zip(w, dw)])"
     )
-    edited(flow, "if total == 0 and", "if True or total == 0 and")
+    edited(flow, "if fine and total == 0 and", "if True or fine and total == 0 and")
 
 
 def edited(flow, old, new):
