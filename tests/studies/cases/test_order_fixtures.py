@@ -14,9 +14,9 @@ ATTACKS = str(ROOT / "docs/attacks/")
 @pytest.mark.parametrize(
     ("rule", "scene", "digits"),
     [
-        ("attacks.py:slightly_wrong", "pendulum", 50),
+        pytest.param("attacks.py:slightly_wrong", "pendulum", 50, marks=pytest.mark.slow),
         ("attacks.py:slightly_wrong", "pendulum", 16),
-        ("attacks.py:wrong_in_one", "kepler", 50),
+        pytest.param("attacks.py:wrong_in_one", "kepler", 50, marks=pytest.mark.slow),
         pytest.param("attacks.py:gauged", "attacks.py:whole_period", 50, marks=pytest.mark.slow),
     ],
 )
