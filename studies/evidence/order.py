@@ -192,9 +192,10 @@ def of_program(scheme: Scheme, places: Sequence[Place], seed: int) -> LocalOrder
                                                      PART_OF_PROGRAM + 0.1))  # fmt: skip
         times = [count * h for count, h in zip(counts, steps, strict=True)]
         ends = surroundings(scheme.scene).after(place.x, place.u, place.t, times, 16 + GUARD)
-        rates = _round_off_rates(scheme, place)
-        rows = [step_errors(scheme, place, scheme.flow(h, 16), end, count, rates)
-                for h, end, count in zip(steps, ends, counts, strict=True)]  # fmt: skip
+        flows = [scheme.flow(h, 16) for h in steps]
+        rates = _round_off_rates(flows[0], place)
+        rows = [step_errors(scheme, place, flow, end, count, rates)
+                for flow, end, count in zip(flows, ends, counts, strict=True)]  # fmt: skip
         for component in zip(*rows, strict=True):
             name = component[0][0]
             clear = [(float(h), float(e)) for h, (_, e, left) in zip(steps, component, strict=True)
@@ -302,16 +303,16 @@ def _round_off(flow: Flow, place: Place) -> list[Any]:
     return found[: len(place.x)] + found[len(x) :]  # without the time, where it is a component
 
 
-def _round_off_rates(scheme: Scheme, place: Place) -> list[float]:
+def _round_off_rates(flow: Any, place: Place) -> list[float]:
     """Σ |zᵢ ∂fⱼ/∂zᵢ| of each component j: how fast the round-off of a state grows in a program.
 
     A component that is 0 has none of its own, but what it becomes is rounded, and so is the state
     that its rate is computed from.
     """
     z = np.array([float(e) for e in (*place.x, *place.mu)])
-    if scheme.scene.constrained or scheme.scene.in_numbers:
+    if flow.scheme.scene.constrained or flow.scheme.scene.in_numbers:
         return [0.0] * len(z)
-    system: Any = scheme.flow(scheme.scene.step).system
+    system = flow.system
     n, t = len(place.x), float(place.t)
     found = np.zeros(len(z))
     for i in np.flatnonzero(z):
