@@ -102,7 +102,9 @@ class Dual:
         if self.canonical:
             return np.hstack([-v[:, self.n :], v[:, : self.n]])
         tensor = self.tensor(z) / size[:, None] / size
-        inverse = np.linalg.pinv(tensor, rcond=1e-9)
+        inverse = np.full_like(tensor, np.nan)  # a state that could not be gone to has no α
+        there = np.isfinite(tensor).all(axis=(1, 2))
+        inverse[there] = np.linalg.pinv(tensor[there], rcond=1e-9)
         return np.einsum("rij,rj->ri", inverse, v / size) / size
 
     def moved(self, z: np.ndarray, v: np.ndarray, size: np.ndarray) -> np.ndarray:
