@@ -31,6 +31,8 @@ def table(name, gap, **more):
 
 
 post = thin("post", 2, lambda x: sympy.sqrt((x[0] - 1) ** 2 + x[1] ** 2) - Q(1, 10000))
+#: a mass flies through the centre of a ring, where the distance from it has no slope
+ring = thin("ring", 2, lambda x: 1 - sympy.sqrt((x[0] - 1) ** 2 + x[1] ** 2), step="1/4")
 #: round-off of x turns its normal by 1e-11
 needle = thin(
     "needle", 2, step="0.037",

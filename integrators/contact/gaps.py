@@ -7,6 +7,7 @@ that the scene gives, or x itself without its part along φ′, in an orthonorma
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -21,12 +22,13 @@ from ..equations import (
     natural_structure,
 )
 from ..errors import BadInput, shown
-from ..numbers import Arithmetic, flatten, jacobian, numeric, sympy
+from ..numbers import Arithmetic, finite, flatten, jacobian, numeric, sympy
 from ..numbers.types import Column, Number, Vector
 from ..scene import Scene
 from .bounds import GapBounds
 from .cones import Cones, impulses, length
 
+BESIDE = (2, 1)  # half powers of round-off, by which a point with slopes is beside one without
 TOUCHING = 128  # units of round-off of its size within which a gap is closed
 
 
@@ -109,9 +111,26 @@ class Gaps:
             return np.array([self._phi(x, self.p) for x in rows])
         return np.array(np.broadcast_to(self._phi(rows.T, self.p).T, (len(rows), self.count)))
 
+    def _made(self, x: Vector) -> Any:
+        """The numbers that `at` is made of. A distance has no slope at its centre, where it is 0/0:
+        there all but φ is taken at a point beside x, as near as round-off lets a slope exist."""
+        try:
+            found = self._place(x, self.p)
+            if finite(found[2]).all():
+                return found
+        except ArithmeticError:
+            pass
+        for power in BESIDE:
+            with suppress(ArithmeticError):
+                away = (4 * self.numbers.eps) ** (self.numbers.number(power) / 2)
+                _, *rest = self._place(x + away * (1 + abs(x)), self.p)
+                if finite(rest[1]).all():
+                    return [self.phi(x[None])[0], *rest]
+        return self._place(x, self.p)
+
     def at(self, x: Vector, reach: Any = 0) -> Place:
         """The gaps at a point; reach (K,): sizes of what was added up on the way to it."""
-        phi, own_size, slope, normal, rho, own, own_slope, own_breadth = self._place(x, self.p)
+        phi, own_size, slope, normal, rho, own, own_slope, own_breadth = self._made(x)
         slip, bases, where, scale, breadth, first = [], [], [], [], [], 0
         for i, coordinates in enumerate(self.coordinates):
             last = first + len(coordinates or ())
@@ -136,7 +155,7 @@ class Gaps:
 
     def at_start(self, x: Vector) -> Place:
         """The gaps at a start, which is known to the round-off of its largest coordinate."""
-        slope, known = self._place(x, self.p)[2], [*x[: self.n], *self.scene.x0]
+        slope, known = self._made(x)[2], [*x[: self.n], *self.scene.x0]
         largest = max(abs(self.numbers.number(e)) for e in known)
         return self.at(x, abs(slope).sum(axis=1) * largest)
 

@@ -6,15 +6,19 @@ import inspect
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import BadInput, line_of
 from ..numbers import NotComputed, NotSmooth, sympy
 from .checks import named
-from .discretised_scene import DiscretisedScene
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+    from .discretised_scene import DiscretisedScene
+    from .symbols import SceneSymbols
 
 #: what a line that does it holds: one of the functions, or else a power, which a root may be
-_WORDS = (r"\b(sqrt|Abs|abs|Max|Min|sign|Heaviside)\b", r"\*\*")
+_WORDS = (r"\b(sqrt|Abs|abs|Max|Min|sign|Heaviside|Piecewise)\b", r"\*\*")
 
 
 @contextmanager
@@ -32,21 +36,32 @@ def blamed(scheme: DiscretisedScene) -> Iterator[None]:
 def _blame(scheme: DiscretisedScene) -> BadInput:
     scene, rule = scheme.scene, scheme.equations.rule
     what, function = f"the rule {rule.name}", getattr(rule, "formula", None)
-    if scene.lagrangian is not None and _breaks(scheme.s.lagrangian):
-        what, function = f"the Lagrangian of {scene.name}", scene.lagrangian
-    elif scene.force is not None and any(map(_breaks, scheme.s.force)):
+    if scene.force is not None and any(map(_breaks, scheme.s.force)):
         what, function = f"the force of {scene.name}", scene.force
+    return _refusal(what, function)
+
+
+def refuse_not_smooth(scene: Scene, s: SceneSymbols) -> None:
+    """Raise `BadInput` where the Lagrangian is made of pieces in x or u, whichever it is written
+    with: no rule has an order across a jump in the slope of its gradient."""
+    if _breaks(s.lagrangian, {*s.position, *s.u}):
+        raise _refusal(f"the Lagrangian of {scene.name}", scene.lagrangian)
+
+
+def _refusal(what: str, function: Callable[..., Any] | None) -> BadInput:
     place = _line(function)
     return BadInput(
         (f"{place}: " if place else "")
-        + f"{what} holds Abs (or Max, Min, a step), which has no derivative everywhere: write it "
-        "without; the root of a square is one too: sqrt(u**2) is Abs(u)."
+        + f"{what} holds Abs (or Max, Min, Piecewise, a step), so that its gradient has no "
+        "derivative everywhere: write it without; the root of a square is one too: sqrt(u**2) is "
+        "Abs(u)."
     )
 
 
-def _breaks(e: Any) -> bool:
-    """Whether the derivative jumps somewhere."""
-    return bool(e.has(sympy.Abs, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside))
+def _breaks(e: Any, letters: set[Any] | None = None) -> bool:
+    """Whether the expression is made of pieces, of functions of the letters if some are given."""
+    found = e.atoms(sympy.Abs, sympy.Max, sympy.Min, sympy.sign, sympy.Heaviside, sympy.Piecewise)
+    return any(letters is None or part.free_symbols & letters for part in found)
 
 
 def _line(function: Callable[..., Any] | None) -> str:

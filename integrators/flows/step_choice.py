@@ -143,11 +143,15 @@ def step_for(scheme: Any, tolerance: Any, flow: Callable[[Fraction], Any]) -> St
         if fastest * float(scene.duration) > RESOLVED * most:
             raise _unresolved(scheme, wanted, fastest, most)
         if floor == 2 or 4 * steps > most:
-            raise _unreachable(scheme, wanted, errors, most, failed)
+            ranked = sorted(errors, key=lambda k: errors[k])
+            kept = next((k for k in ranked if believed(k, errors[k])), None)
+            if kept is None and min(errors.values()) < inf and turns(2 * min(errors)) > RESOLVED:
+                raise _unresolved(scheme, wanted, fastest, most)
+            raise _unreachable(scheme, wanted, errors, kept, most, failed)
         steps *= 2
     errors[steps] = found
     if wanted < aim:
-        raise _unreachable(scheme, wanted, {steps: aim}, most, failed)
+        raise _unreachable(scheme, wanted, {steps: aim}, steps, most, failed)
     best = 2 * steps
     coarse = errors.get(steps // 2, inf)
     order = stated
@@ -210,24 +214,26 @@ def _linearised(s: SceneSymbols) -> Any:
 
 
 def _unresolved(scheme: Any, wanted: float, fastest: float, most: int) -> BadInput:
-    """The error for a motion that is too fast for any step of the pilot."""
+    """The error for a motion that is too fast for the steps of the pilot."""
     return BadInput(
         f"{scheme.scene.name} with {scheme.rule.name}: a tolerance of {wanted:g} cannot be "
-        f"checked, for the fastest motion there has the rate {fastest:.3g}, and a run that "
-        f"resolves it takes more than {most} steps: give a step, or a shorter duration."
+        f"checked: the fastest motion there, of the rate {fastest:.3g}, is not resolved well "
+        f"enough by {most} steps or fewer. A step of {RESOLVED / fastest:.2g} begins to resolve it "
+        "(step times rate is 1): give one below that, or a shorter duration."
     )
 
 
 def _unreachable(
-    scheme: Any, wanted: float, errors: dict[int, float], most: int, failed: list[StepFailure]
-) -> BadInput:
-    """The error for a tolerance that no step of the pilot reaches."""
-    steps, least = min(errors.items(), key=lambda pair: pair[1])
+    scheme: Any, wanted: float, errors: dict[int, float], steps: int | None, most: int,
+    failed: list[StepFailure],
+) -> BadInput:  # fmt: skip
+    """The error for a tolerance that no step of the pilot reaches; of so many steps the error is
+    the least that is believed."""
     what = f"{scheme.scene.name} with {scheme.rule.name}: a tolerance of {wanted:g}"
-    if least == inf:
+    if min(errors.values()) == inf:
         why = f"; the last failure: {failed[-1]}" if failed else ""
         return BadInput(f"{what} is not reached: no pilot of up to {most} steps has an end{why}.")
-    return BadInput(
-        f"{what} is below round-off, or takes more than {most // 2} steps; the smallest that "
-        f"is reached: {least * 1.03:.1e}, with {steps} steps."
-    )
+    found = "no run of the pilot has an error that is believed"
+    if steps is not None:
+        found = f"the smallest that is reached: {errors[steps] * 1.03:.1e}, with {steps} steps"
+    return BadInput(f"{what} is below round-off, or takes more than {most // 2} steps; {found}.")

@@ -117,7 +117,7 @@ def _above(
     for power in LONGER:
         first = place.length / 8 * Fraction(10.0**power)
         flows = [scheme.flow(h, digits) for h in (first, first * Fraction(3, 10))]
-        found = at_place(scheme, place, flows, digits, parts)
+        found = at_place(scheme, place, flows, digits, parts, halved=True)
         if any(_is_low(c, wanted) for c in found):
             return False
     return True

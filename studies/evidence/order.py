@@ -11,8 +11,9 @@ import itertools
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,6 +49,10 @@ PART = Fraction(1, 8)
 FALLEN, RATIO = 8, (0.7, 1.0)
 FIRST = 0.85, 1.0  # of the longest step, so that errors of order 16 differ by less than `UNLIKE`
 NEAR = 0.1  # of a local order that is the expected one
+#: of an order from a whole number; farther off, the longer of two steps shows the next power too.
+#: A share δ of it there shifts the order by log(1 + δ)/log(ratio). Over the half of the way (in
+#: powers of the step) that has the shorter steps, δ is smaller by the root of the ratio.
+WHOLE = 1e-3
 UNLIKE = 100  # times the error at other places, of one that is looked into
 CLEAR = 1000  # round-offs above which an error is the method's, to a part in a thousand
 
@@ -263,10 +268,13 @@ def at_place(
     flows: Sequence[Flow],
     digits: int,
     unclear: Sequence[Any] = (),
+    halved: bool = False,
 ) -> list[ComponentOrder]:
     """The local order of each component at one place, of the flows of two steps.
 
-    unclear: what else than the method may do to each component, as a part of the step.
+    unclear: what else than the method may do to each component, as a part of the step. An order
+    below the expected one that is no whole number is measured again, from a step between the two
+    to the shorter one (`WHOLE`), unless `halved`.
     """
     steps = [flow.step for flow in flows]
     ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, digits + GUARD)
@@ -286,7 +294,26 @@ def at_place(
             found.append(
                 ComponentOrder(name, order, 10.0**size if abs(size) < 300 else None, place, large)
             )
-    return found
+    if halved or not any(map(partial(_is_mixed, scheme.order or 2), found)):
+        return found
+    with mpmath.workdps(digits + GUARD):
+        between = Fraction(math.exp(-float(ratio) / 2)) * steps[0]
+    again = [scheme.flow(between, digits), flows[1]]
+    nearer = at_place(scheme, place, again, digits, unclear, halved=True)
+    # only what is too low here too is replaced: a shorter way finds no order that was not there
+    return [replace(b, error=a.error)
+            if _is_mixed(scheme.order or 2, a) and _is_low(scheme.order or 2, b) else a
+            for a, b in zip(found, nearer, strict=True)]  # fmt: skip
+
+
+def _is_low(expected: int, component: ComponentOrder) -> bool:
+    return component.order is not None and component.order < expected - NEAR
+
+
+def _is_mixed(expected: int, component: ComponentOrder) -> bool:
+    """Whether a low order is that of two powers of the step, and not of one alone."""
+    order = component.order or 0.0
+    return _is_low(expected, component) and abs(order - round(order)) > WHOLE
 
 
 def _round_off(flow: Flow, place: Place) -> list[Any]:

@@ -155,14 +155,17 @@ CASES = {
         f"the {said} cannot be put into a kernel; there are sin, cos")
        for name, expression, said in (
            ("a jump", sympy.floor(Z), "derivative of floor"),
-           ("cases", sympy.Piecewise((Z**3, Z > 0), (0, True)), "function Piecewise"),
            ("an unknown function", sympy.Function("f")(Z), "derivative of f"),
            ("a remainder", Z**2 + sympy.O(Z**9), r"expression O\(.*\) \(Order\)"),
        )},
-    "the larger of two": (
-        lambda: with_lagrangian(
-            lambda x, v, p: v[0] ** 2 / 2 - sympy.Max(x[0], 0)).flow(1).trajectory(1),
-        "holds Abs .or Max"),
+    **{f"a spring of pieces, {name}": (
+        lambda e=depth: with_lagrangian(lambda x, v, p: v[0] ** 2 / 2 - e.subs("z", x[0]) ** 2),
+        "line .*Lagrangian of .* holds Abs .or Max, Min, Piecewise.* its gradient has no")
+       for name, depth in (
+           ("Max", sympy.Max(0, -Z)), ("Min", sympy.Min(0, Z)), ("Abs", (abs(Z) - Z) / 2),
+           ("root", (sympy.sqrt(Z**2) - Z) / 2),
+           ("Piecewise", sympy.Piecewise((-Z, Z < 0), (0, True))),
+       )},
     "no velocity": (lambda: with_lagrangian(lambda x, v, p: x[0] ** 2),
                     "bad with midpoint: .*does not depend on u, so FL is singular everywhere"),
     "discrete only": (

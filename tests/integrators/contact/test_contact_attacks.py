@@ -104,6 +104,18 @@ def test_what_is_thinner_than_a_step_is_hit(name, impacts):
     assert abs(found.impacts.t[0] - 1) < 2e-3 and found.mu[-1, 0] < 0
 
 
+@pytest.mark.parametrize("impacts", MODES)
+def test_a_step_may_end_where_a_distance_has_no_slope(impacts):
+    """At the centre of a post, which is hit, and at that of a ring, which is passed."""
+    for digits, step in ((16, "0.25"), (16, "0.02"), (30, "0.25")):
+        flow = Scheme(attacks.post, midpoint).flow(step, digits, impacts=impacts)
+        found = flow.trajectory(round(1.5 / float(step)))
+        assert len(found.impacts.t) == 1 and abs(found.impacts.t[0] - 1) < 2e-3
+        assert abs(found.mu[-1, 0] + 1) < 1e-12
+    ring = run(attacks.ring, "0.25", 12, impacts)
+    assert abs(ring.x[-1] - [1, 0]).max() < 1e-12 and ring.impacts.t == pytest.approx([2])
+
+
 def test_a_thin_peg_is_hit_at_any_step():
     for impacts, step in (("stepped", "0.0025"), ("located", "0.02")):
         found = run(attacks.pegs, step, round(1 / float(step)), impacts)

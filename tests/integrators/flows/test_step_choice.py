@@ -5,7 +5,8 @@ import re
 import mpmath
 import pytest
 
-from discmech.integrators import BadInput, Scheme, rules, scenes
+from discmech import pair
+from discmech.integrators import BadInput, Scene, Scheme, rules, scenes
 from discmech.reference import solution
 from tests.objects import SCENES
 
@@ -93,6 +94,19 @@ def test_the_number_of_steps_in_a_refusal_is_the_largest_that_was_tried():
         scheme.flow(tolerance=1e-6)
     said = re.search(r"more than (\d+) steps.* with (\d+) steps", str(refusal.value))
     assert int(said[1]) == int(said[2])
+
+
+@pytest.mark.parametrize("start", ["1/100000", 1])
+def test_what_is_not_resolved_is_told_no_tolerance(start):
+    """A stiff spring beside a soft one: errors of steps longer than its period say nothing."""
+    stiff = Scene(
+        name="stiff", groupoid=pair(2), x0=[1, start], v0=[0, 0], duration=10, step="1/100",
+        lagrangian=lambda x, v, p: (v.dot(v) - x[0] ** 2 - 10**9 * x[1] ** 2) / 2,
+    )  # fmt: skip
+    for digits in (16, 20):
+        with pytest.raises(BadInput, match=r"rate 3\.16e\+04.*A step of 3\.2e-05") as refusal:
+            Scheme(stiff, rules.get("midpoint")).flow(tolerance=1e-3, digits=digits)
+        assert "smallest" not in str(refusal.value)
 
 
 @pytest.mark.parametrize("given", [{}, {"step": 1, "tolerance": 1e-6}])
