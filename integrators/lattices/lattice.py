@@ -121,12 +121,13 @@ class Lattice:
         self.pairs, self.free, self.split_parameters, self.start  # noqa: B018 - checked now
 
     def _check_contact(self) -> None:
-        e = exact_rational(self.restitution, f"{self.name}: restitution")
+        given = self.restitution
+        e = exact_rational(given, f"{self.name}: restitution")
         object.__setattr__(self, "restitution", e)
         if not 0 <= e <= 1:
             raise BadInput(f"{self.name}: give a restitution from 0 to 1.")
         if self.contact is None and e:
-            raise BadInput(f"{self.name}: restitution={shown(e)} needs contact=, the gaps.")
+            raise BadInput(f"{self.name}: restitution={shown(given)} needs contact=, the gaps.")
         if self.contact is not None and (self.constraint is not None or self.bonds_move):
             raise BadInput(f"{self.name}: contact is not taken together with a constraint, or a "
                            "bond with velocities; leave one out.")  # fmt: skip

@@ -65,6 +65,8 @@ class Dual:
                 bracket -= c * s.mu[nu]
             tensor = sympy.zeros(self.n).row_join(rho).col_join((-rho.T).row_join(bracket))
             values.append(list(tensor))
+        # all of it is in the natural basis, free of h; of a groupoid that is wrong it need not be
+        values = [[sympy.sympify(e).xreplace({s.h: sympy.Integer(1)}) for e in v] for v in values]
         self._at = numeric(letters, values, NUMBERS, columns=True)
         self._inverse = legendre_inverse(s, NUMBERS)
         self._parameters = [NUMBERS.number(p) for p in parameters]

@@ -364,6 +364,7 @@ def nested(x, times):
     return x
 
 
+@pytest.mark.slow
 def test_what_is_nested_deeply_works_and_more_deeply_ends_in_a_sentence():
     @discretisation(order=2)
     def deep(L, G, x, u, h):

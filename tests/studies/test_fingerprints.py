@@ -193,6 +193,7 @@ def test_rules_by_quadrature_rest_on_their_file_and_others_do_not(checkout):
     assert key() == other
 
 
+@pytest.mark.slow
 def test_a_fault_rests_on_its_scene_and_on_the_studies_that_look_for_it(checkout):
     tree, forget = checkout
     keys = partial(keys_of_power, lambda case: case.scene.name)

@@ -93,6 +93,7 @@ def test_bad_input_to_the_reference_leaves_the_failure_of_the_step(monkeypatch):
     assert found["verdict"] == "fail" and "did not converge" in found["reason"]
 
 
+@pytest.mark.slow
 def test_an_end_that_is_remembered_keeps_nothing_of_who_asked_first():
     def asked():
         run = np.zeros(2)  # a million rows, in a study

@@ -61,6 +61,7 @@ def test_bodies_run_by_stages_as_by_newton(kind, rule):
     assert abs(one.past[0] - two.past[0]).max() < ROUND_OFF
 
 
+@pytest.mark.slow
 def test_the_form_is_kept_by_steps_of_stages():
     flow, _ = both(systems.bodies(5), gauss(3))
     run = flow.trajectory(5)

@@ -125,7 +125,10 @@ def explicit_euler(s, z, h):
     return z + h * s.f(z)
 
 
-@pytest.mark.parametrize("scene", ["harmonic", "pendulum", "henon-heiles", "spherical-pendulum"])
+@pytest.mark.parametrize("scene", [
+    "harmonic", *(pytest.param(name, marks=pytest.mark.slow)
+                  for name in ("pendulum", "henon-heiles", "spherical-pendulum")),
+])  # fmt: skip
 @pytest.mark.parametrize("steps", [20_000, 1_000_000])
 def test_a_method_that_takes_the_energy_at_once_and_rests_fails(scene, steps):
     """A line through a long rest is flat, however much was lost before it."""
