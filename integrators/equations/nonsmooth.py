@@ -14,7 +14,6 @@ from .checks import named
 
 if TYPE_CHECKING:
     from ..scene import Scene
-    from .discretised_scene import DiscretisedScene
     from .symbols import SceneSymbols
 
 #: what a line that does it holds: one of the functions, or else a power, which a root may be
@@ -22,7 +21,7 @@ _WORDS = (r"\b(sqrt|Abs|abs|Max|Min|sign|Heaviside|Piecewise)\b", r"\*\*")
 
 
 @contextmanager
-def blamed(scheme: DiscretisedScene) -> Iterator[None]:
+def blamed(scheme: Any) -> Iterator[None]:
     """Raise what cannot be computed again, with the function of the user's that is to be mended."""
     try:
         yield
@@ -33,7 +32,7 @@ def blamed(scheme: DiscretisedScene) -> Iterator[None]:
         raise BadInput(f"{which}: {error}") from None
 
 
-def _blame(scheme: DiscretisedScene) -> BadInput:
+def _blame(scheme: Any) -> BadInput:
     scene, rule = scheme.scene, scheme.equations.rule
     what, function = f"the rule {rule.name}", getattr(rule, "formula", None)
     if scene.force is not None and any(map(_breaks, scheme.s.force)):
