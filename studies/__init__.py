@@ -12,8 +12,8 @@ from .core.study import Study, every_study
 
 if TYPE_CHECKING:
     from .command.explain import explain
-    from .core.checking import check
     from .order.own_runs import own_order
+    from .user.checking import check
     from .user.drawing import plot
 
 __all__ = ["NAMES", "check", "explain", "get", "own_order", "plot", "show"]
@@ -34,7 +34,7 @@ def get(name: str) -> Study:
 def __getattr__(name: str) -> Any:
     """Loaded when they are first asked for: a page is written without any integrator."""
     if name == "check":
-        from .core.checking import check
+        from .user.checking import check
 
         return check
     if name == "explain":

@@ -48,7 +48,7 @@ VIEWS = [p for p in under("studies") if p.parent == STUDIES / "report" or p.stem
 #: notebook
 SHOWING = (*VIEWS, *under("studies/command"), STUDIES / "__init__.py", STUDIES / "plugin.py",
            STUDIES / "user/assertions.py", STUDIES / "core/study.py",
-           STUDIES / "user/drawing.py", STUDIES / "core/checking.py")  # fmt: skip
+           STUDIES / "user/drawing.py", STUDIES / "user/checking.py")  # fmt: skip
 
 
 @pytest.mark.parametrize("path", VIEWS, ids=label)

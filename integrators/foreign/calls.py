@@ -89,9 +89,7 @@ class Calls:
                     self._check_finite(k, q, p)
                 if (k + 1) % every == 0:
                     row(k + 1, q, p)
-        except BadInput:
-            raise
-        except BoxRaised:
+        except (BadInput, BoxRaised):
             raise
         except Exception as error:
             raise self._raised(k, error) from error
@@ -116,9 +114,7 @@ class Calls:
                     self._check_finite(k, q, p)
                     if (k + 1) % every == 0:
                         row(k + 1, q.copy(), p.copy())
-        except BadInput:
-            raise
-        except BoxRaised:
+        except (BadInput, BoxRaised):
             raise
         except Exception as error:
             raise self._raised(k, error) from error

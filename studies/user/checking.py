@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 from discmech import studies
 from discmech.integrators.errors import arguments_checked
 
-from . import lookup
-from .case import Choice
-from .options import digits_in, listed, whole
-from .running import run_study
+from ..core import lookup
+from ..core.case import Choice
+from ..core.options import digits_in, listed, whole
+from ..core.running import run_study
 
 if TYPE_CHECKING:
     from discmech.integrators import Discretisation, Scene
