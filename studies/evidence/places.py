@@ -43,6 +43,8 @@ NEARER = 8, 12  # how much nearer to the motion the next try is, and how many th
 HASTE = 64  # a place where all goes so much faster than anywhere on the motion is not around it
 #: of the time in which the motion is a polynomial (`Surroundings.length`): an ordinary step
 SMALLER, LARGER = 0.15, 0.3
+ARROWS = 4  # from one state of the motion to the next: each leaves the square of what was left
+
 STILL = 1e-9  # a coordinate that moves by less of what the others do has no size of its own
 
 
@@ -119,10 +121,11 @@ def _drawn(
 ) -> Iterator[Place]:
     """Places beside those states of the motion, by those shares of its size or nearer."""
     around, motion = surroundings(scheme.scene), _motion(scheme.scene)
+    states = _on_orbit(scheme.s, scheme.scene)
     fastest = min((r for r in motion.lengths if r is not None), default=None)
     for k, share in zip(at, shares, strict=True):
         for _ in range(NEARER[1]):
-            place = _place(scheme, drawn, motion.states[k], share, motion, around)
+            place = _place(scheme, drawn, states[k], share, motion, around)
             if place is not None and (fastest is None or HASTE * place.length >= fastest):
                 yield place
                 break
@@ -134,11 +137,14 @@ def random_fraction(drawn: random.Random, low: float, high: float) -> Fraction:
     return Fraction(drawn.randrange(int(low * 2**30), int(high * 2**30)) | 1, 2**30)
 
 
+State = tuple[Fraction, list[Any], list[Any]]
+
+
 @dataclass(frozen=True)
 class Motion:
     """States (t, x, v) along a scene's motion, their `lengths`, and each coordinate's size."""
 
-    states: list[tuple[Fraction, list[Any], list[Any]]]
+    states: list[State]
     lengths: list[Fraction | None]
     of_x: list[Any]
     of_v: list[Any]
@@ -157,6 +163,31 @@ def _motion(scene: Any) -> Motion:
     time = Fraction(scene.step)
     of_v = _sizes_of(columns[1], [], time)
     return Motion(states, lengths, _sizes_of(columns[0], of_v, time), of_v)
+
+
+@lru_cache(maxsize=64)
+def _on_orbit(s: SceneSymbols, scene: Any) -> list[State]:
+    """The motion's states, with points that arrows from the start lead to as near as can be.
+
+    A rough integration leaves the orbit of the start, such as SO(3), by its own error, and what is
+    kept on the orbit alone would seem to be lost. On pairs every point is on the orbit.
+    """
+    states = _motion(scene).states
+    if s.groupoid.kind == "pair" or not len(states[0][1]):
+        return states
+    numbers, found = arithmetic(DIGITS), []
+    with numbers.working():
+        target, anchor, _ = _functions(s)
+        p = [numbers.number(e) for e in scene.parameter_values]
+        at = np.array([numbers.number(e) for e in scene.x0], dtype=object)
+        for t, x, v in states:
+            wanted = np.array([numbers.number(e) for e in x], dtype=object)
+            for _ in range(ARROWS):
+                rho, left = (part.astype(float) for part in (anchor(at, p), wanted - at))
+                w = np.linalg.lstsq(rho, left)[0]
+                at = target(at, np.array([numbers.number(float(e)) for e in w], dtype=object), p)
+            found.append((t, list(numbers.public(at)), v))
+    return found
 
 
 def _sizes_of(columns: Sequence[Sequence[Any]], rates: list[Any], time: Fraction) -> list[Any]:

@@ -69,13 +69,11 @@ def beside(case: Case, quantities: Sequence[Conserved]) -> dict[str, dict[str, A
     """{name: {"change", "limit", "step", "place"}} of single steps from drawn places, the worst.
 
     On the motion and off it, with steps that no method can know (`evidence`), at 30 digits; of
-    quantities that no force changes and that need no attitude. Empty where there is no evidence,
-    and under constraints: on pivoted-body one step at 30 digits leaves 2e-23 there, of every rule,
-    which is not understood yet (docs/excuses.md).
+    quantities that no force changes and that need no attitude. Empty where there is no evidence.
     """
     found: dict[str, dict[str, Any]] = {}
     plain = [q for q in quantities if not q.attitude and q.stretch is None]
-    if not plain or not case.rule.is_formula or case.scene.constrained:
+    if not plain or not case.rule.is_formula:
         return found
     scheme: Scheme = scheme_for(case, False)
     try:

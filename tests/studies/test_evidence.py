@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import mpmath
 import pytest
 import sympy
 
@@ -36,6 +37,16 @@ def test_places_follow_from_the_content_of_scene_and_rule():
     assert evidence_of(Scheme(scene, trapezoidal)).seed != first.seed
     heavier = scene.with_values(parameters={"gravity": 2})
     assert evidence_of(Scheme(heavier, midpoint)).seed != first.seed
+
+
+def test_places_are_on_the_orbit_of_the_start():
+    """The rows of an attitude stay those of a rotation, however rough the motion is followed."""
+    for place in evidence_of(Scheme(scenes.get("pivoted-body"), midpoint)).places:
+        rows = [place.x[3 + 3 * i : 6 + 3 * i] for i in range(3)]
+        with mpmath.workdps(120):
+            off = [mpmath.fdot(a, b) - (i == j)
+                   for i, a in enumerate(rows) for j, b in enumerate(rows)]  # fmt: skip
+            assert max(map(abs, off)) < mpmath.mpf(10) ** -100
 
 
 @pytest.mark.parametrize("name", ["heavy-top", "spherical-pendulum", "cartesian-pendulum"])
