@@ -237,6 +237,9 @@ class StepFailure(DiscmechError, RuntimeError):
     Attributes: scene, rule (names), step_index (int), time (float), state (dict with x, mu and,
     for an implicit scheme, the u from which Newton started), cause (str), trajectory (`Trajectory`
     up to the failure, or None), fix (str).
+
+    look: finds cause and fix when somebody asks for them; most runs that fail inside a study are
+    only counted, and to find the direction of a singular matrix costs more than the run.
     """
 
     def __init__(
@@ -249,14 +252,32 @@ class StepFailure(DiscmechError, RuntimeError):
         cause: str,
         trajectory: Any = None,
         fix: str = SMALLER,
+        *,
+        look: Callable[[], tuple[str, str]] | None = None,
     ) -> None:
+        super().__init__()
         self.scene, self.rule, self.step_index, self.time = scene, rule, step_index, time
-        self.state, self.cause, self.trajectory, self.fix = state, cause, trajectory, fix
-        self._arguments = (scene, rule, step_index, time, state, cause, trajectory, fix)
-        shown = ", ".join(f"{name} = {_brief(value)}" for name, value in state.items())
-        super().__init__(
-            f"{scene} with {rule}: {cause} at step {step_index}, t = {time:.6g} ({shown}); "
-            f"{fix}, or look at the trajectory kept on this exception."
+        self.state, self.trajectory, self._told, self._look = state, trajectory, (cause, fix), look
+
+    @property
+    def cause(self) -> str:
+        return self._seen()[0]
+
+    @property
+    def fix(self) -> str:
+        return self._seen()[1]
+
+    def _seen(self) -> tuple[str, str]:
+        if self._look is not None:
+            self._told, self._look = self._look(), None
+        return self._told
+
+    def __str__(self) -> str:
+        shown = ", ".join(f"{name} = {_brief(value)}" for name, value in self.state.items())
+        return (
+            f"{self.scene} with {self.rule}: {self.cause} at step {self.step_index}, "
+            f"t = {self.time:.6g} ({shown}); "
+            f"{self.fix}, or look at the trajectory kept on this exception."
         )
 
     @property
@@ -265,7 +286,9 @@ class StepFailure(DiscmechError, RuntimeError):
         return self.fix
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), self._arguments  # to pickle it between processes
+        """To pickle it between processes."""
+        at = (self.scene, self.rule, self.step_index, self.time, self.state)
+        return type(self), (*at, self.cause, self.trajectory, self.fix)
 
 
 def _brief(values: Any) -> str:

@@ -109,10 +109,17 @@ def certified_integration(
 
 
 @remembered(maxsize=8)
-def derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invariants]:
-    """What needs no time and no digits: one scene is asked for several of either."""
+def motion_of(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram]:
+    """The equations of a scene and their series: they need no time and no digits."""
     equations = equations_of(scene, attitude)
-    return equations, compile_series(equations), invariants_of(scene, equations)
+    return equations, compile_series(equations)
+
+
+@remembered(maxsize=8)
+def derived(scene: Any, attitude: bool) -> tuple[Equations, SeriesProgram, Invariants]:
+    """`motion_of` and what is kept along the motion: one scene is asked at several times."""
+    equations, program = motion_of(scene, attitude)
+    return equations, program, invariants_of(scene, equations)
 
 
 def _beside(asked: Question, finding: Finding, start: Blocks) -> Finding:

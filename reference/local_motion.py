@@ -17,7 +17,7 @@ import gmpy2
 import mpmath
 from mpmath.libmp import to_rational
 
-from .certify import derived
+from .certify import motion_of
 from .equations import Equations
 from .exact import number_to_mpfr, to_mpf
 from .failures import ReferenceFailure
@@ -58,7 +58,7 @@ class Surroundings:
         self.key = Problem.of(scene).key
         self.equations: Equations
         self.program: SeriesProgram
-        self.equations, self.program, _ = derived(scene, False)
+        self.equations, self.program = motion_of(scene, False)
         self._momentum: Callable[..., list[Any]] = momentum_function(self.equations)
 
     def momentum(self, x: Sequence[Any], v: Sequence[Any], t: Fraction, digits: int) -> list[Any]:

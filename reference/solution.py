@@ -80,11 +80,11 @@ def follow(scene: Any, t: Any, max_steps: int = 10_000) -> None:
     Raises `MotionEnds` where the motion itself ends before, and another `ReferenceFailure` where
     that takes more steps or the scene has no reference.
     """
-    from .certify import derived
+    from .certify import motion_of
     from .exact import exact_time
     from .taylor import TaylorSettings, integrate
 
-    equations, program, _ = derived(scene_of(scene), False)
+    equations, program = motion_of(scene_of(scene), False)
     integrate(equations, program, [exact_time(t)], TaylorSettings(30), max_steps)
 
 

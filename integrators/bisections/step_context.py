@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -181,8 +182,9 @@ class StepContext:
         index: int = 0,
         trajectory: Any = None,
         fix: str = SMALLER,
+        look: Callable[[], tuple[str, str]] | None = None,
     ) -> StepFailure:
         """The failure of step `index` at a state in this arithmetic; `trajectory`: rows so far."""
         where = {name: self.numbers.public(value) for name, value in state.items()}
         names, time = (self.scene.name, self.scheme.rule.name), float(self.step * index)
-        return StepFailure(*names, index, time, where, cause, trajectory, fix)
+        return StepFailure(*names, index, time, where, cause, trajectory, fix, look=look)

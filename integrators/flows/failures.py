@@ -22,7 +22,7 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
     context, machine = edge.context, edge.machine
     x, mu = machine.point(run.state)
     last = machine.last_solution(run.lead)
-    cause, fix = CAUSES[status], SMALLER
+    cause, look = CAUSES[status], None
     if edge.stages is not None and status == NOT_CONVERGED:
         cause = f"the fixed point of the stages does not contract, and {cause}"
     if context.one_step:
@@ -32,10 +32,17 @@ def failure_of_run(edge: EdgePolicy, run: Run, status: int, rows: object) -> Ste
     elif status not in edge_policies.CAUSES:
         # where the start of Newton is not printed, F⁻ is affine and FL is without u
         u = last.get("u", context.vectors(context.scene.x0, context.scene.v0)[1])
-        if singular := singular_direction(context.parts[0], x, u, run.translate):
+        at, translate = (context.parts[0], x.copy(), u.copy()), run.translate
+
+        def look() -> tuple[str, str]:
+            with context.numbers.working():
+                singular = singular_direction(*at, translate)
+            if singular is None:
+                return cause, SMALLER
             direction, fix = singular
-            cause = f"{cause}, for {direction}" if status == NOT_CONVERGED else direction
-    return context.failure(cause, {"x": x, "mu": mu, **last}, run.index, rows, fix)
+            return (f"{cause}, for {direction}" if status == NOT_CONVERGED else direction), fix
+
+    return context.failure(cause, {"x": x, "mu": mu, **last}, run.index, rows, look=look)
 
 
 def singular_direction(
