@@ -25,7 +25,7 @@ from discmech import (
     trapezoidal,
 )
 from discmech.integrators.lattices import systems
-from discmech.integrators.rules import MAPS, compose, gauss, imex, lobatto, own
+from discmech.integrators.rules import MAPS, compose, gauss, imex, lobatto, own, splitting
 
 J = Conserved("E", lambda x, mu, p: mu[0] ** 2 + x[0] ** 2, "first integral")
 SCENE = Scene("mine", pair(1), lambda x, v, p: v[0] ** 2 / 2 - p.k * x[0] ** 2 / 2, {"k": 1},
@@ -43,7 +43,8 @@ def explicit(s, z, h):
 
 
 RULES = (midpoint, trapezoidal, rectangle, imex, own, gauss(3), lobatto(4), mine, explicit,
-         compose(midpoint, "suzuki"), compose(mine, "triple-jump"), *MAPS.values())  # fmt: skip
+         compose(midpoint, "suzuki"), compose(mine, "triple-jump"),
+         compose(mine, [0.25, 0.5, 0.25]), splitting([1, 1]), *MAPS.values())  # fmt: skip
 
 
 def again(thing):

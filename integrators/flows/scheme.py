@@ -72,7 +72,8 @@ class Scheme(DiscretisedScene):
     def self_adjoint(self) -> bool:
         """Whether Φ₋ₕ is the inverse of Φₕ, derived from the Legendre maps, or the map itself."""
         if isinstance(self.rule, Composition):
-            return True  # a palindrome of self-adjoint steps, or of Φ* and Φ in turn
+            # a palindrome of self-adjoint steps, or of Φ* and Φ in turn
+            return self.rule.method.symmetric
         with blamed(self):
             return is_self_adjoint(self.equations)
 
@@ -117,7 +118,9 @@ class Scheme(DiscretisedScene):
             return self.rule.order
         if isinstance(self.rule, Composition):
             of_base = self.base.order
-            return None if of_base is None else max(of_base, self.rule.method.order)
+            if of_base is None:
+                return None
+            return self.rule.method.order_over(of_base, self.base.self_adjoint)
         if self.equations.element is not None:
             return self.equations.element.given.order
         return order_of_step(self.rule, self.equations, lambda: self.self_adjoint)

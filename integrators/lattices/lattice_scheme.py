@@ -78,7 +78,7 @@ class LatticeScheme:
         of_base = order_of_step(equations.rule, equations.site, lambda: equations.self_adjoint)
         if of_base is None or not isinstance(self.rule, Composition):
             return of_base
-        return max(of_base, self.rule.method.order)
+        return self.rule.method.order_over(of_base, equations.self_adjoint)
 
     @cached_property
     def substeps(self) -> tuple[Any, ...]:

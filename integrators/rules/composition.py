@@ -7,20 +7,28 @@ With Φ of order 1 or 2 and its adjoint Φ* (Hairer, Lubich, Wanner, II.4, V.3),
 
 Coefficients are exact, or decimals to 64 digits. The free ones of a table are the published
 decimals; the others were solved anew from the order conditions (tests evaluate them), and agree
-with the published digits to the last one or two.
+with the published digits to the last one or two. One's own are a `Method` too, whose order is found
+from its conditions (`order_conditions`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import partial, wraps
+from itertools import accumulate
 from typing import Any
 
-from ..errors import BadInput, unknown
+from ..errors import BadInput, arguments_checked, shown, unknown
 from ..numbers import LazyModule, sympy, working_digits
 from ..numbers.types import Column, Expression, Letter, Mpf
+from ..scene import Again
 from .discretisation import Discretisation
+from .order_conditions import MOST_ORDER, OwnNumbers, read, said
+from .simple import rectangle
 
 mpmath: Any = LazyModule("mpmath")
 
@@ -38,7 +46,7 @@ class Method:
     """A composition's coefficients: γ for self-adjoint steps, or α, β for a rule and its adjoint.
 
     `halves(digits)`: the first half of the palindrome and its middle, as mpf; for `in_turn` they
-    are β_1, α_1, β_2, … of which the palindrome has an even number.
+    are β_1, α_1, β_2, … of which the palindrome has an even number. `OwnNumbers` are all of them.
     """
 
     name: str
@@ -50,14 +58,38 @@ class Method:
     def coefficients(self, digits: int) -> list[Mpf]:
         """All coefficients in the order in which they are applied, as mpf."""
         half = self.halves(digits)
+        if self.own is not None:
+            return half
         return [*half, *reversed(half if self.in_turn else half[:-1])]
+
+    @property
+    def own(self) -> OwnNumbers | None:
+        """The numbers that a user gave; None of a published method."""
+        return self.halves if isinstance(self.halves, OwnNumbers) else None
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the coefficients are a palindrome: then the method is self-adjoint."""
+        return self.own is None or self.own.palindrome
+
+    def order_over(self, of_base: int, self_adjoint: bool) -> int:
+        """The order of the composition of a base of that order, which is self-adjoint or is not."""
+        if self.own is None:
+            return max(of_base, self.order)
+        if self.in_turn and not self_adjoint:
+            return max(of_base, self.own.order_over(of_base))
+        symmetric = of_base + of_base % 2  # of both halves of a step, if not of the base itself
+        return max(of_base, replace(self.own, in_turn=False).order_over(symmetric))
 
     def defect(self, digits: int) -> Mpf:
         """The largest violation of Σ (α^i + (−1)^{i+1} β^i) = δ_{i1}, i ≤ order, as mpf.
 
-        Necessary for Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … to be of that order, whatever Φ of order 1 is
-        (Hairer, Lubich, Wanner, III.3.4); a self-adjoint step has α = β = γ/2.
+        Of one's own numbers 0: `order` is what their conditions say. Necessary for
+        Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … to be of that order, whatever Φ of order 1 is (Hairer, Lubich,
+        Wanner, III.3.4); a self-adjoint step has α = β = γ/2.
         """
+        if self.own is not None:
+            return mpmath.mpf(0)
         with working_digits(digits + 10):
             sizes = self.coefficients(digits)
             betas, alphas = sizes[0::2], sizes[1::2]
@@ -71,7 +103,9 @@ class Method:
 
     def substeps(self, self_adjoint: bool) -> tuple[Substep, ...]:
         """The substeps for a rule that is self-adjoint on its scene, or is not."""
-        indices = range(len(self.coefficients(16)))
+        indices: Sequence[int] = range(len(self.coefficients(16)))
+        if self.own is not None:  # a splitting may begin or end with a step of 0
+            indices = [i for i in indices if self.own.numbers[i]]
         if self.in_turn:
             return tuple(
                 Substep(partial(self._size, i, 1), i % 2 == 0 and not self_adjoint) for i in indices
@@ -102,6 +136,12 @@ class Composition(Discretisation):
     def refusal(self, scene: Any) -> str:
         """Why the base does not exist on the scene."""
         return self.base.refusal(scene)
+
+    def __reduce__(self) -> Again:
+        """To pickle it: with one's own numbers it is made of these, else it goes by its name."""
+        if self.method.own is None:
+            return super().__reduce__()
+        return _made, (self.base, self.method, self.name)
 
 
 def _halves(formula: Callable[..., list[Mpf]]) -> Callable[..., Callable[[int], list[Mpf]]]:
@@ -207,16 +247,109 @@ METHODS = {method.name: method for method in (
 )}  # fmt: skip
 
 
-def compose(rule: Any, name: str) -> Any:
-    """The composition of that name: of a rule, a rule; of a scheme, a scheme.
+@arguments_checked
+def compose(
+    rule: Any,
+    method: Any,
+    *,
+    adjoint: Any = None,
+    order: int | None = None,
+    name: str | None = None,
+    source: str = "",
+) -> Any:
+    """A rule composed of steps of a rule; of a scheme, a scheme.
 
-    It is called name:rule, as in kahan-li-8:midpoint. Raises `BadInput` for unknown names and for
-    compositions of compositions.
+    method: a name of `METHODS`, and the rule is called name:rule, as in kahan-li-8:midpoint; or
+    one's own coefficients γ₁, γ₂, …, Ψ_h = S_{γ_s h} ∘ … ∘ S_{γ_1 h}; or, with adjoint=[β₁, …], the
+    α₁, … of Ψ_h = Φ_{α_s h} ∘ Φ*_{β_s h} ∘ … ∘ Φ_{α_1 h} ∘ Φ*_{β_1 h}. They are exact (whole
+    numbers, fractions, sympy's, decimals of up to 14 places), or floats and longer decimals: where
+    these meet order conditions as well as rounded numbers can, the nearby numbers that meet them to
+    all digits are taken (`OwnNumbers`). The order is found from the conditions; given,
+    it is held to them. name, source: of the rule with one's own coefficients.
+
+    Raises `BadInput` for unknown names, for compositions of compositions, for coefficients that are
+    complex, 0 or do not add up to 1, and for an order whose first violated condition it names.
     """
     if isinstance(getattr(rule, "rule", None), Discretisation):  # a scheme
-        return type(rule)(rule.scene, compose(rule.rule, name))
-    if name not in METHODS:
-        raise unknown("composition", name, METHODS)
+        given = {"adjoint": adjoint, "order": order, "name": name, "source": source}
+        return type(rule)(rule.scene, compose(rule.rule, method, **given))
+    named = isinstance(method, str)
+    if named and method not in METHODS:
+        raise unknown("composition", method, METHODS)
+    _check_base(rule)
+    if named:
+        if source or any(e is not None for e in (adjoint, order, name)):
+            raise BadInput(
+                f"compose(…, {method!r}) is a published method: leave adjoint=, order=, name= and "
+                "source= out."
+            )
+        found = METHODS[method]
+        return Composition(
+            f"{method}:{rule.name}", rule.formula, found.order, found.source, rule.stages,
+            rule.splits, base=rule, method=found,
+        )  # fmt: skip
+    what = f"compose({rule.name}, …)"
+    numbers, rounded = read(method, what)
+    if adjoint is not None:
+        more, beside = read(adjoint, f"{what}, adjoint=")
+        if len(more) != len(numbers):
+            raise BadInput(
+                f"{what} has {len(numbers)} coefficients and {len(more)} of the adjoint: give as "
+                "many, Φ and its adjoint in turn."
+            )
+        numbers = [e for pair in zip(more, numbers, strict=True) for e in pair]
+        rounded = [e for pair in zip(beside, rounded, strict=True) for e in pair]
+    if adjoint is None and 0 in numbers:
+        raise BadInput(f"{what}: coefficient {numbers.index(0) + 1} is 0; leave it out.")
+    over = rule.order or 1
+    own = OwnNumbers(tuple(numbers), tuple(rounded), adjoint is not None,
+                     over if adjoint is not None else over + over % 2)  # fmt: skip
+    _check_sum(what, numbers, rounded)
+    return _own(what, rule, own, order, name, source)
+
+
+@arguments_checked
+def splitting(
+    coefficients: Any,
+    *,
+    first: str = "kinetic",
+    order: int | None = None,
+    name: str | None = None,
+    source: str = "",
+) -> Composition:
+    """The splitting a₁, b₁, a₂, b₂, … of L = T(x, v) − V(x), a's of one part, b's of the other.
+
+    first: the part whose flow is taken first, "kinetic" (a drift) or "potential" (a kick). It is a
+    composition of the rectangle rule and its adjoint, Φ_h = φ^T_h ∘ φ^V_h, and of the same order as
+    the splitting of any two parts (McLachlan, SIAM J. Sci. Comput. 16 (1995), 151); on a pair
+    groupoid with a constant mass matrix it is the splitting itself, elsewhere the composition
+    serves.
+    Numbers and order as of `compose`.
+
+    Raises `BadInput` as that does, and for sums of a's or b's that are not 1.
+    """
+    parts = ("kinetic", "potential")
+    if first not in parts:
+        raise BadInput(f'splitting: first={shown(first)}; say "kinetic" or "potential".')
+    numbers, rounded = read(coefficients, "splitting")
+    if len(numbers) < 2:
+        raise BadInput("splitting: give at least two coefficients, one of each part.")
+    names = parts if first == parts[0] else parts[::-1]
+    for i, part in enumerate(names):
+        _check_sum(f"splitting: of the {part} part", numbers[i::2], rounded[i::2])
+    if first == "potential":
+        numbers, rounded = [Fraction(0), *numbers], [Fraction(0), *rounded]
+    # a₁ = β₁, b₁ = β₁ + α₁, a₂ = α₁ + β₂, …; the last one follows from the sums
+    sizes = list(accumulate(numbers[:-1], lambda before, total: total - before))
+    errors = list(accumulate(rounded[:-1]))
+    if len(sizes) % 2:
+        sizes, errors = [*sizes, Fraction(0)], [*errors, Fraction(0)]
+    own = OwnNumbers(tuple(sizes), tuple(errors), True, 1)
+    return _own("splitting", rectangle, own, order, name, source)
+
+
+def _check_base(rule: Any) -> None:
+    """Raise `BadInput` for what cannot be composed."""
     if not isinstance(rule, Discretisation) or isinstance(rule, Composition):
         what = "a composition already" if isinstance(rule, Composition) else "no rule"
         raise BadInput(f"{getattr(rule, 'name', rule)!r} is {what}: compose a rule of one step.")
@@ -224,10 +357,58 @@ def compose(rule: Any, name: str) -> Any:
         raise BadInput(
             f"{rule.name} is a program, whose adjoint nothing derives: compose its steps in it."
         )
-    method = METHODS[name]
+
+
+def _check_sum(what: str, numbers: Sequence[Any], rounded: Sequence[Fraction]) -> None:
+    """Raise `BadInput` unless the numbers add up to 1, as far as they are known."""
+    total = sum(numbers, Fraction(0))
+    missing = total - 1
+    if abs(missing) > sum(rounded, Fraction(0)) and sympy.sympify(missing).is_zero is not True:
+        exactly = isinstance(missing, Fraction)
+        if not exactly and abs(sympy.N(missing, 60)) < 1e-50:
+            return
+        side = "more" if missing > 0 else "less"
+        raise BadInput(
+            f"{what} the coefficients add up to {float(total):.15g}, which is "
+            f"{float(abs(missing)):.6g} {side} than 1: the substeps would not make a whole step."
+        )
+
+
+def _own(
+    what: str, rule: Discretisation, own: OwnNumbers, order: Any, name: Any, source: str
+) -> Composition:
+    """The composition with one's own numbers; an order that was given is held to them."""
+    if not isinstance(name, str | None) or (name and not re.fullmatch(r"[\w.:-]{1,80}", name)):
+        raise BadInput(f"{what}: name={shown(name)}; use letters, digits, dots and dashes.")
+    if order is not None and (type(order) is not int or not 1 <= order <= MOST_ORDER):
+        raise BadInput(
+            f"{what}: order={shown(order)}; give a whole number from 1 to {MOST_ORDER}, the "
+            "highest order whose conditions are asked."
+        )
+    found = Method("own", own.order_over(own.over), own, source, own.in_turn)
+    reached = found.order_over(rule.order or 1, not own.in_turn)
+    missed = own.first_missed(MOST_ORDER)
+    why = "" if missed is None else (
+        f"the condition of order {sum(missed[0])}, {said(missed[0], own.in_turn)}, is missed by "
+        f"{float(missed[1]):.3g}"
+    )  # fmt: skip
+    if order is not None and reached < order:
+        raise BadInput(
+            f"{what} of order {order}: {why}, so the order is {reached}; mend the coefficients, or "
+            "leave order= out."
+        )
+    digest = hashlib.sha256(repr((own.numbers, own.in_turn)).encode()).hexdigest()[:4]
+    label = name or f"own-{len(own.numbers)}-{digest}:{rule.name}"
+    about = source or f"coefficients of one's own, order {reached}" + (f": {why}" if why else "")
+    return _made(rule, replace(found, source=about), label)
+
+
+def _made(rule: Discretisation, method: Method, label: str) -> Composition:
+    """The composition by a method with one's own numbers."""
+    order = method.order_over(rule.order or 1, not method.in_turn)
     return Composition(
-        f"{name}:{rule.name}", rule.formula, method.order, method.source, rule.stages, rule.splits,
-        base=rule, method=method,
+        label, rule.formula, order, method.source, rule.stages, rule.splits, base=rule,
+        method=method,
     )  # fmt: skip
 
 
