@@ -6,26 +6,46 @@ mechanics*. Importing this package loads neither sympy nor numba; what needs the
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from . import scenes
-from .algebras import MatrixAlgebra, se, sl, so, sp, su
-from .bisections import Bisection, EvolutionOperator
-from .control import Control
-from .errors import BadInput, DiscmechError, StepFailure
-from .flows import Scheme, mean_multipliers
-from .foreign import black_box, external, recorded
-from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
-from .lattices import Lattice
-from .retractions import cayley, exponential
-from .rules import (
-    Discretisation,
-    discretisation,
-    imex,
-    midpoint,
-    one_step,
-    rectangle,
-    trapezoidal,
-)
-from .scene import Conserved, Scene, on_group
+from .numbers.lazy import on_demand
+
+if TYPE_CHECKING:
+    from .algebras import MatrixAlgebra, se, sl, so, sp, su
+    from .bisections import Bisection, EvolutionOperator
+    from .control import Control
+    from .errors import BadInput, DiscmechError, StepFailure
+    from .flows import Scheme, mean_multipliers
+    from .foreign import black_box, external, recorded
+    from .groupoids import Groupoid, LocalGroupoid, action, lie_group, pair, product
+    from .lattices import Lattice
+    from .retractions import cayley, exponential
+    from .rules import (
+        Discretisation,
+        discretisation,
+        imex,
+        midpoint,
+        one_step,
+        rectangle,
+        trapezoidal,
+    )
+    from .scene import Conserved, Scene, on_group
+else:
+    __getattr__ = on_demand(
+        __name__,
+        algebras="MatrixAlgebra se sl so sp su",
+        bisections="Bisection EvolutionOperator",
+        control="Control",
+        errors="BadInput DiscmechError StepFailure",
+        flows="Scheme mean_multipliers",
+        foreign="black_box external recorded",
+        groupoids="Groupoid LocalGroupoid action lie_group pair product",
+        lattices="Lattice",
+        retractions="cayley exponential",
+        rules="Discretisation discretisation imex midpoint one_step rectangle trapezoidal",
+        scene="Conserved Scene on_group",
+    )  # fmt: skip
 
 __all__ = [
     "BadInput",

@@ -5,66 +5,92 @@
 
 from __future__ import annotations
 
-from .cache import (
-    Damaged,
-    cache_folder,
-    cache_folders,
-    cached_text,
-    digest,
-    is_temporary,
-    make_private,
-    prune,
-    say_once,
-    seal,
-    unsealed,
-    write_atomically,
-)
-from .kernels import (
-    Kernels,
-    LatticeKernels,
-    compile,
-    compile_lattice,
-    compile_lattice_stages,
-    compile_stages,
-    compiled_text,
-    interpreted,
-    kernel_text,
-    names_of,
-    text_key,
-)
-from .kernels_at_step import KernelsAtStep, Run
-from .lattice_stage_text import LatticeStages
-from .lattice_text import FADED, GAVE_WAY, MOST_SWEEPS, Kicks, LatticeSystem
-from .layout import (
-    AGE,
-    BRANCH,
-    CONTRACTION,
-    CORRECTIONS,
-    DEGREE,
-    EDGE,
-    FARTHEST,
-    KAPPA,
-    LAST_SIZE,
-    LATTICE_ENTRIES,
-    MOST,
-    NOT_CONVERGED,
-    OK,
-    PLACE,
-    REACH,
-    SCALE,
-    SINGULAR,
-    SLACK,
-    STRAYED,
-    SWEEPS,
-    Layout,
-)
-from .machine_code import address, cores
-from .numba_module import module_of
-from .omissions import SAVINGS, is_affine
-from .stage_system import StageSource, StageSystem
-from .stage_text import NoShortForm
-from .stages_at_step import StagesAtStep, taken_over
-from .system import System
+from typing import TYPE_CHECKING
+
+from ..numbers.lazy import on_demand
+
+if TYPE_CHECKING:
+    from .cache import (
+        Damaged,
+        cache_folder,
+        cache_folders,
+        cached_text,
+        digest,
+        is_temporary,
+        make_private,
+        prune,
+        say_once,
+        seal,
+        unsealed,
+        write_atomically,
+    )
+    from .kernels import (
+        Kernels,
+        LatticeKernels,
+        compile,
+        compile_lattice,
+        compile_lattice_stages,
+        compile_stages,
+        compiled_text,
+        interpreted,
+        kernel_text,
+        names_of,
+        text_key,
+    )
+    from .kernels_at_step import KernelsAtStep, Run
+    from .lattice_stage_text import LatticeStages
+    from .lattice_text import FADED, GAVE_WAY, MOST_SWEEPS, Kicks, LatticeSystem
+    from .layout import (
+        AGE,
+        BRANCH,
+        CONTRACTION,
+        CORRECTIONS,
+        DEGREE,
+        EDGE,
+        FARTHEST,
+        KAPPA,
+        LAST_SIZE,
+        LATTICE_ENTRIES,
+        MOST,
+        NOT_CONVERGED,
+        OK,
+        PLACE,
+        REACH,
+        SCALE,
+        SINGULAR,
+        SLACK,
+        STRAYED,
+        SWEEPS,
+        Layout,
+    )
+    from .machine_code import address, cores
+    from .numba_module import module_of
+    from .omissions import SAVINGS, is_affine
+    from .stage_system import StageSource, StageSystem
+    from .stage_text import NoShortForm
+    from .stages_at_step import StagesAtStep, taken_over
+    from .system import System
+else:
+    __getattr__ = on_demand(
+        __name__,
+        cache="Damaged cache_folder cache_folders cached_text digest is_temporary "
+              "make_private prune say_once seal unsealed write_atomically",
+        kernels="Kernels LatticeKernels compile compile_lattice compile_lattice_stages "
+                "compile_stages compiled_text interpreted kernel_text names_of text_key",
+        kernels_at_step="KernelsAtStep Run",
+        lattice_stage_text="LatticeStages",
+        lattice_text="FADED GAVE_WAY MOST_SWEEPS Kicks LatticeSystem",
+        layout="AGE BRANCH CONTRACTION CORRECTIONS DEGREE EDGE FARTHEST KAPPA LAST_SIZE "
+               "LATTICE_ENTRIES MOST NOT_CONVERGED OK PLACE REACH SCALE SINGULAR SLACK "
+               "STRAYED SWEEPS Layout",
+        machine_code="address cores",
+        numba_module="module_of",
+        omissions="SAVINGS is_affine",
+        stage_system="StageSource StageSystem",
+        stage_text="NoShortForm",
+        stages_at_step="StagesAtStep taken_over",
+        system="System",
+    )  # fmt: skip
 
 __all__ = [
     "AGE", "BRANCH", "CONTRACTION", "CORRECTIONS", "DEGREE", "Damaged", "EDGE", "FADED", "FARTHEST",

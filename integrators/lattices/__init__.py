@@ -1,14 +1,34 @@
 """Lattices: many sites of one groupoid, whose equations are derived once, of a site and a bond."""
 
-from .blocks import at_ends, of_all
-from .contact_lattice import ContactLatticeTrajectory, SiteImpacts
-from .dual_step import DualStep, poisson_defect
-from .lattice import Lattice
-from .lattice_flow import LatticeFlow, LatticeTrajectory
-from .lattice_run import LatticeRun
-from .lattice_scheme import LatticeScheme
-from .restricted_step import Linearised, RestrictedStep, step_derivative
-from .velocities import velocities
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..numbers.lazy import on_demand
+
+if TYPE_CHECKING:
+    from .blocks import at_ends, of_all
+    from .contact_lattice import ContactLatticeTrajectory, SiteImpacts
+    from .dual_step import DualStep, poisson_defect
+    from .lattice import Lattice
+    from .lattice_flow import LatticeFlow, LatticeTrajectory
+    from .lattice_run import LatticeRun
+    from .lattice_scheme import LatticeScheme
+    from .restricted_step import Linearised, RestrictedStep, step_derivative
+    from .site_velocities import velocities
+else:
+    __getattr__ = on_demand(
+        __name__,
+        blocks="at_ends of_all",
+        contact_lattice="ContactLatticeTrajectory SiteImpacts",
+        dual_step="DualStep poisson_defect",
+        lattice="Lattice",
+        lattice_flow="LatticeFlow LatticeTrajectory",
+        lattice_run="LatticeRun",
+        lattice_scheme="LatticeScheme",
+        restricted_step="Linearised RestrictedStep step_derivative",
+        site_velocities="velocities",
+    )  # fmt: skip
 
 __all__ = [
     "ContactLatticeTrajectory", "DualStep", "Lattice", "LatticeFlow", "LatticeRun", "LatticeScheme",

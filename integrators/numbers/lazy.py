@@ -1,4 +1,4 @@
-"""Sympy and mpmath, loaded when something of them is first used: this package stays light.
+"""Sympy, mpmath and rooms of ours, loaded when something of them is first used.
 
 All threads share the digits that mpmath works with, so they take turns: what derives and compiles
 runs in threads. The studies set digits by mpmath itself: their cases run in processes of their own.
@@ -6,7 +6,8 @@ runs in threads. The studies set digits by mpmath itself: their cases run in pro
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib import import_module
 from threading import RLock
@@ -35,3 +36,23 @@ def working_digits(digits: int) -> Iterator[None]:
     """mpmath at so many digits: of all threads that ask here, this one alone."""
     with _turn, mpmath.workdps(digits):
         yield
+
+
+def on_demand(package: str, **names: str) -> Callable[[str], Any]:
+    """The `__getattr__` of a package whose names are loaded when they are first asked for.
+
+    `names` are those of each of its modules, with spaces between them, and none of them a module's
+    own: importing that would put it in the name's place. Raises `AttributeError` for any other.
+    """
+    module_of = {name: module for module, group in names.items() for name in group.split()}
+
+    def found(name: str) -> Any:
+        if name in names:
+            return import_module(f"{package}.{name}")
+        if name not in module_of:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        value = getattr(import_module(f"{package}.{module_of[name]}"), name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return found

@@ -7,13 +7,16 @@ from pathlib import Path
 import pytest
 
 import discmech.integrators as integrators
+from discmech.integrators import compiler, lattices
 
 HEAVY = ("sympy", "numba", "matplotlib", "scipy", "mpmath", "gmpy2")
 OURS = ("discmech.reference", "discmech.studies")
+#: what derives and runs a scheme, of which a list of names needs nothing
+DERIVING = tuple(f"discmech.integrators.{room}" for room in ("equations", "flows", "foreign"))
 
 
 def loaded_by(statement):
-    code = f"import sys; {statement}; print([m for m in {HEAVY + OURS} if m in sys.modules])"
+    code = f"import sys; {statement}; print([m for m in {HEAVY + OURS + DERIVING} if m in sys.modules])"
     root = Path(integrators.__file__).parents[1]
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True
@@ -43,3 +46,19 @@ def test_a_flow_in_double_precision_loads_no_matplotlib():
     loaded = loaded_by(statement)
     assert not loaded & {"matplotlib", *OURS}
     assert "sympy" in loaded
+
+
+def test_the_list_of_names_loads_nothing_that_derives():
+    loaded = loaded_by("import io; sys.stdout, shown = io.StringIO(), sys.stdout; "
+                       "from discmech.studies.command import main; main(['list']); "
+                       "sys.stdout = shown")  # fmt: skip
+    assert not loaded & {*HEAVY, *DERIVING, "discmech.reference"}
+
+
+def test_a_name_of_a_package_is_not_the_name_of_a_module():
+    """Importing the module would put it in the place of the name that is loaded on demand."""
+    for package in (integrators, lattices, compiler):
+        folder = Path(package.__file__).parent
+        modules = {path.stem for path in folder.iterdir()}
+        assert not modules & set(package.__all__) - {"scenes"}
+        assert all(getattr(package, name) is not None for name in package.__all__)
