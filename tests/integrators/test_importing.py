@@ -16,7 +16,8 @@ DERIVING = tuple(f"discmech.integrators.{room}" for room in ("equations", "flows
 
 
 def loaded_by(statement):
-    code = f"import sys; {statement}; print([m for m in {HEAVY + OURS + DERIVING} if m in sys.modules])"
+    told = HEAVY + OURS + DERIVING
+    code = f"import sys; {statement}; print([m for m in {told} if m in sys.modules])"
     root = Path(integrators.__file__).parents[1]
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True
@@ -58,7 +59,6 @@ def test_the_list_of_names_loads_nothing_that_derives():
 def test_a_name_of_a_package_is_not_the_name_of_a_module():
     """Importing the module would put it in the place of the name that is loaded on demand."""
     for package in (integrators, lattices, compiler):
-        folder = Path(package.__file__).parent
-        modules = {path.stem for path in folder.iterdir()}
-        assert not modules & set(package.__all__) - {"scenes"}
+        modules = {path.stem for path in Path(package.__file__).parent.iterdir()}
+        assert not modules & (set(package.__all__) - {"scenes"})
         assert all(getattr(package, name) is not None for name in package.__all__)
