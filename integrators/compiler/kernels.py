@@ -13,7 +13,6 @@ from ..numbers import Arithmetic, Double, Multiple, Number, Numbers, run_text
 from . import layout as _layout
 from .cache import cached_text, digest, sources
 from .elimination import ADJUGATE
-from .kernel_text import module_text
 from .known_zeros import KNOWN_ZEROS
 from .lanes import lane_namespace, tables
 from .lattice_stage_text import LatticeStages, collocation_text
@@ -21,6 +20,7 @@ from .lattice_text import LatticeSystem, lattice_text
 from .layout import Layout, StageLayout
 from .llvm_values import Array
 from .machine_code import compiled, vector_width
+from .module_text import module_text
 from .stage_system import StageSource
 from .stage_text import stage_text
 from .system import System, written

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..numbers import Coefficients, function_text, needed, symbols_of, sympy, with_tables
 from ..numbers.types import Column, Expression, Letters
-from .kernel_text import KernelText, operations, texts_of
+from .module_text import KernelText, operations, texts_of
 from .omissions import pivot_rows
 from .system import System
 

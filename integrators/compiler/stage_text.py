@@ -17,8 +17,8 @@ from typing import Any
 from ..numbers import Coefficients, function_text, symbols_of, sympy, with_tables
 from ..numbers.types import Assignment, Expression, Expressions, Letter
 from .elimination import Equations, solve
-from .kernel_text import texts_of
 from .layout import StageLayout
+from .module_text import texts_of
 from .stage_system import StageSystem
 
 

@@ -28,7 +28,7 @@ from discmech.integrators import (
     su,
     trapezoidal,
 )
-from discmech.integrators.compiler.kernel_text import KernelText
+from discmech.integrators.compiler.module_text import KernelText
 from discmech.integrators.equations import step_system
 from tests.objects import OWN_SCENES, scheme_of
 

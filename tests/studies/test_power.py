@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 import sympy
 
-from discmech.integrators.compiler.kernel_text import driver_text
+from discmech.integrators.compiler.module_text import driver_text
 from discmech.integrators.numbers import first_violation, vanishes_as
 from discmech.studies.command.entry import main
 from discmech.studies.core.case import Choice, worst

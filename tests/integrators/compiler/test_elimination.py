@@ -8,9 +8,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from discmech.integrators.compiler.kernel_text import driver_text
 from discmech.integrators.compiler.llvm_values import Array
 from discmech.integrators.compiler.machine_code import compiled
+from discmech.integrators.compiler.module_text import driver_text
 from discmech.integrators.numbers import run_text
 
 
