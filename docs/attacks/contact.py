@@ -38,6 +38,12 @@ needle = thin(
     "needle", 2, step="0.037",
     gap=lambda x: sympy.sqrt((x[0] - Q(7, 5)) ** 2 + (x[1] - Q(1, 10**6)) ** 2) - Q(1, 10**5),
 )  # fmt: skip
+#: a post of 10⁻⁵ at x₀ = 100, as squares of lengths and with the squares multiplied out
+squares, expanded = (
+    thin(name, 2, lambda x, e=e: e((x[0] - 100) ** 2 + x[1] ** 2 - Q(1, 10**10)), "0.047")
+    .with_values(v0=[100, 0])
+    for name, e in (("squares", sympy.sympify), ("expanded", sympy.expand))
+)  # fmt: skip
 wall = thin("wall", 1, lambda x: (x[0] - 1) ** 2 - Q(1, 10**6))
 spike = thin("spike", 1, lambda x: 1 - 2 / (1 + (1000 * (x[0] - 1)) ** 2))
 

@@ -1,7 +1,8 @@
 """Random lattices and control problems, sound and not: what `discmech` says of them.
 
-`python random_lattices.py SEED [UNSOUND SOUND]` prints a line a trial, and counts. Every trial is
-drawn from its number and the seed, in units of length, time and mass of its own.
+`python random_lattices.py SEED [UNSOUND SOUND [lattices|control]]` prints a line a trial, and
+counts; without the last word every fourth trial is of control. Every
+trial is drawn from its number and the seed, in units of length, time and mass of its own.
 """
 
 from __future__ import annotations
@@ -126,10 +127,10 @@ def unsound_rule(drawn: random.Random, number: int) -> Any:
     return discretisation(order=4 if kind == 4 else 2)(wrong)
 
 
-def trial(seed: str, number: int, rule: Callable[..., Any]) -> tuple[str, str, str]:
-    """(what, verdict, reason) of a lattice, or every fourth time of a control problem."""
+def trial(seed: str, number: int, rule: Callable[..., Any], kind: str) -> tuple[str, str, str]:
+    """(what, verdict, reason) of a lattice, or of a control problem."""
     drawn = random.Random(f"{seed} {number}")
-    if number % 4 == 3:
+    if kind == "control" or (not kind and number % 4 == 3):
         asked = problem(drawn, f"steered-{number}")
         # the problem is found by its scene
         from discmech.studies.core import lookup
@@ -148,7 +149,7 @@ def trial(seed: str, number: int, rule: Callable[..., Any]) -> tuple[str, str, s
     return f"{case['scene']} by {made.name}", case["verdict"], case["reason"]
 
 
-def main(seed: str, unsound: int = 20, sound: int = 40) -> int:
+def main(seed: str, unsound: int = 20, sound: int = 40, kind: str = "") -> int:
     """Print all trials; how many verdicts were wrong."""
     wrong = 0
     for word, count, rule, bad in (
@@ -158,7 +159,7 @@ def main(seed: str, unsound: int = 20, sound: int = 40) -> int:
         counts = Counter[str]()
         for number in range(count):
             try:
-                what, verdict, reason = trial(f"{seed} {word}", number, rule)
+                what, verdict, reason = trial(f"{seed} {word}", number, rule, kind)
             except BadInput as refusal:
                 what, verdict, reason = f"number {number}", "refused", str(refusal)
             counts[verdict] += 1
@@ -169,4 +170,5 @@ def main(seed: str, unsound: int = 20, sound: int = 40) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(min(main(sys.argv[1], *map(int, sys.argv[2:])), 1))
+    seed, *given = sys.argv[1:]
+    sys.exit(min(main(seed, *map(int, given[:2]), *given[2:]), 1))

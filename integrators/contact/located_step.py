@@ -47,6 +47,8 @@ class LocatedSteps(ContactSteps):
     def __init__(self, gaps: Gaps, free: Any, restitution: Number, stepped: bool) -> None:
         super().__init__(gaps, free, restitution)
         self.stepped = stepped
+        #: gaps that were negative within a step by less than the round-off of their terms
+        self.unsure = set[int]()
 
     def free_steps(self, x: np.ndarray) -> tuple[int, np.ndarray]:
         """(how many free steps, from row to row of x (r, n), are surely without contact; φ)."""
@@ -209,10 +211,41 @@ class LocatedSteps(ContactSteps):
         ))  # fmt: skip
         low = bounds.lowest(points[None])[0]
         for i in watched:
-            if not low[i] > 0:
-                closed = TOUCHING * self.eps * max(place.size[i], there.size[i])
-                if at := bounds.dip(points, i, -float(closed)):
-                    return i, at
+            if low[i] > 0:
+                continue
+            if place.closed[i] or there.closed[i]:
+                below = TOUCHING * self.eps * max(place.size[i], there.size[i])
+                at = bounds.dip(points, i, -float(below))
+            else:
+                at = self._thin_dip(m, points, i, abs(h * begin))
+            if at:
+                return i, at
+        return None
+
+    def _thin_dip(self, m: Moment, points: np.ndarray, i: int, way: Vector) -> float | None:
+        """Where along a path gap i, open at both ends, is negative by more than round-off there.
+
+        At a thin post that is far less than at the ends of a step. A gap that is negative by less
+        is told of in `unsure`.
+        """
+        number, below = self.gaps.numbers.number, 0.0
+        for _ in range(2):  # the second time beyond the round-off that it has where it is negative
+            at = self.gaps.bounds.dip(points, i, below)
+            if at is None:
+                break
+            x = m.place.x.copy()
+            back = 1 - at
+            x[: self.gaps.n] = [
+                number(float(e)) for e in
+                np.array([back**3, 3 * at * back**2, 3 * at**2 * back, at**3]) @ points
+            ]  # fmt: skip
+            place = self.gaps.at(x)
+            closed = TOUCHING * self.eps * (place.own[i] + abs(place.normal[i]) @ way)
+            if place.phi[i] < -closed:
+                return at
+            below = -float(closed)
+        if below < 0:
+            self.unsure.add(i)
         return None
 
     def _root(

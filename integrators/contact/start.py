@@ -101,6 +101,16 @@ def scaled_gaps(s: SceneSymbols, scene: Scene) -> list[str]:
     return found
 
 
+def unsure_gaps(unsure: list[int]) -> str:
+    """A sentence for gaps that were negative within a step by no more than their round-off."""
+    named = ", ".join(map(str, unsure))
+    return (
+        f"gap {named} was negative within a step by less than the round-off of its terms, so that "
+        "nobody can say whether it was met; write it so that its terms do not cancel, as "
+        "sqrt((x - a)**2 + (y - b)**2) - r, and no expanded squares."
+    )
+
+
 def _depth(gaps: Gaps, x: Vector, place: Place) -> str:
     """How deep a start is inside the obstacle, and a place outside if there is one nearby."""
     i = int(np.argmin(place.phi))

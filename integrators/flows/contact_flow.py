@@ -83,6 +83,11 @@ class ContactFlow(Flow):
         stepped = scene.impacts == "stepped"
         return LocatedSteps(self.gaps, FreeSteps(h, self._part), e, stepped)
 
+    @property
+    def unsure_gaps(self) -> set[int]:
+        """The gaps that runs met within a step by less than the round-off of their terms."""
+        return self._steps.unsure
+
     def _part(self, share: Any, x: Vector, mu: Vector, u: Vector) -> tuple[Vector, Vector, Vector]:
         """(y, μ′, u) of a free step of a share of the step."""
         machine = self.machine

@@ -87,6 +87,8 @@ def run_scene(options: argparse.Namespace) -> int:
         _print_run(found)
     if failure is not None:
         raise failure
+    if scene.contact is not None:
+        _print_doubts(flow)
     from ..report.wording import RESOLVED
 
     if off is not None and not off <= RESOLVED:
@@ -142,6 +144,16 @@ def _energy_error(scheme: DiscretisedScene, run: Trajectory, digits: int) -> flo
         return None
     with np.errstate(all="ignore"):
         return float(np.abs(energy_errors(scheme, run, digits)).max())
+
+
+def _print_doubts(flow: Any) -> None:
+    """Say of gaps that are no distances, or that round-off hides, what the run does not show."""
+    from discmech.integrators.contact import scaled_gaps, unsure_gaps
+
+    unsure = sorted(flow.unsure_gaps)
+    said = scaled_gaps(flow.scheme.s, flow.scheme.scene)
+    for doubt in [*said, *([unsure_gaps(unsure)] if unsure else [])]:
+        print(f"discmech: {doubt}", file=sys.stderr)
 
 
 def _print_run(run: dict[str, Any]) -> None:

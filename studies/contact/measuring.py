@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from math import log2
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from discmech.integrators import BadInput, scenes
 from discmech.integrators import rules as discretisations
-from discmech.integrators.contact import scaled_gaps
+from discmech.integrators.contact import TOUCHING, scaled_gaps, unsure_gaps
 
 from ..core.case import Case, Choice, Progress, Verdict, plain_cases, silent
 from ..evidence import NEAR, evidence_of
@@ -42,6 +43,7 @@ FORM = 1e-20
 ACROSS = 1, 2, 8
 #: with half the step, what is of order 1 or more falls by this at least
 FALLS = 1.5
+FINER = 2, 8  # parts of the step with which a rise of the energy is looked at again
 AWAY = 1e-9  # of its size and the way of a step: a gap is open, and stays so where DELTA moves it
 #: impacts of a gap that are less than so many steps apart accumulate: how many there are is the
 #: step's
@@ -85,7 +87,7 @@ def cases(choice: Choice) -> list[Case]:
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """Rows {mode, time, energy}; measured: of each mode, the defects (`laws`), the largest rise of
-    the energy with h and h/2, and the impacts; orders of times, and the defects of Ω.
+    the energy (`falling`), and the impacts; orders of times, and the defects of Ω.
 
     rises: H − the least H before, over the largest sum of its terms. late: by how many steps the
     first impact is, stepped. order: of the times of the first two impacts (of the last place, where
@@ -101,17 +103,18 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
         return {"measured": defects(scheme, faulty, case.digits),
                 "rows": [{"impacts": len(faulty.impacts.t)}]}  # fmt: skip
     measured: dict[str, Any] = {}
-    rows, runs = [], {}
+    rows, runs, unsure = [], {}, set[int]()
     for part, mode in enumerate(MODES):
         progress(f"{case.scene.name} {case.label}: {mode}", part / 4)
-        run: Any = _flow(case, 1, mode).trajectory(steps)
+        flow = _flow(case, 1, mode)
+        run: Any = flow.trajectory(steps)
         H, sizes = energies(case.scheme, run, case.digits)
-        rises = [rise(H, sizes)]
-        if rises[0] > limit(case.digits):  # what is no number is told by `judge`
-            finer: Any = _flow(case, 2, mode).trajectory(2 * steps)
-            rises.append(rise(*energies(case.scheme, finer, case.digits)))
+        finer = partial(_rise_at, case, mode, steps)
+        parts = FINER if _free_of_work(case) else FINER[:1]
+        rises = falling(rise(H, sizes), finer, limit(case.digits), parts)
         runs[mode] = run
         again = _flow(case, 1, mode)
+        unsure |= flow.unsure_gaps
         measured[mode] = {**defects(case.scheme, run, case.digits), "rises": rises,
                           "course": off_course(again, run, mode == "located"),
                           "impacts": len(run.impacts.t)}  # fmt: skip
@@ -124,8 +127,10 @@ def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     measured["touched"] = any(abs(r.impulses).max(initial=0) > 0 or len(r.impacts.t) > 0
                               for r in runs.values())  # fmt: skip
     measured |= {"apart": _apart(*runs.values()),
-                 "scaled": scaled_gaps(case.scheme.s, case.scene)}  # fmt: skip
-    measured |= _times(case, last, min(2, len(located.impacts.t)), steps)
+                 "scaled": scaled_gaps(case.scheme.s, case.scene),
+                 "unsure": sorted(unsure)}  # fmt: skip
+    count = min(2, len(located.impacts.t))
+    measured |= _times(case, last, count, steps, _unsure_times(flow, located, count))
     progress(f"{case.scene.name} {case.label}: single steps between impacts", 0.7)
     measured |= _between(case)
     measured["form"] = {"across": _across(case, located)}
@@ -142,6 +147,44 @@ def rise(H: np.ndarray, sizes: Any = 0) -> float:
     own terms and those of the start, where they are given."""
     own = sizes + np.atleast_1d(sizes)[0]
     return float(((H - np.minimum.accumulate(H)) / np.where(own > 0, own, 1)).max())
+
+
+def _free_of_work(case: Case) -> bool:
+    """Whether nothing but the contact changes the energy."""
+    return case.scene.force is None and not case.scene.timed
+
+
+def falling(
+    first: float, finer: Callable[[int], float], allowed: float, parts: tuple[int, ...] = FINER
+) -> list[float]:
+    """How much the energy rises with h (the first), h/2 and, where that is no less, h/8.
+
+    How large a rise is depends on where in their steps impacts fall, so that one step may have
+    little by chance. Of a rise that is round-off, or no number, only the first.
+    """
+    rises = [first]
+    for part in parts if first > allowed else ():
+        if len(rises) > 1 and rises[-1] <= rises[0] / FALLS:
+            break
+        rises.append(finer(part))
+    return rises
+
+
+def does_not_fall(rises: list[float], allowed: float) -> str:
+    """A sentence where what rises does not vanish with the step (`falling`)."""
+    if len(rises) == 1:
+        return "" if rises[0] <= allowed else "the energy is no number."
+    worst, last = max(rises[:-1]), rises[-1]
+    if last <= worst / FALLS:
+        return ""
+    part = "half" if len(rises) == 2 else "an eighth of"
+    said = f"the energy rises by {worst:.2g} of its terms, with {part} the step by {last:.2g}"
+    return f"{said}: that does not vanish with the step."
+
+
+def _rise_at(case: Case, mode: str, steps: int, part: int) -> float:
+    run: Any = _flow(case, part, mode).trajectory(part * steps)
+    return rise(*energies(case.scheme, run, case.digits))
 
 
 def _lateness(stepped: Any, located: Any) -> float | None:
@@ -214,8 +257,32 @@ def _rests(run: Any, last: float | None) -> bool:
                for k, p in enumerate(pushed))  # fmt: skip
 
 
-def _times(case: Case, last: float | None, count: int, steps: int) -> dict[str, Any]:
-    """{"order", "time_error"}: of the times of the first `count` impacts, or of the last place."""
+def _unsure_times(flow: Any, run: Any, count: int) -> float:
+    """What round-off makes of the times of the first `count` impacts, the most.
+
+    A gap is closed within `TOUCHING` round-offs of its size and of the way of a step, which it
+    passes at its rate: of two runs each may be off by so much. A gap that is no distance may be
+    slow where it closes.
+    """
+    each, gaps, most = run.impacts, flow.gaps, 0.0
+    with flow.numbers.working():
+        for j in range(count):
+            k = min(int((each.t[j] - run.t[0]) // float(run.step)), len(run.u) - 1)
+            x = np.array([*each.x[j], *([each.t[j]] if run.base.shape[1] > run.x.shape[1] else [])])
+            place, xi = gaps.at(x), gaps.velocity(x, each.before[j], run.u[k])
+            i = int(each.impulses[j, :, 0].argmax())
+            steepest = np.maximum(abs(place.normal[i]), abs(gaps.at(run.base[k]).normal[i]))
+            size = place.own[i] + steepest @ abs(flow.context.h * xi)
+            rate = abs(place.normal[i] @ xi)
+            most = max(most, float(2 * TOUCHING * flow.numbers.eps * size / rate) if rate else 0.0)
+    return most
+
+
+def _times(case: Case, last: float | None, count: int, steps: int, unsure: float) -> dict[str, Any]:
+    """{"order", "time_error"}: of the times of the first `count` impacts, or of the last place.
+
+    unsure: what round-off makes of these times, below which their errors have no order.
+    """
     size = float(case.scene.step)
     if last is not None:  # with other steps they may be a little later
         steps = int(LATER * last / size) + 4
@@ -231,7 +298,7 @@ def _times(case: Case, last: float | None, count: int, steps: int) -> dict[str, 
         if len(found) != len(best):
             return {"order": None, "time_error": None}
         errors.append(float(abs(found - best).max()))
-    if errors[-1] <= 10 * limit(case.digits) * float(abs(best).max()):
+    if errors[-1] <= max(10 * limit(case.digits) * float(abs(best).max()), unsure):
         return {"order": None, "time_error": errors[-1]}
     return {"order": log2(errors[0] / errors[-1]), "time_error": errors[-1]}
 
@@ -339,6 +406,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
 
 def _untold(found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
     """A sentence for whatever leaves the verdict open."""
+    if found.get("unsure"):
+        yield unsure_gaps(found["unsure"])
     if not found["touched"]:
         yield "no gap ever closes: nothing of contact was judged; take more steps or another start."
     if found["scaled"]:
@@ -358,7 +427,7 @@ def _untold(found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
         )
     for mode in MODES:
         first, *finer = found[mode]["rises"]
-        if finer and first > 2**most * max(finer[0], expected["limit"]):
+        if finer and first > 2**most * max(*finer, expected["limit"]):
             yield (
                 f"{mode}, the energy rises by {first:.2g} of its terms, with half the step by "
                 f"{finer[0]:.2g}: one step of the coarser run went wrong; take a smaller one."
@@ -371,20 +440,15 @@ def _untold(found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
 def _broken(case: Case, found: dict[str, Any], expected: dict[str, Any]) -> Iterator[str]:
     """A sentence for whatever does not hold."""
     allowed = expected["limit"]
-    still = case.scene.force is None and not case.scene.timed
+    still = _free_of_work(case)
     for mode in MODES:
         for name, words in WORDS.items():
             bound, value = TURN if name == "slip" else allowed, found[mode][name]
             if not value <= bound:
                 yield f"{mode}, {words}: {name} is {value:.2g}, where {bound:.0e} is allowed."
-        first, *finer = found[mode]["rises"]
-        if not (finer or first <= allowed):
-            yield f"{mode}, the energy is no number."
-        if finer and still and not finer[0] <= first / FALLS:
-            yield (
-                f"{mode}, the energy rises by {first:.2g} of its terms, with half the step by "
-                f"{finer[0]:.2g}: that does not vanish with the step."
-            )
+        rises = found[mode]["rises"]
+        if (still or len(rises) == 1) and (reason := does_not_fall(rises, allowed)):
+            yield f"{mode}, {reason}"
     if found["late"] is not None and not -1e-6 <= found["late"] <= 1 + 1e-6:
         yield (
             f"the first impact, stepped, is late by {found['late']:.2g} steps; an impact at the "

@@ -53,6 +53,9 @@ NEAR = 0.1  # of a local order that is the expected one
 #: A share δ of it there shifts the order by log(1 + δ)/log(ratio). Over the half of the way (in
 #: powers of the step) that has the shorter steps, δ is smaller by the root of the ratio.
 WHOLE = 1e-3
+#: where two powers of the step are still mixed, the lower one stands out at shorter steps: by this
+#: again and again, so many times, 2⁻³⁰ in all, where an error of 10⁻¹⁷ h² is above round-off still
+SHORTER, FURTHER = 64, 5
 UNLIKE = 100  # times the error at other places, of one that is looked into
 CLEAR = 1000  # round-offs above which an error is the method's, to a part in a thousand
 
@@ -274,7 +277,7 @@ def at_place(
 
     unclear: what else than the method may do to each component, as a part of the step. An order
     below the expected one that is no whole number is measured again, from a step between the two
-    to the shorter one (`WHOLE`), unless `halved`.
+    to the shorter one and on to shorter ones (`WHOLE`, `SHORTER`), unless `halved`.
     """
     steps = [flow.step for flow in flows]
     ends = surroundings(scheme.scene).after(place.x, place.u, place.t, steps, digits + GUARD)
@@ -298,12 +301,19 @@ def at_place(
         return found
     with mpmath.workdps(digits + GUARD):
         between = Fraction(math.exp(-float(ratio) / 2)) * steps[0]
-    again = [scheme.flow(between, digits), flows[1]]
-    nearer = at_place(scheme, place, again, digits, unclear, halved=True)
-    # only what is too low here too is replaced: a shorter way finds no order that was not there
-    return [replace(b, error=a.error)
-            if _is_mixed(scheme.order or 2, a) and _is_low(scheme.order or 2, b) else a
-            for a, b in zip(found, nearer, strict=True)]  # fmt: skip
+    first = between
+    for k in range(1 + FURTHER):
+        last = steps[1] / SHORTER**k
+        again = [scheme.flow(step, digits) for step in (first, last)]
+        nearer = at_place(scheme, place, again, digits, unclear, halved=True)
+        # only what is too low here too is replaced: a shorter way finds no order that was not there
+        found = [replace(b, error=a.error)
+                 if _is_mixed(scheme.order or 2, a) and _is_low(scheme.order or 2, b) else a
+                 for a, b in zip(found, nearer, strict=True)]  # fmt: skip
+        if not any(map(partial(_is_mixed, scheme.order or 2), found)):
+            break
+        first = last
+    return found
 
 
 def _is_low(expected: int, component: ComponentOrder) -> bool:

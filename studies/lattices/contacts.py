@@ -17,7 +17,6 @@ from .known import known_of
 from .quantities import energies
 
 STEPS = 400
-FINER = 2, 8  # parts of the step with which a rise of the energy is looked at again
 SIZES = (10_000, 30_000, 100_000)  # sites; with fewer, what does not grow is most of a step
 SHARED = ("penetration", "pull", "complementarity", "restitution")
 WORDS = {name: contact.WORDS[name] for name in SHARED}
@@ -27,10 +26,8 @@ WORDS |= {"missed": "a gap is closed and closing after a step"}
 def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str, Any]:
     """Rows {run: time, energy; cost}; measured: "contact" {law: defect}, rises, impacts, grows.
 
-    rises: H − the least H before, over the largest sum of its terms, with h and, where that is no
-    round-off, with h/2, and where it does not fall, with h/8: how large it is depends on where in
-    their steps impacts fall, so one step may have little by chance. free_steps: of the whole
-    lattice, a step.
+    rises: H − the least H before, over the largest sum of its terms (`contact.falling`).
+    free_steps: of the whole lattice, a step.
     """
     lattice: Any = case.scene
     steps = case.steps or STEPS
@@ -38,12 +35,12 @@ def measure(case: Case, label: str, progress: Progress, timed: bool) -> dict[str
     flow: Any = case.scheme.flow(lattice.step)
     run = flow.trajectory(steps)
     H, size = energies(case.scheme, run)
-    rises = [contact.rise(H) / size]
-    for finer in FINER if rises[0] > limit(16) else ():
-        if len(rises) > 1 and rises[-1] <= rises[0] / contact.FALLS:
-            break
-        made = case.scheme.flow(lattice.step / finer).trajectory(finer * steps)
-        rises.append(contact.rise(energies(case.scheme, made)[0]) / size)
+
+    def finer(part: int) -> float:
+        made = case.scheme.flow(lattice.step / part).trajectory(part * steps)
+        return contact.rise(energies(case.scheme, made)[0]) / size
+
+    rises = contact.falling(contact.rise(H) / size, finer, limit(16))
     progress(f"{label}: single steps", 0.4)
     rows = [{"kind": "run", "time": float(t), "error": float(e - H[0]) / size}
             for t, e in zip(run.t, H, strict=True)]  # fmt: skip
@@ -104,16 +101,8 @@ def judge(measured: dict[str, Any]) -> Verdict:
         if not measured["contact"][name] <= allowed:
             return Verdict("fail", f"{words}: {name} is {measured['contact'][name]:.2g}, where "
                            f"{allowed:.0e} is allowed.", expected)  # fmt: skip
-    first, *finer = measured["rises"]
-    if not (finer or first <= allowed):
-        return Verdict("fail", "the energy is no number.", expected)
-    worst = max(measured["rises"][:-1], default=first)
-    if finer and not finer[-1] <= worst / contact.FALLS:
-        part = "half" if len(finer) == 1 else "an eighth of"
-        return Verdict(
-            "fail", f"the energy rises by {worst:.2g} of its terms, with {part} "
-            f"the step by {finer[-1]:.2g}: that does not vanish with the step.", expected,
-        )  # fmt: skip
+    if reason := contact.does_not_fall(measured["rises"], allowed):
+        return Verdict("fail", reason, expected)
     if not measured["impacts"] and not measured["pushed"]:
         return Verdict("inconclusive", "no gap has closed; take more --steps.", expected)
     return Verdict("pass", "", expected)
