@@ -261,10 +261,12 @@ class StepFailure(DiscmechError, RuntimeError):
 
     @property
     def cause(self) -> str:
+        """Why no step could be made, in words."""
         return self._seen()[0]
 
     @property
     def fix(self) -> str:
+        """What to try."""
         return self._seen()[1]
 
     def _seen(self) -> tuple[str, str]:

@@ -12,27 +12,40 @@ from .core.study import Study, every_study
 
 if TYPE_CHECKING:
     from .command.explain import explain
+    from .core.case import Verdict
     from .order.own_runs import own_order
     from .user.checking import check
     from .user.drawing import plot
 
-__all__ = ["NAMES", "check", "explain", "get", "own_order", "plot", "show"]
+__all__ = ["NAMES", "Study", "Verdict", "check", "explain", "get", "own_order", "plot", "show"]
 
-#: the studies of scenes and rules, in the order of the report
-NAMES = tuple(study.name for study in every_study().values() if study.usual)
+#: the studies of scenes and rules, in the order of the report; those of packages are found last
+NAMES: tuple[str, ...]
 
 
 def get(name: str) -> Study:
     """The study of that name; raises `BadInput` for an unknown one."""
-    if not isinstance(name, str) or name not in NAMES:  # an array is compared entry by entry
+    names = _names()
+    if not isinstance(name, str) or name not in names:  # an array is compared entry by entry
         from discmech.integrators.errors import unknown
 
-        raise unknown("study", name, NAMES)
+        raise unknown("study", name, names)
     return every_study()[name]
+
+
+def _names() -> tuple[str, ...]:
+    """A package with a study of its own imports this module, before all studies are known."""
+    return tuple(study.name for study in every_study().values() if study.usual)
 
 
 def __getattr__(name: str) -> Any:
     """Loaded when they are first asked for: a page is written without any integrator."""
+    if name == "NAMES":
+        return _names()
+    if name == "Verdict":
+        from .core.case import Verdict
+
+        return Verdict
     if name == "check":
         from .user.checking import check
 

@@ -1,9 +1,9 @@
 """Steps of every size on a group, beside the method bound to one chart."""
 
 from ..core.options import THOROUGH
-from ..core.study import Study
+from ..core.study import StudyFolder
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="charts",
     package=__name__,
     place=6,

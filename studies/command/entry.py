@@ -36,7 +36,11 @@ GROUPOIDS = ("pair", "lie_group", "action", "product", "LocalGroupoid")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns 0 pass, 1 fail, 2 bad input, 3 inconclusive, 4 could not run."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    parser = _parser()
+    try:
+        parser = _parser(words)
+    except BadInput as error:  # a file with a study that cannot be read, say
+        print(f"discmech: {error}", file=sys.stderr)
+        return BAD_INPUT
     for word in words:
         if word.startswith("--") and word.endswith("=--"):  # to argparse an option of no value
             parser.error(f"argument {word[:-3]}: expected one argument")
@@ -92,7 +96,7 @@ class _Parser(argparse.ArgumentParser):
             self.error(str(unknown(kind, value, action.choices)))
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     parser = _Parser(
         prog="discmech",
         description="Verification bench for variational integrators on Lie groupoids.",
@@ -110,9 +114,14 @@ def _parser() -> argparse.ArgumentParser:
     explain.add_to(commands)
     gallery.add_to(commands)
     new.add_to(commands)
-    for study in every_study().values():
+    studies = {name: study for name, study in every_study().items() if study.usual}
+    if words and re.search(r"\.py(:|$)", words[0]):  # a study in a file of the user's
+        from ..core import lookup
+
+        studies[words[0]] = lookup.study(words[0])
+    for word, study in studies.items():
         if study.usual:
-            asked = commands.add_parser(study.name, help=study.summary)
+            asked = commands.add_parser(word, help=study.summary)
             add_choices(asked)
             add_own(asked, study.options)
             asked.add_argument("--json", metavar="FILE", help="write JSON (- for standard output)")
@@ -122,7 +131,7 @@ def _parser() -> argparse.ArgumentParser:
             )  # fmt: skip
             add_look(asked)
             add_baselines(asked)
-            asked.set_defaults(action=_study, study=study.name)
+            asked.set_defaults(action=_study, study=word)
 
     verifying.add_to(commands)
     references.add_to(commands)
@@ -162,11 +171,11 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _study(options: argparse.Namespace) -> int:
-    from .. import get
+    from ..core import lookup
     from ..core.running import run_study
     from ..report.tables import print_result
 
-    study = get(options.study)
+    study = lookup.study(options.study)
     with progress_shown(f"{study.name}: loading") as show:
         choice = choice_of(options)
         look = look_of(options)

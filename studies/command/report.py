@@ -15,14 +15,14 @@ from discmech.integrators import Lattice
 from discmech.integrators.flows import cores
 from discmech.integrators.numbers import flatten
 
-from .. import NAMES, get
+from .. import NAMES
 from ..core.case import Choice, Progress, silent
 from ..core.cluster import Cluster
 from ..core.fingerprint import of_views
 from ..core.history import History
 from ..core.running import run_studies
 from ..core.store import Store
-from ..core.study import every_study
+from ..core.study import every_study, known_study
 from ..core.workers import worker_pool
 
 if TYPE_CHECKING:
@@ -111,7 +111,8 @@ def write_study(
     from ..report.page import write_report
 
     named = {case["scene"] for case in result["cases"]}
-    systems = [case.scene for case in get(result["study"]).cases(choice)]
+    study = known_study(result["study"])
+    systems = [case.scene for case in study.cases(choice)] if study else []
     scenes = {scene.name: about(scene) for scene in systems if scene.name in named}
     return write_report([result], [], list(scenes.values()), folder, result["command"], look=look)
 

@@ -174,7 +174,8 @@ class Case:
     @property
     def command(self) -> str:
         """What reproduces this case."""
-        parts = ["discmech", self.study, shlex.quote(lookup.address_of(self.scene))]
+        study = shlex.quote(lookup.word_for_study(self.study))
+        parts = ["discmech", study, shlex.quote(lookup.address_of(self.scene))]
         if self.control is None:
             parts += ["--rule", shlex.quote(lookup.address_of(self.rule))]
         else:

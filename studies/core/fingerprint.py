@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import inspect
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, lru_cache
 from importlib.metadata import version
@@ -16,11 +17,12 @@ from discmech.integrators.compiler import text_key
 from discmech.integrators.equations import step_system
 from discmech.integrators.lattices import LatticeScheme, systems
 from discmech.integrators.rules import Composition, Discretisation
-from discmech.integrators.scene import Scene, reads
+from discmech.integrators.scene import Opaque, Scene, reads
 
 from .case import Case, scheme_of
 from .record import machine, processor, versions
-from .study import Study
+from .study import Study, StudyFolder
+from .userfile import loaded
 
 ROOT = Path(__file__).resolve().parents[2]
 #: what is data of single scenes and rules: each has its own text in the fingerprints of its cases
@@ -40,10 +42,28 @@ def of_case(study: Study, case: Case, timed: bool) -> str:
     rules: Iterable[Discretisation] = getattr(case, "rules", (case.rule,))
     words = [study.name, case.label, case.command, str(versions()), processor()]
     words.append(str(machine()) if timed else "")
-    words += [text_of(str(study.measuring.__file__)), *of_scene(case.scene)]
+    words += [text_of_study(study), *of_scene(case.scene)]
     words.append(study.depends_on(case))
     words += [part for rule in study.rules_beside(case) for part in _facts(rule)]
     return _digest(*words, *(part for rule in rules for part in of_rule(case.scene, rule)))
+
+
+def text_of_study(study: Study) -> str:
+    """Of the bench's own study what its measuring rests on; else all of the bench and its file.
+
+    Of a study in a package the text of all files of its folder count.
+    """
+    if isinstance(study, StudyFolder):
+        return text_of(str(study.measuring.__file__))
+    for file in reversed(loaded()):
+        if file.studies.get(study.name) is study:
+            return of_everything(file.digest)
+    module = sys.modules[type(study).__module__]
+    if module.__name__ == "__main__" or not getattr(module, "__file__", None):
+        raise Opaque(f"{study.name} is in no file")
+    place = Path(str(module.__file__))
+    files = sorted(place.parent.rglob("*.py")) if module.__package__ else [place]
+    return of_everything(*(p.read_text("utf-8") for p in files))
 
 
 def known_by_text(case: Case) -> bool:

@@ -13,6 +13,7 @@ from discmech.integrators.lattices import systems
 from discmech.integrators.rules import METHODS, Composition, compose
 
 from .notebook import place_of
+from .study import Study, every_study
 from .userfile import UserFile, load, loaded
 
 _Held = TypeVar("_Held")
@@ -96,6 +97,38 @@ def problem_of(scene: Scene) -> Any:
         if held:
             return next(iter(held.values()))
     return None
+
+
+def study(word: str) -> Study:
+    """The study of that name, or of FILE.py:NAME; raises `BadInput` for an unknown one."""
+    file, name = _in_file(word)
+    if file is None:
+        known = every_study()
+        if word not in known:
+            raise unknown("study", word, [n for n, s in known.items() if s.usual])
+        return known[word]
+    found = _of(file, file.studies, name, "study")
+    if len(found) > 1:
+        names = ", ".join(s.name for s in found)
+        raise BadInput(f"{word} has several studies ({names}): say {word}:{found[0].name}.")
+    return found[0]
+
+
+def word_for_study(name: str) -> str:
+    """The word that `study` finds the study of that name by: with its file, if it is in one."""
+    for file in reversed(loaded()):
+        if name in file.studies:
+            return f"{file.path}:{name}"
+    return name
+
+
+def words_for_studies(asked: Sequence[Study]) -> tuple[str, ...] | None:
+    """The words for these studies in another process; None if one of them has none."""
+    words = tuple(word_for_study(s.name) for s in asked)
+    known = every_study()
+    found = [study(word) if word != s.name or s.name in known else None
+             for word, s in zip(words, asked, strict=True)]  # fmt: skip
+    return words if all(a is b for a, b in zip(found, asked, strict=True)) else None
 
 
 def rule_given(thing: Any) -> Discretisation:

@@ -46,8 +46,8 @@ def run_case(
 
     try:
         with nullcontext() if progress is silent else progress_to(along):
-            measurement = study.measure(case, progress)
-        verdict = study.judge(case, measurement)
+            measurement = study.measurement(case, progress)
+        verdict = study.verdict(case, measurement)
         if causes and verdict.verdict != "pass":
             _diagnose(study, case, measurement, verdict)
     except StepFailure as failure:

@@ -7,6 +7,7 @@ before, with all that it depends on unchanged, is taken from the store.
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from threading import Lock
@@ -14,7 +15,7 @@ from typing import Any
 
 from discmech.integrators import BadInput, Scheme
 
-from . import fingerprint
+from . import fingerprint, lookup
 from .baseline import SCHEMA
 from .case import Choice, Progress, silent, worst
 from .cluster import Cluster
@@ -132,7 +133,7 @@ def run_studies(
             "schema": SCHEMA,
             "study": study.name,
             "verdict": worst(c["verdict"] for c in whole if counts(c)),
-            "command": f"discmech {study.name}",
+            "command": f"discmech {shlex.quote(lookup.word_for_study(study.name))}",
             "record": record(sum(c["seconds"] for c in whole), {"steps": choice.steps}),
             "remembered": remembered[i],
             "notes": [

@@ -1,23 +1,24 @@
 """A study: one property of a method. All that is said of it, anywhere, comes from this one object.
 
-A study is a folder beside this one. Its `__init__` says what it is (`STUDY`) and loads nothing;
-`measuring` has `NEEDS`, `cases(choice)`, `measure(case, progress)` → numbers and
-`judge(case, measurement)` → verdict, and may have `diagnose(case, measurement)`,
-`notes(choice)`, `depends_on(case)`, `rules_beside(case)`, `timed(case)`, `together(case)` and
-`complete(result)`;
-`view`, where there is one, has `VIEW`: how its numbers are shown.
+A study of a user's own is a subclass of `Study` in a file, or in a package that names it under the
+entry point "discmech.studies". Those of the bench are folders beside this one (`StudyFolder`).
 """
 
 from __future__ import annotations
 
+import math
+import re
+import sys
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib import import_module
+from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from .options import Option
 
@@ -29,20 +30,137 @@ if TYPE_CHECKING:
 #: behind the name of a rule whose steps were chosen for tolerances
 BY_TOLERANCE = ", tolerance"
 FOLDER = Path(__file__).resolve().parents[1]
+NAME = r"[a-z][a-z0-9]*(-[a-z0-9]+)*"  # of a study, and of what `discmech new` writes
 
 
-@dataclass(frozen=True)
 class Study:
-    """What a study is, in words, and what it needs.
+    """A property of a method: its words, what is measured of which cases, and what that means.
 
-    package: its folder's import name. place: where it comes in the report. summary: a line of help;
-    asks: the README's question; measured, judged: the columns of docs/judged.md; about: a
-    paragraph of the report. alone: it takes times,
-    so its cases, or those that are `timed`, have the machine for themselves, but for those that
-    are compared with each other, run by run in turn (`together`). usual: it is a command
-    that takes scenes and rules; the others are about the bench itself, or are measured for an
-    assertion alone. turn: among the cases of a scheme, 0 is quick on scenes of any size, 2 waits
-    for a reference.
+    Of a study of one's own `name` and `measure` are needed, and `limits` or `judge`.
+
+    title, about: the heading and a paragraph of its page. summary: a line of help; asks: its
+    question in the README; measured, judged: the columns of docs/judged.md. place: where it comes
+    in the report. digits: the precisions that are measured if none is asked for. limits: the most
+    that each measured quantity may be in a case that passes. needs: a sentence that says why it may
+    apply to nothing that was chosen. alone: it takes times, so its cases, or those that are
+    `timed`, have the machine for themselves, but for those that are compared with each other, run
+    by run in turn (`together`). usual: it is a command that takes scenes and rules; the others are
+    about the bench itself, or are measured for an assertion alone. turn: among the cases of a
+    scheme, 0 is quick on scenes of any size, 2 waits for a reference.
+    """
+
+    name: str = ""
+    title: str = ""
+    summary: str = ""
+    asks: str = ""
+    measured: str = ""
+    judged: str = ""
+    about: str = ""
+    place: float = 100
+    alone: bool = False
+    usual: bool = True
+    turn: int = 1
+    options: tuple[Option, ...] = ()
+    digits: tuple[int, ...] = (16,)
+    limits: ClassVar[Mapping[str, float]] = {}
+
+    @property
+    def needs(self) -> str:
+        """Why it may apply to nothing that was chosen."""
+        return "no chosen rule can be used there."
+
+    @cached_property
+    def view(self) -> Any:
+        """How its numbers are shown: a `report.view.View`."""
+        return _plain_view()
+
+    def cases(self, choice: Choice) -> list[Case]:
+        """The cases of a choice: every scene by every rule at every precision."""
+        from discmech.integrators.scenes import all_scenes
+
+        from .case import plain_cases
+
+        own = self._own(replace(choice, scenes=choice.scenes or tuple(all_scenes())))
+        found = plain_cases(self.name, own, self.digits) if own.scenes else []
+        return [c for c in found if self._of(c)]
+
+    def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
+        """The numbers of a case: {"measured": {name: number}, "rows": [{...}]}; no verdict.
+
+        Numbers of the case's digits keep these while it runs.
+        """
+        raise NotImplementedError
+
+    def judge(self, case: Case, measurement: dict[str, Any]) -> Verdict:
+        """What the numbers mean, without measuring: by default, none is above its limit."""
+        return _within_limits(self, measurement["measured"])
+
+    def measurement(self, case: Case, progress: Progress) -> dict[str, Any]:
+        """`measure`, looked through: what a file of the user's gives may be anything.
+
+        Raises `BadInput`, with the line, for an error in it and for numbers that are none.
+        """
+        from .own_study import measured_by
+
+        return measured_by(self, case, progress)
+
+    def verdict(self, case: Case, measurement: dict[str, Any]) -> Verdict:
+        """`judge`, looked through in the same way."""
+        from .own_study import judged_by
+
+        return judged_by(self, case, measurement)
+
+    def timed(self, case: Case) -> bool:
+        """Whether a case takes times, so that the machine counts."""
+        return self.alone
+
+    def together(self, case: Case) -> Any:
+        """What one process has to measure with other cases, as a race; None if it is no part."""
+        return None
+
+    def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
+        """The cause of what did not pass, where one can be told."""
+        return None
+
+    @property
+    def tells_causes(self) -> bool:
+        """Whether it looks for the cause of what did not pass."""
+        return type(self).diagnose is not Study.diagnose
+
+    def depends_on(self, case: Case) -> str:
+        """What a result depends on beside the case's scene, rule and command."""
+        return ""
+
+    def rules_beside(self, case: Case) -> list[Discretisation]:
+        """The bench's own rules that it is measured with beside the case's."""
+        return []
+
+    def notes(self, choice: Choice) -> list[str]:
+        """What is to be said of the whole study, of the chosen systems that it is for."""
+        return []
+
+    def completed(self, result: dict[str, Any]) -> dict[str, Any]:
+        """The result of all cases, with what is said of them together."""
+        return result
+
+    def _own(self, choice: Choice) -> Choice:
+        """The choice without scenes that other studies alone judge (`case.APART`)."""
+        from .case import APART, judged_alone
+
+        mine = self.name if self.name in APART else ""
+        return replace(choice, scenes=tuple(s for s in choice.scenes if judged_alone(s) == mine))
+
+    def _of(self, case: Case) -> bool:
+        return bool(case.rule.measured_by(self.name))
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyFolder(Study):
+    """A study of the bench: a folder of `studies/`, whose `__init__` says this and loads nothing.
+
+    package: the folder's import name. `measuring` there has `NEEDS`, `cases(choice)`,
+    `measure(case, progress)` and `judge(case, measurement)`, and may have functions called as other
+    methods of `Study`, and `complete(result)`. `view`, where there is one, has `VIEW`.
     """
 
     name: str
@@ -78,37 +196,36 @@ class Study:
 
     def cases(self, choice: Choice) -> list[Case]:
         """The cases of a choice; scenes that one study alone judges (`case.APART`) are its own."""
-        case = import_module(f"{_PARENT}.core.case")
-        own = self.name if self.name in case.APART else ""
-        scenes = tuple(s for s in choice.scenes if case.judged_alone(s) == own)
-        if choice.scenes and not scenes:
+        own = self._own(choice) if choice.scenes else choice
+        if choice.scenes and not own.scenes:
             return []
-        cases = self.measuring.cases(replace(choice, scenes=scenes))
-        return [found for found in cases if found.rule.measured_by(self.name)]
-
-    def timed(self, case: Case) -> bool:
-        """Whether a case takes times, so that the machine counts."""
-        told = getattr(self.measuring, "timed", None)
-        return self.alone and (told is None or bool(told(case)))
-
-    def together(self, case: Case) -> Any:
-        """What one process has to measure with other cases, as a race; None if it is no part."""
-        told = getattr(self.measuring, "together", None)
-        return None if told is None else told(case)
+        return [c for c in self.measuring.cases(own) if self._of(c)]
 
     def measure(self, case: Case, progress: Progress) -> dict[str, Any]:
         """The numbers of a case: {"measured": {...}, "rows": [...], ...}."""
         return dict(self.measuring.measure(case, progress))
+
+    measurement = measure
 
     def judge(self, case: Case, measurement: dict[str, Any]) -> Verdict:
         """What the numbers mean; no measuring."""
         verdict: Verdict = self.measuring.judge(case, measurement)
         return verdict
 
+    verdict = judge
+
+    def timed(self, case: Case) -> bool:
+        """Whether a case takes times, so that the machine counts."""
+        return self.alone and bool(self._said("timed", True, case))
+
+    def together(self, case: Case) -> Any:
+        """What one process has to measure with other cases, as a race; None if it is no part."""
+        return self._said("together", None, case)
+
     def diagnose(self, case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
         """The cause of what did not pass, where one can be told."""
-        told = getattr(self.measuring, "diagnose", None)
-        return None if told is None else told(case, measurement)
+        found: dict[str, Any] | None = self._said("diagnose", None, case, measurement)
+        return found
 
     @property
     def tells_causes(self) -> bool:
@@ -117,26 +234,42 @@ class Study:
 
     def depends_on(self, case: Case) -> str:
         """What a result depends on beside the case's scene, rule and command."""
-        told = getattr(self.measuring, "depends_on", None)
-        return "" if told is None else str(told(case))
+        return str(self._said("depends_on", "", case))
 
     def rules_beside(self, case: Case) -> list[Discretisation]:
         """The bench's own rules that it is measured with beside the case's."""
-        told = getattr(self.measuring, "rules_beside", None)
-        return [] if told is None else list(told(case))
+        return list(self._said("rules_beside", [], case))
 
     def notes(self, choice: Choice) -> list[str]:
         """What is to be said of the whole study, of the chosen systems that it is for."""
         from .case import judged_alone
 
-        said = getattr(self.measuring, "notes", None)
         own = tuple(e for e in choice.scenes if judged_alone(e) in ("", self.name))
-        return [] if said is None else list(said(replace(choice, scenes=own)))
+        return list(self._said("notes", [], replace(choice, scenes=own)))
 
     def completed(self, result: dict[str, Any]) -> dict[str, Any]:
         """The result of all cases, with what is said of them together."""
-        told = getattr(self.measuring, "complete", None)
-        return result if told is None else {**result, **told(result)}
+        return {**result, **self._said("complete", {}, result)}
+
+    def _said(self, name: str, otherwise: Any, *given: Any) -> Any:
+        told = getattr(self.measuring, name, None)
+        return otherwise if told is None else told(*given)
+
+
+def _within_limits(study: Study, measured: Mapping[str, Any]) -> Verdict:
+    from .case import Verdict
+
+    expected = {"limits": dict(study.limits)}
+    if not study.limits:
+        said = f"the study {study.name} has no limits and no judge(), so nothing can fail."
+        return Verdict("inconclusive", said, expected)
+    for name in study.limits:
+        value = measured.get(name)
+        if value is None or not math.isfinite(value):
+            return Verdict("inconclusive", f"{name} could not be measured.", expected)
+    above = [name for name, limit in study.limits.items() if measured[name] > limit]
+    said = " and ".join(f"{n} is {measured[n]:.3g}, above {study.limits[n]:.3g}" for n in above)
+    return Verdict("fail", f"{said}.", expected) if above else Verdict("pass", "", expected)
 
 
 def counts(case: Mapping[str, Any]) -> bool:
@@ -146,17 +279,50 @@ def counts(case: Mapping[str, Any]) -> bool:
 
 @cache
 def every_study() -> dict[str, Study]:
-    """All studies by name, in the order of the report: whatever folder says that it is one."""
-    found = []
+    """All studies by name, in the order of the report: folders that say so, and of packages."""
+    found = {}
     for file in sorted(FOLDER.glob("*/__init__.py")):
         if "STUDY" in file.read_text(encoding="utf-8"):
-            found.append(import_module(f"{_PARENT}.{file.parent.name}").STUDY)
-    return {study.name: study for study in sorted(found, key=lambda s: (s.place, s.name))}
+            study = import_module(f"{_PARENT}.{file.parent.name}").STUDY
+            found[study.name] = study
+    for point in entry_points(group="discmech.studies"):
+        try:
+            study = point.load()
+            trouble = refusal(study) or (f"the name {study.name} is taken" * (study.name in found))
+        except Exception as error:  # whatever somebody's package does when it is loaded
+            trouble = f"{type(error).__name__}: {error}"
+        if trouble:
+            whose = f"the study {point.value} of another package is left out"
+            warnings.warn(f"{whose}: {trouble}.", stacklevel=2)
+        else:
+            found[study.name] = study
+    return dict(sorted(found.items(), key=lambda item: (item[1].place, item[0])))
+
+
+def refusal(study: Any) -> str:
+    """Why something can be no study, without a full stop; "" if it can be one."""
+    if not isinstance(study, Study):
+        made = isinstance(study, type) and issubclass(study, Study)
+        return f"it is the class: give {study.__name__}()" if made else "it is no Study"
+    if not isinstance(study.name, str) or not re.fullmatch(NAME, study.name):
+        return f"its name is {study.name!r}: use small letters, digits and dashes between them"
+    if type(study).measure is Study.measure:
+        return f"{study.name} has no measure(self, case, progress)"
+    return ""
+
+
+def known_study(name: str) -> Study | None:
+    """The study of that name: one of all, or of a file of the user's that was loaded."""
+    found = every_study().get(name)
+    files = sys.modules.get(f"{_PARENT}.core.userfile")  # else none was
+    for file in files.loaded() if found is None and files is not None else ():
+        found = file.studies.get(name, found)
+    return found
 
 
 def view_of(name: str) -> Any:
     """How the numbers of the study of that name are shown; of an unknown one, plainly."""
-    study = every_study().get(name)
+    study = known_study(name)
     return _plain_view() if study is None else study.view
 
 

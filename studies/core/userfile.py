@@ -1,4 +1,4 @@
-"""A file of the user's: the rules and scenes that it defines, and errors with their line."""
+"""A file of the user's: the rules, scenes and studies that it defines, errors with their line."""
 
 from __future__ import annotations
 
@@ -17,10 +17,12 @@ from discmech.integrators import rules as discretisations
 from discmech.integrators.errors import RAISED
 from discmech.integrators.lattices import systems
 
+from .study import Study, StudyFolder, every_study, refusal
+
 
 @dataclass(frozen=True)
 class UserFile:
-    """What a file defines at its top level, by the names that rules and scenes have.
+    """What a file defines at its top level, by the names that rules, scenes and studies have.
 
     Lattices are among the scenes. `path` is as it was first given, `digest` tells its text (and
     that of neighbours which it imports) from any other.
@@ -30,6 +32,7 @@ class UserFile:
     digest: str
     rules: dict[str, Discretisation]
     scenes: dict[str, Scene]
+    studies: dict[str, Study]
     variables: dict[str, Any]  # all that the file's variables hold
 
 
@@ -80,9 +83,12 @@ def load(path: str) -> UserFile:
     return found
 
 
-def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], dict[str, Scene]]:
+def _collect(
+    path: str, module: ModuleType
+) -> tuple[dict[str, Discretisation], dict[str, Scene], dict[str, Study]]:
     rules: dict[str, Discretisation] = {}
     own: dict[str, Scene] = {}
+    studies: dict[str, Study] = {}
     for thing in list(vars(module).values()):
         known: Any = None
         names: dict[str, Any]
@@ -96,6 +102,10 @@ def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], 
                 scenes.get(thing.name) if thing.name in scenes.every_name() else None,
                 own,
             )
+        elif _is_study(thing, module):
+            if trouble := refusal(thing):
+                raise BadInput(f"{path}: {trouble}.")
+            known, names = every_study().get(thing.name), studies
         else:
             continue
         if thing is known:
@@ -104,7 +114,11 @@ def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], 
             whose = "discmech's own" if known is not None else "given twice in this file"
             raise BadInput(f"{path}: the name {thing.name} is {whose}; choose another name.")
         names[thing.name] = thing
-    if not rules and not own:
+    classes = [e for e in vars(module).values() if isinstance(e, type) and issubclass(e, Study)
+               and e.__module__ == module.__name__]  # fmt: skip
+    if classes and not studies:
+        raise BadInput(f"{path}: {refusal(classes[-1])}, at the top level.")
+    if not (rules or own or studies):
         plain = [
             name
             for name, thing in vars(module).items()
@@ -118,7 +132,13 @@ def _collect(path: str, module: ModuleType) -> tuple[dict[str, Discretisation], 
             "@discretisation() or @one_step(), or make a Scene(...) or a Lattice(...) at the top "
             "level."
         )
-    return rules, own
+    return rules, own, studies
+
+
+def _is_study(thing: Any, module: ModuleType) -> bool:
+    """Whether it is a study that was made in this file."""
+    made = isinstance(thing, Study) and not isinstance(thing, StudyFolder)
+    return made and type(thing).__module__ == module.__name__
 
 
 def _run(path: str, file: Path, source: bytes) -> tuple[str, ModuleType]:

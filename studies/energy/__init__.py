@@ -1,8 +1,8 @@
 """Energy band and secular slope over 10⁶ steps."""
 
-from ..core.study import Study
+from ..core.study import StudyFolder
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="energy",
     package=__name__,
     place=3,

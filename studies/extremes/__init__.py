@@ -1,7 +1,7 @@
 """What happens at the edge of each scene, and how it is noticed."""
 
 from ..core.options import Option, refuse
-from ..core.study import Study
+from ..core.study import StudyFolder
 
 
 def _extreme(name: str) -> str:
@@ -14,7 +14,7 @@ def _extreme(name: str) -> str:
     return name
 
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="extremes",
     package=__name__,
     place=7,

@@ -1,13 +1,13 @@
 """Lattices: order in time and space, long runs, Ω and its law on patches, cost against N."""
 
 from ..core.options import THOROUGH, control_option
-from ..core.study import Study
+from ..core.study import StudyFolder
 
 #: what has to be caught: a step whose momenta shrink, a wrong sign, a step without the law
 DAMPED, FLIPPED, RUNGE_KUTTA = "damped momenta", "flipped bracket", "classical Runge-Kutta"
 CONTROL = control_option("a step", lambda: (DAMPED, FLIPPED, RUNGE_KUTTA))
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="lattices",
     package=__name__,
     place=3.8,

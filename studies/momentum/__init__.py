@@ -1,8 +1,8 @@
 """Momentum maps and Casimirs over 10⁶ steps."""
 
-from ..core.study import Study
+from ..core.study import StudyFolder
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="momentum",
     package=__name__,
     place=2,

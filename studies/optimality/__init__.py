@@ -1,8 +1,8 @@
 """Optimal control: the order of states, costates and controls under refinement."""
 
-from ..core.study import Study
+from ..core.study import StudyFolder
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="optimality",
     package=__name__,
     place=9,

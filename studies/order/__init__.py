@@ -1,8 +1,8 @@
 """Order of accuracy against certified references."""
 
-from ..core.study import Study
+from ..core.study import StudyFolder
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="order",
     package=__name__,
     place=0,

@@ -1,7 +1,7 @@
 """Seeded faults that must be caught, and random valid rules that must not be."""
 
 from ..core.options import Option, refuse
-from ..core.study import Study
+from ..core.study import StudyFolder
 
 
 def _unit(text: str) -> int:
@@ -20,7 +20,7 @@ def _seed(text: str) -> int:
     return int(text)
 
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="power",
     package=__name__,
     place=10,

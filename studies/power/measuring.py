@@ -22,7 +22,7 @@ from discmech.integrators.rules import Discretisation
 from .. import get
 from ..core.case import Case, Choice, Progress, Verdict, silent
 from ..core.environment import environment
-from ..core.fingerprint import text_of
+from ..core.fingerprint import text_of_study
 from ..core.one_case import run_case
 from . import STUDY
 from .catalogue import everything
@@ -136,7 +136,7 @@ def notes(choice: Choice) -> list[str]:
 def depends_on(case: Case) -> str:
     """The studies that it goes through."""
     names = dict.fromkeys(name for name, *_ in STUDIES)
-    return "".join(text_of(str(get(name).measuring.__file__)) for name in names)
+    return "".join(text_of_study(get(name)) for name in names)
 
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:

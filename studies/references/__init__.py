@@ -1,8 +1,8 @@
 """Processor time of proven digits, against digits and time."""
 
-from ..core.study import Study
+from ..core.study import StudyFolder
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="references",
     package=__name__,
     place=9,

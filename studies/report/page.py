@@ -8,7 +8,7 @@ from itertools import filterfalse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.study import counts, every_study
+from ..core.study import counts, every_study, known_study
 from .formulas import display, spaced, together
 from .publish import published
 from .sparkline import Past, Sparklines, unknown_past
@@ -158,7 +158,7 @@ def _view(
 ) -> dict[str, Any]:
     """What the page says about one study."""
     name, cases = str(study["study"]), study["cases"]
-    known = every_study().get(name)
+    known = known_study(name)
     sound = [case for case in cases if not is_control(case)]
     ours = list(filter(counts, sound))
     parts = {kind: [case for case in ours if verdict(case) == kind] for kind in VERDICTS}

@@ -1,8 +1,8 @@
 """A step back after a step forth, for methods that say they are self-adjoint."""
 
-from ..core.study import Study
+from ..core.study import StudyFolder
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="reversibility",
     package=__name__,
     place=11,

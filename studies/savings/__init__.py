@@ -1,9 +1,9 @@
 """What leaving out work that a scene does not need is worth."""
 
 from ..core.options import THOROUGH
-from ..core.study import Study
+from ..core.study import StudyFolder
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="savings",
     package=__name__,
     place=8,

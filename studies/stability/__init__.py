@@ -1,12 +1,12 @@
 """Linear intervals, and maps of stiff scenes over step and stiffness."""
 
 from ..core.options import THOROUGH, control_option
-from ..core.study import Study
+from ..core.study import StudyFolder
 
 EULER, RUNGE_KUTTA = "explicit Euler", "classical Runge-Kutta"
 CONTROL = control_option("a method", lambda: (EULER, RUNGE_KUTTA))
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="stability",
     package=__name__,
     place=5,

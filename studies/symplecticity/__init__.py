@@ -1,9 +1,9 @@
 """Pullback of Ω and Poisson form, with controls."""
 
 from ..core.options import CONTROL
-from ..core.study import Study
+from ..core.study import StudyFolder
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="symplecticity",
     package=__name__,
     place=1,

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from discmech import studies
+from discmech.integrators import BadInput
 from discmech.integrators.errors import arguments_checked
 
 from ..core import lookup
 from ..core.case import Choice
 from ..core.options import digits_in, listed, whole
 from ..core.running import run_study
+from ..core.study import Study, refusal
 
 if TYPE_CHECKING:
     from discmech.integrators import Discretisation, Scene
@@ -29,13 +31,13 @@ class Result(dict[str, Any]):
 
 @arguments_checked
 def check(
-    study: str,
+    study: Study | str,
     scenes: Sequence[Scene | str] = (),
     rules: Sequence[Discretisation | str] = (),
     digits: Sequence[int] = (),
     steps: int | None = None,
 ) -> Result:
-    """Run one study; scenes and rules are objects or names, all of them if none is given.
+    """Run one study; all are objects or names, and scenes and rules all of them if none is given.
 
     Returns the result as the command line writes it: {"study", "verdict", "cases": [...]};
     in a notebook it shows its table, reasons and figures (`plot` gives these one by one). Raises
@@ -47,4 +49,13 @@ def check(
         digits=tuple(digits_in(str(d)) for d in listed("digits", digits)),
         steps=None if steps is None else whole("steps")(str(steps)),
     )
-    return Result(run_study(studies.get(study), chosen))
+    return Result(run_study(_study(study), chosen))
+
+
+def _study(thing: Study | str) -> Study:
+    """The study itself; raises `BadInput` for what is none and names none."""
+    if isinstance(thing, str):
+        return lookup.study(thing) if ".py" in thing else studies.get(thing)
+    if trouble := refusal(thing):
+        raise BadInput(f"{thing!r}: {trouble}.")
+    return thing

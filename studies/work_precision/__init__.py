@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 
 from ..core.options import THOROUGH, Option, refuse, seconds, whole
-from ..core.study import Study
+from ..core.study import StudyFolder
 from .axes import ERRORS, WORK
 
 MOST_PERIODS = 10**12
@@ -25,7 +25,7 @@ def _one_of(flag: str, known: Iterable[str]) -> Callable[[str], str]:
     return read
 
 
-STUDY = Study(
+STUDY = StudyFolder(
     name="work-precision",
     package=__name__,
     place=4,

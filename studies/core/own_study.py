@@ -1,0 +1,85 @@
+"""A study of the user's: what its functions give may be anything, and is looked through here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from discmech.integrators import BadInput
+from discmech.integrators.errors import RAISED, DiscmechError, line_of
+from discmech.integrators.numbers import arithmetic
+
+if TYPE_CHECKING:
+    from .case import Case, Progress, Verdict
+    from .study import Study
+
+
+def measured_by(study: Study, case: Case, progress: Progress) -> dict[str, Any]:
+    """`Study.measure` with the case's digits, as numbers that JSON can hold.
+
+    Raises `BadInput` for an error in it, and for what is no {"measured": {name: number}}.
+    """
+    with arithmetic(case.digits).working():
+        given = _asked(study, study.measure, case, progress)
+    if not isinstance(given, Mapping) or not isinstance(given.get("measured"), Mapping):
+        raise BadInput(
+            f'the study {study.name}: measure() gave {_short(given)}: return {{"measured": '
+            '{name: number}, "rows": [{name: number}, ...]}.'
+        )
+    found = {key: _plain(study, key, value) for key, value in given.items()}
+    return {"rows": [], **found}
+
+
+def judged_by(study: Study, case: Case, measurement: dict[str, Any]) -> Verdict:
+    """`Study.judge`; raises `BadInput` for an error in it, and for what is no verdict."""
+    from .case import VERDICTS, Verdict
+
+    said = _asked(study, study.judge, case, measurement)
+    if not isinstance(said, Verdict) or said.verdict not in VERDICTS:
+        raise BadInput(
+            f"the study {study.name}: judge() gave {_short(said)}: return Verdict(word, reason), "
+            f"where word is one of {', '.join(VERDICTS)}."
+        )
+    said.expected = _plain(study, "expected", said.expected)
+    return said
+
+
+def _asked(study: Study, function: Callable[..., Any], *given: Any) -> Any:
+    try:
+        return function(*given)
+    except DiscmechError:
+        raise
+    except RAISED as error:
+        from discmech.reference import ReferenceFailure
+
+        if isinstance(error, ReferenceFailure):
+            raise
+        where = line_of(function, error)
+        raise BadInput(
+            f"the study {study.name}: {function.__name__}() raised {type(error).__name__}: {error} "
+            f"({where})."
+        ) from None
+
+
+def _plain(study: Study, name: str, value: Any) -> Any:
+    """The value in Python's own numbers, words, lists and dicts."""
+    if value is None or isinstance(value, bool | str | int | float):
+        return float(value) if isinstance(value, float) else value
+    if isinstance(value, Mapping):
+        return {str(key): _plain(study, f"{name}[{key!r}]", e) for key, e in value.items()}
+    if hasattr(value, "tolist"):
+        return _plain(study, name, value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(study, f"{name}[{k}]", e) for k, e in enumerate(value)]
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise BadInput(
+            f"the study {study.name}: {name} is {_short(value)}: give numbers, words, lists and "
+            "dicts."
+        ) from None
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) < 60 else f"{text[:57]}..."

@@ -1,0 +1,159 @@
+"""A study in a user's file or package: a command like the others, and one sentence for mistakes."""
+
+from __future__ import annotations
+
+import json
+
+import mpmath
+import pytest
+
+from discmech import BadInput, check
+from discmech.studies import Study, Verdict
+from discmech.studies.command import main
+from discmech.studies.core import study as room
+
+FILE = """
+from discmech.studies import Study
+
+class Energy(Study):
+    name = "own-energy"
+    limits = {"most": LIMIT}
+
+    def measure(self, case, progress):
+        run = case.scheme.flow(case.scene.step, case.digits).trajectory(case.steps or 50)
+        return {"measured": {"most": abs(run.mu).max()}, "rows": [{"mu": m} for m in run.mu[:3]]}
+
+STUDY = Energy()
+"""
+
+
+@pytest.fixture
+def file(tmp_path, monkeypatch):
+    """Write the study with this limit; its command's words."""
+    monkeypatch.chdir(tmp_path)
+
+    def written(limit, **replaced):
+        text = FILE.replace("LIMIT", str(limit))
+        for old, new in replaced.items():
+            text = text.replace(old, new)
+        (tmp_path / "own.py").write_text(text, encoding="utf-8")
+        return ["own.py:own-energy"]
+
+    return written
+
+
+def asked(capsys, *words):
+    code = main([*words, "--json", "-"])
+    return code, json.loads(capsys.readouterr().out)
+
+
+def test_a_limit_judges_and_a_change_of_it_is_seen(file, capsys):
+    scenes = ["pendulum", "harmonic", "--rule", "midpoint"]
+    code, found = asked(capsys, *file(1e3), *scenes)
+    assert code == 0 and found["verdict"] == "pass" and found["study"] == "own-energy"
+    assert found["cases"][0]["command"].startswith("discmech own.py:own-energy pendulum --rule")
+    code, again = asked(capsys, *file(1e3), *scenes)
+    assert again["remembered"] == 2
+    code, found = asked(capsys, *file(1e-3), *scenes)
+    assert code == 1 and found["remembered"] == 0
+    assert "most is" in found["cases"][0]["reason"] and "above 0.001" in found["cases"][0]["reason"]
+
+
+def test_other_processes_find_it_again(file, capsys):
+    rules = [
+        w for r in ("midpoint", "rectangle", "trapezoidal", "lobatto-3") for w in ("--rule", r)
+    ]
+    scenes = ["pendulum", "kepler", "harmonic"]
+    code, found = asked(capsys, *file(1e3), *scenes, *rules, "--jobs", "2")
+    assert code == 0 and len(found["cases"]) == 12
+
+
+class Kept(Study):
+    """It keeps the digits of the case in plain arithmetic."""
+
+    name, limits = "kept", {"lost": 1e-45}
+
+    def measure(self, case, progress):
+        third = mpmath.mpf(1) / 3 if case.digits > 16 else 0
+        return {"measured": {"lost": abs(3 * (-third) + (case.digits > 16))}}
+
+
+def test_numbers_keep_the_digits_of_the_case():
+    assert check(Kept(), ["pendulum"], ["midpoint"], digits=[50])["verdict"] == "pass"
+
+
+def test_what_nothing_could_fail_is_inconclusive():
+    class Nothing(Kept):
+        limits = {}
+
+    assert check(Nothing(), ["pendulum"], ["midpoint"])["verdict"] == "inconclusive"
+
+
+@pytest.mark.parametrize("value", [None, float("nan")])
+def test_a_quantity_that_is_no_number_is_inconclusive(value):
+    class Lost(Kept):
+        def measure(self, case, progress):
+            return {"measured": {"lost": value}}
+
+    assert check(Lost(), ["pendulum"], ["midpoint"])["verdict"] == "inconclusive"
+
+
+MISTAKES = {
+    "raises": ("1e3", {"abs(run.mu).max()": "1 / 0"}, "ZeroDivisionError: division by zero (own"),
+    "no-dict": ("1e3", {"return {": "return []; {"}, "measure() gave []: return"),
+    "no-number": ("1e3", {"abs(run.mu).max()": "object()"}, "give numbers, words, lists and dicts"),
+    "a-class": ("1e3", {"STUDY = Energy()": "STUDY = Energy"}, "it is the class: give Energy()"),
+    "a-name": ("1e3", {'"own-energy"': '"Own Energy"'}, "use small letters, digits and dashes"),
+    "no-measure": ("1e3", {"def measure": "def measures"}, "has no measure(self, case, progress)"),
+    "a-name-of-ours": ("1e3", {'"own-energy"': '"energy"'}, "discmech's own"),
+    "a-verdict": ("1e3", {"STUDY =": "    def judge(self, case, measurement):\n"
+                                     "        return 'good'\n\nSTUDY ="}, "gave 'good': return"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("limit, replaced, said", MISTAKES.values(), ids=MISTAKES)
+def test_a_mistake_is_one_sentence(file, capsys, limit, replaced, said):
+    assert main([*file(limit, **replaced), "pendulum", "--rule", "midpoint"]) == 2
+    told = capsys.readouterr().err
+    assert said in told and told.count("\n") == 1
+
+
+def test_what_is_no_study_is_refused():
+    for thing, said in ((Kept, "it is the class: give Kept()"), (3, "it is no Study")):
+        with pytest.raises(BadInput, match=said.replace("(", r"\(").replace(")", r"\)")):
+            check(thing, ["pendulum"], ["midpoint"])
+
+
+class Point:
+    """An entry point of a package."""
+
+    value = "their.module:STUDY"
+
+    def __init__(self, loads):
+        self.load = loads
+
+
+def broken():
+    raise ImportError("no module their")
+
+
+def test_a_package_brings_studies(monkeypatch):
+    def points(group):
+        assert group == "discmech.studies"
+        return [Point(Kept), Point(broken), Point(lambda: 3)]
+
+    monkeypatch.setattr(room, "entry_points", points)
+    with pytest.warns(UserWarning, match="left out") as told:
+        found = room.every_study.__wrapped__()
+    assert "kept" in found and len(found) == len(room.every_study()) + 1
+    said = " ".join(str(w.message) for w in told)
+    assert "ImportError: no module their" in said and "it is no Study" in said
+
+
+def test_a_verdict_of_its_own():
+    class Judged(Kept):
+        def judge(self, case, measurement):
+            return Verdict("fail", "it always fails.")
+
+    (case,) = check(Judged(), ["pendulum"], ["midpoint"])["cases"]
+    assert case["verdict"] == "fail" and case["reason"] == "it always fails."
