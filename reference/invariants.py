@@ -97,7 +97,7 @@ def invariants_of(scene: Any, equations: Equations) -> Invariants:
             else x
         )
         try:
-            found = sympy.sympify(quantity.formula(base, mu, parameter_values(scene)))
+            found = sympy.sympify(quantity.at(base, mu, parameter_values(scene), None))
         except Exception as error:
             raise ReferenceFailure(
                 f"the conserved quantity {quantity.name} of scene {scene.name} cannot be evaluated "

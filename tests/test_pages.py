@@ -16,7 +16,8 @@ from tests.pages import PAGES, blocks, commands, files, run_blocks, write_files
 from tests.studies.test_browser import BROWSER, width_of
 
 #: pages whose Python blocks take more than a few seconds
-SLOW = {"rules.md", "symmetries.md", "tutorial.md", "one-step-maps.md", "lattices.md"}
+SLOW = {"rules.md", "symmetries.md", "tutorial.md", "one-step-maps.md", "lattices.md",
+        "body-in-space.md"}  # fmt: skip
 
 
 def label(page):

@@ -41,10 +41,12 @@ def _blame(scheme: Any) -> BadInput:
 
 
 def refuse_not_smooth(scene: Scene, s: SceneSymbols) -> None:
-    """Raise `BadInput` where the Lagrangian is made of pieces in x or u, whichever it is written
-    with: no rule has an order across a jump in the slope of its gradient."""
-    if _breaks(s.lagrangian, {*s.position, *s.u}):
+    """Raise `BadInput` where the Lagrangian or the force is made of pieces in x, u or t, whichever
+    it is written with: no rule has an order across a jump in the slope of its gradient."""
+    if _breaks(s.lagrangian, {*s.x, *s.u}):
         raise _refusal(f"the Lagrangian of {scene.name}", scene.lagrangian)
+    if any(_breaks(e, {*s.x, *s.u}) for e in s.force):
+        raise _refusal(f"the force of {scene.name}", scene.force)
 
 
 def _refusal(what: str, function: Callable[..., Any] | None) -> BadInput:
@@ -53,7 +55,7 @@ def _refusal(what: str, function: Callable[..., Any] | None) -> BadInput:
         (f"{place}: " if place else "")
         + f"{what} holds Abs (or Max, Min, Piecewise, a step), so that its gradient has no "
         "derivative everywhere: write it without; the root of a square is one too: sqrt(u**2) is "
-        "Abs(u)."
+        "Abs(u). A switch can be smooth, as (1 + tanh(x/w))/2."
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import RAISED, BadInput, CannotMeasure, line_of, remedy, shown
 from ..groupoids import Clocked
-from ..numbers import Arithmetic, floats_exact, refuse_large, sympy, to_sympy
+from ..numbers import Arithmetic, exact, floats_exact, refuse_large, sympy, to_sympy
 from ..numbers.types import Column, Expression, Letter, Number, Replacement, SymbolicMatrix
 from ..scene import OnGroup, Scene, takes_fourth
 from .sums import summing_at_once
@@ -39,6 +39,17 @@ def entries_of(given: Any) -> list[Any]:
     """What was given, as a list; of one entry where it is no collection."""
     many = hasattr(given, "__iter__") and getattr(given, "shape", None) != ()
     return list(given) if many else [given]
+
+
+def _of_text(value: str, place: str) -> Expression:
+    """The exact number of a text such as "1/10"; raises `BadInput` for any other text."""
+    try:
+        return to_sympy(exact(value, place))
+    except BadInput:
+        raise BadInput(
+            f'{place} is the text {shown(value)}: a number may be text, such as "1/10", and a '
+            "formula is written without quotes."
+        ) from None
 
 
 class SceneSymbols:
@@ -207,6 +218,7 @@ class SceneSymbols:
         Raises `BadInput` for anything else, naming the function that gave it.
         """
         place = self._at(function, what)
+        value = _of_text(value, place) if isinstance(value, str) else value
         if getattr(value, "shape", ()) != ():
             if tuple(value.shape) != (1, 1):
                 raise BadInput(f"{place} is a matrix {value.shape}, not a number.")
@@ -235,6 +247,7 @@ class SceneSymbols:
     @cached_property
     def lagrangian(self) -> Expression:
         """l(x, u); raises `CannotMeasure` if the scene has only a discrete one."""
+        self._refuse_attitude(self._lagrangian, "its Lagrangian")
         return self.lagrangian_at(self.x, self.u)
 
     def fast_at(self, x: Column) -> Expression:
@@ -260,6 +273,27 @@ class SceneSymbols:
         time = (x[self.n],) if takes_fourth(function) else ()
         return x[: self.n, :], v, self.parameters, *time
 
+    def _refuse_attitude(self, function: Any, what: str) -> None:
+        """Raise `BadInput` where a function on a Lie group, which has no x, depends on it."""
+        if self.groupoid.kind != "group" or function is None:
+            return
+        size = self.groupoid.algebra.real.size  # type: ignore[attr-defined]
+        pose = vector("pose", size * size)
+        time = (self.h,) if takes_fourth(function) else ()
+        for x in (pose, pose.reshape(size, size)):
+            try:
+                given = summing_at_once(function)(x, self.u, self.parameters, *time)
+                found = sympy.Matrix(entries_of(given))
+            except Exception:  # whatever it is, asking it with the empty x says it
+                continue
+            if found.free_symbols & {*pose}:
+                raise BadInput(
+                    f"{self._at(function, what)} asks for x, which is empty on a Lie group, whose "
+                    "state is the momentum; if the energy depends on the attitude A, give this "
+                    f"Lagrangian to scene.with_attitude(), where x[{size}*i + j] is A[i, j] and "
+                    "A(0) = e."
+                )
+
     @cached_property
     def force(self) -> Column:
         """f(x, u), m×1; without entries where none acts.
@@ -269,6 +303,7 @@ class SceneSymbols:
         if self._force is None:
             return column(())
         what = "its force"
+        self._refuse_attitude(self._force, what)
         given = self.evaluated(self._force, what, *self._at_point(self._force, self.x, self.u))
         found = self.scalars(entries_of(given), what, self._force)
         if len(found) != len(self.u):

@@ -76,6 +76,7 @@ def _galerkin(family: str, nodes: int) -> Discretisation:
             total += h * weight * L(G.target(x, w, h), G.velocity(x, w, dw, h))
         return total
 
+    formula.__doc__ = FAMILIES[family][0].__doc__
     return Discretisation(
         f"{family}-{nodes}",
         formula,

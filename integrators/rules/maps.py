@@ -78,6 +78,7 @@ def _dual_gauss(nodes: int) -> OneStepMap:
         new = z + h * sum((value(j, "b") * K[j] for j in each), 0 * z)
         return new, [K[i] - s.f(at[i]) for i in each]
 
+    collocation.formula.__doc__ = dual_gauss.__doc__
     return collocation
 
 
@@ -120,6 +121,7 @@ def _newmark(g: Fraction, b: Fraction) -> OneStepMap:
         speed = (s.split(s.f(s.join(x, mean)))[0] + s.split(s.f(s.join(X, mean)))[0]) / 2
         return s.join(X - x - h * speed, M - mu - h * ((1 - gamma) * force + gamma * end_force))
 
+    method.formula.__doc__ = newmark.__doc__
     return method
 
 

@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any, Literal, get_args
 
 from ..errors import BadInput, check_function, names_checked, shown
+from ..numbers import sympy
 
 Kind = Literal["momentum map", "Casimir", "first integral", "nonholonomic momentum"]
 
@@ -17,7 +18,7 @@ Kind = Literal["momentum map", "Casimir", "first integral", "nonholonomic moment
 @names_checked
 @dataclass(frozen=True)
 class Conserved:
-    """A quantity formula(x, mu, p) or formula(x, mu, p, h) → expression or column of them.
+    """A quantity formula(x, mu, p) or formula(x, mu, p, h) → an expression, a column or a list.
 
     x (n×1) and mu (m×1, natural basis: μ = F/h) are sympy columns, p the parameters, h the step.
     With `attitude` the scene is a group's and x is the attitude as an N×N matrix. With `value` the
@@ -48,8 +49,11 @@ class Conserved:
         return takes_fourth(self.formula)
 
     def at(self, x: Any, mu: Any, p: Any, h: Any) -> Any:
-        """The quantity in sympy columns x, mu, parameters p and the step h."""
-        return self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
+        """The quantity in sympy columns x, mu, parameters p and the step h; a list as a column."""
+        found = self.formula(x, mu, p, h) if self.of_step else self.formula(x, mu, p)
+        if not isinstance(found, list | tuple) or any(isinstance(e, str) for e in found):
+            return found  # text is refused where numbers are asked for; sympy would read it as code
+        return sympy.Matrix(found)
 
     @property
     def to_roundoff(self) -> bool:

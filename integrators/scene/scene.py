@@ -153,7 +153,8 @@ class Scene:
         if self.duration <= 0 or self.step <= 0:
             raise BadInput(f"{self.name}: duration and step must be positive.")
         try:
-            put("symmetries", tuple(self.symmetries))
+            one = isinstance(self.symmetries, Conserved)
+            put("symmetries", (self.symmetries,) if one else tuple(self.symmetries))
         except TypeError:  # an array without axes has an __iter__, too
             raise BadInput(
                 f"{self.name}: symmetries is {shown(self.symmetries)}; give a list."

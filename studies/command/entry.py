@@ -26,7 +26,7 @@ from . import reference as references
 from .baselines import add_baselines, beside_baseline, earlier, is_worse
 from .interrupts import GOES_ON, GOES_ON_FRESH, Farewell, ended_soon
 from .last_words import told
-from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of
+from .options import add_choices, add_look, add_own, as_typed, choice_of, jobs, look_of, page_of
 from .output import console, exit_code, progress_shown, writable, writable_folder, write_json
 
 PASS, FAIL, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
@@ -138,15 +138,13 @@ def _parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
     power.add_to(commands)
     report = commands.add_parser("report", help="all studies on one page with its figures")
     add_choices(report)
-    report.add_argument(
-        "--folder", metavar="DIR", default="reports/build", help="default: reports/build"
-    )
+    report.add_argument("--folder", metavar="DIR", help="default: reports/build")
     report.add_argument(
         "--verbose", action="store_true", help="print the whole tables, not only what did not pass"
     )
     add_look(report)
     add_own(report, (THOROUGH,))
-    report.set_defaults(action=_report)
+    report.set_defaults(action=_report, study="report")
     return parser
 
 
@@ -189,7 +187,8 @@ def _study(options: argparse.Namespace) -> int:
             from .report import write_study
 
             show("figures", None)
-            page = write_study(result, choice, Path(options.folder), look)
+            command = page_of(options, result["command"])
+            page = write_study(result, choice, Path(options.folder), look, command)
     if options.json:
         write_json(options.json, result)
     if options.json != "-":
@@ -204,12 +203,13 @@ def _study(options: argparse.Namespace) -> int:
 def _report(options: argparse.Namespace) -> int:
     from .report import make_report
 
+    folder = options.folder or "reports/build"
     with progress_shown("loading") as show:
         choice = choice_of(options)
-        writable_folder(options.folder)
+        writable_folder(folder)
         store = Store(options.fresh)
-        asked = choice, Path(options.folder), show, jobs(options), store, look_of(options)
-        results, page = make_report(*asked)
+        asked = choice, Path(folder), show, jobs(options), store, look_of(options)
+        results, page = make_report(*asked, command=page_of(options, as_typed(options)))
     from ..report.summary import print_summary
     from ..report.tables import print_result
 

@@ -149,6 +149,13 @@ def scene_asked(options: argparse.Namespace) -> Scene:
     return scene
 
 
+def page_of(options: argparse.Namespace, command: str) -> str:
+    """The command that makes the page again: with its place and the look of its figures."""
+    words = [command, *(["--folder", shlex.quote(options.folder)] if options.folder else [])]
+    words += [f"--label {shlex.quote(label)}" for label in options.labels]
+    return " ".join([*words, *([f"--style {shlex.quote(options.style)}"] if options.style else [])])
+
+
 def as_typed(options: argparse.Namespace) -> str:
     """The words that ask the same again."""
     words = (options.study, *options.scenes)

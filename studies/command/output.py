@@ -6,7 +6,8 @@ import errno
 import json
 import os
 import sys
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from discmech.integrators import BadInput
 from discmech.integrators.errors import CouldNotRun
 
 EXIT = {"pass": 0, "fail": 1, "bad input": 2, "inconclusive": 3, "could not run": 4}
+LOGGED_EVERY = 60.0  # seconds
 DERIVED = 0.5  # share that deriving is, about, of a wait for what is derived and compiled
 
 
@@ -140,14 +142,30 @@ def writable_folder(name: str | None) -> None:
         ) from None
 
 
+def _logged() -> Callable[[str, float | None], None]:
+    """What writes a line to standard error where the last one was a minute ago."""
+    begun = last = time.monotonic()
+
+    def show(label: str, fraction: float | None) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= LOGGED_EVERY:
+            last = now
+            share = "" if fraction is None else f"{min(fraction, 0.99):.0%}, "
+            print(f"{share}{(now - begun) / 60:.0f} min: {label}", file=sys.stderr, flush=True)
+
+    return show
+
+
 @contextmanager
 def progress_shown(label: str = "") -> Iterator[Any]:
     """A progress bar on standard error, if that is a terminal: yields show(label, fraction).
 
-    It moves to and fro until the first fraction, and again where the fraction is None.
+    It moves to and fro until the first fraction, and again where the fraction is None. In a log
+    a line a minute says the same.
     """
     if not sys.stderr.isatty():
-        yield lambda label, fraction: None
+        yield _logged()
         return
     from rich.console import Console
     from rich.progress import (

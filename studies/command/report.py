@@ -39,6 +39,7 @@ def make_report(
     jobs: int | Cluster | None = None,
     store: Store | None = None,
     look: Look | None = None,
+    command: str = "discmech report",
 ) -> tuple[list[dict[str, Any]], Path]:
     """Run all studies and write the page; returns (results, path of the page).
 
@@ -48,9 +49,10 @@ def make_report(
     was chosen, what is about the bench joins in: the cost of references, and the mutation study (a
     sample of it, unless time is no matter).
     """
-    from ..report.page import write_report
+    from ..report.page import About, write_report
     from ..report.tables import short
     from .equations import equations_of
+    from .methods import about_methods
 
     history = None if store is None else History(store)
     whole = replace(choice, own=()) == Choice()
@@ -66,11 +68,12 @@ def make_report(
         scenes.setdefault(case.scene.name, case.scene)  # of contact, and of optimal control
     described = [about(scene) for scene in scenes.values()]
     drawn = _drawn_once(store, jobs if isinstance(jobs, int) else cores())
-    words = (results, equations, described, folder, "make report", drawn)
+    words = (results, equations, described, folder, command, drawn)
+    about_page = About("Report", methods=about_methods(choice.pairs()), whole=whole)
     if history is None:
-        return results, write_report(*words, look=look)
+        return results, write_report(*words, look=look, about=about_page)
     history.add(results, short)
-    page = write_report(*words, history.of, look)
+    page = write_report(*words, history.of, look, about_page)
     history.keep()
     return results, page
 
@@ -105,16 +108,20 @@ def _drawn_once(store: Store | None, jobs: int = 1) -> Remembered | None:
 
 
 def write_study(
-    result: dict[str, Any], choice: Choice, folder: Path, look: Look | None = None
+    result: dict[str, Any], choice: Choice, folder: Path, look: Look | None, command: str
 ) -> Path:
     """The page of one study with its figures and tables in a folder; returns the page's path."""
-    from ..report.page import write_report
+    from ..report.page import About, write_report
+    from .methods import about_methods
 
     named = {case["scene"] for case in result["cases"]}
     study = known_study(result["study"])
-    systems = [case.scene for case in study.cases(choice)] if study else []
-    scenes = {scene.name: about(scene) for scene in systems if scene.name in named}
-    return write_report([result], [], list(scenes.values()), folder, result["command"], look=look)
+    cases = list(study.cases(choice)) if study else []
+    scenes = {case.scene.name: about(case.scene) for case in cases if case.scene.name in named}
+    ours = about_methods((case.scene, case.rule) for case in cases if case.control is None)
+    described = list(scenes.values())
+    about_page = About(study.title if study else "Results", methods=ours)
+    return write_report([result], [], described, folder, command, look=look, about=about_page)
 
 
 def about(scene: Any) -> dict[str, Any]:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from discmech.integrators import BadInput
@@ -91,14 +93,12 @@ def _answer(options: argparse.Namespace) -> int:
     begun = time.perf_counter()
     with progress_shown("loading") as show:
         result = ask(request, show, told, jobs(options), Store(options.fresh))
-        given = {"--scene": options.scenes, "--study": options.studies, "--digits": options.digits}
-        own = ["--all"] if options.all else []
-        result["command"] = typed((options.name, *options.rules), given, own, options.steps)
+        result["command"] = _typed(options, options.studies)
         if options.json:
             write(options.json, json.dumps(plain(result), ensure_ascii=False, allow_nan=False))
         if options.html:
             show("figures", None)
-            write(options.html, _page(request, result))
+            write(options.html, _page(request, result, options))
         if options.badge:
             write(options.badge, badge(result))
     if not quiet:
@@ -120,15 +120,29 @@ def _show(result: dict[str, Any], seconds: float) -> None:
     print(f"{verdicts.summary(result)} ({seconds:.0f} s)")
 
 
-def _page(request: Any, result: dict[str, Any]) -> str:
+def _typed(options: argparse.Namespace, studies: Sequence[str]) -> str:
+    """The command again, with these studies."""
+    given = {"--scene": options.scenes, "--study": studies, "--digits": options.digits}
+    own = ["--all"] if options.all else []
+    return typed((options.name, *options.rules), given, own, options.steps)
+
+
+def _page(request: Any, result: dict[str, Any], options: argparse.Namespace) -> str:
     from ..report import advising, verdicts
-    from ..report.page import lone_page
+    from ..report.page import About, lone_page
+    from .methods import about_methods
     from .report import about
 
-    scenes = {scene.name: scene for scene, _ in request.choice().pairs()}
+    pairs = list(request.choice().pairs())
+    scenes = {scene.name: scene for scene, _ in pairs}
     tables = [verdicts.overview(result)]
     if "comparison" in result:
-        tables += [verdicts.comparison(result)]
-        tables += [advising.recommendation(result)] if result["advice"] else []
-    studies = verdicts.by_study(result)
-    return lone_page(studies, [about(s) for s in scenes.values()], result["command"], tables)
+        advice = [advising.recommendation(result)] if result["advice"] else []
+        tables = [*advice, verdicts.comparison(result), *tables]
+    studies = verdicts.by_study(result, lambda study: _typed(options, [study]))
+    command = f"{result['command']} --html {shlex.quote(options.html)}"
+    asked = {"verify": "{} verified", "compare": "{} compared"}[result["study"]]
+    title = asked.format(", ".join(Path(word).name for word in request.files))
+    about_page = About(title, methods=about_methods(pairs))
+    described = [about(scene) for scene in scenes.values()]
+    return lone_page(studies, described, command, tables, about_page)

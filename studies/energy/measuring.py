@@ -56,6 +56,7 @@ def cases(choice: Choice) -> list[Case]:
 
 def measure(case: Case, progress: Progress = silent) -> dict[str, Any]:
     """What the run shows (`_measure`), and whether single steps are consistent."""
+    _ = case.scheme  # what is wrong with scene or rule is said of it, before parts of it are asked
     return {**_measure(case, progress), CONSISTENCY: consistency_of(case)}
 
 

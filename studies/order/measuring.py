@@ -75,8 +75,8 @@ def notes(choice: Choice) -> list[str]:
     if choice.digits or not high:
         return []
     return [
-        f"{', '.join(high)}: above order {HIGHEST_IN_DOUBLE} 16 digits are left out, since "
-        "round-off is met after two or three halvings; --digits 16 asks for them."
+        f"{', '.join(high)}: with an order above {HIGHEST_IN_DOUBLE}, 16 digits are left out, "
+        "since round-off is met after two or three halvings; --digits 16 asks for them."
     ]
 
 

@@ -7,7 +7,7 @@ from html import escape
 from .canvas import render
 from .figures import sketches
 from .tables import columns, filled
-from .wording import VERDICTS, Result, case_name, verdict, why
+from .wording import VERDICTS, Result, case_name, verdict, whys
 
 COLOURS = {"pass": "#00694d", "fail": "#a84a00", "inconclusive": "#855c00"}
 MOST_FIGURES = 4
@@ -25,11 +25,12 @@ def html_of(result: Result) -> str:
         cells = [f"<td style='text-align:left'>{escape(text(case))}</td>" for _, text in shown[:-1]]
         last = escape(shown[-1][1](case))
         lines.append(f"<tr>{''.join(cells)}<td style='color:{colour}'><b>{last}</b></td></tr>")
+    bad = [case for case in cases if verdict(case) != "pass" and case.get("reason")]
     said = [
-        f"<li><b>{escape(case_name(case))}</b>: {escape(why(case))}"
+        f"<li><b>{escape(case_name(case))}</b>: {escape(reason)}"
         f"<br><code>{escape(str(case.get('command') or ''))}</code></li>"
-        for case in cases if verdict(case) != "pass" and case.get("reason")
-    ]  # fmt: skip
+        for case, reason in zip(bad, whys(bad), strict=True)
+    ]
     figures = [
         render(sketch.panels, sketch.sheet, {}).svg.decode()
         for sketch in sketches(result, {})[:MOST_FIGURES]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import filterfalse
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.study import counts, every_study, known_study
 from .formulas import display, spaced, together
+from .glossary import met
 from .publish import published
 from .sparkline import Past, Sparklines, unknown_past
 from .summary import headline, machine, merged, runs, tally, trouble, when
@@ -27,15 +28,25 @@ FORMULAE = 700_000  # and of all of them together,
 SHORT_FORMULA = 1_000  # but what is no longer than this is always shown
 
 
+@dataclass(frozen=True)
+class About:
+    """What a page is: its title; its methods (`command.methods`); whether it is on everything."""
+
+    title: str = "discmech"
+    methods: Sequence[Mapping[str, Any]] = ()
+    whole: bool = False
+
+
 def write_report(
     results: Sequence[Result],
     equations: Sequence[Mapping[str, Any]],
     scenes: Sequence[Mapping[str, Any]],
     folder: Path,
-    command: str = "make report",
+    command: str = "discmech report",
     remembered: Remembered | None = None,
     past: Past = unknown_past,
     look: Look | None = None,
+    about: About | None = None,
 ) -> Path:
     """Write index.html, figures/, tables/ (and equations/ for the longest) into a folder.
 
@@ -62,7 +73,7 @@ def write_report(
         }
         formulae = _schemes(equations, titles, new / "equations")
         words = (results, studies, drawn, definitions, scenes, command, files, formulae)
-        text = _page(*words, past=past)
+        text = _page(*words, past=past, about=about)
         (new / "index.html").write_text(text, encoding="utf-8")
     return Path(folder) / "index.html"
 
@@ -72,6 +83,7 @@ def lone_page(
     scenes: Sequence[Mapping[str, Any]],
     command: str,
     tables: Sequence[Mapping[str, Any]] = (),
+    about: About | None = None,
 ) -> str:
     """The page of some results by itself: figures within it, no files beside it.
 
@@ -84,7 +96,8 @@ def lone_page(
     studies = merged(results)
     definitions: dict[str, str] = {}
     drawn = plates(studies, titles, definitions)
-    return _page(results, studies, drawn, definitions, scenes, command, tables=tables)
+    words = (results, studies, drawn, definitions, scenes, command)
+    return _page(*words, tables=tables, about=about)
 
 
 def _page(
@@ -98,18 +111,22 @@ def _page(
     equations: Sequence[Mapping[str, Any]] = (),
     tables: Sequence[Mapping[str, Any]] = (),
     past: Past = unknown_past,
+    about: About | None = None,
 ) -> str:
-    beside, lines = files or {}, Sparklines(past)
+    beside, lines, about = files or {}, Sparklines(past), about or About()
     context = {
+        "title": about.title,
+        "methods": about.methods,
         "command": command,
         "headline": headline(studies),
         "studies": [_view(s, drawn, beside.get(str(s["study"]), ()), lines) for s in studies],
         "absent": [
             n
             for n, study in every_study().items()
-            if n not in {s["study"] for s in studies} and (study.usual or command == "make report")
+            if n not in {s["study"] for s in studies} and (study.usual or about.whole)
         ],
         "trouble": trouble(studies),
+        "controlled": any(is_control(case) for study in studies for case in study["cases"]),
         "past": lines,
         "definitions": "".join(definitions[key] for key in sorted(definitions)),
         "tables": tables,
@@ -118,7 +135,19 @@ def _page(
         "record": machine(results),
         "runs": runs(results),
     }
+    context["words"] = met(" ".join(_words([context[key] for key in ("studies", "tables")])))
     return short_names(environment().get_template("report.html.j2").render(context))
+
+
+def _words(thing: Any) -> Iterator[str]:
+    """The words that a reader sees of what a template is given."""
+    if isinstance(thing, str):
+        yield thing
+    elif hasattr(thing, "caption"):  # a figure
+        yield from (thing.title, thing.caption)
+    elif isinstance(thing, Mapping | list | tuple):
+        for part in thing.values() if isinstance(thing, Mapping) else thing:
+            yield from _words(part)
 
 
 def environment() -> Environment:
@@ -145,6 +174,7 @@ def _lines(study: str, cases: Sequence[Case], past: Sparklines) -> dict[str, Any
             "word": shown[-1][1](case),
             "past": past.of(case),
             "reason": why(case),
+            "told": counts(case) and verdict(case) != "pass",
             "command": str(case.get("command") or ""),
             "when": when(case),
         }

@@ -17,7 +17,7 @@ from .wording import (
     is_control,
     mapping,
     verdict,
-    why,
+    whys,
 )
 
 if TYPE_CHECKING:
@@ -104,23 +104,28 @@ def _some(number: int, whole: int, noun: str, one: str, more: str) -> str:
 def trouble(studies: Sequence[Result]) -> list[dict[str, Any]]:
     """Every failed, missed or inconclusive case of ours in all studies, the failures first."""
     found = [
-        {
-            "study": study["study"],
-            "anchor": file_name(str(study["study"])),
-            "name": case_name(case),
-            "control": is_control(case),
-            "verdict": verdict(case),
-            "word": caught(case) if is_control(case) else verdict(case),
-            "got": got(str(study["study"]), case),
-            "wanted": wanted(str(study["study"]), case),
-            "reason": why(case),
-            "command": str(case.get("command") or ""),
-        }
+        (str(study["study"]), case)
         for study in studies
         for case in study["cases"]
         if counts(case) and verdict(case) != "pass"
     ]
-    return sorted(found, key=lambda line: VERDICTS.index(line["verdict"]))
+    found.sort(key=lambda line: VERDICTS.index(verdict(line[1])))
+    reasons = whys([case for _, case in found])
+    return [
+        {
+            "study": study,
+            "anchor": file_name(study),
+            "name": case_name(case),
+            "control": is_control(case),
+            "verdict": verdict(case),
+            "word": caught(case) if is_control(case) else verdict(case),
+            "got": got(study, case),
+            "wanted": wanted(study, case),
+            "reason": reason,
+            "command": str(case.get("command") or ""),
+        }
+        for (study, case), reason in zip(found, reasons, strict=True)
+    ]
 
 
 def machine(results: Sequence[Result]) -> list[tuple[str, str]]:

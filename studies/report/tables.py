@@ -25,7 +25,7 @@ from .wording import (
     rows,
     rule_name,
     verdict,
-    why,
+    whys,
 )
 
 if TYPE_CHECKING:
@@ -279,9 +279,10 @@ def print_result(screen: Console, result: Result) -> None:
 def print_trouble(screen: Console, result: Result, commands: bool = False) -> None:
     """A paragraph for each case that did not pass, the failures last; its command, if asked for."""
     cases = [case for case in result.get("cases") or [] if verdict(case) != "pass"]
-    for case in sorted(cases, key=lambda case: -VERDICTS.index(verdict(case))):
+    cases.sort(key=lambda case: -VERDICTS.index(verdict(case)))
+    for case, reason in zip(cases, whys(cases), strict=True):
         said = caught(case) if is_control(case) else verdict(case)
-        words = ": ".join(filter(None, [said, case_name(case), why(case)]))
+        words = ": ".join(filter(None, [said, case_name(case), reason]))
         if commands and case.get("command"):
             words += f"\n  {case['command']}"
         if commands or case.get("reason"):

@@ -19,7 +19,7 @@ from .wording import (
     rule_name,
     scientific,
     verdict,
-    why,
+    whys,
 )
 
 if TYPE_CHECKING:
@@ -133,9 +133,6 @@ def adjoints(result: Result) -> list[str]:
 
 def comparison(result: Result) -> dict[str, Any]:
     """A line a scene, precision and method; in brackets how many times the best one's."""
-    names = [n for n in COMPARED
-             if any(line.get(n) is not None or n in line.get("not_finite", ())
-                    for line in result["comparison"])]  # fmt: skip
 
     def shown(line: Mapping[str, Any], name: str) -> str:
         value = number(line.get(name))
@@ -148,13 +145,14 @@ def comparison(result: Result) -> dict[str, Any]:
         words += f" to {scientific(line['accuracy'])}" if name == "seconds" else ""
         if name == "error":
             at_end = number(line.get("time"))
-            words += f" at h = {line['step']:.3g}"
+            words += f" at h = {scientific(line['step'])}"
             words += "" if at_end is None else f", t = {at_end:.4g}"
         words += f" ± {100 * line['bounded_spread']:.0f}" if name == "bounded" else ""
         ratio = number(line["ratios"].get(name))
         return words if ratio is None else f"{words} ({times(ratio)})"
 
     lines = sorted(result["comparison"], key=lambda line: str(line["digits"]))
+    names = [n for n in COMPARED if any(shown(line, n) != NONE for line in lines)]
     scenes = list(dict.fromkeys(line["scene"] for line in lines))
     lines.sort(key=lambda line: (scenes.index(line["scene"]), line["digits"]))
     return {
@@ -181,13 +179,13 @@ def side_by_side(result: Result) -> Table:
     return rich_table(found["title"], found["heads"], lines)
 
 
-def by_study(result: Result) -> list[Result]:
-    """The cases of each study as its result, for the page and its figures."""
+def by_study(result: Result, command: Callable[[str], str]) -> list[Result]:
+    """The cases of each study as its result, for the page and its figures; with its command."""
     found: dict[str, list[Case]] = {}
     for case in result["cases"]:
         found.setdefault(str(case["study"]), []).append(case)
     return [
-        {**result, "study": study, "cases": cases, "notes": [],
+        {**result, "study": study, "cases": cases, "notes": [], "command": command(study),
          "verdict": min(map(verdict, cases), key=VERDICTS.index)}
         for study, cases in found.items()
     ]  # fmt: skip
@@ -204,10 +202,11 @@ def troubles(result: Result) -> list[str]:
         place = (case.get(part) for part in ("scene", "rule", "retraction", "reason"))
         alike.setdefault((verdict(case), *place), []).append(case)
     found = []
-    for (said, *_), (first, *more) in alike.items():
+    reasons = whys([first for first, *_ in alike.values()])
+    for ((said, *_), (first, *more)), reason in zip(alike.items(), reasons, strict=True):
         others = ", ".join(dict.fromkeys(str(case["study"]) for case in more))
         found.append(
-            f"{MARKS[said]} {first['study']}: {case_name(first)}: {why(first)}"
+            f"{MARKS[said]} {first['study']}: {case_name(first)}: {reason}"
             + (f"\n  and so {len(more)} more of {others}" if more else "")
             + f"\n  again: {first.get('command')}"
         )

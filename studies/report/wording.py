@@ -150,6 +150,24 @@ def why(case: Mapping[str, Any]) -> str:
     return f"{case['reason']} The smallest that fails: {again}{whatever}."
 
 
+def whys(cases: Sequence[Case]) -> list[str]:
+    """`why` of each, where a cause or a whole reason that was told before is only referred to.
+
+    Causes that differ in their figures alone are one.
+    """
+    found, told = list[str](), dict[str, str]()
+    for case in cases:
+        words = why(case)
+        figure, mark, cause = words.partition(" Cause: ")
+        key = _NUMBER.sub("#", cause) if mark else words
+        if words and key in told:
+            words = f"{figure} Cause: as of {told[key]}." if mark else f"As {told[key]}."
+        elif words:
+            told[key] = case_name(case)
+        found.append(words)
+    return found
+
+
 def mapping(case: Mapping[str, Any], key: str) -> dict[str, Any]:
     """A dict inside a case (`measured`, `expected`), empty where it is absent."""
     value = case.get(key)

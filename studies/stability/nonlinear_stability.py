@@ -94,7 +94,7 @@ def _measures(family: Family, scheme: Scheme) -> dict[str, Any]:
     found = {"energy": energy_with_terms(scheme, 16)}
     for quantity in scheme.scene.symmetries:
         if quantity.name == family.adiabatic:
-            expression = quantity.formula(s.x, s.mu, s.parameters)
+            expression = quantity.at(s.x, s.mu, s.parameters, s.h)
             found["adiabatic"] = with_terms(scheme, expression, 16)
     return found
 

@@ -37,9 +37,9 @@ class Yardstick:
             self.floors |= self._rounded_start(equations)
         self.energy = energy_with_terms(problem.scheme, 16)
         exact = (q for q in problem.scene.symmetries if q.to_roundoff)
-        kept = [q.formula for q in exact if not (q.attitude or q.of_step)]
-        at = s.position, s.mu, s.parameters
-        self.momenta = [with_terms(problem.scheme, formula(*at), 16) for formula in kept]
+        kept = [q for q in exact if not (q.attitude or q.of_step)]
+        at = s.position, s.mu, s.parameters, s.h
+        self.momenta = [with_terms(problem.scheme, q.at(*at), 16) for q in kept]
         for name in ("energy", "momentum") if kept else ("energy",):
             self.floors |= {name: UNIT, f"{name}-max": UNIT}
 

@@ -95,6 +95,24 @@ CASES = {
         lambda: Scheme(
             plain(symmetries=[Conserved("c", lambda x, mu, p: x[5], value=1)]), midpoint),
         "bad: c could not be evaluated with symbols .IndexError"),
+    **{f"attitude asked for by {name}": (
+        lambda e=energy: Scheme(Scene("turned", lie_group(so(3)), e, v0=[1, 0, 0]), midpoint),
+        r"Lagrangian asks for x, which is empty on a Lie group.*with_attitude\(\), where x\[3\*i")
+       for name, energy in (
+           ("an entry", lambda x, v, p: v.dot(v) / 2 - x[2]),
+           ("a sum", lambda x, v, p: v.dot(v) / 2 - x.dot(x)),
+           ("a trace", lambda x, v, p, t: v.dot(v) / 2 - t * x.trace()),
+       )},
+    "attitude, of a force": (
+        lambda: Scheme(Scene("turned", lie_group(so(3)), lambda x, v, p: v.dot(v) / 2,
+                             force=lambda x, v, p: [x[0], 0, 0], v0=[1, 0, 0]), midpoint),
+        "its force asks for x, which is empty on a Lie group"),
+    "force as a formula in quotes": (
+        lambda: Scheme(plain(force=lambda x, v, p: ["-v[0]"]), midpoint),
+        "its force is the text '-v.0.': a number may be text.* a formula is written without"),
+    "force of pieces": (
+        lambda: Scheme(plain(force=lambda x, v, p, t: [-v[0] * abs(v[0])]), midpoint),
+        "the force of bad holds Abs .or Max.* A switch can be smooth"),
     "attitude": (lambda: plain().with_attitude(), "only a scene on a Lie group has an attitude"),
     # Lagrangians
     "Lagrangian raises": (lambda: with_lagrangian(lambda x, v, p: 1 / 0),

@@ -52,8 +52,8 @@ def found(page: Path, script: str, *words: str) -> dict[str, object]:
     return answer
 
 
-def width_of(page: Path, width: int) -> int:
-    """How wide a page is in a window of that width."""
+def width_of(page: Path, width: int, parts: str = "") -> int:
+    """How wide a page is in a window of that width; or how far right some of its parts come."""
     frame = page.with_name("frame.html")
     frame.write_text(
         f'<body><iframe src="{page.name}" width="{width}" height="900"></iframe></body>', "utf-8"
@@ -61,8 +61,12 @@ def width_of(page: Path, width: int) -> int:
     seen = found(frame, """
         await new Promise((done) => setTimeout(done, 2000));
         const root = document.querySelector("iframe").contentDocument.documentElement;
-        return {wide: Math.max(root.scrollWidth, root.offsetWidth)};
-    """, "--allow-file-access-from-files")  # fmt: skip
+        root.querySelectorAll("details.cases").forEach((e) => (e.open = true));
+        const end = (e) => e.getBoundingClientRect().right;
+        const right = [...root.querySelectorAll("PARTS")].map(end);
+        return {wide: right.length ? Math.ceil(Math.max(...right))
+                                   : Math.max(root.scrollWidth, root.offsetWidth)};
+    """.replace("PARTS", parts or "none"), "--allow-file-access-from-files")  # fmt: skip
     return int(str(seen["wide"]))
 
 
@@ -139,8 +143,10 @@ def test_the_number_of_a_mark_is_shown_under_the_pointer(good: Path) -> None:
 
 @pytest.mark.parametrize("width", [390, 1280])
 def test_nothing_runs_over_the_side(good: Path, bad: Path, width: int) -> None:
+    """Nor a verdict in a table, and on a phone no table at all."""
     for page in (good, bad):
         assert width_of(page, width) <= width
+        assert width_of(page, width, ".badge" if width > 600 else ".scroll:not(pre) td") <= width
 
 
 def test_a_line_of_the_last_runs_is_seen_and_says_what_it_is(good: Path) -> None:

@@ -65,7 +65,7 @@ def test_a_rule_is_found_by_its_variable_and_by_its_name(rough):
 def test_the_order_study_says_which_rules_it_leaves_out_at_16_digits():
     study, high = get("order"), rules(["midpoint", "gauss-3"])
     assert study.notes(Choice(rules=high))[0].startswith(
-        "gauss-3: above order 4 16 digits are left"
+        "gauss-3: with an order above 4, 16 digits are left"
     )
     assert not study.notes(Choice(rules=high, digits=(16,))) and not study.notes(Choice())
 

@@ -178,6 +178,10 @@ def test_the_page_stands_alone(folder, ask):
     assert ask(*words)[0] == 1
     page = (folder / "found.html").read_text()
     assert "Overview" in page and "Cause: gauge" in page and "<svg" in page
+    command = " ".join(("discmech", "verify", "wrong.py", "--scene", "kepler", *QUICK[:-2]))
+    assert f"{command} --html found.html" in page and "<h1>wrong.py verified</h1>" in page
+    assert 'aria-label="discrete Lagrangian of a-third"><math' in page and '"words">Words' in page
+    assert page.count("Cause: gauge") == 1
     assert 'href="tables/' not in page and 'href="figures/' not in page
     assert not [p for p in folder.iterdir() if p.name in ("figures", "tables", "equations")]
 

@@ -17,6 +17,7 @@ from discmech.studies.report import (
     wording,
 )
 from discmech.studies.report.summary import headline, merged
+from discmech.studies.report.wording import whys
 from tests.studies.fake_results import spoiled
 
 
@@ -159,3 +160,14 @@ def test_equations_of_a_scheme_are_typeset() -> None:
     assert words(found["residual_mathml"][2]).startswith(
         "inertia3 u3+h u1 u2 (inertia1-inertia2)2+"
     )
+
+
+def test_a_cause_is_told_once_whatever_its_figures_are() -> None:
+    def case(scene: str, reason: str) -> dict[str, Any]:
+        return {"scene": scene, "rule": "r", "digits": 16, "reason": reason}
+
+    said = whys([case("a", "order 1.1. Cause: gauge, of 2e-4."), case("b", "1/0"),
+                 case("c", "order 1.2. Cause: gauge, of 3e-5."), case("d", "1/0"),
+                 case("e", "order 1.3. Cause: weights, of 3."), case("f", "")])  # fmt: skip
+    assert said[2:] == ["order 1.2. Cause: as of a, r, 16 digits.", "As b, r, 16 digits.",
+                        "order 1.3. Cause: weights, of 3.", ""]  # fmt: skip

@@ -5,7 +5,18 @@ import numpy as np
 import pytest
 import sympy
 
-from discmech.integrators import BadInput, Scene, Scheme, lie_group, pair, rules, scenes, so
+from discmech.integrators import (
+    BadInput,
+    Conserved,
+    Scene,
+    Scheme,
+    lie_group,
+    midpoint,
+    pair,
+    rules,
+    scenes,
+    so,
+)
 from discmech.integrators.compiler import kernel_text
 from discmech.reference import solution
 from tests.integrators.equations.forced_scenes import FORCED, forced, order, rubbed, with_force
@@ -245,3 +256,12 @@ def test_a_force_that_is_no_real_number_at_the_start_is_named():
                   force=lambda x, v, p, t: [1 / t])  # fmt: skip
     with pytest.raises(BadInput, match="component 0 of the force, 1/t, is no real"):
         Scheme(begun, rules.get("midpoint"))
+
+
+def test_numbers_may_be_text_and_quantities_a_list():
+    kept = Conserved("both", lambda x, mu, p: [mu[0], x[0] * mu[1]])
+    scene = Scene("plain", pair(2), lambda x, v, p: v.dot(v) / 2, x0=[0, 0], v0=[1, 0],
+                  force=lambda x, v, p: ["1/10", x[0]], symmetries=kept)  # fmt: skip
+    s = Scheme(scene, midpoint).s
+    assert list(s.force) == [sympy.Rational(1, 10), s.x[0]] and scene.symmetries == (kept,)
+    assert kept.at(s.x, s.mu, s.parameters, s.h).shape == (2, 1)

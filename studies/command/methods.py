@@ -1,0 +1,109 @@
+"""The methods of a page: each in its author's words, with its formula or its function's text."""
+
+from __future__ import annotations
+
+import inspect
+import textwrap
+from collections.abc import Iterable
+from typing import Any
+
+from discmech.integrators import Discretisation, Lattice, Scheme, scenes
+from discmech.integrators.errors import DiscmechError
+from discmech.integrators.rules import Composition, OneStepMap
+
+from ..report.formulas import Typesetter, display, spaced
+from .stage_sums import StageSum
+
+#: a discrete Lagrangian that stands for itself: a base point, and no letters of the group's
+PLAIN = "pendulum"
+MOST_STAGES = 3  # of a formula that is read
+MOST_LINES = 40  # of a function's text
+MOST_SHARES = 9  # of a composition's coefficients
+LETTERS = "l is the Lagrangian, b(x, w) the point to which w leads from x, y = b(x, hu) the end"
+STAGES = ", s the internal stages, in which L_d is stationary, V the velocity of a curve"
+
+
+def about_methods(pairs: Iterable[tuple[Any, Discretisation]]) -> list[dict[str, Any]]:
+    """{"name", "facts", "words", "formula", "letters", "code"} of each rule, in their order."""
+    met: dict[str, tuple[Any, Discretisation]] = {}
+    for scene, rule in pairs:
+        met.setdefault(rule.name, (scene, rule))
+    return [_about(scene, rule) for scene, rule in met.values()]
+
+
+def _about(scene: Any, rule: Discretisation) -> dict[str, Any]:
+    base = rule.base if isinstance(rule, Composition) else rule
+    facts = [_kind(rule), f"order {rule.order} declared" if rule.order else "no order declared"]
+    words = [(inspect.getdoc(base.formula) or "").partition(" Raises `")[0]]
+    if isinstance(rule, Composition):
+        words.insert(0, _composed(rule))
+    terms = _terms(scene, base)
+    return {
+        "name": rule.name,
+        "facts": facts,
+        "words": [said for said in words if said],
+        "formula": _typeset(*terms) if terms else "",
+        "letters": _letters(rule, base) if terms else "",
+        "source": "" if rule.source in words else rule.source,
+        "code": "" if terms else _text(base.formula),
+    }
+
+
+def _letters(rule: Discretisation, base: Discretisation) -> str:
+    words = LETTERS + (STAGES if base.stages else "")
+    return words + ("." if rule is base else ". The formula is that of one substep, of size h.")
+
+
+def _typeset(letters: Any, terms: Any) -> str:
+    from sympy import Symbol
+
+    return display(spaced(Typesetter(letters).equation([Symbol("L_d")], terms)))
+
+
+def _kind(rule: Discretisation) -> str:
+    if isinstance(rule, Composition):
+        return "composition"
+    if not rule.is_formula:
+        return "program"
+    return "one-step map" if isinstance(rule, OneStepMap) else "discrete Lagrangian"
+
+
+def _composed(rule: Composition) -> str:
+    shares = [f"{float(c):.6g}".replace("-", "−") for c in rule.method.coefficients(20)]
+    if len(shares) > MOST_SHARES:
+        shares = [*shares[: MOST_SHARES // 2], "…", *shares[-(MOST_SHARES // 2) :]]
+    of = f"{rule.base.name} and its adjoint in turn" if rule.method.in_turn else rule.base.name
+    return f"A step is composed of steps of {of}, of the shares {', '.join(shares)} of h."
+
+
+def _terms(scene: Any, rule: Discretisation) -> tuple[Any, Any] | None:
+    """(names of letters, terms of L_d); None of what is no short weighted sum of values of l."""
+    if (
+        isinstance(rule, OneStepMap)
+        or not rule.is_formula
+        or rule.splits
+        or rule.stages > MOST_STAGES
+    ):
+        return None
+    plain = scenes.get(PLAIN)
+    scene = plain if rule.applies(plain) else scene
+    try:
+        if isinstance(scene, Lattice) or scene.discrete_lagrangian is not None:
+            return None
+        scheme = Scheme(scene, rule)
+        of = scheme.equations.of
+        if not of.weighted:
+            return None
+        found = StageSum(scheme.s, of)
+        return found.letters, found.terms
+    except (DiscmechError, AttributeError):  # what cannot be derived is said by its verdicts
+        return None
+
+
+def _text(function: Any) -> str:
+    """The text of the function, where it is short and can be had."""
+    try:
+        lines = textwrap.dedent(inspect.getsource(function)).rstrip().splitlines()
+    except (OSError, TypeError):
+        return ""
+    return "\n".join(lines) if len(lines) <= MOST_LINES else ""
