@@ -53,6 +53,9 @@ class Discretisation:
     nodes: Nodes | None = None
     #: what its author claims, which is then judged and the rest only measured; None: all is judged
     claims: Claims | None = None
+    #: the order that it has once it is processed, χ⁻¹ Φ χ with maps χ near the identity; None if
+    #: no such order is declared
+    effective: int | None = None
 
     @property
     def is_formula(self) -> bool:
@@ -129,20 +132,24 @@ def discretisation(
     stages: int = 0,
     splits: bool = False,
     groupoids: str | Sequence[str] = (),
+    effective: int | None = None,
 ) -> Callable[[Callable[..., Any]], Discretisation]:
     """Decorator: make a rule of a function (L, G, x, u, h), or (L, G, x, u, h, s) with stages.
 
     `splits`: the rule treats the scene's fast potential, L.fast(x), apart. groupoids: those on
-    which it exists, names of `GROUPOIDS` such as "pair"; all if none is given. Raises `BadInput` if
-    the order is no positive whole number, stages no whole number from 0, a groupoid unknown, or the
-    arguments are others.
+    which it exists, names of `GROUPOIDS` such as "pair"; all if none is given. effective: the order
+    of the rule once it is processed (`studies.evidence.effective`), at least `order`. Raises
+    `BadInput` if the order is no positive whole number, stages no whole number from 0, a groupoid
+    unknown, the effective order none, or the arguments are others.
     """
     where = checked("discretisation", "rule", order, stages, groupoids)
+    check_effective("rule", order, effective)
     wanted = "(L, G, x, u, h, s)" if stages else "(L, G, x, u, h)"
 
     def make(formula: Callable[..., Any]) -> Discretisation:
         label, about = described("rule", formula, wanted, name, source)
-        return Discretisation(label, formula, order, about, stages, splits, where)
+        return Discretisation(label, formula, order, about, stages, splits, where,
+                              effective=effective)  # fmt: skip
 
     return make
 
@@ -177,6 +184,26 @@ def checked(
         if groupoid not in GROUPOIDS:
             raise unknown("groupoid", groupoid, GROUPOIDS)
     return where
+
+
+def check_effective(what: str, order: int | None, effective: Any) -> None:
+    """Raise `BadInput` for an effective order that is none, or without an order below it."""
+    if effective is None:
+        return
+    if type(effective) is not int or effective < 1:
+        raise BadInput(
+            f"the effective order of a {what} is a whole number from 1, not {shown(effective)}."
+        )
+    if order is None:
+        raise BadInput(
+            f"a {what} of effective order {effective} has an order by itself too: give "
+            f"order=2, or what it is, beside effective={effective}."
+        )
+    if effective < order:
+        raise BadInput(
+            f"the effective order {effective} of a {what} is below its order {order}: processing "
+            "takes no order away; leave effective out, or give one from the order on."
+        )
 
 
 def described(

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..errors import BadInput, arguments_checked
 from .claims import Claims
-from .discretisation import Discretisation, checked, described
+from .discretisation import Discretisation, check_effective, checked, described
 
 
 @dataclass(frozen=True)
@@ -61,12 +61,13 @@ def one_step(
     symplectic: bool | None = None,
     reversible: bool | None = None,
     keeps: str | Sequence[str] = (),
+    effective: int | None = None,
 ) -> Callable[[Callable[..., Any]], OneStepMap]:
     """Decorator: make a one-step map of a function (s, z, h).
 
     With implicit=True the function is (s, z, Z, h) and gives the residual in the new Z; with
     stages=k it is (s, z, h, K) and gives (Z, residuals of the stages) (`OneStepMap`). groupoids:
-    those on which it exists, as of `discretisation`.
+    those on which it exists, and effective: its order once it is processed, as of `discretisation`.
 
     symplectic, reversible, keeps (of "energy", "volume" and names of a scene's quantities): claims.
     A map that makes one is judged by its claims, and all else is only measured; one that makes none
@@ -78,6 +79,7 @@ def one_step(
         raise BadInput(f"implicit is True or False, not {implicit!r}.")
     if implicit and stages:
         raise BadInput("a one-step map with stages is implicit in these alone: leave implicit out.")
+    check_effective("one-step map", order, effective)
     claims = Claims.of("one_step", symplectic, reversible, keeps)
     said = None if claims == Claims() else claims
     wanted = "(s, z, Z, h)" if implicit else "(s, z, h, K)" if stages else "(s, z, h)"
@@ -85,6 +87,6 @@ def one_step(
     def make(formula: Callable[..., Any]) -> OneStepMap:
         label, about = described("one-step map", formula, wanted, name, source)
         return OneStepMap(label, formula, order, about, stages, groupoids=where, implicit=implicit,
-                          claims=said)  # fmt: skip
+                          claims=said, effective=effective)  # fmt: skip
 
     return make

@@ -164,6 +164,8 @@ def _facts(scheme: Scheme) -> list[str]:
     said = "only measured: the rule declares none" if order is None else str(order)
     if rule.order is not None and order != rule.order:
         said += f" on this scene (the rule declares {rule.order})"
+    if rule.effective is not None:
+        said += f"; {rule.effective} once it is processed, as the rule declares"
     is_adjoint = "" if scheme.self_adjoint else "not "
     return [f"order          {said}", f"symmetry       {is_adjoint}self-adjoint (derived)"]
 

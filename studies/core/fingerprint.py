@@ -99,6 +99,8 @@ def of_rule(scene: Scene, rule: Discretisation) -> Iterator[str]:
 def _facts(rule: Discretisation) -> Iterator[str]:
     base = rule.base if isinstance(rule, Composition) else rule
     yield repr((rule.name, rule.order, rule.stages, rule.splits, base.name, base.order))
+    if rule.effective is not None:
+        yield f"effective {rule.effective}"
     yield base.digest
     if isinstance(rule, Composition):
         method = rule.method

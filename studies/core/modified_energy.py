@@ -18,6 +18,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from math import factorial, sqrt
 from typing import Any
@@ -45,6 +46,8 @@ STATES = 16  # of a run that are compared with its start
 FASTEST = 12  # states of a run from which a single step is looked at, and as many spread evenly
 SHORT = 8  # intervals of the way from there to the next state
 SAME = 1e-9  # of what a coordinate moves, by which a run from its own state may be another
+#: of motions along which means are taken: times the scene's duration, and steps at the most
+TIMES, MOST_STEPS = 16, 50_000
 #: standard deviations within which the farthest point of a walk stays, as of momenta
 FARTHEST = 5 / sqrt(3)
 
@@ -196,6 +199,58 @@ def changes(scheme: Scheme, step: Any, run: Any, done: int, states: int = STATES
         return None
     parts_of = (times[chosen], found[0], found[1], bounds, round_off, walked * lost, found[3])
     return Changes(*(part[good] for part in parts_of))
+
+
+def mean_differences(
+    scheme: Scheme, starts: Sequence[Sequence[float]], quantity: Any = None
+) -> list[tuple[float, float, float]]:
+    """(at the scene's step, at half of it, error) of differences of means along motions.
+
+    Between the motion from the first of the starts z = (x, μ) and those from each other one, over
+    `TIMES` times the scene's duration: of a quantity of states (r, n + m), or of H̃ − H. H̃ stands
+    along a run, so its mean there is that of −H, and a way from start to start joins the two.
+    Values are weighted by a function that is flat at both ends, so that of a quasi-periodic motion
+    the mean comes fast; how far it has come is told by that of half the time, which is the error.
+    Starts whose runs fail are left out.
+    """
+    dual = dual_of(scheme.scene)
+    if dual is None or len(starts) < 2:
+        return []
+    z0, made = np.array(starts, dtype=float), []
+    size = np.abs(z0).max(axis=0)
+    size = np.where(size > 0, size, size.max() or 1.0)
+    for part in (1, 2):
+        step = Fraction(scheme.scene.step) / part
+        flow = scheme.flow(step, 16)
+        count = min(int(TIMES * scheme.scene.duration / step), MOST_STEPS) + 2 * K
+        rows = []
+        with np.errstate(all="ignore"):
+            for k, at in enumerate(z0):
+                z = _states(flow, dual, at[None], count)[0]
+                values = -dual(z)[0] if quantity is None else quantity(z)
+                between = bound = 0.0
+                if quantity is None:
+                    values = values - values[K]  # `_along` carries both ends on by K steps
+                    if k:
+                        found = _along(flow, dual, z0[0], at[None], size, NODES[1])
+                        between, bound = float(found[1][0] - found[0][0]), float(found[2][0])
+                whole, half = map(_smooth_mean, (values, values[: len(values) // 2]))
+                rows.append((whole + between, abs(whole - half), bound))
+        made.append(np.array(rows))
+    told = []
+    for k in range(1, len(z0)):
+        ends = [rows[k, 0] - rows[0, 0] for rows in made]
+        error = max(rows[i, 1] + rows[i, 2] for rows in made for i in (0, k))
+        if np.isfinite([*ends, error]).all():
+            told.append((float(ends[0]), float(ends[1]), float(error)))
+    return told
+
+
+def _smooth_mean(values: np.ndarray) -> float:
+    """The mean weighted by exp(−1/(s(1 − s))), s the time as a part of the whole."""
+    s = (np.arange(len(values)) + 0.5) / len(values)
+    weights = np.exp(-1 / (s * (1 - s)))
+    return float(values @ weights / weights.sum())
 
 
 def _forgets(flow: Flow, dual: Dual, start: np.ndarray) -> bool:

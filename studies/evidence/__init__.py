@@ -12,12 +12,16 @@ from functools import cached_property, lru_cache
 from discmech import reference
 from discmech.integrators import Scheme
 
+from .effective import EffectiveOrder, effective_order_of
 from .floats import Floats, floats_of
 from .form import FormEvidence, form_of
 from .order import NEAR, LocalOrder, of_scheme, unknown
 from .places import Place, is_linear, places_along, places_of, seed_of
 
-__all__ = ["NEAR", "Evidence", "Floats", "FormEvidence", "LocalOrder", "Place", "evidence_of"]
+__all__ = [
+    "NEAR", "EffectiveOrder", "Evidence", "Floats", "FormEvidence", "LocalOrder", "Place",
+    "evidence_of",
+]  # fmt: skip
 
 
 class Evidence:
@@ -44,6 +48,11 @@ class Evidence:
             return of_scheme(self.scheme, self.places, self.seed, along)
         except reference.ReferenceFailure as failure:
             return unknown(" ".join(str(failure).split()))
+
+    @cached_property
+    def effective(self) -> EffectiveOrder:
+        """Whether the rule has the effective order that it declares."""
+        return effective_order_of(self.scheme, self.places)
 
     def floats(self, wanted: float) -> Floats:
         """What the rule's floats have to do with an order below the wanted one."""

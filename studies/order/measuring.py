@@ -228,7 +228,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     told = multipliers.judge(case, measurement, told)
     if case.rule.is_recorded:
         return recorded.judge(case, measurement, told)
-    return single_steps.judge(case, measurement, told)
+    told = single_steps.judge(case, measurement, told)
+    return single_steps.judge_effective(case, measurement, told)
 
 
 def _judge_runs(case: Case, measurement: dict[str, Any]) -> Verdict:
@@ -297,6 +298,9 @@ def diagnose(case: Case, measurement: dict[str, Any]) -> dict[str, Any] | None:
 
         if (told := one_step.of_step(case)) is not None:
             return told
+    processed = (measurement.get("local") or {}).get("effective") or {}
+    if as_wanted and processed.get("cause"):
+        return {"cause": "the processed order", "sentence": processed["cause"] + "."}
     order, wanted = measurement["measured"]["order"], case.scheme.order
     rows = [r for r in measurement["rows"] if r["error"] is not None]
     if wanted is None or len(rows) < 2 or case.rule.is_recorded:

@@ -38,10 +38,12 @@ def measured(case: Case) -> dict[str, Any] | None:
     found = evidence.order
     if found.unknown:
         return {"order": None, "unknown": found.unknown, "seed": evidence.seed}
+    processed = {"effective": vars(evidence.effective)} if case.rule.effective else {}
     told: dict[str, Any] = {
         "order": found.order, "component": found.component, "step": found.step,
         "place": str(found.place or ""), "places": len(evidence.places), "exact": found.exact,
         "seed": evidence.seed, "rate": rate(case, evidence), "linear": evidence.linear,
+        **processed,
     }  # fmt: skip
     least = case.scheme.order or 1
     if found.order is not None and found.order < least - NEAR:
@@ -138,6 +140,22 @@ def judge(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
             "scene, or --digits 50."
         )
     return told
+
+
+def judge_effective(case: Case, measurement: dict[str, Any], told: Verdict) -> Verdict:
+    """The verdict of the order with that of the effective one, where the rule declares one."""
+    if case.rule.effective is None or told.verdict != "pass":
+        return told
+    found = (measurement.get("local") or {}).get("effective")
+    if found is None:
+        said = f"nothing is known of the effective order {case.rule.effective} that it declares."
+        return Verdict("inconclusive", said, told.expected)
+    if found["verdict"]:
+        told.expected["effective"] = case.rule.effective
+        if found["reached"]:
+            measurement["measured"]["effective"] = found["reached"]
+    said = " ".join(filter(None, (told.reason, found["reason"])))
+    return Verdict(found["verdict"] or "pass", said, told.expected)
 
 
 def _of_exact(told: Verdict) -> Verdict:

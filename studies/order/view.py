@@ -32,7 +32,9 @@ CONVERGENCE = (
 
 
 def _got(measured: dict[str, Any]) -> str:
-    return plus_minus(measured.get("order"), measured.get("interval"))
+    processed = number(measured.get("effective"))
+    found = plus_minus(measured.get("order"), measured.get("interval"))
+    return found + ("" if processed is None else f", processed {processed:g}")
 
 
 def _wanted(expected: dict[str, Any]) -> str:
@@ -42,7 +44,8 @@ def _wanted(expected: dict[str, Any]) -> str:
     said = f"{expected['order']:g}" + (f" ± {tolerance:g}" if tolerance is not None else "")
     declared = number(expected.get("declared"))
     lopsided = "" if declared is None else f" (declared {declared:g}; in this chart ι(u) ≠ −u)"
-    return said + lopsided
+    processed = number(expected.get("effective"))
+    return said + lopsided + ("" if processed is None else f", processed {processed:g}")
 
 
 def _short(measured: dict[str, Any]) -> str:

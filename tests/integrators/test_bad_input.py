@@ -311,6 +311,13 @@ CASES = {
                           "needs dim_x ≥ 0 and dim_u ≥ 1, not '1' and 1"),
     "dimension 1.5": (lambda: LocalGroupoid(1.5, 1, target=None, product=None), r"not 1\.5 and 1"),
     "rows 0": (lambda: action(so(3), rows=0), "rows is 0: give a whole number from 1"),
+    "effective order below the order": (
+        lambda: discretisation(order=4, effective=2), "the effective order 2 .* below its order 4",
+    ),
+    "effective order of no order": (lambda: discretisation(effective=4), "give order=2, or what"),
+    "effective order 2.5": (
+        lambda: one_step(order=2, effective=2.5), "effective order .* whole number from 1, not 2",
+    ),
     "order True": (lambda: discretisation(order=True), "whole number from 1, not True"),
     "Γ off the sphere at the start of a run": (
         lambda: flow("heavy-top", "midpoint", "1/20").trajectory(1, x0=[1, 1, 1]),
