@@ -5,7 +5,16 @@ from .box import BlackBox, black_box
 from .box_flow import BoxFlow
 from .box_scheme import BoxScheme
 from .constrained import constrained_parameters, constraint_defects
-from .differences import Derivative, Noise, derivative, guarded, noise_of
+from .differences import (
+    Derivative,
+    MapOfRows,
+    Noise,
+    derivative,
+    guarded,
+    images,
+    noise_of,
+    shifted,
+)
 from .external import external
 from .form_in_numbers import (
     Defect,
@@ -15,14 +24,15 @@ from .form_in_numbers import (
     random_curve,
     volume_defect,
 )
+from .leaves import leaf_defect
 from .program import ProgramFailure
 from .recorded import Recorded, RecordedScheme, recorded
 from .scene_in_numbers import SceneInNumbers
 
 __all__ = [
-    "BlackBox", "BoxFlow", "BoxScheme", "Claims", "Defect", "Derivative", "Noise",
+    "BlackBox", "BoxFlow", "BoxScheme", "Claims", "Defect", "Derivative", "MapOfRows", "Noise",
     "ProgramFailure", "Recorded", "RecordedScheme", "SceneInNumbers", "black_box",
     "constrained_parameters", "constraint_defects", "derivative", "external", "form_defect",
-    "guarded", "loop_defect", "noise_of", "pulled_back_defect", "random_curve", "recorded",
-    "volume_defect",
+    "guarded", "images", "leaf_defect", "loop_defect", "noise_of", "pulled_back_defect",
+    "random_curve", "recorded", "shifted", "volume_defect",
 ]  # fmt: skip

@@ -36,6 +36,7 @@ class BlackBox(Discretisation):
     jacobian: Callable[..., Any] | None = None
     read: Callable[..., Any] | None = None
     write: Callable[..., Any] | None = None
+    vectorised: bool = False
 
     @property
     def is_formula(self) -> bool:
@@ -122,8 +123,9 @@ def black_box(
     (q, p, h, steps, every, system) → arrays (rows, n) and (rows, m), the first row the start, then
     each every-th step. numbers="any": the box works on mpmath numbers in object arrays too, and is
     judged at 50 digits as well; "float32": in single precision. jacobian(q, p, h, system): the
-    derivative of the step, (n+m, n+m), in place of differences. vectorised: a function that takes
-    many states at once may say so, but is asked for one at a time, since `system` knows one alone.
+    derivative of the step, (n+m, n+m), in place of differences. vectorised=True: the box takes
+    arrays q (n, k) and p (m, k) as well, k states at once, each a column, as `system` does; it is
+    asked so where many states are looked at, for differences and closed curves.
     write(x, mu) → (q, p) and read(q, p) → (x, mu) lead to and from coordinates of one's own.
 
     A class has start(q, p, h, system) → state, step(state, h, system) → state and
@@ -152,7 +154,7 @@ def black_box(
         about = source or (inspect.getdoc(formula) or "")
         return BlackBox(
             label, formula, order, about, groupoids=where, claims=claims, state=state, runs=runs,
-            numbers=numbers, jacobian=jacobian, read=read, write=write,
+            numbers=numbers, jacobian=jacobian, read=read, write=write, vectorised=vectorised,
         )  # fmt: skip
 
     return make

@@ -11,10 +11,15 @@ import numpy as np
 from ..equations import initial_momentum, legendre_inverse
 from ..errors import BadInput, StepFailure, arguments_checked
 from ..flows import Trajectory
-from ..numbers import Double, Numbers, Vector, arithmetic, exact_rational, whole_number
+from ..numbers import Double, Matrix, Numbers, Vector, arithmetic, exact_rational, whole_number
 from .calls import BoxRaised, Calls
+from .differences import Map, MapOfRows
 
 CHUNK = 2**12  # steps between two reports of progress
+ALSO_ALONE = 2  # states of a call of many that are asked for by themselves too
+#: by how much these may differ, in parts of the largest: what is computed for whole arrays rounds
+#: otherwise, which a motion near a pole makes thousands of times larger
+ALIKE = 2.0**-36
 
 
 class BoxFlow:
@@ -89,14 +94,15 @@ class BoxFlow:
         run = self.trajectory(steps, every=steps, x0=x, mu0=mu, t0=t0)
         return run.x[-1], run.mu[-1]
 
-    def map_of(self, steps: int = 1, t0: Any = 0) -> Callable[[Vector], Vector]:
+    def map_of(self, steps: int = 1, t0: Any = 0) -> Map:
         """z ↦ Z on states z = (x, μ), (n+m,), of so many steps, for differences.
 
-        In double precision; nothing is checked but what the box gives. Raises `StepFailure`.
+        Of a box that is vectorised it has the images of many states in one call (`MapOfRows`). In
+        double precision; nothing is checked but what the box gives. Raises `StepFailure`.
         """
         n = self.system.n
 
-        def image(z: Vector) -> Vector:
+        def image(z: Any) -> Any:
             found: list[Any] = []
 
             def row(k: int, q: Any, p: Any) -> None:
@@ -106,10 +112,32 @@ class BoxFlow:
             try:
                 self._calls.run(q, p, steps, steps, lambda k: self._at(k, t0), row)
             except BoxRaised as error:
-                raise self._failure(error, z[None, :n], z[None, n:], 1, t0) from error
+                first = z.reshape(len(z), -1)[:, :1].T
+                raise self._failure(error, first[:, :n], first[:, n:], 1, t0) from error
             return np.concatenate(found)
 
-        return image
+        return self._of_rows(image) if self.scheme.rule.vectorised else image
+
+    def _of_rows(self, image: Map) -> MapOfRows:
+        """A map that takes columns of states, with a look at some of them one by one."""
+        drawn = np.random.default_rng(0)
+
+        def rows(points: Matrix) -> Matrix:
+            found = image(np.ascontiguousarray(points.T)).T
+            for k in drawn.integers(len(points), size=ALSO_ALONE):
+                alone = image(points[k])
+                with np.errstate(all="ignore"):
+                    off = np.abs(alone - found[k]) > ALIKE * np.abs(found).max(axis=0)
+                if off.any():
+                    raise BadInput(
+                        f"the black box {self.scheme.rule.name} says vectorised, but of "
+                        f"{len(points)} states at once, q of the shape "
+                        f"{(self.system.n, len(points))}, it gives something else than of one "
+                        "alone: let each column be a state of its own, or leave vectorised out."
+                    )
+            return found
+
+        return MapOfRows(image, rows)
 
     # -- states ----------------------------------------------------------------------------------
 
@@ -171,7 +199,7 @@ class BoxFlow:
         box = self.scheme.rule
         if box.read is not None:
             q, p = _checked(box, "read", box.read(q, p))
-        if q.shape != (self.system.n,) or p.shape != (self.system.m,):
+        if q.shape[:1] != (self.system.n,) or p.shape[:1] != (self.system.m,):
             raise BadInput(
                 f"the black box {box.name}: read gives shapes {q.shape} and {p.shape}, but x and μ "
                 f"of {self.scheme.scene.name} have {self.system.n} and {self.system.m} entries."

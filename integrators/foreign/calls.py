@@ -68,7 +68,8 @@ class Calls:
 
     def _stepwise(self, q: Any, p: Any, steps: int, every: int, at: Any, row: Any) -> None:
         function, h, last = self.box.formula, self.h, self._last
-        shapes, kind, plain = (q.shape, p.shape), self.kind, self.kind == DOUBLE
+        shapes, kind = (q.shape, p.shape), self.kind
+        plain, several = kind == DOUBLE and q.ndim == 1, q.ndim == 2
         q, p = q.copy(), p.copy()
         timed, k = self.system._clocked, 0
         try:
@@ -86,6 +87,8 @@ class Calls:
                     q, p = self._arrays(q, p, shapes)
                 q, p = q.copy(), p.copy()  # what it gives may be a view, or a buffer of its own
                 if plain and not math.isfinite(q.dot(q) + p.dot(p)):
+                    self._check_finite(k, q, p)
+                if several:
                     self._check_finite(k, q, p)
                 if (k + 1) % every == 0:
                     row(k + 1, q, p)

@@ -23,6 +23,7 @@ Map = Callable[[Vector], Vector]
 WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 #: widths in parts of the scale, the widest first: four of them reach as far as the scale
 WIDTHS = [2.0**-k for k in range(2, 17)]
+PARTS = sorted({i * w for i in WEIGHTS for w in WIDTHS})
 ROUND_OFFS = 2 * sum(map(abs, WEIGHTS.values()))  # of a difference, in units of the noise over w
 #: noise beyond so many standard deviations comes once in 10⁹ draws of a normal one
 FARTHEST = 6
@@ -60,6 +61,24 @@ class Derivative:
     error: Matrix
 
 
+@dataclass(frozen=True)
+class MapOfRows:
+    """A map that has the images of many points, rows (r, l), in one call as well: `rows`."""
+
+    one: Map
+    rows: Callable[[Matrix], Matrix]
+
+    def __call__(self, z: Vector) -> Vector:
+        """The image of one point."""
+        return self.one(z)
+
+
+def images(f: Map, points: Any) -> Matrix:
+    """The images (r, k) of points (r, l), in one call where the map can do so."""
+    rows = np.asarray(points, dtype=float)
+    return f.rows(rows) if isinstance(f, MapOfRows) else np.array([f(z) for z in rows])
+
+
 def guarded(f: Map, size: int) -> Map:
     """f, with nan where it raises a `StepFailure`."""
 
@@ -69,7 +88,20 @@ def guarded(f: Map, size: int) -> Map:
         except StepFailure:
             return np.full(size, np.nan)
 
-    return image
+    def rows(points: Matrix) -> Matrix:
+        try:
+            return images(f, points)
+        except StepFailure:  # of one of them
+            return np.array([image(z) for z in points])
+
+    return MapOfRows(image, rows) if isinstance(f, MapOfRows) else image
+
+
+def shifted(f: Map, z: Vector) -> Map:
+    """y ↦ f(z + y)."""
+    if isinstance(f, MapOfRows):
+        return MapOfRows(lambda y: f(z + y), lambda points: images(f, z + points))
+    return lambda y: f(z + y)
 
 
 def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> Noise:
@@ -83,7 +115,7 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
     level = unit * np.abs(value)
     jump = np.zeros_like(value)
     for width, smooth in zip(SPACINGS, SMOOTH, strict=True):
-        line = np.array([f(z + (i - LINE // 2) * width * way) for i in range(LINE)])
+        line = images(f, [z + (i - LINE // 2) * width * way for i in range(LINE)])
         rows = _sixth(line)
         if not rows.any():
             continue
@@ -104,8 +136,8 @@ def noise_of(f: Map, z: Vector, scale: Vector, unit: float, seed: int = 0) -> No
         if beyond.any():  # a jump stays as large on a finer line, and what is only steep does not
             first = int(rows[:, int(np.argmax(beyond))].argmax()) - LINE // 2
             for finer in FINER:
-                fine = [f(z + (first + i / finer) * width * way) for i in range(ORDER * finer + 1)]
-                beyond &= _sixth(np.array(fine)).max(axis=0) > most / 3
+                fine = [z + (first + i / finer) * width * way for i in range(ORDER * finer + 1)]
+                beyond &= _sixth(images(f, fine)).max(axis=0) > most / 3
         jump = np.where(beyond, np.maximum(jump, most / comb(ORDER, ORDER // 2)), jump)
     return Noise(level, jump)
 
@@ -131,7 +163,11 @@ def derivative(
     rough, most = ROUND_OFFS * (FARTHEST * noise.level + noise.jump), steps.max(initial=0.0)
     value, error = np.empty((size, len(scale))), np.empty((size, len(scale)))
     for j, d in enumerate(steps):
-        seen: dict[float, Any] = {}
+        ways = np.zeros((len(PARTS), len(scale)))
+        ways[:, j] = np.array(PARTS) * d
+        with np.errstate(all="ignore"):
+            ends = [images(f, origin + sign * ways) for sign in (1, -1)]
+            seen = dict(zip(PARTS, ends[0] - ends[1], strict=True))
 
         def pair(part: float, j: int = j, d: float = d, seen: dict[float, Any] = seen) -> Any:
             if part not in seen:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..numbers import Matrix, Vector
-from .differences import EPS, FARTHEST, Derivative, Map, Noise
+from .differences import EPS, FARTHEST, Derivative, Map, Noise, images
 
 LOOP = 64  # points of a closed curve
 UNRESOLVED = 1e-3  # of its amplitudes at the highest frequencies: its points do not resolve it
@@ -99,7 +99,7 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise) -> Defect:
     map (Poincaré's integral invariant). Relative to ∮ |p·dq| about the mean of p, per degree of
     freedom. What is not resolved is told by every second point.
     """
-    image = np.array([f(z) for z in curve])
+    image = images(f, curve)
     if not np.isfinite(image).all():
         return Defect(0.0, 0.0, float("inf"))
     found = [_integral(rows, n) for rows in (curve, image)]
@@ -122,16 +122,24 @@ def loop_defect(f: Map, curve: Matrix, n: int, noise: Noise) -> Defect:
 
 def _integral(rows: Matrix, n: int) -> tuple[float, float, float]:
     """(∮ p·dq, its absolute terms, how much of the curve is at the highest frequencies)."""
-    q, p, r = rows[:, :n], rows[:, n:] - rows[:, n:].mean(axis=0), len(rows)
-    spectrum = np.fft.fft(np.hstack([q, p]), axis=0)
+    p = rows[:, n:] - rows[:, n:].mean(axis=0)
+    slopes, tail = slopes_and_tail(np.hstack([rows[:, :n], p]))
+    terms = p * slopes[:, :n] * (2 * np.pi / len(rows))
+    return float(terms.sum()), float(np.abs(terms).sum()), tail
+
+
+def slopes_and_tail(rows: Matrix) -> tuple[Matrix, float]:
+    """The derivative (r, l) along a closed curve (r, l) by its Fourier series, and how much of the
+    curve is at the highest frequencies."""
+    r = len(rows)
+    spectrum = np.fft.fft(rows, axis=0)
     k = np.fft.fftfreq(r, 1 / r)
     k[r // 2] = 0
-    slope = np.fft.ifft(1j * k[:, None] * spectrum[:, :n], axis=0).real
-    terms = p * slope * (2 * np.pi / r)
+    slopes = np.fft.ifft(1j * k[:, None] * spectrum, axis=0).real
     with np.errstate(all="ignore"):
         high = np.abs(spectrum[r // 2 - 3 : r // 2 + 4]).max(axis=0)
         tail = np.nanmax(np.where(high > 0, high / np.abs(spectrum[1:]).max(axis=0), 0.0))
-    return float(terms.sum()), float(np.abs(terms).sum()), float(tail)
+    return slopes, float(tail)
 
 
 def random_curve(random: Any, z: Vector, scale: Vector, reach: float) -> Matrix:

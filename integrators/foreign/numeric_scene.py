@@ -11,7 +11,7 @@ from ..errors import BadInput
 from ..numbers import Arithmetic, Vector
 from ..scene import Scene
 from .differences import derivative, noise_of
-from .scene_in_numbers import SceneInNumbers
+from .scene_in_numbers import SceneInNumbers, several
 
 #: how far a gradient may be beside the differences of its function, in parts of its largest entry:
 #: a table in single precision has no more
@@ -34,7 +34,12 @@ class NumericScene(SceneInNumbers):
         self._closed = True
         self._canonical = scene.groupoid.kind == "pair"
 
-    def _slopes(self, q: Any, p: Any) -> tuple[Vector, Vector]:
+    def _slopes(self, q: Any, p: Any) -> tuple[Any, Any]:
+        if several(q, p):  # the user's functions are of one state
+            both = [
+                self._slopes(*one) for one in zip(np.transpose(q), np.transpose(p), strict=True)
+            ]
+            return np.array([e[0] for e in both]).T, np.array([e[1] for e in both]).T
         given: Any = self._scene.gradient(np.array(q, float), np.array(p, float))  # type: ignore[misc]
         return np.asarray(given[0], float).reshape(self.n), np.asarray(given[1], float).reshape(
             self.m
@@ -44,10 +49,13 @@ class NumericScene(SceneInNumbers):
         of_q, of_p = self._slopes(q, p)
         if self._canonical:
             return self._given(of_p), self._given(-of_q)
-        rates = self.tensor(q, p) @ np.concatenate([of_q, of_p])
+        rates = np.einsum("ij...,j...->i...", self.tensor(q, p), np.concatenate([of_q, of_p]))
         return self._given(rates[: self.n]), self._given(rates[self.n :])
 
     def H(self, q: Any, p: Any, t: Any = None) -> Any:
+        if several(q, p):
+            each = zip(np.transpose(q), np.transpose(p), strict=True)
+            return np.array([self.H(*one) for one in each])
         value: Any = self._scene.numeric_hamiltonian(np.array(q, float), np.array(p, float))  # type: ignore[misc]
         return self._given(np.float64(np.asarray(value, float).reshape(())))
 
@@ -58,7 +66,7 @@ class NumericScene(SceneInNumbers):
         return self._given(self._slopes(q, p)[1])
 
     def force(self, q: Any, p: Any, t: Any = None) -> Vector:
-        return self._given(np.zeros(self.m))
+        return self._given(np.zeros(np.shape(p)))
 
     def momentum(self, q: Any, v: Any, t: Any = None) -> Vector:
         raise BadInput(

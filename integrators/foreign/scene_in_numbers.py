@@ -26,6 +26,9 @@ from ..scene import Scene
 class SceneInNumbers:
     """The scene as the last argument of a black box: functions of arrays q (n,) and p (m,).
 
+    In double precision q (n, k) and p (m, k) are k states at once, and what is given has a last
+    dimension more.
+
     Attributes: parameters, by name (numbers, or arrays for lists); t, the time at the start of the
     step; n, m, the lengths of q and p; name, the scene's. Where the scene depends on the time, each
     function takes it as a last argument too (default: `t`). p is the momentum in the natural basis,
@@ -85,12 +88,19 @@ class SceneInNumbers:
 
     def tensor(self, q: Any, p: Any) -> Any:
         """The Poisson tensor B at (q, p), (n+m, n+m): f = B dH + force."""
+        if several(q, p):
+            base, rest = self._columns(q, p, None)
+            found = _tensor(self._s, self._numbers, True)(base, rest, self._p)
+            return np.broadcast_to(found.T, (np.shape(p)[1], *found.shape[1::-1])).T
         with self._numbers.working():
             x, mu = self._base(q, None), self._list(p)
             return self._given(_tensor(self._s, self._numbers)(x, mu, self._p))
 
     def momentum(self, q: Any, v: Any, t: Any = None) -> Vector:
         """The momentum ∂L/∂v that belongs to a velocity v, (m,)."""
+        if several(q, v):
+            base, rest = self._columns(q, v, t)
+            return self._given(_momentum(self._s, self._numbers, True)(base, rest, self._p))
         function = _momentum(self._s, self._numbers)
         if self._plain(q, v):
             return self._given(function(self._base(q, t), v.tolist(), self._p))
@@ -109,6 +119,8 @@ class SceneInNumbers:
 
     def _of_states(self, what: str, q: Any, p: Any, t: Any) -> Any:
         numbers = self._numbers
+        if several(q, p):
+            return self._at_once(what, q, p, t)
         function = _of_states(self._s, what, numbers)
         if self._closed and self._plain(q, p):
             return self._given(function(self._base(q, t), p.tolist(), self._p))
@@ -121,7 +133,34 @@ class SceneInNumbers:
             xi = inverse(*rows, self._p, self._near[None])[0]
             return self._given(function(x, list(xi), mu, self._p))
 
+    def _at_once(self, what: str, q: Any, p: Any, t: Any) -> Any:
+        """The same of k states at once, the last dimension of all that is given."""
+        function = _of_states(self._s, what, self._numbers, True)
+        base, rest = self._columns(q, p, t)
+        count = rest[0].size
+        if self._closed:
+            found = function(base, rest, self._p)
+        else:
+            inverse: Any = legendre_inverse(self._s, self._numbers)
+            near = np.broadcast_to(self._near, (count, len(self._near)))
+            xi = inverse(np.array(base).T.reshape(count, -1), np.array(rest).T, self._p, near)
+            found = function(base, list(xi.T), rest, self._p)
+        shape = (count,) if what == "H" else (len(found), count)
+        return self._given(np.broadcast_to(np.asarray(found).T, shape[::-1]).T)
+
+    def _columns(self, q: Any, p: Any, t: Any) -> tuple[list[Any], list[Any]]:
+        """The entries of k states, each an array (k,): q, with the time behind it, and p."""
+        rest = list(np.asarray(p, dtype=float))
+        base = list(np.asarray(q, dtype=float))
+        if self._clocked:
+            time = np.asarray(self.t if t is None else t, dtype=float)
+            base.append(np.broadcast_to(time, rest[0].shape))
+        return base, rest
+
     def _of_base(self, what: str, q: Any) -> Any:
+        if self._double and np.ndim(q) == 2:
+            rows = [self._of_base(what, one) for one in np.asarray(q, dtype=float).T]
+            return np.moveaxis(np.array(rows), 0, -1)
         with self._numbers.working():
             return self._given(_of_base(self._s, what, self._numbers)(self._base(q, None), self._p))
 
@@ -150,8 +189,13 @@ class SceneInNumbers:
         return shown if shown.shape else shown[()]
 
 
+def several(q: Any, p: Any) -> bool:
+    """Whether these are many states at once, each a column."""
+    return getattr(q, "ndim", 1) == 2 or getattr(p, "ndim", 1) == 2
+
+
 @lru_cache(maxsize=512)
-def _of_states(s: SceneSymbols, what: str, numbers: Arithmetic) -> Any:
+def _of_states(s: SceneSymbols, what: str, numbers: Arithmetic, columns: bool = False) -> Any:
     """A quantity as a function of (x, μ, parameters), or of (x, ξ, μ, parameters)."""
     closed = closed_velocity(s)
     letters: dict[str, Any] = {"x": s.x, "u": s.u, "mu": s.mu, "p": s.parameter_list}
@@ -159,7 +203,7 @@ def _of_states(s: SceneSymbols, what: str, numbers: Arithmetic) -> Any:
     if closed is not None:
         del letters["u"]
         known = [(list(s.u), list(closed))]
-    return numeric(letters, [_formula(s, what)], numbers, known)
+    return numeric(letters, [_formula(s, what)], numbers, known, columns)
 
 
 def _formula(s: SceneSymbols, what: str) -> Any:
@@ -177,7 +221,7 @@ def _formula(s: SceneSymbols, what: str) -> Any:
 
 
 @lru_cache(maxsize=128)
-def _tensor(s: SceneSymbols, numbers: Arithmetic) -> Any:
+def _tensor(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Any:
     """{xⁱ, μ_γ} = ρ̂ⁱ_γ, {μ_γ, μ_ν} = −Ĉ^θ_{γν} μ_θ, of the groupoid alone."""
     rho, structure = natural_structure(s, s.x)
     bracket = sympy.zeros(len(s.mu))
@@ -186,13 +230,14 @@ def _tensor(s: SceneSymbols, numbers: Arithmetic) -> Any:
     rho = rho[: s.n, :]
     top = sympy.zeros(s.n).row_join(rho)
     whole = top.col_join((-rho.T).row_join(bracket))
-    return numeric({"x": s.x, "mu": s.mu, "p": s.parameter_list}, [whole], numbers)
+    letters = {"x": s.x, "mu": s.mu, "p": s.parameter_list}
+    return numeric(letters, [whole], numbers, columns=columns)
 
 
 @lru_cache(maxsize=128)
-def _momentum(s: SceneSymbols, numbers: Arithmetic) -> Any:
+def _momentum(s: SceneSymbols, numbers: Arithmetic, columns: bool = False) -> Any:
     letters = {"x": s.x, "u": s.u, "p": s.parameter_list}
-    return numeric(letters, [list(momentum(s))], numbers)
+    return numeric(letters, [list(momentum(s))], numbers, columns=columns)
 
 
 @lru_cache(maxsize=128)

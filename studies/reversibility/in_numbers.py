@@ -13,7 +13,7 @@ from discmech.integrators.foreign.differences import FARTHEST
 
 from ..core.case import Case, Verdict
 from ..core.claims import not_claimed
-from ..symplecticity.in_numbers import ENOUGH, along, left_by, resolved, undecided
+from ..symplecticity.in_numbers import ENOUGH, along, embedded, left_by, resolved, undecided
 from ..symplecticity.places import looks, more_looks
 
 #: what a program does to its argument beside its result: the rounded state between both steps
@@ -72,7 +72,7 @@ def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
     noises, system = [], scheme.flow(look.step).system
     for f, z in ((forth, look.z), (back, image)):
         embed, reach = along(system, z, scale, case.scene.constrained)
-        g = guarded(_after(f, embed), size)
+        g = guarded(embedded(f, z, embed, case.scene.constrained), size)
         noises.append(noise_of(g, 0 * reach, reach, unit, seed))
     of = derivative(g, size, reach, noises[1])
     start = derivative(embed, size, reach, noise_of(embed, 0 * reach, reach, 2.0**-53))
@@ -87,10 +87,6 @@ def _row(case: Case, look: Any, scale: Any, seed: int) -> dict[str, Any]:
         "resolution": float((error / scale).max()),
         "left": left_by(case, look),
     }
-
-
-def _after(f: Any, embed: Any) -> Any:
-    return lambda y: f(embed(y))
 
 
 def _even(scheme: Any, look: Any) -> bool:

@@ -20,10 +20,12 @@ from discmech.integrators.foreign import (
     derivative,
     form_defect,
     guarded,
+    leaf_defect,
     loop_defect,
     noise_of,
     pulled_back_defect,
     random_curve,
+    shifted,
     volume_defect,
 )
 from discmech.integrators.numbers import Vector
@@ -95,7 +97,8 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
     n, size = flow.system.n, len(look.z)
     g = guarded(f, size)
     embed, reach = along(flow.system, look.z, scale, case.scene.constrained)
-    noise = noise_of(lambda y: g(embed(y)), 0 * reach, reach, scheme.rule.unit(16), seed + k)
+    around = embedded(g, look.z, embed, case.scene.constrained)
+    noise = noise_of(around, 0 * reach, reach, scheme.rule.unit(16), seed + k)
     row["again"] = _again(g, look.z, after, scale)
     rough = np.maximum(noise.jump, noise.level * (noise.level > SMOOTH * np.abs(after).max()))
     row["noise"] = float((rough / scale).max())
@@ -108,9 +111,10 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
         defects = [form_defect(of, *tensors)]
         row["volume"] = vars(volume_defect(of))
     row["entry"] = _entry(defects[0].entry, n)
-    if case.scene.groupoid.kind == "pair" and not case.scene.constrained:
+    # where differences show a defect, no closed curve is asked; those on leaves cost more
+    if not (case.scene.constrained or (_leaves(case) and defects[0].certain > rounded(case))):
         random = np.random.default_rng(seed + k)
-        loops = [_loop(g, look, scale, n, noise, random) for _ in range(LOOPS)]
+        loops = [_loop(case, flow, g, look, scale, noise, random) for _ in range(LOOPS)]
         row["loop"] = max(loop.measured for loop in loops)
         unseen = UNSEEN * max(loop.resolution for loop in loops)
         defects.append(Defect(max(loop.certain for loop in loops), row["loop"], unseen))
@@ -120,10 +124,26 @@ def _row(case: Case, k: int, look: Look, scale: Vector, seed: int) -> dict[str, 
     return row
 
 
-def _loop(g: Any, look: Look, scale: Vector, n: int, noise: Any, random: Any) -> Defect:
+def _leaves(case: Case) -> bool:
+    """Whether closed curves lie on symplectic leaves, which are less than the whole of states."""
+    return bool(case.scene.groupoid.kind != "pair")
+
+
+def _loop(
+    case: Case, flow: Any, g: Any, look: Look, scale: Vector, noise: Any, random: Any
+) -> Defect:
     """The defect over a random closed curve, a smaller one where its image is not resolved."""
+    n = flow.system.n
+
+    def tensor(columns: Any) -> Any:
+        return flow.system.tensor(columns[:n], columns[n:])
+
     for reach in REACHES:
-        found = loop_defect(g, random_curve(random, look.z, scale, reach), n, noise)
+        curve = random_curve(random, look.z, scale, reach)
+        if _leaves(case):
+            found = leaf_defect(g, tensor, look.z, scale, curve - look.z, noise)
+        else:
+            found = loop_defect(g, curve, n, noise)
         if np.isfinite(found.resolution):
             break
     return found
@@ -133,7 +153,7 @@ def _derivative(flow: Any, g: Any, look: Look, scale: Vector, noise: Any) -> Der
     """The user's own derivative of a step, or that by differences."""
     own, n = flow.scheme.rule.jacobian, flow.system.n
     if own is None or look.count > 1:
-        return derivative(lambda y: g(look.z + y), len(look.z), scale, noise)
+        return derivative(shifted(g, look.z), len(look.z), scale, noise)
     given = np.asarray(own(look.z[:n], look.z[n:], flow.h, flow.system), dtype=float)
     if given.shape != (len(look.z),) * 2:
         raise BadInput(
@@ -148,6 +168,11 @@ def along(system: Any, z: Vector, scale: Vector, constrained: bool) -> tuple[Any
     if constrained:
         return constrained_parameters(system, z, scale)
     return (lambda y: z + y), scale
+
+
+def embedded(f: Any, z: Vector, embed: Any, constrained: bool) -> Any:
+    """f in those parameters."""
+    return (lambda y: f(embed(y))) if constrained else shifted(f, z)
 
 
 def _restricted(n: int, g: Any, embed: Any, reach: Vector, noise: Any) -> Defect:

@@ -20,7 +20,14 @@ from discmech import (
 )
 from discmech.integrators import rules
 from discmech.integrators.errors import CannotMeasure
-from discmech.integrators.foreign import derivative, noise_of
+from discmech.integrators.foreign import (
+    derivative,
+    images,
+    leaf_defect,
+    loop_defect,
+    noise_of,
+    random_curve,
+)
 from discmech.studies import own_order
 from discmech.studies.core.case import Case
 from discmech.studies.core.claims import claiming
@@ -345,6 +352,49 @@ def test_a_momentum_of_0_has_the_round_off_of_what_it_becomes():
     assert found.order == pytest.approx(4, abs=0.1)
 
 
+def split_body(q, p, h, s):
+    """Turns about the axes in turn, each a flow of a part of the rigid body's energy."""
+    rates = [s.velocity(q, e)[i] for i, e in enumerate(np.eye(3))]
+    for i, part in ((0, 0.5), (1, 0.5), (2, 1), (1, 0.5), (0, 0.5)):
+        p = turned(p, i, part * h * p[i] * rates[i])
+    return q, p
+
+
+def turned(p, i, angle):
+    c, s, j, k = np.cos(angle), np.sin(angle), (i + 1) % 3, (i + 2) % 3
+    found = p.copy()
+    found[j], found[k] = c * p[j] + s * p[k], c * p[k] - s * p[j]
+    return found
+
+
+@pytest.mark.parametrize("more", [
+    lambda p: p, lambda p: p * (1 + 1e-8), lambda p: turned(p, 2, 1e-8 * p[0]),
+    lambda p: p * (1 + 1e-8 * p[0]),
+])  # fmt: skip
+def test_areas_on_leaves_are_kept_by_what_keeps_the_bracket(more):
+    box = black_box(name="split")(lambda q, p, h, s: (q, more(split_body(q, p, h, s)[1])))
+    flow = Scheme(scenes.get("rigid-body"), box).flow("0.1")
+    f, z, scale = flow.map_of(), np.array([0.6, -0.8, 0.9]), np.ones(3)
+    ways = random_curve(np.random.default_rng(7), 0 * z, scale, 0.08)
+    noise = noise_of(f, z, scale, 2.0**-53)
+    found = leaf_defect(f, lambda c: flow.system.tensor(c[:0], c), z, scale, ways, noise)
+    assert found.resolution < 1e-12
+    if np.array_equal(more(z), z):
+        assert found.certain == 0 and found.measured < 1e-14
+    else:
+        assert 1e-9 < found.certain < 1e-7
+
+
+def test_the_leaf_of_a_pair_groupoid_is_all_of_it():
+    flow = Scheme(scenes.get("pendulum"), methods.rk4).flow("0.5")
+    f, z, scale = flow.map_of(), np.array([0.7, 0.4]), np.ones(2)
+    curve, noise = random_curve(np.random.default_rng(1), z, scale, 0.08), noise_of(f, z, scale, 0)
+    found = leaf_defect(f, lambda c: flow.system.tensor(c[:1], c[1:]), z, scale, curve - z, noise)
+    same = loop_defect(f, curve, 1, noise)
+    # relative to other absolute terms: ∮|p dq| and half of ∮(|p dq| + |q dp|)
+    assert 1e-6 < same.certain / 2 < found.certain < 2 * same.certain
+
+
 # -- what may be given beside a step ---------------------------------------------------------------
 
 
@@ -388,6 +438,34 @@ def test_coordinates_of_ones_own_lead_there_and_back():
     one = dataclasses.replace(scaled, read=lambda q, p: q)
     with pytest.raises(BadInput, match="read= must give a pair of arrays"):
         Scheme(scenes.get("pendulum"), one).flow("0.1").trajectory(1)
+
+
+@pytest.mark.parametrize("scene", ["pendulum", "heavy-top", "duffing"])
+def test_many_states_in_one_call_are_those_of_each_alone(scene):
+    flow, sizes = Scheme(scenes.get(scene), methods.rk4).flow("0.01"), []
+
+    @black_box(order=4, vectorised=True)
+    def at_once(q, p, h, s):
+        sizes.append(p.shape[1:])
+        return methods.rk4_step(s.f, q, p, h)
+
+    run = flow.trajectory(30)
+    q, p = run.x.T, run.mu.T
+    for what in ("H", "gradient", "velocity", "force", "momentum", "tensor"):
+        several = getattr(flow.system, what)(q, p)
+        alone = [getattr(flow.system, what)(*one) for one in zip(run.x, run.mu, strict=True)]
+        assert np.abs(several - np.moveaxis(np.array(alone), 0, -1)).max(initial=0) < 1e-13
+    states = np.hstack([run.x, run.mu])
+    f = Scheme(scenes.get(scene), at_once).flow("0.01").map_of(2)
+    assert np.abs(images(f, states) - images(flow.map_of(2), states)).max() < 1e-13
+    assert sizes.count((31,)) == 2 and len(sizes) < 8
+
+    @black_box(order=2, vectorised=True)
+    def mixed(q, p, h, s):
+        return q, p * (1 + 1e-9 * np.sum(p))
+
+    with pytest.raises(BadInput, match="let each column be a state of its own"):
+        images(Scheme(scenes.get(scene), mixed).flow("0.01").map_of(), states)
 
 
 def test_a_flipped_term_of_second_order_is_named():
