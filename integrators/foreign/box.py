@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from ..errors import BadInput, arguments_checked
 from ..rules import Claims, Discretisation
+from ..scene import reads
 from .box_scheme import BoxScheme
 from .signatures import METHODS, check_arguments
 
@@ -42,6 +43,19 @@ class BlackBox(Discretisation):
     def is_formula(self) -> bool:
         """No: its steps are what a program gives."""
         return False
+
+    @property
+    def digest(self) -> str:
+        """Its text, what that reads, and all that is said of it.
+
+        Raises `Opaque` where it may read what no object of Python's holds.
+        """
+        return f"{self.said} {reads(self.formula, self.jacobian, self.read, self.write, pure=True)}"
+
+    @property
+    def said(self) -> str:
+        """What its author says of it."""
+        return repr((self.claims, self.state, self.runs, self.numbers, self.vectorised))
 
     @property
     def remembers(self) -> bool:

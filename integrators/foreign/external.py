@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import arguments_checked
+from ..scene import Opaque
 from .box import BlackBox, black_box
 from .caller import folder_of_caller
 from .program import RESTARTS, SECONDS, Program
@@ -44,9 +45,11 @@ class External(BlackBox):
 
     @property
     def digest(self) -> str:
-        """What tells this program from a changed one."""
-        found: str = self.formula.program.digest  # type: ignore[attr-defined]
-        return found
+        """What tells this program from a changed one; raises `Opaque` where that is not said."""
+        program = self.formula.program  # type: ignore[attr-defined]
+        if program.files is None:
+            raise Opaque(f"{program.label}, which may read any file")
+        return f"{self.said} {program.digest}"
 
 
 @arguments_checked
@@ -56,6 +59,7 @@ def external(
     *,
     seconds: float = SECONDS,
     restarts: int = RESTARTS,
+    files: Sequence[str | PathLike[str]] | None = None,
     name: str | None = None,
     **claims: Any,
 ) -> External:
@@ -65,12 +69,14 @@ def external(
     that says this, where the program also runs; a name without a slash is looked for on the PATH.
     order and claims: as of `black_box` (symplectic, reversible, keeps, state, numbers, read, write,
     source, groupoids). seconds: how long one answer may take. restarts: how many more times it is
-    started after crashes and silences that follow one another on one scene. The program is started
-    when it is first asked, and ends with Python.
+    started after crashes and silences that follow one another on one scene. files: all files and
+    folders that it reads beside those that the command names, () for none: its results are then
+    remembered until one of them, or the command, changes. The program is started when it is first
+    asked, and ends with Python.
 
     Raises `BadInput` for a command that cannot be run and for claims of another kind.
     """
-    program = Program(command, folder_of_caller(), seconds, restarts)
+    program = Program(command, folder_of_caller(), seconds, restarts, files)
     made = black_box(
         order, runs=True, name=name or _name(program), **{"source": program.label, **claims}
     )(Runs(program))

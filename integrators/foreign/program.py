@@ -51,7 +51,8 @@ class Program:
     command: the words, the first a program on the PATH, or a path. folder: where it runs, and from
     where relative paths are meant. seconds: how long one answer may take. After a crash or a
     silence the next run starts it anew; after restarts + 1 such failures in a row on one scene it
-    is not asked about that scene again. Raises `BadInput` for a command that cannot be run.
+    is not asked about that scene again. files: what else it reads, None if that is not known.
+    Raises `BadInput` for a command that cannot be run, and for files that do not exist.
     """
 
     def __init__(
@@ -60,23 +61,27 @@ class Program:
         folder: Path,
         seconds: float = SECONDS,
         restarts: int = RESTARTS,
+        files: Sequence[str | os.PathLike[str]] | None = None,
     ) -> None:
         self.words, self.folder = _words(command), folder
         self.label = shlex.join(self.words)
         self.seconds, self.restarts = _positive(seconds), _count(restarts)
         self.path = _found(self.words[0], folder)
+        self.files = _files(files, folder)
         self._process: Process | None = None
         self._failures: dict[str, list[str]] = {}
         self._turn = Lock()  # ensembles run in threads, and there is one pipe
 
     def __reduce__(self) -> tuple[Any, ...]:  # another process starts a program of its own
-        return Program, (self.words, self.folder, self.seconds, self.restarts)
+        return Program, (self.words, self.folder, self.seconds, self.restarts, self.files)
 
     @property
     def digest(self) -> str:
         """A digest of the command and of the files that it names: another one, another program."""
         digest = hashlib.sha256(repr((self.words, str(self.folder))).encode())
-        for path in (Path(self.path), *(self.folder / word for word in self.words[1:])):
+        named = (self.folder / word for word in self.words[1:])
+        below = (path for name in self.files or () for path in _below(self.folder / name))
+        for path in (Path(self.path), *named, *below):
             with contextlib.suppress(OSError):
                 if path.is_file():
                     digest.update(hashlib.sha256(path.read_bytes()).digest())
@@ -271,6 +276,24 @@ def _found(word: str, folder: Path) -> str:
             'interpreter first, such as ["python3", ...].'
         )
     return str(file)
+
+
+def _files(files: Any, folder: Path) -> tuple[str, ...] | None:
+    """The files that a program says it reads; raises `BadInput` for what is no list of files."""
+    if files is None:
+        return None
+    if isinstance(files, str | os.PathLike) or not isinstance(files, Sequence):
+        raise BadInput(f"external(files={files!r}): give a list of paths, or () for none.")
+    found = tuple(os.fspath(name) for name in files)
+    for name in found:
+        if not (folder / name).exists():
+            raise BadInput(f"external(files=...): there is no {name} in {folder}.")
+    return found
+
+
+def _below(path: Path) -> list[Path]:
+    """The file, or all files of the folder."""
+    return sorted(path.rglob("*")) if path.is_dir() else [path]
 
 
 def _positive(seconds: Any) -> float:

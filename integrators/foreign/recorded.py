@@ -74,7 +74,7 @@ class Recorded(BlackBox):
     @property
     def digest(self) -> str:
         """What tells these runs from others."""
-        return " ".join(run.digest for run in self.recordings)
+        return " ".join((self.said, *(run.digest for run in self.recordings)))
 
 
 def _no_step(q: Any, p: Any, h: Any, steps: Any, every: Any) -> Any:

@@ -64,7 +64,10 @@ class Discretisation:
 
     @property
     def digest(self) -> str:
-        """What tells it from another of the same name, beside the text of its formula."""
+        """What tells it from another of the same name, beside the text of its formula.
+
+        Raises `Opaque` for a program of which this is not known.
+        """
         return ""
 
     @property

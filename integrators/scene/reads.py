@@ -44,15 +44,29 @@ _ANYTHING = frozenset(("globals", "eval", "exec", "__import__", "import_module")
 _SLOTS = (GetSetDescriptorType, MemberDescriptorType)
 _PLAIN = (type(None), bool, int, float, complex, str, bytes, Fraction, type(...))
 MOST = 20_000  # parts; what has more is not remembered
+#: of these a program's step may call what it likes, but for what reads files, clocks or chance
+_PURE = frozenset((
+    "__future__", "_operator", "abc", "builtins", "cmath", "collections", "copyreg", "dataclasses",
+    "decimal", "discmech", "enum", "fractions", "functools", "itertools", "math", "mpmath",
+    "numbers", "numpy", "operator", "scipy", "statistics", "sympy", "types", "typing",
+))  # fmt: skip
+_OUTSIDE = frozenset((
+    "ctypeslib", "datasets", "default_rng", "fromfile", "genfromtxt", "getattr", "input", "io",
+    "load", "loadmat", "loadtxt", "memmap", "open", "rand", "random", "randn", "standard_normal",
+))  # fmt: skip
 
 
 class Opaque(Exception):
     """A thing of which cannot be told whether it was changed; its argument says what it is."""
 
 
-def reads(*things: Any) -> str:
-    """The digest; raises `Opaque` for a thing that hides what it holds."""
-    return _Reader().digest(things)
+def reads(*things: Any, pure: bool = False) -> str:
+    """The digest; raises `Opaque` for a thing that hides what it holds.
+
+    pure: also for functions that may read what no object holds, files, clocks, chance or compiled
+    code, of which nothing but their name is known.
+    """
+    return _Reader(pure).digest(things)
 
 
 def remembered(maxsize: int) -> Callable[[_Made], _Made]:
@@ -83,7 +97,8 @@ def remembered(maxsize: int) -> Callable[[_Made], _Made]:
 class _Reader:
     """One walk over a thing; what was seen before is a number."""
 
-    def __init__(self) -> None:
+    def __init__(self, pure: bool = False) -> None:
+        self.pure = pure
         self.whole, self.seen, self.kept = hashlib.sha256(), dict[int, int](), list[Any]()
         self.modules = set[tuple[int, frozenset[str]]]()
 
@@ -112,7 +127,10 @@ class _Reader:
             self.function(thing)
         elif isinstance(thing, ModuleType | LazyModule):
             lazy = isinstance(thing, LazyModule)
-            self.say("module", thing._name if lazy else thing.__name__)
+            name = thing._name if lazy else thing.__name__
+            self.say("module", name)
+            if _is_library(name):
+                self.known(name)
         elif isinstance(thing, type):
             self.of_class(thing)
         elif isinstance(thing, np.ndarray | np.generic) and thing.dtype.kind != "O":
@@ -149,6 +167,8 @@ class _Reader:
             return
         known = thing.__module__ if _is_library(thing.__module__) else ""
         self.say("function", known, thing.__qualname__)
+        if known or not isinstance(thing, FunctionType):
+            self.known(known or thing.__qualname__)
         if not isinstance(thing, FunctionType):
             return
         self.add([thing.__defaults__, thing.__kwdefaults__])
@@ -162,13 +182,18 @@ class _Reader:
         if not _is_library(thing.__module__):
             self.code(thing.__code__)
             names = _names(thing.__code__)
-            if hidden := names & _ANYTHING:
+            if hidden := names & (_ANYTHING | _OUTSIDE if self.pure else _ANYTHING):
                 raise Opaque(f"{thing.__qualname__}, which may read anything by {min(hidden)}")
             for module in sorted(_imported(thing.__code__)):
                 self.global_(_module(module, thing), names)
             for name in sorted(names & thing.__globals__.keys()):
                 self.say(name)
                 self.global_(thing.__globals__[name], names)
+
+    def known(self, name: str) -> None:
+        """Of what is known by its name alone: Opaque where that is not enough."""
+        if self.pure and name.partition(".")[0] not in _PURE:
+            raise Opaque(f"{name}, of which nothing but the name is known")
 
     def global_(self, thing: Any, names: frozenset[str]) -> None:
         """What a name stands for; of a module of the user's what may be read of it."""
@@ -193,6 +218,7 @@ class _Reader:
         known = thing.__module__ if _is_library(thing.__module__) else ""
         self.say("class", known, thing.__qualname__)
         if known:
+            self.known(known)
             return
         self.add([type(thing), *thing.__bases__])
         for name, held in vars(thing).items():

@@ -142,13 +142,16 @@ def _derived(scheme: Scheme) -> str:
     if isinstance(scheme, LatticeScheme):
         return text_key(scheme.system, _values_of(scheme.system))
     s, scene = scheme.s, scheme.scene
+    if scene.in_numbers:  # its functions may read files and chance, as those of a program
+        return reads(scene.numeric_hamiltonian, scene.gradient, pure=True)
     groups = scene.with_attitude() if any(q.attitude for q in scene.symmetries) else scene
     own = scene.discrete_lagrangian
     facts: list[Any] = [(q.kind, q.attitude, q.value, q.stretch) for q in scene.symmetries]
     facts.append((getattr(own, "order", None), getattr(own, "kept", None)))
-    system = step_system(scheme.equations)
-    parts: list[Any] = [repr(facts), system, _values_of(system)]
-    parts += scheme.equations.fields
+    parts: list[Any] = [repr(facts)]
+    if scheme.rule.is_formula:
+        system = step_system(scheme.equations)
+        parts += [system, _values_of(system), *scheme.equations.fields]
     if scene.lagrangian is not None:
         parts.append([s.lagrangian, *s.force])
     if scene.contact is not None:  # gaps φ, or (φ, coordinates of its plane)

@@ -28,7 +28,7 @@ from discmech.integrators.foreign import (
     shifted,
     volume_defect,
 )
-from discmech.integrators.numbers import Vector
+from discmech.integrators.numbers import Vector, jacobian, sympy
 
 from ..core.case import Case, Progress, Verdict
 from ..core.claims import not_claimed
@@ -231,8 +231,8 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     measured, rows = measurement["measured"], measurement["rows"]
     expected: dict[str, Any] = {"resolved": resolved(case)}
     reason = not_claimed(case.rule, "symplectic")
-    if case.scene.force is not None and not reason:
-        reason = "forced: the form need not be kept; measured only"
+    if not reason and not _closed_force(case):
+        reason = "forced: the exact flow changes the form, which need not be kept; measured only"
     if measured["certain"] is None:
         said = f"the black box makes no step from any place around the motion: {rows[0]['why_not']}"
         return Verdict("fail", f"{said}.", expected)
@@ -266,6 +266,19 @@ def judge(case: Case, measurement: dict[str, Any]) -> Verdict:
     said = f"no defect is seen, but one of {measured['resolution']:.1e} could be hidden, where a "
     said += f"method of this order that is not symplectic would leave {left:.1e}"
     return Verdict("inconclusive", f"{said}{rough}.", expected)
+
+
+def _closed_force(case: Case) -> bool:
+    """Whether there is no force, or one that leaves the exact flow symplectic: dθ_f = 0, on a pair
+    groupoid a force F(x, t) with ∂F_i/∂x_j = ∂F_j/∂x_i."""
+    scene, s = case.scene, case.scheme.s
+    if scene.force is None or scene.in_numbers:
+        return True
+    if scene.groupoid.kind != "pair":
+        return False
+    force = list(s.force)
+    by_x, by_u = jacobian(force, s.position), jacobian(force, s.u)
+    return all(sympy.simplify(e) == 0 for e in [*by_u, *(by_x - by_x.T)])
 
 
 def resolved(case: Case) -> float:

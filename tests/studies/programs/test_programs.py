@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import dataclasses
+import sys
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from discmech import (
     Scheme,
     StepFailure,
     black_box,
+    external,
     one_step,
     pair,
     recorded,
@@ -32,6 +35,7 @@ from discmech.studies import own_order
 from discmech.studies.core.case import Case
 from discmech.studies.core.claims import claiming
 from discmech.studies.core.one_case import run_case
+from discmech.studies.core.side_by_side import key_of
 from discmech.studies.core.study import every_study
 from discmech.studies.evidence import evidence_of
 
@@ -393,6 +397,54 @@ def test_the_leaf_of_a_pair_groupoid_is_all_of_it():
     same = loop_defect(f, curve, 1, noise)
     # relative to other absolute terms: ∮|p dq| and half of ∮(|p dq| + |q dp|)
     assert 1e-6 < same.certain / 2 < found.certain < 2 * same.certain
+
+
+@pytest.mark.parametrize(("force", "verdict"), [
+    (lambda x, v, p: [x[1], x[0]], "fail"),
+    pytest.param(lambda x, v, p: [x[1], -x[0]], "pass", marks=pytest.mark.slow),
+    pytest.param(lambda x, v, p: [-v[0], 0], "pass", marks=pytest.mark.slow),
+])  # fmt: skip
+def test_a_force_with_a_potential_leaves_the_form_to_be_kept(force, verdict):
+    forced = Scene(
+        name="forced", groupoid=pair(2), lagrangian=lambda x, v, p: (v[0] ** 2 + v[1] ** 2) / 2,
+        force=force, x0=["1", "0.2"], v0=["0.3", "-0.4"], duration=5, step="0.2",
+    )  # fmt: skip
+    claimed = dataclasses.replace(methods.rk4, claims=rules.Claims(symplectic=True))
+    found = judged("symplecticity", forced, claimed, causes=False)
+    assert found["verdict"] == verdict
+    assert ("forced" in str(found["expected"].get("not_demanded"))) == (verdict == "pass")
+
+
+# -- what is remembered ----------------------------------------------------------------------------
+
+
+def test_what_all_that_it_reads_is_known_of_is_remembered(tmp_path):
+    def key(box):
+        case = Case("order", scenes.get("pendulum"), box, 16, None)
+        return key_of(every_study()["order"], case)
+
+    def turned_by(angle):
+        return black_box(name="turn")(lambda q, p, h, s: (q + angle * h * p, p))
+
+    assert key(turned_by(1)) == key(turned_by(1)) != key(turned_by(2))
+    assert key(claiming(methods.rk4, "energy")) != key(methods.rk4) != key(methods.verlet)
+    for step in (
+        lambda q, p, h, s: (q + np.loadtxt("table"), p),
+        lambda q, p, h, s: (q + np.random.standard_normal(), p),
+        lambda q, p, h, s: (q + ctypes.c_double(1).value, p),
+    ):
+        assert key(black_box(name="reads")(step)) is None
+    code = tmp_path / "code.py"
+    code.write_text("1")
+    words = [sys.executable, str(code)]
+    assert key(external(words)) is None
+    known = [key(external(words, files=files)) for files in ((), [tmp_path])]
+    code.write_text("2")
+    assert len({*known, *(key(external(words, files=files)) for files in ((), [tmp_path]))}) == 4
+    with pytest.raises(BadInput, match="there is no gone"):
+        external(words, files=["gone"])
+    with pytest.raises(BadInput, match="give a list of paths"):
+        external(words, files="code.py")
 
 
 # -- what may be given beside a step ---------------------------------------------------------------
